@@ -87,6 +87,11 @@ def lengths_of(points: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt((steps * steps).sum(axis=1)))
 
 
+def interpolated(t: FloatArray, known: FloatArray, values: FloatArray) -> FloatArray:
+    """Interpolate values (n, dim) at increasing instants (n,) linearly at others (m,), shape (m, dim)."""
+    return np.stack([np.interp(t, known, column) for column in values.T], axis=1)
+
+
 def own_arrays(value: Any) -> None:
     """Replace every array field of a frozen dataclass by a read-only copy; called from ``__post_init__``."""
     for field in fields(value):

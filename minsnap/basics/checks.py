@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Mapping
 from math import inf
 from typing import Any
@@ -114,6 +115,15 @@ def check_positive(what: str, value: Any, unit: str, error: type[MinsnapError]) 
         named = f" [{unit}]" if unit else ""
         raise error(f"{what} is {shown(value)}: it must be a positive number{named}{beyond(value)}")
     return float(value)
+
+
+def check_threads(threads: Any, error: type[MinsnapError]) -> int:
+    """Return how many threads to use, by default as many as processors, or raise this error."""
+    if threads is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if not is_whole(threads) or not 1 <= threads <= 256:
+        raise error(f"threads is {shown(threads)}: use 1 to 256")
+    return int(threads)
 
 
 def beyond(value: Any) -> str:

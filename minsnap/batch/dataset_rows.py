@@ -14,7 +14,7 @@ from minsnap.batch.requests import DrawnProblem, request
 from minsnap.batch.spec import LIMITS, Spec
 from minsnap.certificate import certify
 from minsnap.corridors.boxes import Boxes
-from minsnap.corridors.gates import Gate
+from minsnap.corridors.gates import Gate, center_of
 from minsnap.errors import InfeasibleError, InputError, MinsnapError, UnprovedError
 from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
@@ -82,7 +82,7 @@ def _points(waypoints: Any) -> FloatArray | None:
     """Waypoints as (n, dim), a gate by its center; None where they are malformed or the corridor's."""
     if not isinstance(waypoints, (list, np.ndarray)) or not len(waypoints):
         return None
-    points = numbers([point.center if isinstance(point, Gate) else point for point in waypoints])
+    points = numbers(list(map(center_of, waypoints)))
     return points if points is not None and points.ndim == 2 else None
 
 

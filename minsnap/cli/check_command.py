@@ -86,8 +86,7 @@ def check(
         return check_fleet(file, separation, downwash, json)
     if separation is not None:
         raise InputError(f"{file} is one vehicle: --separation is for a folder of vehicles or a .skyc")
-    if (waypoints is None) != (corridor is None):
-        raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
+    options.check_corridor(corridor, waypoints)
     samples = read_samples(file, frame)
     report = check_samples(samples, resolution=resolution_of(file))
     inside = _membership(samples, waypoints, corridor)

@@ -59,8 +59,7 @@ def compare(
     vehicle's lateness stays an error. Setpoints sent ahead count at the instants that they were planned for, as the
     file or the log of the stream says, or --lead.
     """
-    if (waypoints is None) != (corridor is None):
-        raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
+    options.check_corridor(corridor, waypoints)
     check_figure(plot, view)
     compared = _compared(reference, flights, frame, align, max_delay, lead, sent or [])
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in compared.items()}

@@ -271,6 +271,12 @@ def parse_pieces(text: str | None) -> int | str | None:
         raise InputError(f"--pieces is {text!r}: it takes a whole number, or auto") from None
 
 
+def check_corridor(corridor: Any, waypoints: Any) -> None:
+    """Raise InputError for a half-width without the legs that it is around, or legs without it."""
+    if (waypoints is None) != (corridor is None):
+        raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
+
+
 def present(**options: Any) -> dict[str, Any]:
     """Return the options that are not None."""
     return {name: value for name, value in options.items() if value is not None}

@@ -234,6 +234,11 @@ class Gate(ReadOnly):
         return f"Gate(center={center}, normal={normal}, corners={len(self.corners)}, crossing={self.crossing})"
 
 
+def center_of(place: Any) -> Any:
+    """Return the center of a gate; a point as it is."""
+    return place.center if isinstance(place, Gate) else place
+
+
 def without_gates(waypoints: Any) -> tuple[Any, dict[int, Gate]]:
     """Return waypoints with centers in place of gates, and the gates by waypoint."""
     if not isinstance(waypoints, (list, tuple)):
@@ -241,7 +246,7 @@ def without_gates(waypoints: Any) -> tuple[Any, dict[int, Gate]]:
     gates = {index: entry for index, entry in enumerate(waypoints) if isinstance(entry, Gate)}
     if not gates:
         return waypoints, {}
-    return [entry.center if isinstance(entry, Gate) else entry for entry in waypoints], gates
+    return list(map(center_of, waypoints)), gates
 
 
 def _sides(axis: FloatArray, up: npt.ArrayLike | None) -> Sequence[FloatArray]:

@@ -29,8 +29,7 @@ class Obstacle(Protocol):
 
 def clearance_of(obstacle: Obstacle, point: FloatArray) -> float:
     """Return how far a point (3,) is from an obstacle, at least, negative inside [m]."""
-    numbers = obstacle.numbers()
-    center, scale, radius, low, high = numbers[:3], numbers[3:6], numbers[6], numbers[7:10], numbers[10:]
+    center, scale, (radius,), low, high = np.split(obstacle.numbers(), (3, 6, 7, 10))
     flat = float(np.maximum(point - high, low - point).max())
     return flat if radius < 0.0 else max(flat, float(np.sqrt(((scale * (point - center)) ** 2).sum())) - radius)
 
@@ -45,8 +44,7 @@ def supporting_planes(obstacle: Obstacle, points: FloatArray) -> tuple[FloatArra
     height : ndarray, shape (...)
         The obstacle lies where ``normal . x`` is at most this [m].
     """
-    numbers = obstacle.numbers()
-    center, scale, radius, low, high = numbers[:3], numbers[3:6], numbers[6], numbers[7:10], numbers[10:]
+    center, scale, (radius,), low, high = np.split(obstacle.numbers(), (3, 6, 7, 10))
     normal, round_ = points - np.clip(points, low, high), (scale > 0.0) & (radius >= 0.0)
     away = scale * (points - center)
     with np.errstate(divide="ignore", invalid="ignore"):

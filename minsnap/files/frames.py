@@ -181,19 +181,12 @@ def map_samples(samples: Samples, source: str | Frame, target: str | Frame) -> S
     here, there = get_frame(source), get_frame(target)
     if here.name == there.name:
         return samples
-    vectors = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
-    mapped: dict[str, Any] = {
-        name: map_vectors(getattr(samples, name), here, there) for name in vectors if _has(samples, name)
-    }
+    mapped: dict[str, Any] = {name: map_vectors(values, here, there) for name, values in samples.vectors().items()}
     if samples.yaw is not None:
         mapped["yaw"] = map_yaw(samples.yaw, here, there)
     if samples.yaw_rate is not None:
         mapped["yaw_rate"] = map_yaw_rate(samples.yaw_rate, here, there)
     return replace(samples, **mapped)
-
-
-def _has(samples: Samples, name: str) -> bool:
-    return getattr(samples, name) is not None
 
 
 def _permutation(order: tuple[int, int, int], sign: tuple[int, int, int]) -> FloatArray:

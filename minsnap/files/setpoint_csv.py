@@ -171,9 +171,7 @@ def in_space(samples: Samples) -> Samples:
         return samples
     if samples.dim != 2:
         raise FileError(f"a setpoint file holds 2 or 3 coordinates, and the path has {samples.dim}")
-    vectors = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
-    flat = {name: getattr(samples, name) for name in vectors if getattr(samples, name) is not None}
-    padded: dict[str, Any] = {name: np.pad(array, ((0, 0), (0, 1))) for name, array in flat.items()}
+    padded: dict[str, Any] = {name: np.pad(array, ((0, 0), (0, 1))) for name, array in samples.vectors().items()}
     return replace(samples, **padded)
 
 

@@ -15,13 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.checks import check_threads
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.corridors.room import Room, as_room
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_limits import FleetUse, fleet_use, room_margins
-from minsnap.fleet.processors import processors
 from minsnap.fleet.separation import Separation, as_separation
 from minsnap.native.fleet_border import NearPairs, clearances, near_pairs
 
@@ -160,7 +160,7 @@ def certify_fleet(
     """
     flown = fleet if isinstance(fleet, Fleet) else Fleet(_listed(fleet))
     apart = flown.separation if separation is None else as_separation(separation)
-    workers = processors(threads)
+    workers = check_threads(threads, FleetError)
     pairs = () if apart is None or len(flown) < 2 else _nearest(flown, apart, _checked_reach(reach), workers)
     use = () if limits is None else fleet_use(flown, limits)
     rooms = as_room(room)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.checks import check_seed, check_time, is_number, is_whole
+from minsnap.basics.checks import check_seed, check_threads, check_time, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.boxes import Boxes
@@ -24,7 +24,6 @@ from minsnap.fleet.fleet_last_look import fleet_fault
 from minsnap.fleet.fleet_report import FleetReport
 from minsnap.fleet.fleet_task import FleetTask, way_of
 from minsnap.fleet.one_curve import PIECES, one_curve
-from minsnap.fleet.processors import processors
 from minsnap.fleet.separation import Separation
 from minsnap.fleet.time_search import COARSE, FINE, LAST, WARM, Certified, TimeSearch, flown
 from minsnap.fleet.unproved_fleet import unproved_fleet
@@ -134,7 +133,10 @@ def plan_fleet(
     task = task if total_time is None else replace(task, total_time=float(total_time))
     count = _pieces_of(task, pieces)
     refuse_meetings(task, count)
-    workers, deadline = processors(threads), None if time_limit is None else monotonic() + float(time_limit)
+    workers, deadline = (
+        check_threads(threads, FleetError),
+        None if time_limit is None else monotonic() + float(time_limit),
+    )
     with progress_line(progress, "fleet", _line) as callback:
         search = TimeSearch(task, count, workers, lambda: deadline is not None and monotonic() > deadline, callback)
         return _searched(_Finish(task, search, yaw, names), total_time, polish, seed, pieces)

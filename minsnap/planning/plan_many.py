@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, IntArray, owned
-from minsnap.basics.checks import check_degree, check_switch
+from minsnap.basics.checks import check_degree, check_switch, check_threads
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.basics.tolerances import GAP
@@ -31,7 +31,6 @@ from minsnap.planning.problem_rows import (
     end_states,
     further_arguments,
     no_durations,
-    thread_count,
 )
 from minsnap.trajectory.gradients import Gradients, Slopes
 from minsnap.trajectory.report import LinearSystem
@@ -102,7 +101,7 @@ def plan_many(
     batch = ProblemRows.of(waypoints, no_durations(waypoints) if durations is None else durations)
     ends = end_states(start, "start", batch, half), end_states(end, "end", batch, half)
     others = further_arguments(len(batch), durations is None, limits=limits, pins=pins, total_time=total_time)
-    walls, workers = corridors_of(corridor, len(batch)), thread_count(threads)
+    walls, workers = corridors_of(corridor, len(batch)), check_threads(threads, InputError)
     with progress_line(progress, "planning", _problems_in) as watch:
         return _solved(ManyProblems(batch, half, ends, walls, others, workers, began, watch), gradients)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -12,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, IntArray, numbers
-from minsnap.basics.checks import DERIVATIVES, check_state, is_whole
+from minsnap.basics.checks import DERIVATIVES, check_state
 from minsnap.basics.messages import shown
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import (
@@ -112,15 +111,6 @@ def _rows(values: Any, name: str) -> list[Any]:
         return list(values)
     except TypeError:
         raise InputError(f"{name} are {shown(values)}: give one row for each problem") from None
-
-
-def thread_count(threads: Any) -> int:
-    """Return how many threads to use: by default as many as processors."""
-    if threads is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if not is_whole(threads) or not 1 <= threads <= 256:
-        raise InputError(f"threads is {shown(threads)}: use 1 to 256")
-    return int(threads)
 
 
 def end_states(state: State | None, where: str, batch: ProblemRows, half: int) -> FloatArray | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray, interpolated
 from minsnap.basics.checks import check_positive
 from minsnap.basics.progress import progress_line
 from minsnap.errors import InputError, TimingError
@@ -244,4 +244,4 @@ def _at(source: Path | Samples, instants: FloatArray) -> FloatArray:
     if isinstance(source, Path):
         return source(np.minimum(instants, source.duration))
     t = source.t - source.t[0]
-    return np.stack([np.interp(instants, t, column) for column in source.position.T], axis=-1)
+    return interpolated(instants, t, source.position)

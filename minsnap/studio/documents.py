@@ -175,7 +175,7 @@ def _of_course(course: Course) -> PlanRequest:
             f"{course.name} has laps, boxes, states, tolerances, holds or take-off: the studio holds points, gates, a "
             "tube and limits of a course; minsnap plan flies all of it"
         )
-    openings = _openings({i: stop.place for i, stop in enumerate(course.stops) if isinstance(stop.place, Gate)})
+    openings = _openings({i: stop.gate for i, stop in enumerate(course.stops) if stop.gate is not None})
     points = tuple(tuple(stop.center.tolist()) for stop in course.stops)
     yaw = tuple(course.yaw) if isinstance(course.yaw, (list, tuple)) else course.yaw
     scene = PlanRequest(points, openings=openings, yaw=yaw, **bounds_of(course.bounds))

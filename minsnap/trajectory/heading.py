@@ -210,3 +210,8 @@ def shortest_turns(angles: npt.ArrayLike) -> FloatArray:
 def wrap(angle: npt.ArrayLike) -> FloatArray:
     """Bring angles of any shape into [-pi, pi) [rad], for the formats that want it."""
     return np.asarray((np.asarray(angle, dtype=np.float64) + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def nearest_turn(angle: FloatArray, near: FloatArray) -> FloatArray:
+    """Return angles, but for whole turns, as near to others as they can be [rad]."""
+    return np.asarray(angle + 2.0 * np.pi * np.round((near - angle) / (2.0 * np.pi)))

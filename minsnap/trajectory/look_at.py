@@ -14,7 +14,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, bounded, numbers
 from minsnap.basics.checks import check_array
 from minsnap.errors import YawError
-from minsnap.trajectory.heading import Heading, Largest
+from minsnap.trajectory.heading import Heading, Largest, nearest_turn
 from minsnap.trajectory.instants import as_instants, check_order, within
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
@@ -139,7 +139,7 @@ class LookAtHeading(Heading):
         grid, _, turned = self._table
         angle = np.angle(self._spoke(t, 0))
         near = turned[np.clip(np.searchsorted(grid, t, side="right") - 1, 0, len(grid) - 1)]
-        return np.asarray(angle + 2.0 * np.pi * np.round((near - angle) / (2.0 * np.pi)))
+        return nearest_turn(angle, near)
 
     @cached_property
     def _table(self) -> tuple[FloatArray, Any, FloatArray]:

@@ -7,6 +7,9 @@ from typing import Any
 
 from minsnap.basics.arrays import FloatArray, ReadOnly, owned
 
+VECTORS = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
+"""Fields of shape (m, dim)."""
+
 _PREFIXES = {"position": "", "velocity": "v", "acceleration": "a", "jerk": "j", "snap": "s", "feed_forward": "ff"}
 
 
@@ -49,6 +52,10 @@ class Samples(ReadOnly):
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, owned(value))
+
+    def vectors(self) -> dict[str, FloatArray]:
+        """Return the arrays of shape (m, dim) that are known, by name."""
+        return {name: getattr(self, name) for name in VECTORS if getattr(self, name) is not None}
 
     def __len__(self) -> int:
         return len(self.t)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.errors import YawError
-from minsnap.trajectory.heading import Heading, Largest
+from minsnap.trajectory.heading import Heading, Largest, nearest_turn
 from minsnap.trajectory.instants import as_instants, check_order, within
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
@@ -138,7 +138,7 @@ class TiltHeading(Heading):
     def _yaw(self, t: FloatArray) -> FloatArray:
         grid, known = self._unwrapped
         near, raw = np.interp(t, grid, known), _yaw_of(self.axes(t)[1])
-        return np.asarray(raw + 2.0 * np.pi * np.round((near - raw) / (2.0 * np.pi)))
+        return nearest_turn(raw, near)
 
     def _yaw_derivative(self, t: FloatArray, order: int) -> FloatArray:
         """First or second derivative of the angle of the lateral axis, seen from above; y' = roll z without spin."""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.checks import check_positive
 from minsnap.errors import YawError
-from minsnap.trajectory.heading import Heading, Largest
+from minsnap.trajectory.heading import Heading, Largest, nearest_turn
 from minsnap.trajectory.held_turns import HeadingTable, Turns, turns_of
 from minsnap.trajectory.instants import as_instants, check_order, within
 from minsnap.trajectory.path import Path
@@ -182,7 +182,7 @@ class VelocityHeading(Heading):
         began = np.interp(turns.starts[piece], self._grid, self._angle)
         near = turns.coefficients[piece, 0] + np.interp(t, self._grid, self._angle) - began
         raw = _angle(velocity)
-        return np.asarray(raw + 2.0 * np.pi * np.round((near - raw) / (2.0 * np.pi)))
+        return nearest_turn(raw, near)
 
     def _rate(self, t: FloatArray, velocity: FloatArray) -> FloatArray:
         return np.asarray(_cross(velocity, self.path(t, 2)[:, :2]) / (velocity**2).sum(axis=1))

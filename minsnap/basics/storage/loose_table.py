@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.storage.table import cell_number, is_finite_number
 from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError
 
@@ -122,14 +123,14 @@ def _names(
 ) -> tuple[list[str], dict[str, str], int]:
     """Return names and units of the columns, and the number of header lines."""
     where = f"{path}, line {line.number}"
-    if all(_is_number(cell) for cell in cells):
+    if all(is_finite_number(cell) for cell in cells):
         fitting = [list(names) for names in columns.headerless if len(names) == len(cells)]
         if not fitting:
             count = "1 number" if len(cells) == 1 else f"{len(cells)} numbers"
             raise FileError(f"{where}: {count} without a header{columns.ambiguous}")
         return fitting[0], {}, 0
-    if all(_is_number(cell) for cell in cells[:2]):
-        wrong = next(cell for cell in cells if not _is_number(cell))
+    if all(is_finite_number(cell) for cell in cells[:2]):
+        wrong = next(cell for cell in cells if not is_finite_number(cell))
         raise FileError(f"{where}: {wrong[:40]!r} is not a finite number")
     matches = [_UNIT.match(cell.lower()) for cell in _joined(cells)]
     names = [match["name"].strip() if match else "" for match in matches]
@@ -173,13 +174,4 @@ def _row(where: str, cells: list[str], names: list[str], blank: Sequence[str]) -
 def _cell(where: str, name: str, cell: str, may_be_blank: bool) -> float:
     if may_be_blank and not cell:
         return math.nan
-    if not _is_number(cell):
-        raise FileError(f"{where}: {name} is {cell[:40]!r}, not a finite number")
-    return float(cell)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        return "_" not in cell and math.isfinite(float(cell))
-    except ValueError:
-        return False
+    return cell_number(where, name, cell)

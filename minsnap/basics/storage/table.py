@@ -77,12 +77,12 @@ def _row(path: str | os.PathLike[str], number: int, line: str, names: list[str])
     if "_" not in line and all(map(math.isfinite, values)):
         return values
     where = f"{path}, line {number}"
-    return [_cell(where, name, cell.strip()) for name, cell in zip(names, cells, strict=True)]
+    return [cell_number(where, name, cell.strip()) for name, cell in zip(names, cells, strict=True)]
 
 
-def _cell(where: str, name: str, cell: str) -> float:
+def cell_number(where: str, name: str, cell: str) -> float:
     """Return the number in a cell, or raise an error that says what is wrong."""
-    if not _is_number(cell):
+    if not is_finite_number(cell):
         raise FileError(f"{where}: {name} is {cell[:40]!r}, not a finite number")
     return float(cell)
 
@@ -93,7 +93,8 @@ def _count(line: str, cells: list[str]) -> str:
     return "1 number" if len(cells) == 1 else f"{len(cells)} numbers"
 
 
-def _is_number(cell: str) -> bool:
+def is_finite_number(cell: str) -> bool:
+    """Whether a cell is a finite number; Python's underscores between digits are none."""
     try:
         return "_" not in cell and math.isfinite(float(cell))
     except ValueError:

@@ -18,7 +18,7 @@ from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError, MinsnapError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.crazyflie_compressed import pieces_that_fit
-from minsnap.files.formats.pieces import from_powers, polynomials_of, position_powers, yaw_powers
+from minsnap.files.formats.pieces import check_spatial, from_powers, polynomials_of, position_powers, yaw_powers
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -68,8 +68,7 @@ def write_crazyflie(
 
 def crazyflie_rows(trajectory: Trajectory, max_pieces: int | None = MAX_PIECES) -> FloatArray:
     """Return the rows of the file, shape (pieces, 33)."""
-    if trajectory.dim != 3:
-        raise FileError(f"a Crazyflie file holds 3 coordinates, and the trajectory has {trajectory.dim}")
+    check_spatial(trajectory, "a Crazyflie file")
     if len(trajectory.durations) == 1:
         half = trajectory.duration / 2
         trajectory = trajectory.between(0.0, half).then(trajectory.between(half, trajectory.duration))

@@ -21,7 +21,7 @@ from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import FileError, FirmwareWarning
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.bezier_segments import DEGREE, LONGEST, check_range, distance_bounds, packed, unpacked
-from minsnap.files.formats.pieces import polynomials_of, position_powers, yaw_powers
+from minsnap.files.formats.pieces import check_spatial, polynomials_of, position_powers, yaw_powers
 from minsnap.polynomials.bernstein import elevate, powers_to_points
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import PlannedHeading
@@ -187,8 +187,7 @@ def _unpacked(content: bytes, where: str = "the trajectory") -> Trajectory:
 
 def _control_points(trajectory: Trajectory) -> FloatArray:
     """Return control points of degree 7 of x, y, z and yaw, shape (pieces, 4, 8)."""
-    if trajectory.dim != 3:
-        raise FileError(f"a Crazyflie file holds 3 coordinates, and the trajectory has {trajectory.dim}")
+    check_spatial(trajectory, "a Crazyflie file")
     position_powers(trajectory, DEGREE)  # refuses a higher degree
     place = elevate(trajectory.control_points.transpose(0, 2, 1), DEGREE + 1)
     powers = yaw_powers(trajectory, DEGREE) * trajectory.durations[:, None] ** np.arange(DEGREE + 1)

@@ -15,6 +15,7 @@ from minsnap.basics.arrays import FloatArray, ReadOnly
 from minsnap.basics.checks import check_positive
 from minsnap.errors import FileError
 from minsnap.files.formats.bezier_segments import LARGEST, distance_bounds, distances_within
+from minsnap.files.formats.pieces import check_spatial
 from minsnap.polynomials.bernstein import basis, differentiate
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -75,8 +76,7 @@ def cubic_segments(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Cubi
     FileError
         If it has other than 3 coordinates, or leads too far away.
     """
-    if trajectory.dim != 3:
-        raise FileError(f"a show holds 3 coordinates, and the trajectory has {trajectory.dim}")
+    check_spatial(trajectory, "a show")
     tolerance = check_positive("the tolerance", tolerance, "m", FileError)
     breaks = _whole(trajectory.breaks)
     while len(coarse := _coarse(trajectory, breaks, tolerance)):

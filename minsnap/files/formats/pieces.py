@@ -46,6 +46,12 @@ def polynomials_of(path: Path, most_pieces: int | None = None) -> tuple[Trajecto
     return curve, f"the shape is written as {len(curve.durations)} polynomials, at most {error:g} m from it"
 
 
+def check_spatial(trajectory: Trajectory, what: str) -> None:
+    """Raise FileError where a file of three coordinates cannot hold a trajectory."""
+    if trajectory.dim != 3:
+        raise FileError(f"{what} holds 3 coordinates, and the trajectory has {trajectory.dim}")
+
+
 def position_powers(trajectory: Trajectory, degree: int) -> FloatArray:
     """Ascending powers of the seconds since each piece's start.
 

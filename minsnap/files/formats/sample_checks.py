@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.errors import FileError
-from minsnap.trajectory.samples import ARRAYS, Samples
-
-VECTORS = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
+from minsnap.trajectory.samples import ARRAYS, VECTORS, Samples
 
 
 def checked_samples(samples: Samples) -> Samples:

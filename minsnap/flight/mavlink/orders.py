@@ -18,7 +18,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
 from minsnap.certificate import certify
 from minsnap.corridors.gate_passages import gate_passages
-from minsnap.corridors.gates import Gate
+from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.room import Room
 from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
 from minsnap.limits.limits import Limits
@@ -106,7 +106,7 @@ class Orders:
         if order.get("stop"):
             return self._stopped()
         places = _places(order)
-        points = np.array([place.center if isinstance(place, Gate) else place for place in places])
+        points = np.array(list(map(center_of, places)))
         yaw = None if "yaw" not in order else np.atleast_1d(order["yaw"])
         return self._changed(points, yaw, [place for place in places if isinstance(place, Gate)])
 
@@ -198,8 +198,8 @@ def _places(order: dict[str, Any]) -> list[Any]:
     places: list[Any] = []
     for index, entry in enumerate(entries):
         stop = stop_of(f"waypoint {index}", entry)
-        if stop.straight and isinstance(stop.place, Gate):
-            step = stop.place.crossing * stop.straight * stop.place.normal
+        if stop.straight and stop.gate is not None:
+            step = stop.gate.crossing * stop.straight * stop.gate.normal
             places += [stop.center - step, stop.place, stop.center + step]
         else:
             places.append(stop.place)

@@ -15,6 +15,13 @@ from minsnap.basics.messages import shown
 from minsnap.errors import TimingError
 
 
+def check_setpoint_rate(rate: float) -> float:
+    """Return a rate [Hz], or raise TimingError where it is no positive number."""
+    if not (math.isfinite(rate) and rate > 0):
+        raise TimingError(f"the rate is {shown(rate)}: it must be a positive number of setpoints per second")
+    return rate
+
+
 class Clock:
     """Monotonic time and waiting; tests may pass a clock with simulated time."""
 
@@ -78,9 +85,7 @@ class Schedule:
     """
 
     def __init__(self, rate: float, start: float) -> None:
-        if not (math.isfinite(rate) and rate > 0):
-            raise TimingError(f"the rate is {shown(rate)}: it must be a positive number of setpoints per second")
-        self.rate = rate
+        self.rate = check_setpoint_rate(rate)
         self.start = start
         self.skipped = 0
         self._last = -1

@@ -10,11 +10,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, interpolated
 from minsnap.basics.messages import shown
-from minsnap.errors import InputError, TimingError
+from minsnap.errors import InputError
 from minsnap.files.frames import get_frame, map_samples
 from minsnap.flight.mavlink.dialect import Message, load_dialect
+from minsnap.flight.mavlink.schedule import check_setpoint_rate
 from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
 from minsnap.trajectory.heading import wrap
 from minsnap.trajectory.samples import Samples
@@ -239,9 +240,7 @@ def _check_laps(samples: Samples, laps: int) -> None:
 
 def _resampled(samples: Samples, rate: float | None) -> Samples:
     """Return the samples at another rate, by Hermite interpolation of position and its derivatives."""
-    if rate is not None and not (math.isfinite(rate) and rate > 0):
-        raise TimingError(f"the rate is {shown(rate)}: it must be a positive number of setpoints per second")
-    if rate is None or abs(samples.rate - rate) <= 1e-6 * rate:
+    if rate is None or abs(samples.rate - check_setpoint_rate(rate)) <= 1e-6 * rate:
         return samples
     from minsnap.trajectory.path import sample_times
 
@@ -254,13 +253,9 @@ def resampled_at(samples: Samples, inside: FloatArray, t: FloatArray) -> Samples
     motion = _interpolated(samples.t, [samples.position, samples.velocity, samples.acceleration], inside)
     heading = _interpolated(samples.t, [samples.yaw, samples.yaw_rate], inside)
     names = ("position", "velocity", "acceleration", "yaw", "yaw_rate")
-    added = None if samples.feed_forward is None else _linear(samples.t, samples.feed_forward, inside)
+    added = None if samples.feed_forward is None else interpolated(inside, samples.t, samples.feed_forward)
     quantities: dict[str, Any] = dict(zip(names, motion + heading, strict=True))
     return Samples(t, **quantities, feed_forward=added, lead=samples.lead)
-
-
-def _linear(t: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
-    return np.stack([np.interp(at, t, column) for column in values.T], axis=1)
 
 
 def _interpolated(t: FloatArray, orders: list[FloatArray | None], at: FloatArray) -> list[FloatArray | None]:

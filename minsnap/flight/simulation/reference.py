@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, interpolated
 from minsnap.errors import InputError, TimingError
 from minsnap.flight.simulation.controllers.controller import Reference
 from minsnap.flight.simulation.controllers.feed_forward import drag_feed_forward, reference_states
@@ -71,8 +71,8 @@ class ReferenceTable:
             return Samples(t, spatial(path(inside)), velocity, acceleration, yaw=path.yaw(inside))
         own = self.samples.t - self.samples.t[0] + self.samples.lead
         known = self.samples.velocity
-        moving = None if known is None else _interpolated(t, own, known)
-        return Samples(t, _interpolated(t, own, self.samples.position), moving)
+        moving = None if known is None else interpolated(t, own, known)
+        return Samples(t, interpolated(t, own, self.samples.position), moving)
 
 
 def _added(vehicle: Quadrotor, samples: Samples, compensation: Drag | None) -> FloatArray:
@@ -113,11 +113,5 @@ def _spatial(samples: Samples) -> Samples:
     """Return samples with three coordinates: 3-D ones unchanged, 2-D ones at height 0."""
     if samples.dim == 3:
         return samples
-    names = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
-    held = {name: getattr(samples, name) for name in names}
-    changed: dict[str, Any] = {name: spatial(value) for name, value in held.items() if value is not None}
+    changed: dict[str, Any] = {name: spatial(values) for name, values in samples.vectors().items()}
     return replace(samples, **changed)
-
-
-def _interpolated(t: FloatArray, own: FloatArray, values: FloatArray) -> FloatArray:
-    return np.stack([np.interp(t, own, column) for column in values.T], axis=-1)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.basics.arrays import FloatArray, interpolated, own_arrays
 from minsnap.basics.storage.reading import check_size
 from minsnap.errors import FileError, FitError
 from minsnap.files.logs.dataflash import read_dataflash
@@ -107,21 +107,17 @@ def body_motion(flight: Samples, felt: InertialLog) -> FlightMotion:
     assert flight.velocity is not None
     return FlightMotion(
         t,
-        _at(t, flight.t, flight.velocity),
+        interpolated(t, flight.t, flight.velocity),
         _attitudes(t, felt),
         _means(t, 1.0 / rate, felt.force_t, felt.specific_force),
         None if felt.throttle is None or felt.throttle_t is None else np.interp(t, felt.throttle_t, felt.throttle),
     )
 
 
-def _at(t: FloatArray, known: FloatArray, values: FloatArray) -> FloatArray:
-    return np.stack([np.interp(t, known, column) for column in values.T], axis=1)
-
-
 def _attitudes(t: FloatArray, felt: InertialLog) -> FloatArray:
     from scipy.spatial.transform import Rotation
 
-    turns = _at(t, felt.attitude_t, felt.quaternion)
+    turns = interpolated(t, felt.attitude_t, felt.quaternion)
     return np.asarray(Rotation.from_quat(np.roll(turns, -1, axis=1)).as_matrix())
 
 
@@ -129,5 +125,5 @@ def _means(t: FloatArray, width: float, known: FloatArray, values: FloatArray) -
     """Return means over [t - width/2, t + width/2] of values interpolated linearly."""
     steps = np.diff(known)[:, None]
     total = np.vstack([np.zeros(values.shape[1]), np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0)])
-    ends = [_at(np.clip(t + side * width / 2, known[0], known[-1]), known, total) for side in (-1.0, 1.0)]
+    ends = [interpolated(np.clip(t + side * width / 2, known[0], known[-1]), known, total) for side in (-1.0, 1.0)]
     return np.asarray((ends[1] - ends[0]) / width)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, interpolated
 from minsnap.errors import InputError
 from minsnap.flight.tracking.reference_curve import position_at
 from minsnap.trajectory.samples import Samples
@@ -89,7 +89,7 @@ def learned(
         raise InputError(f"the delay is {delay} s: it must be 0 or more, and shorter than the plan")
     error = plan.position - position_at(flown, plan.t)
     step = plan.duration / (len(plan) - 1)
-    ahead = np.stack([np.interp(plan.t + delay, plan.t, column) for column in error.T], axis=1)
+    ahead = interpolated(plan.t + delay, plan.t, error)
     before = sent.position - plan.position
     change = before + settings.gain * _smooth(ahead, step, settings.cutoff)
     change = _bounded(change, settings.largest) * _window(plan, settings.ramp)[:, None]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, interpolated
 from minsnap.trajectory.samples import Samples
 
 _SLOW = 0.05
@@ -29,7 +29,7 @@ def position_at(samples: Samples, t: FloatArray) -> FloatArray:
     """
     inside = np.clip(t, samples.t[0], samples.t[-1])
     if samples.velocity is None or len(samples) < 2:
-        return np.stack([np.interp(inside, samples.t, column) for column in samples.position.T], axis=-1)
+        return interpolated(inside, samples.t, samples.position)
     from scipy.interpolate import CubicHermiteSpline
 
     return np.asarray(CubicHermiteSpline(samples.t, samples.position, samples.velocity)(inside))
@@ -48,7 +48,7 @@ def direction_at(samples: Samples, t: FloatArray) -> FloatArray:
     velocity = samples.velocity
     if velocity is None:
         velocity = np.gradient(samples.position, samples.t, axis=0) if len(samples) > 1 else 0.0 * samples.position
-    there = np.stack([np.interp(t, samples.t, column) for column in velocity.T], axis=-1)
+    there = interpolated(t, samples.t, velocity)
     speed = np.linalg.norm(there, axis=1, keepdims=True)
     return np.asarray(np.where(speed < _SLOW, 0.0, there / np.maximum(speed, _SLOW)))
 

@@ -17,7 +17,7 @@ from itertools import product
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.basics.arrays import FloatArray, interpolated, own_arrays
 from minsnap.errors import FitError
 from minsnap.flight.simulation.controllers.cascade_settings import CascadeSettings
 from minsnap.flight.tracking.flight_motion import flown_span
@@ -100,7 +100,9 @@ class _Series:
         first, last = flown_span(flight)
         assert flight.velocity is not None
         t = np.arange(max(first, reference.t[0]), min(last, reference.t[-1], flight.t[-1]), 1.0 / RATE)
-        place, self._velocity = (_at(t, flight.t, values) for values in (flight.position, flight.velocity))
+        place, self._velocity = (
+            interpolated(t, flight.t, values[:, :2]) for values in (flight.position, flight.velocity)
+        )
         row = np.clip(np.searchsorted(reference.t, t, side="right") - 1, 0, len(reference) - 1)
         gains = {name: np.array(getattr(settings, name)[:2]) for name in _GAINS}
         assert reference.velocity is not None
@@ -136,10 +138,6 @@ def _controlled(values: FloatArray, gains: dict[str, FloatArray]) -> FloatArray:
     """Proportional and integral part of the velocity loop."""
     total = np.cumsum(values, axis=0) / RATE
     return np.asarray(gains["velocity_gain"] * values + gains["velocity_integral"] * total)
-
-
-def _at(t: FloatArray, known: FloatArray, values: FloatArray) -> FloatArray:
-    return np.stack([np.interp(t, known, column) for column in values.T[:2]], axis=1)
 
 
 def _integrals(values: FloatArray, steps: int) -> FloatArray:

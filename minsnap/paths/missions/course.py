@@ -14,7 +14,7 @@ from minsnap.basics.checks import check_array, check_distance, check_switch, is_
 from minsnap.basics.messages import shown
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
-from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.gates import Ball, Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import WaypointError
@@ -52,7 +52,7 @@ class Stop:
     straight: float = 0.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.place, Gate):
+        if self.gate is None:
             give = "a gate, or two or three finite numbers"
             place = check_array("the place of a stop", self.place, ((2,), (3,)), give, WaypointError)
             object.__setattr__(self, "place", place)
@@ -60,13 +60,18 @@ class Stop:
             value = getattr(self, name)
             if not is_number(value) or value < 0.0:
                 raise WaypointError(f"{name} of a waypoint is {shown(value)}: give a number, 0 or more")
-        if self.straight and not (isinstance(self.place, Gate) and self.place.crossing):
+        if self.straight and not (self.gate and self.gate.crossing):
             raise WaypointError("only a gate with a crossing, 1 or -1, is passed straight: give both, or leave it out")
+
+    @property
+    def gate(self) -> Gate | None:
+        """The gate; None at a point."""
+        return self.place if isinstance(self.place, Gate) else None
 
     @property
     def center(self) -> FloatArray:
         """The point, or the middle of the gate [m]."""
-        return self.place.center if isinstance(self.place, Gate) else self.place
+        return np.asarray(center_of(self.place))
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,10 +184,10 @@ def section_arguments(stops: Sequence[Stop], course: Course, closed: bool) -> di
     straight: list[tuple[int, Gate]] = []
     for index, stop in enumerate(stops):
         inner = closed or 0 < index < len(stops) - 1
-        if isinstance(stop.place, Gate) and inner and stop.straight:
-            straight.append((len(places), stop.place))
-            step = stop.place.crossing * stop.straight * stop.place.normal
-            places += [stop.place.moved(-step), stop.place, stop.place.moved(step)]
+        if stop.gate is not None and inner and stop.straight:
+            straight.append((len(places), stop.gate))
+            step = stop.gate.crossing * stop.straight * stop.gate.normal
+            places += [stop.gate.moved(-step), stop.gate, stop.gate.moved(step)]
             balls += [0.0] * 3
             continue
         places.append(stop.place if inner else stop.center)

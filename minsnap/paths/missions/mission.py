@@ -13,7 +13,7 @@ from minsnap.basics.checks import check_kind
 from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gate_passages import GatePassage, numbered_passages
-from minsnap.corridors.gates import Gate
+from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.tubes import Tube
@@ -82,7 +82,7 @@ class Mission:
     @property
     def gates(self) -> dict[int, Gate]:
         """The gates, by their numbers among the stops."""
-        return {number: stop.place for number, stop in enumerate(self.course.stops) if isinstance(stop.place, Gate)}
+        return {number: stop.gate for number, stop in enumerate(self.course.stops) if stop.gate is not None}
 
     def gate_passages(self) -> tuple[GatePassage, ...]:
         """Return when, how fast and how far from its edges each gate is passed; by its number among the stops."""
@@ -251,10 +251,10 @@ def _run(course: Course, stop: Stop, where: Any, side: float, name: str) -> list
     place = stop.center.copy()
     if where is not True:
         place[: len(place) - 1] = where[: len(place) - 1]
-    elif isinstance(stop.place, Gate):
+    elif stop.gate is not None:
         most = course.bounds.speed or SPEED
         length = min(max(SHORTEST_RUN, most**2 / (2.0 * (course.bounds.acceleration or ACCELERATION))), LONGEST_RUN)
-        place = place + side * (stop.place.crossing or 1) * length * stop.place.normal
+        place = place + side * (stop.gate.crossing or 1) * length * stop.gate.normal
     return [] if np.array_equal(place, stop.center) else [(name, Stop(place))]
 
 
@@ -273,7 +273,7 @@ def _section(
 
 def _walls(corridor: Sequence[Constraint], places: Any) -> list[Walls]:
     """Return the walls that positions stay inside, for waypoints and gates."""
-    points = np.array([place.center if isinstance(place, Gate) else place for place in places])
+    points = np.array(list(map(center_of, places)))
     return [wall for wall in walls_of(corridor, points) if wall.order == 0]
 
 
