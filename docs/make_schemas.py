@@ -3,17 +3,19 @@
 import json
 from pathlib import Path
 
+from minsnap.basics.schema import Form, Json, json_schema
 from minsnap.batch.spec import BATCH
 from minsnap.files.request_yaml import REQUEST
-from minsnap.files.schema import Form, Json, json_schema
 from minsnap.paths.missions.course_file import COURSE
 from minsnap.shows.show_yaml import SHOW
+from minsnap.vehicle.yaml import VEHICLE
 
 FOLDER = Path(__file__).parent / "schemas"
 FORMS: dict[str, tuple[str, Form]] = {
     "plan": ("What minsnap plan and the studio read and write", REQUEST),
     "course": ("A course with gates, laps, take-off and landing", COURSE),
     "batch": ("A data set of planned problems, drawn by a generator or from a table", BATCH),
+    "vehicle": ("A quadrotor: its body, rotors and drag", VEHICLE),
     "show": ("A show of several vehicles: formations and the flights between them", SHOW),
 }
 

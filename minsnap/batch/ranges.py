@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.files.schema import NUMBER, WHOLE, Form, from_to
+from minsnap.basics.schema import NUMBER, WHOLE, Form, from_to
 
 
 @dataclass(frozen=True)

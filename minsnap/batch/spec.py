@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from minsnap.basics.messages import shown
+from minsnap.basics.schema import BOX, FLAG, TEXT, WHOLE, Form, Key, either, from_to, mapping, several, word
 from minsnap.basics.storage.text import load_yaml
 from minsnap.batch.problem_table import count_rows, digest_of
 from minsnap.batch.ranges import Range, ranged
 from minsnap.errors import FileError
 from minsnap.files.limits_in_files import NAMED, PRESET
-from minsnap.files.schema import BOX, FLAG, TEXT, WHOLE, Form, Key, either, from_to, mapping, several, word
 
 BIGGEST = 1e6
 """Greatest length [m], duration [s] and limit that a specification may name."""

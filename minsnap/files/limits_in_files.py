@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from minsnap.basics.limit_kinds import KINDS
+from minsnap.basics.schema import NUMBER, Form, Key, either, mapping, word
 from minsnap.files.plan_request import RESERVE, SHORT_NAMES, VEHICLES, named_vehicle
-from minsnap.files.schema import NUMBER, Form, Key, either, mapping, word
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import completed_in_file
 from minsnap.vehicle.quadrotor import Quadrotor

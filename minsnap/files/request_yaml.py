@@ -8,13 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from minsnap.basics.schema import BOX, FLAG, HEADING, NUMBER, POINT, WHOLE, Key, either, mapping, several, word
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.text import load_yaml
 from minsnap.corridors.keep_out import NAMED
 from minsnap.files.frames import FRAMES
 from minsnap.files.limits_in_files import LIMITS, PRESET, complete, without_null
 from minsnap.files.plan_request import RESERVE, PlanRequest
-from minsnap.files.schema import BOX, FLAG, HEADING, NUMBER, POINT, WHOLE, Key, either, mapping, several, word
 from minsnap.files.waypoints import COLUMNS, Waypoints, read_waypoints, waypoints_of
 from minsnap.limits.ordinary import written_in_file
 

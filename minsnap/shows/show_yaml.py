@@ -11,11 +11,11 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
+from minsnap.basics.schema import BOX, FLAG, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import load_yaml
 from minsnap.errors import FileError
 from minsnap.files.limits_in_files import LIMITS, limits_of
-from minsnap.files.schema import BOX, FLAG, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.fleet.separation import Separation
 from minsnap.shows.formations import circle, grid, points_file, text
 from minsnap.shows.mesh_points import mesh

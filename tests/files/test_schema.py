@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from minsnap.basics.schema import FLAG, NUMBER, WHOLE, Key, either, mapping, several, word
 from minsnap.errors import FileError
 from minsnap.files.limits_in_files import LIMITS
-from minsnap.files.schema import FLAG, NUMBER, WHOLE, Key, either, mapping, several, word
 
 DOCS = Path(__file__).parents[2] / "docs"
 

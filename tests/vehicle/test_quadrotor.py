@@ -118,12 +118,23 @@ def test_yaml_reads_back_exactly(tmp_path, drag) -> None:
     np.testing.assert_array_equal(second.drag.force(air, **known), drag.force(air, **known))
 
 
+FIELDS = """mass: 1.0
+inertia: [0.005, 0.006, 0.009]
+arm_length: 0.2
+thrust_coefficient: 7.0e-6
+torque_coefficient: 2.0e-7
+rotor_speed_max: 1000.0
+"""
+
+
 @pytest.mark.parametrize(
     ("text", "error", "says"),
     [
-        ("mass: 1.0\n", VehicleError, "needs inertia, arm_length"),
-        ("- 1\n", VehicleError, "holds no vehicle"),
-        ("mass: 1.0\nwings: 2\n", VehicleError, "no field is called wings"),
+        ("mass: 1.0\n", VehicleError, "has no inertia and no arm_length"),
+        ("- 1\n", VehicleError, "give the fields of a vehicle by name"),
+        ("mass: 1.0\nwings: 2\n", VehicleError, "'wings' is not known: the keys are mass"),
+        ("mas: 1.0\n", VehicleError, "quad.yaml: 'mas' is not known: did you mean mass"),
+        (FIELDS.replace("mass: 1.0", "mass: -1"), VehicleError, "quad.yaml: mass is -1.0: it must be a number above 0"),
         ("mass: [1\n", FileError, "line"),
         ("mass: !!python/object/apply:os.getcwd []\n", FileError, "line 1"),
     ],
@@ -158,7 +169,7 @@ def test_a_drag_without_description_is_not_written(tmp_path) -> None:
 )
 def test_bad_drags_in_descriptions_are_named(drag: object) -> None:
     with pytest.raises(VehicleError, match="drag"):
-        vehicle_from(Quadrotor, GOOD | {"drag": drag})
+        vehicle_from(Quadrotor, GOOD | {"inertia": list(GOOD["inertia"]), "drag": drag})
 
 
 def test_a_long_value_is_shortened_in_the_message():

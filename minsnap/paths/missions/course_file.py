@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from minsnap.basics.schema import ANYTHING, FLAG, HEADING, NUMBER, POINT, TEXT, WHOLE, Key, either, mapping, several
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import load_yaml
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate
 from minsnap.errors import FileError
 from minsnap.files.limits_in_files import DESCRIBED, LIMITS, complete, limits_of, vehicle_of, without_null
-from minsnap.files.schema import ANYTHING, FLAG, HEADING, NUMBER, POINT, TEXT, WHOLE, Key, either, mapping, several
 from minsnap.files.waypoints import COLUMNS
 from minsnap.limits.limits import Limits
 from minsnap.paths.missions.course import Course, Stop
