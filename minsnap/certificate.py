@@ -118,7 +118,7 @@ class Certificate:
         )
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the path, and what holds of it."""
+        """Return the card of a notebook: the path, and the figures of the certificate."""
         verdict = "Certificate: everything asked holds" if self.ok else "Certificate: not everything asked holds"
         return card(verdict, self._facts(), path_drawings(self.trajectory), good=self.ok)
 

@@ -127,7 +127,7 @@ def check_threads(threads: Any, error: type[MinsnapError]) -> int:
 
 
 def beyond(value: Any) -> str:
-    """Return what a message adds about a number that is positive, but beyond the range of those of a question."""
+    """Return the end of a message about a positive number that is outside the range of the library."""
     positive = isinstance(value, (int, float, np.floating)) and not isinstance(value, NO_NUMBERS) and 0 < value < inf
     return f", from {SMALLEST:g} to {LARGEST:g}" if positive else ""
 

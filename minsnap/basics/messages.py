@@ -1,4 +1,4 @@
-"""How a message shows a value, whatever a caller passed."""
+"""Values of any kind as short texts for messages."""
 
 from __future__ import annotations
 

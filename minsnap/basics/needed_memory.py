@@ -58,7 +58,7 @@ def size_text(size: float) -> str:
 
 
 def planned_bytes(waypoints: Any = None, *_: Any, degree: Any = 7, **__: Any) -> int:
-    """Return what the control points of plans take [bytes].
+    """Return the memory of the control points of plans [bytes].
 
     Parameters
     ----------

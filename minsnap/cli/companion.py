@@ -61,7 +61,7 @@ class Listening:
     port: str | None = None
 
     def open(self) -> socket.socket | None:
-        """Return what datagrams come to."""
+        """Return the socket for datagrams."""
         if self.port is None:
             return None
         host, _, number = self.port.rpartition(":")
@@ -240,7 +240,7 @@ class OrderLines:
         self.over = False
 
     def fileno(self) -> int:
-        """Return what becomes readable when a line has come."""
+        """Return the file descriptor that is readable once a line is there."""
         return sys.stdin.fileno() if self._socket is None else self._socket.fileno()
 
     def take(self, answer: Callable[[str], str]) -> None:

@@ -81,7 +81,7 @@ def _wider(show: Show, more: float) -> Show:
 
 
 def _certified(show: Show, planned: Fleet, held: Fleet) -> tuple[FleetCertificate, FleetCertificate]:
-    """Return what holds of the files and of the plan."""
+    """Return the certificates of the files and of the plan."""
     from minsnap.fleet.fleet_certificate import certify_fleet
 
     named = replace(held, separation=show.separation)

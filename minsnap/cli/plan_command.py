@@ -107,7 +107,7 @@ def _home(file: Path) -> tuple[float, ...] | None:
 
 
 def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> Course | None:
-    """Return what is flown as a course: a file that describes one, or waypoints with laps, take-off or landing."""
+    """Return the course: that of a file, or waypoints with laps, take-off or landing; None without these."""
     from minsnap.files.request_yaml import is_request
     from minsnap.paths.missions.course_file import is_course, read_course
 

@@ -1,4 +1,4 @@
-"""How far each cell of a grid is from the nearest occupied one."""
+"""Distance of each cell of a grid from the nearest occupied one."""
 
 from __future__ import annotations
 

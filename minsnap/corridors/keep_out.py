@@ -35,7 +35,7 @@ def clearance_of(obstacle: Obstacle, point: FloatArray) -> float:
 
 
 def supporting_planes(obstacle: Obstacle, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return planes that touch an obstacle on the side of points (..., 3), which it is wholly behind.
+    """Return planes that touch an obstacle on the side of points (..., 3); the obstacle is behind them.
 
     Returns
     -------

@@ -78,7 +78,7 @@ def _reader(path: str | os.PathLike[str]) -> Format:
 
 
 def resolution_of(path: str | os.PathLike[str], rate: float = RATE) -> float:
-    """Return what rounding in a file may do to a difference of two samples [m, m/s, rad]; 0.001 at least."""
+    """Return the rounding error of a difference of two samples of a file [m, m/s, rad]; 0.001 at least."""
     chosen = _reader(path)
     if chosen.rounding is None or chosen.read is None:
         return RESOLUTION

@@ -133,7 +133,7 @@ def request_text(request: PlanRequest) -> str:
 
 
 def _described(request: PlanRequest) -> dict[str, Any]:
-    """Return what a request says, without what is left to its defaults."""
+    """Return the keys of a request that differ from their defaults."""
     limits: dict[str, Any] = dict(request.limits)
     if request.rotors is None and request.durations is None and request.total_time is None:
         limits = written_in_file(limits)

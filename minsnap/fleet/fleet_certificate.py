@@ -33,7 +33,7 @@ REACH = 1.5
 """Pairs nearer than this many times their separation are listed, unless the caller says otherwise."""
 
 FINEST = 1e-10
-"""How far the proof of a clearance and the truth may lie apart [m]."""
+"""Greatest difference between a proved clearance and the true one [m]."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How far the vehicles of a fleet use their limits and their room.
+"""Use of limits and room by the vehicles of a fleet.
 
 Pieces of all vehicles of one degree and one set of limits are measured as if they were one curve: limits are asked of
 each piece alone.
@@ -24,7 +24,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class FleetUse:
-    """How far a limit is used by the vehicle of a fleet that uses it most.
+    """Largest use of a limit by a vehicle of a fleet.
 
     Parameters
     ----------

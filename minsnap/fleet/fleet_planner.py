@@ -36,7 +36,7 @@ GUESSES = (0, 1, 4, 2)
 """Kinds of guesses, in the order in which they are tried."""
 
 NEAR, AGREEING, CROWD = 0.01, 0.005, 8
-"""Guesses are tried until a time is near the least by a share, two agree, or there is one for each so many vehicles."""
+"""Guesses end when a time is near the least by a share, two agree, or each ``CROWD`` vehicles had one."""
 
 EXPLORING, LOWERING, ENDING = (0.07, 0.03), (0.035, 0.01), (0.02, 0.004)
 """Shares by which the time is lowered: at first, and at last. From each guess; then the best, coarsely and finely."""

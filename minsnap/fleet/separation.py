@@ -1,4 +1,4 @@
-"""How far apart the vehicles of a fleet are to be."""
+"""Separation of the vehicles of a fleet."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from minsnap.errors import FleetError
 
 @dataclass(frozen=True, eq=False)
 class Separation(ReadOnly):
-    r"""How far apart any two vehicles are to be at every instant.
+    r"""Least distance of any two vehicles at every instant.
 
     The distance of two vehicles is :math:`\sqrt{\Delta x^2 + \Delta y^2 + (\Delta z / w)^2}` with the downwash w:
     vehicles above each other are to be w times as far apart as vehicles side by side.

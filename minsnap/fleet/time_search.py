@@ -220,7 +220,7 @@ class TimeSearch:
             if certified is not None and gain > 0.0:
                 best = certified
             else:
-                search.forget()
+                search.forget()  # multipliers of a time that was not reached push the next curves too far apart
             share = min(largest, GROWTH * share) if gain > ENOUGH * aim else 0.5 * share
         return best
 

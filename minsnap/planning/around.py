@@ -35,13 +35,13 @@ SAMPLES = 17
 """Points of each part by which planes are chosen."""
 
 BENDS = (0.0, 0.25, -0.25, 0.5, -0.5)
-"""How far the first guesses bend aside, in lengths of their legs."""
+"""Sideways bend of the first guesses, in lengths of their legs."""
 
 ROUNDS, GAIN = 8, 1e-3
 """Most plans of one way, and the share below which another one gains too little."""
 
 FINEST = 1e-9
-"""How far the proof of a clearance and the truth may lie apart [m]."""
+"""Greatest difference between a proved clearance and the true one [m]."""
 
 
 def plan_around(
@@ -86,6 +86,7 @@ def _planned_around(
             best = timed if best is None or (timed is not None and timed[0] < best[0]) else best
             if best is not None and ends is not None and monotonic() > ends:
                 return best[1]
+        # Finer parts cost a search of twice the size each: they are for ways that coarser ones miss.
         if best is not None:
             return _improved(best, attempt, ends)
     raise UnprovedError(
@@ -155,6 +156,7 @@ def _attempt(
     if timing.durations is not None:
         each = check_durations(timing.durations, task.legs)
         timing = replace(timing, durations=np.repeat(each / parts, parts))
+    # Angles belong to waypoints, and the parts have knots between them: the heading is that of the joined curve.
     try:
         timed = plan_timed(cut, timing, lambda curve: curve.with_yaw(finish(_joined(curve, parts)).yaw), instants)
     except (InfeasibleError, SolverError, TimingError):

@@ -107,7 +107,7 @@ def plan_many(
 
 
 def _problems_in(line: ProgressLine) -> Callable[[int, int], None]:
-    """Return what shows the number of problems in a line."""
+    """Return a callback that shows the number of problems in a line."""
     return lambda done, count: line.show(done / count, f"{done} of {count} problems")
 
 

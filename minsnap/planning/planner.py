@@ -176,6 +176,8 @@ def plan(
         waypoints, yaw = table.points, table.yaw if yaw is None else yaw
         free = _all_none((durations, total_time, limits, how.time_weight))
         durations = table.durations if free else durations
+    # The quick path takes a few microseconds: it runs before the imports and checks below, and knows their defaults.
+    # The native path takes microseconds: it is tried before the imports and the checks below, which take longer.
     further = limits, continuity, yaw, start, end, pins, waypoint_tolerance, avoid
     if (
         (search is None or replace(how, on_interrupt="raise") == USUAL)
@@ -224,7 +226,7 @@ def _shown(curve: Trajectory, progress: Progress | bool, on_interrupt: str) -> T
 
 
 def _steps_in(line: ProgressLine, on_interrupt: str) -> Progress:
-    """Return what shows every step of a search in a line."""
+    """Return a callback that shows every step of a search in a line."""
     hint = " (Ctrl-C takes the best)" if on_interrupt == "return" else ""
     return lambda step: line.show(None, f"{step.evaluation} plans, {step.total_time:.4g} s{hint}")
 
@@ -291,14 +293,14 @@ class _Plan:
 
     timed: Timed
     limits: Limits | None
-    unasked: bool
+    default_yaw: bool
     milliseconds: float
 
     def report(self, curve: Trajectory) -> Report:
         """Return the report of the plan."""
         timed, limits, optimum = self.timed, self.limits, self.timed.solved.optimum
         notes: tuple[str, ...] = ()
-        if limits is not None and self.unasked:
+        if limits is not None and self.default_yaw:
             from minsnap.limits.heading_cost import fixed_yaw_notes
 
             notes = fixed_yaw_notes(limits, curve)

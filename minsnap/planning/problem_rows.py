@@ -1,4 +1,4 @@
-"""The problems of plan_many: rows of arguments as long arrays, and whatever else each one asks for."""
+"""The problems of plan_many: rows of arguments as long arrays, and the other arguments of each."""
 
 from __future__ import annotations
 

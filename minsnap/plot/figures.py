@@ -95,7 +95,7 @@ def plot_overview(
 
 
 def _rows(samples: Samples, limits: Any) -> list[Any]:
-    """Return what is drawn against time: orders of derivatives, then names of what else is known."""
+    """Return the rows against time: orders of derivatives, then names of other known quantities."""
     known = heading_rows(samples)
     heading = [name for name, _, _ in known] if any(np.any(values) for _, _, values in known) else []
     return [*available_orders(samples), *heading, *(["limits"] if _can_show(limits, samples) else [])]

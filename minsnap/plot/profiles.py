@@ -116,7 +116,7 @@ def plot_heading(path: Path | Samples, axes: npt.ArrayLike | None = None) -> npt
 
 
 def heading_rows(samples: Samples) -> list[tuple[str, str, FloatArray]]:
-    """Return what is known of the heading: name, unit and values (m,) of yaw and yaw rate."""
+    """Return name, unit and values (m,) of yaw and yaw rate, as far as they are known."""
     known = (("yaw", "rad", samples.yaw), ("yaw rate", "rad/s", samples.yaw_rate))
     return [(name, unit, values) for name, unit, values in known if values is not None]
 

@@ -77,6 +77,7 @@ def peaks(points: FloatArray, above: float) -> tuple[IntArray, FloatArray, Float
 def _summits(values: FloatArray, floor: FloatArray) -> tuple[IntArray, IntArray]:
     high = values > floor
     rising = values[:, 1:] >= values[:, :-1]
+    # Not below the left neighbour and above the right one: a plateau counts once, at its right end.
     high[:, 1:] &= rising
     high[:, :-1] &= ~rising
     row, column = np.nonzero(high)

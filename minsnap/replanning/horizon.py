@@ -46,7 +46,7 @@ def joined_with(curve: Trajectory, tail: Trajectory, finish: AttachHeading) -> T
 def near(
     task: Task, limits: Limits | None, legs: int | None, rest: Trajectory | None, flown: Trajectory | None
 ) -> Near:
-    """Return what is planned of a task.
+    """Return the part of a task that is planned.
 
     Parameters
     ----------

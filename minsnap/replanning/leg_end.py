@@ -23,7 +23,7 @@ SHARE = 0.1
 """Share of a leg, or of the next one if that is longer, below which what is left of it is flown on."""
 
 AT_WAYPOINT = 1e-9
-"""Distance, relative to the largest coordinate, at which it ends at its waypoint."""
+"""Distance from its waypoint up to which a leg ends there, relative to the largest coordinate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class LegEnd:
 
 
 def leg_end_of(splice: Splice) -> LegEnd | None:
-    """Return what is left of the leg that is being flown, if that is little; None otherwise."""
+    """Return the rest of the leg in flight if it is short; None otherwise."""
     rest, (whole, at) = splice.rest, splice.source
     if rest is None:
         return None
@@ -103,7 +103,7 @@ def _meets(task: Task, position: FloatArray) -> bool:
 
 
 def after_first_leg(curve: Trajectory | None) -> Trajectory | None:
-    """Return what follows the first leg of a curve; None where nothing does."""
+    """Return a curve without its first leg; None if it has no other."""
     return None if curve is None or curve.legs == 1 else legs_of(curve, 1, curve.legs)
 
 

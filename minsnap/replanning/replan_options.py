@@ -35,7 +35,7 @@ def all_limits(limits: Limits | None, vehicle: Quadrotor | None) -> Limits | Non
 
 
 def replan_heading(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
-    """Return what gives a curve the requested heading; None where it is held."""
+    """Return the function that gives a curve its heading; None where the heading is held."""
     if yaw is None:
         return None
     if not isinstance(yaw, str) and not is_number(yaw):

@@ -339,6 +339,7 @@ class Replanner:
         if call.course.outside:
             return search_back(self._part(task, None, None).task, aim, self._finish(call, splice), seconds)
         known = None if self._memory is None else self._memory.first_guess(splice, task.legs)
+        # A polynomial over the little that is left of a leg loses digits (see leg_end): that part is flown on.
         guess, end = known or splice.rest, flown_on(splice, task, self._limits)
         end = end if end is not None and has_angles(end.left, call.angles) else None
         later = None if end is None else aim.after(end.left.duration)
@@ -366,7 +367,7 @@ class Replanner:
         return replace(better, curve=curve)
 
     def _finish(self, call: _Call, splice: Splice, passed: int = 0) -> AttachHeading:
-        """Return what gives a curve from a splice its heading; ``passed`` of the waypoints ahead are before it."""
+        """Return the function that gives a curve its heading, from a splice or ``passed`` waypoints after it."""
         flown, instant, chosen = splice.flown, splice.instant, self._chosen
         limit = None if self._limits is None else self._limits.yaw_rate
         if call.angles is not None:
@@ -376,7 +377,7 @@ class Replanner:
     def _chosen_of(
         self, call: _Call, rest: Trajectory | None, better: Better | None, reason: str
     ) -> tuple[Better | None, str]:
-        """Return what to fly instead of the rest, or None and why."""
+        """Return the plan to fly instead of the rest, or None and the reason."""
         if better is None:
             return None, reason
         late = self._clock() - call.due

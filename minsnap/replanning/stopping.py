@@ -205,6 +205,7 @@ def _family(
     limited = _excess(piece, bounds, ends, durations).max(axis=1) <= 0.0
     within = [_excess(piece, walls, ends, durations) <= 0.0 for walls in own]
     before, after = np.logical_and.accumulate(within[0], axis=1), within[-1][:, ::-1]
+    # A stop may pass from the first leg into the last: inside of one up to the change, of the other from it on.
     both = before & np.logical_and.accumulate(after, axis=1)[:, ::-1]
     for index in np.flatnonzero(limited & (before[:, -1] | both[:, 1:-1].any(axis=1))):
         change = None if before[index, -1] else _middle(both[index, 1:-1])

@@ -38,7 +38,7 @@ class Takes:
             self._skipped[part] = 0
 
     def most(self, part: str, first: float = 0.0) -> float:
-        """Return what a part takes at most, as far as is known; ``first`` where nothing is."""
+        """Return the longest known time of a part; ``first`` before it has run."""
         known = self._known[part]
         return MARGIN * max(known) if known else first
 

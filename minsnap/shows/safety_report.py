@@ -151,7 +151,7 @@ def _limits(report: SafetyReport) -> str:
 
 
 def _validation(held: FleetCertificate) -> str:
-    """Return what Skybrush checks at samples, with the exact figures over all time beside its thresholds."""
+    """Return the checks that Skybrush makes at samples: exact figures over all time beside its thresholds."""
     limits = Limits(**{name: 1.0 for name in VALIDATED})  # type: ignore[arg-type]
     certificate = certify_fleet(held.fleet, Separation(1.0), limits)
     figures = {used.use.name: used.use.value for used in certificate.utilisation}

@@ -162,7 +162,7 @@ def _load(archive: zipfile.ZipFile, name: str) -> Any:
 
 
 def _resolved(archive: zipfile.ZipFile, entry: Any) -> Any:
-    """Return what an entry refers to, or the entry itself."""
+    """Return the file that an entry refers to, or the entry itself."""
     if not isinstance(entry, dict) or "$ref" not in entry:
         return entry
     return _load(archive, str(entry["$ref"]).removesuffix("#").removeprefix("./"))

@@ -95,7 +95,7 @@ class FunctionHeading(Heading):
     function: YawFunction
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
-        """Return what the function gives."""
+        """Return the value of the function."""
         return self.function(t, order)
 
 

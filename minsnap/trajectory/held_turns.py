@@ -50,6 +50,7 @@ class HeadingTable:
             high = runs[at + 1][0] if at + 1 < len(runs) else len(self.t) - 1
             wide = self._widened(runs[at], (low, high), most * (1.0 - RESERVE))
             runs = self._joined(runs, at, (low, high)) if wide is None else [*runs[:at], wide, *runs[at + 1 :]]
+            # A joined hold takes room from the one before it, which may have to be wider now: go back to that one.
             at = at + 1 if wide is not None else max(at - 1, 0)
         return runs
 
@@ -87,6 +88,7 @@ class HeadingTable:
         if open_ended:
             return np.asarray(ends)
         _, middle, angle = self.turn(first, last)
+        # The middle step is a cubic from rest to rest: in its middle it turns 1.5 times as fast as on average.
         return np.asarray(np.maximum(ends, 1.5 * np.abs(angle) / middle))
 
     def _joined(self, runs: list[tuple[int, int]], at: int, room: tuple[int, int]) -> list[tuple[int, int]]:

@@ -1,4 +1,4 @@
-"""What every path answers, polynomial or not, so that whatever only evaluates takes any path."""
+"""The protocol of a path, polynomial or not: code that only evaluates takes any path."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class Path(ABC):
         return Samples(grid, position, velocity, acceleration, jerk, snap, yaw, yaw_rate)
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: a small drawing, and the facts."""
+        """Return the card of a notebook: a small drawing, and the facts."""
         from minsnap.trajectory.path_card import path_card
 
         return path_card(self)

@@ -52,7 +52,7 @@ Progress = Callable[[Step], None]
 
 @dataclass(frozen=True)
 class Utilisation:
-    """How far a limit is used, at the instant where it is used most.
+    """Largest use of a limit, and where it is.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ class Report:
         ]
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the facts, and the best value against the plans tried."""
+        """Return the card of a notebook: the facts, and the best value against the plans tried."""
         best = np.array([step.best for step in self.steps])
         drawn = len(best) > 1 and bool(np.isfinite(best).all())
         search = [strip_svg(np.arange(1.0, len(best) + 1.0), best, "best so far")] if drawn else []

@@ -91,7 +91,7 @@ class Samples(ReadOnly):
         return float(self.t[-1] - self.t[0])
 
     def commanded(self) -> Samples:
-        """Return what is sent to a vehicle: the feed-forward is in the acceleration, and not stated apart any more."""
+        """Return the samples for a vehicle: the feed-forward is added to the acceleration, not stated apart."""
         if self.feed_forward is None:
             return self
         own = 0.0 if self.acceleration is None else self.acceleration

@@ -174,7 +174,7 @@ class Trajectory(ReadOnly, Path):
         return f"Trajectory(legs={self.legs}, duration={self.duration:g} s, dim={self.dim}, degree={self.degree})"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: a small drawing of the path, and the facts."""
+        """Return the card of a notebook: a small drawing of the path, and the facts."""
         from minsnap.trajectory.path_card import trajectory_card
 
         return trajectory_card(self)
@@ -189,7 +189,7 @@ class Trajectory(ReadOnly, Path):
 
     @cached_property
     def _native(self) -> Evaluator:
-        """What evaluates the curve in the native core; whatever that refuses is left to ``Path`` and ``_evaluate``."""
+        """The curve in the native core; orders and instants that it refuses go to ``Path`` and ``_evaluate``."""
         return Evaluator(*self._polynomials)
 
     @property

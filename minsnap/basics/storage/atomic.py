@@ -101,7 +101,7 @@ def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> 
 
 
 def refuse_source(path: str | os.PathLike[str] | None, *sources: str | os.PathLike[str] | None) -> None:
-    """Raise FileError if a file that is to be written is one that is read, under whatever name; None is no file."""
+    """Raise FileError if a file to write is one of those that are read, under another name too; None is no file."""
     for source in sources:
         if path is None or source is None or not Path(path).is_file():
             continue

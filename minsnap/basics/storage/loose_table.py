@@ -101,7 +101,7 @@ def _named_by_comment(raw: list[str], columns: LooseColumns) -> tuple[list[str],
 
 
 def _separator(path: str | os.PathLike[str], lines: list[_Line]) -> str | None:
-    """Return what is between the cells; None for spaces."""
+    """Return the separator of the cells; None for spaces."""
     text = "\n".join(line.text for line in lines)
     present = [separator for separator in SEPARATORS if separator in text]
     if len(present) > 1:

@@ -38,7 +38,7 @@ def read_text(path: str | os.PathLike[str], largest: int = LARGEST) -> str:
 
 @cache
 def _standard_input() -> str:
-    """Return what arrives on the standard input, once: who asks again has the same."""
+    """Return the text of standard input; it is read once, and later calls return the same."""
     with reading(STANDARD_INPUT, "text"):
         content = sys.stdin.buffer.read(LARGEST_YAML + 1)
         if len(content) > LARGEST_YAML:

@@ -50,7 +50,7 @@ FIXED_YAW = "2026.08"
 
 @dataclass(frozen=True)
 class Rounding:
-    """How far what is flown may be from what was planned, at any instant.
+    """Bounds of the difference between the stored and the planned curve, at any instant.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def _write(content: Trajectory, path: str | os.PathLike[str], writing: Writing) 
 
 
 def _resolution(content: Trajectory, step: float) -> float:
-    """Return what rounding may do to a difference of two values a step apart [m], [m/s], [rad].
+    """Return the rounding error of a difference of two values a step apart [m], [m/s], [rad].
 
     Two values of the velocity are each off by 2 n units over the shortest piece at most and by what a millisecond is of
     a piece; those of the acceleration by 4 n (n - 1) units over its square.

@@ -84,6 +84,7 @@ def cubic_segments(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Cubi
     points = _hermite(trajectory, breaks)
     scale = _scale(points)
     rounded = np.round(points * (1e3 / scale)).astype(np.int64)
+    # A drone reads each segment from where the last one ends: ends that round to two numbers would be a jump.
     rounded[1:, 0] = rounded[:-1, -1]
     held = CubicSegments(breaks, _straightened(rounded), scale, 0.0)
     return CubicSegments(breaks, held.points, scale, float(distance_bounds(held.trajectory(), trajectory)[0]))

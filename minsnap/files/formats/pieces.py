@@ -14,7 +14,7 @@ from minsnap.trajectory.polynomial_form import as_polynomials
 from minsnap.trajectory.trajectory import Trajectory
 
 YAW_TOLERANCE = 1e-3
-"""How far a heading may be from the polynomial that is written for it [rad]."""
+"""Greatest difference of a heading from its written polynomial [rad]."""
 
 SHAPE_ERRORS = (1e-6, 1e-5, 1e-4, 1e-3)
 """Errors that a shape's polynomials may have: the first for which they fit the format [m]."""

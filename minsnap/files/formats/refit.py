@@ -12,7 +12,7 @@ from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
 TOLERANCE = 1e-3
-"""How far the curve may pass from a sample [m]."""
+"""Greatest distance of the curve from a sample [m]."""
 
 
 def refit(samples: Samples, max_pieces: int | None = None, tolerance: float = TOLERANCE) -> Trajectory:

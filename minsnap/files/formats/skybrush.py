@@ -112,7 +112,7 @@ def read_skybrush(path: str | os.PathLike[str]) -> SkybrushFile:
 
 
 def parsed(content: bytes, where: str = "the show") -> SkybrushFile:
-    """Return what the bytes of a file hold; ``where`` names it in messages."""
+    """Return the curve and the lights in the bytes of a file; ``where`` names it in messages."""
     if content[:4] != MARK or content[4] not in (1, VERSION):
         raise FileError(f"{where} is not a binary Skybrush show of version 1 or 2")
     offset = 5

@@ -104,7 +104,7 @@ class _Formats(dict[int, Any]):
 
 
 def _inertial_of(columns: dict[str, dict[str, FloatArray]], start: float) -> InertialLog | None:
-    """Return what the body felt, None where attitude or accelerometer was not logged."""
+    """Return attitude, specific force and throttle; None where attitude or accelerometer was not logged."""
     attitude, felt, thrust = (columns.get(name, {}) for name in ("ATT", "IMU", "CTUN"))
     names = ("Roll", "Pitch", "Yaw"), ("AccX", "AccY", "AccZ")
     if not (all(name in attitude for name in names[0]) and all(name in felt for name in names[1])):

@@ -81,7 +81,7 @@ def read_ulog(path: str | os.PathLike[str], inertial: bool = False) -> FlightLog
 
 
 def _inertial(topics: dict[str, dict[str, FloatArray]], start: float) -> InertialLog | None:
-    """Return what the body felt, None where attitude or accelerometer was not logged."""
+    """Return attitude, specific force and throttle; None where attitude or accelerometer was not logged."""
     attitude = topics.get("vehicle_attitude", {})
     turns = _some(attitude, *(f"q[{k}]" for k in range(4)))
     felt = [(topics[topic], names) for topic, names in ACCELEROMETERS.items() if topic in topics]

@@ -47,7 +47,7 @@ class FlightTimes:
 
 
 def uploads(fleet: Fleet, uris: Sequence[str]) -> list[Upload]:
-    """Return what would be written to each vehicle, without a link.
+    """Return the memory of each vehicle, without a link.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def upload(
 
 
 def _fly(fleet: Fleet, links: Sequence[CrtpLink], timing: FlightTimes, say: Callable[[str], None]) -> None:
-    """Fly what was uploaded; whatever ends it early lands all in place."""
+    """Fly the uploaded curves; an early end lands all in place."""
     starts = [curve(0.0) for curve in fleet]
     yaws = [float(curve.yaw(np.array(0.0))) for curve in fleet]
     landing = struct.pack("<BBff?f", LAND, 0, 0.0, 0.0, True, timing.landing)

@@ -45,7 +45,7 @@ class Upload:
 
 
 def upload_of(trajectory: Trajectory) -> Upload:
-    """Return what is written for a trajectory: polynomials if they fit, else the compressed form.
+    """Return the bytes of a trajectory: polynomials if they fit, else the compressed form.
 
     Raises
     ------

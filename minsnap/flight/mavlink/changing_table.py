@@ -16,7 +16,7 @@ from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
 JOIN_DISTANCE = 0.02
-"""How far a change may begin from where the setpoints are then [m]."""
+"""Greatest distance between the start of a change and the setpoint at that instant [m]."""
 
 ALIKE = 0.1
 """By how much the velocity that it begins with may differ from theirs [m/s]."""

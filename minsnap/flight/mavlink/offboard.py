@@ -103,7 +103,7 @@ def _at_speed(samples: Samples, report: ConsistencyReport) -> str:
 
 
 def sampled(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> tuple[Samples, str]:
-    """Return what is to be flown as samples in z-up world axes, and the frame that it is from."""
+    """Return the source as samples in z-up world axes, and its frame."""
     rate = 20.0 if options.rate is None else options.rate
     if isinstance(source, Samples):
         return source, options.frame or "enu"

@@ -47,7 +47,7 @@ class FlightNeeds:
 
 
 def flight_needs(samples: Samples) -> FlightNeeds:
-    """Return what samples in z-up world axes require; without velocities or accelerations these are zero."""
+    """Return the needs of samples in z-up world axes; without velocities or accelerations these are zero."""
     still = np.zeros((1, 3))
     velocity = still if samples.velocity is None else samples.velocity
     acceleration = still if samples.acceleration is None else samples.acceleration

@@ -14,7 +14,7 @@ from minsnap.flight.mavlink.sequence import SetpointStep
 from minsnap.native.setpoint_sender import MOST_AHEAD, NativeSender
 
 AHEAD = 0.25
-"""How far ahead setpoints are prepared: for so long they leave on time while the rest of the program is late [s]."""
+"""Setpoints are prepared this long ahead: they leave on time while the rest of the program is late [s]."""
 
 SETTING_UP = 0.05
 """Time for the thread to start before its first setpoint is decided [s]."""

@@ -174,7 +174,7 @@ class Sequence:
         return self._was_outside or not self._on_entry
 
     def step(self, at: Conditions) -> SetpointStep | None:
-        """Return what to send in this slot, or None when the flight has ended and sending must stop."""
+        """Return the setpoint and commands of this slot, or None once the flight has ended and sending must stop."""
         self._watch_mode(at)
         self.led |= self._leads(at.vehicle)
         if at.stops and self.phase is not Phase.HOLDING:
@@ -192,7 +192,7 @@ class Sequence:
         return None if self.phase is Phase.DONE else self._answer(at)
 
     def foreseen(self, slot: int) -> SetpointStep:
-        """Return what is sent in a later slot if nothing happens until then; commands apart."""
+        """Return the setpoint of a later slot if nothing happens until then; without commands."""
         if self.phase is not Phase.FLYING:
             return SetpointStep(None if self._lost_at is not None else self.setpoint)
         index = slot - self._first_slot
@@ -269,7 +269,7 @@ class Sequence:
             self.phase, self._first_slot = Phase.FLYING, at.slot if at.begin is None else at.begin
 
     def _missing(self, at: Conditions) -> str:
-        """Return what a start with arming still waits for."""
+        """Return the condition that a start with arming still waits for."""
         if at.vehicle.refusal is not None:
             failed = "".join(f"; {check}" for check in at.vehicle.arming.failed)
             reasons = "".join(f'; it says "{text}"' for text in at.vehicle.warnings)
@@ -346,7 +346,7 @@ class Sequence:
         return self._autopilot.acts_alone(at.vehicle) or (lost and not self._autopilot.follows(at.vehicle))
 
     def hold_ends(self, at: Conditions) -> str:
-        """Return what ends a hold."""
+        """Return the sentence that says how a hold ends."""
         command = self._wanted_command(at.vehicle)
         descent = "" if command is None else "it has been asked to come down; "
         refusal = at.vehicle.refusal

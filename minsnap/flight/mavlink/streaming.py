@@ -280,6 +280,7 @@ class Streamer:
 
     def _is_over(self, sequence: Sequence) -> bool:
         """Serve one slot, also after an exception; return whether it was the last."""
+        # Nothing ends the loop but the sequence: a vehicle without setpoints leaves its mode in the air.
         try:
             return self._slot(sequence)
         except KeyboardInterrupt:
@@ -315,7 +316,7 @@ class Streamer:
 
     @staticmethod
     def _foreseen(sequence: Sequence, step: SetpointStep) -> Foreseer:
-        """Return what tells the setpoints after this step; none are sent while the autopilot takes off by itself."""
+        """Return the function of the setpoints after this step; none while the autopilot takes off by itself."""
         return (lambda slot: SetpointStep(None)) if step.setpoint is None else sequence.foreseen
 
     def _message(self, step: SetpointStep, milliseconds: int) -> Message:

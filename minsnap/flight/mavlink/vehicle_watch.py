@@ -93,7 +93,7 @@ class VehicleWatch:
             self.take(message)
 
     def findings(self, autopilot: Autopilot, samples: Samples | None) -> list[Finding]:
-        """Return what the messages say, one finding a subject; what was not told is not known."""
+        """Return one finding a subject from the messages; a subject without a message is unknown."""
         return [
             self._mode(autopilot),
             self._estimate(),

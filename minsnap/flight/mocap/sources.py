@@ -20,7 +20,7 @@ FARTHEST = 1e6
 """Coordinate beyond which a packet holds no pose of a room [m]."""
 
 MOST = 1e6
-"""Length of a quaternion above which it is none."""
+"""Greatest length of a quaternion; a longer one is refused."""
 
 
 @dataclass(frozen=True)

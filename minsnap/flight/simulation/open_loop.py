@@ -22,7 +22,7 @@ from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.states import FlatStates, flatness_of
 
 _INSIDE = 1e-9
-"""How far before its end a step's last rotor speeds are taken, as a part of the step."""
+"""Distance from the end of a step at which its last rotor speeds are taken, as a share of the step."""
 
 
 def simulate_open_loop(

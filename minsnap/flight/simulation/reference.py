@@ -64,7 +64,7 @@ class ReferenceTable:
         return np.asarray(np.clip(rows, 0, len(self.samples) - 1))
 
     def at(self, t: FloatArray, path: Path | Samples) -> Samples:
-        """Return what is planned for instants, shape (m,): exact for a path, interpolated between samples."""
+        """Return the plan at instants, shape (m,): exact for a path, interpolated between samples."""
         if isinstance(path, Path):
             inside = np.minimum(t, path.duration)
             velocity, acceleration = (spatial(path(inside, order)) for order in (1, 2))

@@ -237,5 +237,5 @@ def _plain(number: FittedNumber | None) -> dict[str, float] | None:
 
 
 def default_name(path: str | os.PathLike[str]) -> str:
-    """Return what a vehicle fitted to a file is called."""
+    """Return the name of a vehicle fitted to a file."""
     return f"fitted to {Path(path).name}"

@@ -70,7 +70,7 @@ def write_flight_page(
 
 
 def _fitted(logs: Mapping[str, str | os.PathLike[str]]) -> tuple[dict[str, FlightFit], list[str]]:
-    """Return what the logs tell, and which tell nothing and why."""
+    """Return the fits of the logs, and the reason for each log without one."""
     fits, untold = {}, []
     for name, log in logs.items():
         try:

@@ -115,7 +115,7 @@ class _Series:
         self.moved = _integrals(self._velocity[self._longest :], self._step)
 
     def rest(self, link: int, attitude: int) -> FloatArray:
-        """Return what drag and a constant have to explain for delays in steps, (m, 2), every row one window."""
+        """Return the change of velocity left to drag and a constant, for delays in steps: (m, 2), a row a window."""
         velocity, end = self._velocity[self._longest :], len(self._commanded)
         setpoints = self._commanded[self._longest - link - attitude : end - link - attitude]
         pulled = setpoints - self._felt[self._longest - attitude : end - attitude]

@@ -26,7 +26,7 @@ STATES = 50.0
 def simulated_log(
     vehicle: Quadrotor, flight: Flight, setpoints: Path | Samples, noise: float = 0.05, seed: int = 0
 ) -> FlightLog:
-    """Return what a log of a simulated flight holds: setpoints, states, and what the body felt.
+    """Return the log of a simulated flight: setpoints, states, attitude, specific force and throttle.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def simulated_log(
 
 
 def _specific_force(vehicle: Quadrotor, flight: Flight, thrust: FloatArray) -> FloatArray:
-    """Return what an accelerometer measures in the body, shape (m, 3) [m/s^2]."""
+    """Return the measurements of an accelerometer in the body, shape (m, 3) [m/s^2]."""
     from scipy.spatial.transform import Rotation
 
     turns = Rotation.from_quat(np.roll(flight.quaternion, -1, axis=1)).as_matrix()

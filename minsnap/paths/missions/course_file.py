@@ -22,7 +22,7 @@ from minsnap.limits.limits import Limits
 from minsnap.paths.missions.course import Course, Stop
 
 MOST_TURNED = 2.0 * pi
-"""Heading of a gate in radians beyond which it is taken for degrees."""
+"""Heading of a gate above which it is refused as one in degrees [rad]."""
 
 PLAIN = ("waypoints", "yaw", "durations")
 """Keys of a waypoint file, which is no course."""

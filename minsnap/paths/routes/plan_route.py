@@ -29,7 +29,7 @@ from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
 FREE_HEIGHT = 1.0
-"""How far above and below start and goal a plan in space may pass through a plane map [m]."""
+"""Room above and below start and goal for a plan in space through a plane map [m]."""
 
 
 @dataclass(frozen=True, eq=False)

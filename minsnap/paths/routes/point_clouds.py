@@ -19,7 +19,7 @@ CLOUDS = (".pcd", ".ply", ".xyz")
 """Endings of point clouds."""
 
 BEYOND = 1.0
-"""How far a map reaches beyond the points, start and goal, and the clearance: room to pass around and above [m]."""
+"""Margin of a map around the points, start, goal and clearance: room to pass around and above [m]."""
 
 
 def read_cloud(path: str | os.PathLike[str]) -> FloatArray:
