@@ -119,7 +119,7 @@ class Certificate:
 
     def _repr_html_(self) -> str:
         """Return the card of a notebook: the path, and the figures of the certificate."""
-        verdict = "Certificate: everything asked holds" if self.ok else "Certificate: not everything asked holds"
+        verdict = "Certificate: all conditions hold" if self.ok else "Certificate: not all conditions hold"
         return card(verdict, self._facts(), path_drawings(self.trajectory), good=self.ok)
 
     def _facts(self) -> Facts:

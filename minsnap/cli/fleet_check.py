@@ -34,7 +34,7 @@ def check_fleet(path: Path, separation: float | None, downwash: float, json: boo
 
 def pair_rows(certificate: FleetCertificate, most: int = LISTED) -> list[list[str]]:
     """Return the pairs that come nearest, as rows of text under a heading."""
-    rows = [["vehicles", "", "distance [m]", "asked [m]", "at [s]", "between [m]"]]
+    rows = [["vehicles", "", "distance [m]", "separation [m]", "at [s]", "between [m]"]]
     for near in certificate.nearest[:most]:
         names = [certificate.fleet.name(vehicle) for vehicle in near.pair]
         figures = f"{near.distance:.4f}", f"{near.required:.4g}", f"{near.instant:.2f}"

@@ -98,7 +98,7 @@ def plot_separation(certificate: FleetCertificate, ax: Axes | None = None) -> Ax
     t = np.linspace(0.0, certificate.fleet.duration, INSTANTS)
     axes.plot(t, least_distances(certificate.fleet, separation, t), color="tab:blue", label="nearest pair, sampled")
     apart = separation.between(*pair)
-    axes.axhline(apart, color="tab:red", linestyle="--", label=f"asked, {apart:g} m")
+    axes.axhline(apart, color="tab:red", linestyle="--", label=f"separation, {apart:g} m")
     proved = f"proved least, {least:.3f} m"
     axes.plot(instant, least, "o", color="tab:orange", label=proved)
     axes.set_xlabel("time [s]")

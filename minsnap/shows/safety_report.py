@@ -112,7 +112,7 @@ def _facts(report: SafetyReport) -> str:
     rows = [("vehicles", str(len(held.fleet))), ("duration", f"{held.fleet.duration:.2f} s")]
     if separation is not None:
         apart = "radii of each vehicle" if separation.distance is None else f"{separation.distance:g} m"
-        rows.append(("separation asked", f"{apart}, heights divided by {separation.downwash:g}"))
+        rows.append(("separation", f"{apart}, heights divided by {separation.downwash:g}"))
     rows.append(("files from the plan", f"{1e3 * report.distance:.2g} mm at most, included in every figure below"))
     for axis, name in enumerate(("x", "y", "altitude")):
         rows.append((name, f"within {_range(points[:, axis])} m"))
@@ -147,7 +147,7 @@ def _limits(report: SafetyReport) -> str:
         before = "" if plan is None else f"{plan.use.value:.4g}"
         who = report.held.fleet.name(used.vehicle)
         rows.append((used.use.name, f"{used.use.limit:.4g}", before, f"{used.use.value:.4g}", who))
-    return table("Limits", ["limit", "asked", "plan", "files", "vehicle"], rows)
+    return table("Limits", ["limit", "bound", "plan", "files", "vehicle"], rows)
 
 
 def _validation(held: FleetCertificate) -> str:
@@ -179,7 +179,9 @@ def _pairs(held: FleetCertificate) -> str:
         names = " and ".join(held.fleet.name(vehicle) for vehicle in near.pair)
         place = point_text(held.middle_of(near).round(2) + 0.0)
         rows.append((names, f"{near.instant:.2f}", place, f"{near.distance:.4f}", f"{near.required:.4g}"))
-    return table("Nearest pairs, by time", ["vehicles", "at [s]", "between [m]", "distance [m]", "asked [m]"], rows)
+    return table(
+        "Nearest pairs, by time", ["vehicles", "at [s]", "between [m]", "distance [m]", "separation [m]"], rows
+    )
 
 
 def _vehicles(held: FleetCertificate) -> str:

@@ -195,14 +195,14 @@ def facts(held: FleetCertificate) -> list[tuple[str, str]]:
         rows.append(("least distance", f"{held.least_distance:.4f} m at {held.instant:.2f} s"))
         rows.append(("of", " and ".join(fleet.name(vehicle) for vehicle in held.pair)))
         if held.separation is not None:
-            rows.append(("asked", f"{held.separation.between(*held.pair):g} m"))
+            rows.append(("separation", f"{held.separation.between(*held.pair):g} m"))
     return rows
 
 
 def verdict(held: FleetCertificate) -> str:
     """Return as HTML whether all vehicles are apart."""
     if held.separation is None:
-        return sentence("no separation is given: minsnap studio FLEET --separation M says which pairs come near")
+        return sentence("no separation is known: minsnap studio FLEET --separation M says which pairs come near")
     if held.ok:
         return sentence("certified at every instant", "good")
-    return sentence("two vehicles come nearer than asked", "refusal")
+    return sentence("two vehicles come nearer than their separation", "refusal")

@@ -46,7 +46,7 @@ def test_what_is_proved_stands_on_the_page(page):
     assert dict(facts(page.certificate))["least distance"] == f"{held.least_distance:.4f} m at {held.instant:.2f} s"
     assert "certified at every instant" in verdict(page.certificate)
     nearer = minsnap.certify_fleet(FLEET, minsnap.Separation(0.8, downwash=2.0))
-    assert "nearer than asked" in verdict(nearer) and dict(facts(nearer))["asked"] == "0.8 m"
+    assert "nearer than their separation" in verdict(nearer) and dict(facts(nearer))["separation"] == "0.8 m"
 
 
 def test_the_chart_is_the_least_distance_with_what_is_asked(page):

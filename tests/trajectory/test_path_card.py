@@ -49,8 +49,8 @@ def test_a_report_shows_its_search_and_its_limits():
 def test_a_certificate_shows_whether_everything_holds():
     path = minsnap.plan(CORNERS, durations=[4, 2, 4, 2])
     good, bad = minsnap.certify(path, CORNERS), minsnap.certify(path, CORNERS, corridor=0.1)
-    assert ">Certificate: everything asked holds<" in good._repr_html_()
-    assert ">Certificate: not everything asked holds<" in bad._repr_html_()
+    assert ">Certificate: all conditions hold<" in good._repr_html_()
+    assert ">Certificate: not all conditions hold<" in bad._repr_html_()
     assert facts(bad)["corridor margin"].startswith(f"{bad.corridor_margin:.3g} m")
     assert "corridor margin" not in facts(good)
 

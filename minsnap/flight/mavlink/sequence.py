@@ -348,7 +348,7 @@ class Sequence:
     def hold_ends(self, at: Conditions) -> str:
         """Return the sentence that says how a hold ends."""
         command = self._wanted_command(at.vehicle)
-        descent = "" if command is None else "it has been asked to come down; "
+        descent = "" if command is None else "it was told to come down; "
         refusal = at.vehicle.refusal
         told = command is not None and refusal is not None and refusal.command == command.command
         refused = f"it refuses {refusal}; " if told else ""

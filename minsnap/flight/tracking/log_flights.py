@@ -134,7 +134,7 @@ def find_flights(reference: Samples, setpoints: Samples) -> list[LogFlight]:
     flights = [_cut(reference, setpoints, flight) for flight in whole] or _begun(reference, setpoints)
     if not flights:
         nearest = min((flight.mismatch for flight in refined), default=np.inf)
-        near = f"at best {nearest:.2g} m apart" if np.isfinite(nearest) else "nothing like it was asked for"
+        near = f"at best {nearest:.2g} m apart" if np.isfinite(nearest) else "no setpoints are like it"
         raise InputError(f"the log's setpoints do not follow the file ({near}): is it of another file or frame?")
     return flights
 
