@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ctypes import c_int64, c_void_p
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -126,8 +127,13 @@ class CorridorAnswer:
     attempts: int
 
 
-def solve_corridor(question: CorridorQuestion, gap: float = GAP) -> CorridorAnswer | None:
-    """Solve a question, giving away at most a share ``gap`` of the cost; None where the Python core is in use."""
+def solve_corridor(
+    question: CorridorQuestion, gap: float = GAP, effort: float = 1.0, seconds: float = inf
+) -> CorridorAnswer | None:
+    """Solve a question, giving away at most a share ``gap`` of the cost; None where the Python core is in use.
+
+    It gives up after a share ``effort`` of the work that a question is worth, or after so many seconds.
+    """
     function = _SOLVE.function()
     if function is None:
         return None
@@ -136,19 +142,22 @@ def solve_corridor(question: CorridorQuestion, gap: float = GAP) -> CorridorAnsw
     points, knots = np.empty((pieces, 2 * half, dim)), np.empty((pieces + 1, half, dim))
     wall, rows = np.empty(most, dtype=np.int64), np.empty((2, most))
     found = CorridorAnswerRecord(points=points, knots=knots, wall=wall, s=rows[0], multiplier=rows[1])
-    status = Status(function(corridor_record(question, question.durations, gap), found))
+    status = Status(function(corridor_record(question, question.durations, gap, effort, seconds), found))
     used = slice(0, found.rows)
     active = wall[used], rows[0, used], rows[1, used]
     figures = found.cost, found.bound, found.share, found.rounds, found.attempts
     return CorridorAnswer(status, points, knots, *active, *figures)
 
 
-def corridor_record(question: CorridorQuestion, durations: FloatArray, gap: float) -> CorridorRecord:
+def corridor_record(
+    question: CorridorQuestion, durations: FloatArray, gap: float, effort: float = 1.0, seconds: float = inf
+) -> CorridorRecord:
     """Return a question as entry points take it, with durations of pieces, or of legs for a search."""
     q = question
     return CorridorRecord(
         **{"half": q.half, "pieces": len(durations), "dim": q.positions.shape[1], "continuity": q.continuity},
         **{"closed": q.closed, "length": q.length, "time": q.time, "gap": gap, "positions": q.positions},
+        **{"effort": effort, "seconds": seconds},
         **{"durations": durations, "pinned": q.pinned, "values": q.values, "walls": wall_record(q.walls)},
     )
 

@@ -109,7 +109,7 @@ class CorridorRecord(Record):
 
     _fields_ = (
         *_integers("half", "pieces", "dim", "continuity", "closed"),
-        *_floats("length", "time", "gap"),
+        *_floats("length", "time", "gap", "effort", "seconds"),
         *_arrays("positions", "durations", "pinned", "values"),
         ("walls", WallsRecord),
     )

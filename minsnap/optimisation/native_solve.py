@@ -17,12 +17,17 @@ from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import parted
 
 
-def solve_natively(task: Task, durations: FloatArray, units: Units, gap: float) -> CorridorAnswer | str:
-    """Return a proved answer for piece durations (pieces in all,) [s], or the reason why there is none."""
+def solve_natively(
+    task: Task, durations: FloatArray, units: Units, gap: float, effort: float = 1.0
+) -> CorridorAnswer | str:
+    """Return a proved answer for piece durations (pieces in all,) [s], or the reason why there is none.
+
+    It gives up when the task is due, or after a share ``effort`` of the work that a task is worth.
+    """
     question = corridor_question(task, durations, units)
     if isinstance(question, str):
         return question
-    answer = solve_corridor(question, gap)
+    answer = solve_corridor(question, gap, effort, task.deadline.left)
     if answer is None:
         return core().reason
     return answer if answer.status is Status.DONE else answer.status.reason

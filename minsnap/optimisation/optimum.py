@@ -16,6 +16,10 @@ class InfeasibleRowsError(Exception):
     """No curve was found that keeps the rows so far."""
 
 
+class GaveUpError(InfeasibleRowsError):
+    """The native core gave up, for the reason that is the argument, and no other core was asked."""
+
+
 @dataclass(frozen=True, eq=False)
 class Optimum:
     """The optimum for given durations, in normalised units, and how it was found.

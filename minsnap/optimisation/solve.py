@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from enum import Enum
 from functools import partial
 
 import numpy as np
@@ -13,10 +14,17 @@ from minsnap.errors import MinsnapError
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.native.status import GAVE_UP
 from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
-from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
+from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError, Optimum
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
+
+
+class Effort(Enum):
+    """Share of the work that a problem is worth, after which the native core gives up and no other core is asked."""
+
+    WHOLE = 1.0
+    TRY = 0.25  # of a search: of the problems that it does not solve soon nearly all have no curve
 
 
 def solve(
@@ -26,7 +34,7 @@ def solve(
     units: Units | None = None,
     gap: float = GAP,
     prove: bool = True,
-    natively: bool = False,
+    effort: Effort | None = None,
 ) -> SolvedTask:
     """Find the curve of least cost for piece durations (pieces in all,) [s].
 
@@ -40,14 +48,13 @@ def solve(
         Share of the cost that may be given away for fewer rounds.
     prove : bool
         Whether the exact margin is checked; a search can do without.
-    natively : bool
-        Whether to end where the native core takes the problem and finds no answer: a search that tries other durations
-        then loses little, as nearly all of these have no curve.
+    effort : Effort, optional
+        After which the native core gives up; by default another core is asked then.
 
     Raises
     ------
     InfeasibleRowsError
-        If no curve keeps all walls, or the native core found none.
+        If no curve keeps all walls; a GaveUpError where the native core gave up, and ``effort`` was given.
     SolverError
         If none was found.
     """
@@ -56,18 +63,29 @@ def solve(
         return _solved_without_walls(task, units, durations)
     if samples is not None:
         return _solved_in_python(task, durations, units, samples, gap, prove)
-    native = _solved_natively(task, units, durations, gap, prove)
+    native = _solved_natively(task, units, durations, gap, prove, effort or Effort.WHOLE)
     if isinstance(native, SolvedTask):
         return native
-    if natively and native in GAVE_UP:
-        raise InfeasibleRowsError
-    found = _solved_in_python(task, durations, units, samples, gap, prove)
-    return replace(found, optimum=replace(found.optimum, handed_over=native))
+    if effort is not None and native in GAVE_UP:
+        raise GaveUpError(native)
+    return _handed_over(_solved_in_python(task, durations, units, None, gap, prove), native)
 
 
-def _solved_natively(task: Task, units: Units, durations: FloatArray, gap: float, prove: bool) -> SolvedTask | str:
+def solve_again(task: Task, durations: FloatArray, reason: str) -> SolvedTask:
+    """Find the same curve by the Python core, where the native one gave up for a reason."""
+    return _handed_over(_solved_in_python(task, durations, task.units(durations), None, GAP, True), reason)
+
+
+def _handed_over(found: SolvedTask, reason: str) -> SolvedTask:
+    """Return an answer of the Python core with the reason why it was asked."""
+    return replace(found, optimum=replace(found.optimum, handed_over=reason))
+
+
+def _solved_natively(
+    task: Task, units: Units, durations: FloatArray, gap: float, prove: bool, effort: Effort
+) -> SolvedTask | str:
     """Return the answer of the native core, or the reason why there is none that the certificate agrees to."""
-    answer = solve_natively(task, durations, units, gap)
+    answer = solve_natively(task, durations, units, gap, effort.value)
     if isinstance(answer, str):
         return answer
     solved = SolvedTask(task, durations, units, _native_outcome(answer))

@@ -6,7 +6,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import NATIVE
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.native_split import native_split
@@ -129,7 +129,9 @@ class CostSearch:
         durations = self._durations(logarithms)
         try:
             times = self.task.piece_durations(durations)
-            solved = solve(self.task, times, units=self.units, prove=False, natively=self.natively)
+            solved = solve(
+                self.task, times, units=self.units, prove=False, effort=Effort.TRY if self.natively else None
+            )
         except InfeasibleRowsError:
             return float(np.log(self.best[0])) + BARRED, np.zeros(len(durations))
         from minsnap.optimisation.gradient import cost_gradient

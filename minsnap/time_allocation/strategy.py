@@ -29,7 +29,7 @@ from minsnap.native.library import NativeCoreError, core, describe
 from minsnap.native.shortest_time import Guess, ShortestFound, ShortestQuestion, search_shortest
 from minsnap.optimisation.native_solve import in_pieces
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
@@ -291,7 +291,7 @@ class Strategy:
         for reserve in RESERVES:
             task.deadline.check()
             try:
-                solved = solve(bounded, found.durations * (1.0 + reserve), natively=True)
+                solved = solve(bounded, found.durations * (1.0 + reserve), effort=Effort.TRY)
             except (InfeasibleRowsError, SolverError):
                 continue
             if keeps(self.limits, self.finish(solved.trajectory)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from math import inf
 from time import monotonic
@@ -14,9 +15,9 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_time
 from minsnap.basics.messages import shown
-from minsnap.errors import LimitError, SolverError, TimingError
-from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import solve
+from minsnap.errors import LimitError, MinsnapError, SolverError, TimingError
+from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
+from minsnap.optimisation.solve import Effort, solve, solve_again
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.least_cost import distance_split
@@ -172,13 +173,23 @@ def timed(solved: SolvedTask, finish: AttachHeading, search: Run | None = None, 
 def solved_or_explained(task: Task, durations: FloatArray, samples: int | None = None) -> SolvedTask:
     """Solve, with walls at samples only if there are any, or raise the reason why nothing fits."""
     try:
-        return solve(task, durations, samples)
+        return solve(task, durations, samples, effort=Effort.WHOLE)
+    except GaveUpError as reason:
+        refused = _explained(task, durations)
+        if getattr(refused, "contradiction", None) is None:
+            with suppress(InfeasibleRowsError):
+                return solve_again(task, durations, str(reason))
     except InfeasibleRowsError:
-        if not task.explained:
-            raise SolverError("no curve was found that keeps the walls and the limits in these durations") from None
-        from minsnap.time_allocation.refusal import explain
+        refused = _explained(task, durations)
+    raise refused
 
-        raise explain(task, durations) from None
+
+def _explained(task: Task, durations: FloatArray) -> MinsnapError:
+    if not task.explained:
+        return SolverError("no curve was found that keeps the walls and the limits in these durations")
+    from minsnap.time_allocation.refusal import explain
+
+    return explain(task, durations)
 
 
 def priced_first_guess(task: Task, price: float) -> FloatArray:

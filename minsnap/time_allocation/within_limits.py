@@ -8,14 +8,14 @@ from functools import partial
 from time import monotonic
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import LATE, LateError
+from minsnap.basics.deadline import LATE, Deadline, LateError
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.derivative_walls import kept_factor
@@ -81,7 +81,8 @@ def _smoother(
 ) -> Timed:
     """Plan with more derivatives continuous than a piece of the search shares, at its durations and longer ones."""
     durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
-    plan = plans_for(replace(bounded, pieces=pieces), task, timing.limits, finish, search)
+    bounded = replace(bounded, pieces=pieces, deadline=Deadline(timing.due))
+    plan = plans_for(bounded, task, timing.limits, finish, search)
     tried = [least_longer(partial(plan, natively=True), durations, False, timing.due, plan)]
     if task.still and timing.limits is not None:
         tried.append(shortest_scaled(replace(task, pieces=pieces), timing, timing.limits, finish, durations))
@@ -89,7 +90,7 @@ def _smoother(
     if found is None and monotonic() > timing.due:
         raise LateError(LATE)
     if found is None:
-        raise explain(replace(bounded, pieces=pieces), durations)
+        raise explain(bounded, durations)
     return found
 
 
@@ -113,7 +114,7 @@ def plans_for(
 
     def plan(durations: FloatArray, natively: bool = False) -> Timed | None:
         try:
-            solved = solve(bounded, durations, natively=natively)
+            solved = solve(bounded, durations, effort=Effort.TRY if natively else None)
             trajectory = finish(solved.trajectory)
             if limits is None:
                 return timed(solved, finish, search)

@@ -81,6 +81,12 @@ def test_a_request_that_is_too_much_work_is_handed_over_for_that_reason():
     assert minsnap.certify(many, points, width).ok
 
 
+def test_a_share_of_the_work_and_the_time_that_is_left_end_a_question():
+    question = tube_question(REFERENCE, DURATIONS, 0.3)
+    assert {solve_corridor(question, **less).status for less in ({"effort": 1e-9}, {"seconds": 0.0})} == {Status.SPENT}
+    assert (solve_corridor(question, seconds=60.0).points == solve_corridor(question).points).all()
+
+
 def drawn(data, *shape):
     count = int(np.prod(shape))
     return np.array(data.draw(st.lists(ODD, min_size=count, max_size=count)), float).reshape(shape)

@@ -25,6 +25,7 @@ struct CorridorRecord {
     std::int64_t half, pieces, dim, continuity, closed;
     double length, time;         // what normalised units are worth [m], [s]
     double gap;                  // share of the cost that may be given away
+    double effort, seconds;      // share of the work a request is worth, and time [s], after either of which it gives up
     const double *positions;     // (pieces + 1, dim) [m]
     const double *durations;     // (pieces,) [s]; of a search (legs,), to begin with
     const std::uint8_t *pinned;  // (pieces + 1, k, dim), or null
@@ -126,6 +127,8 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(CorridorRecord, length),
     MINSNAP_FIELD(CorridorRecord, time),
     MINSNAP_FIELD(CorridorRecord, gap),
+    MINSNAP_FIELD(CorridorRecord, effort),
+    MINSNAP_FIELD(CorridorRecord, seconds),
     MINSNAP_FIELD(CorridorRecord, positions),
     MINSNAP_FIELD(CorridorRecord, durations),
     MINSNAP_FIELD(CorridorRecord, pinned),

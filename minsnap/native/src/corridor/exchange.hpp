@@ -60,7 +60,8 @@ private:
     static constexpr int most_prices = 3;  // of what draws a curve that walls alone hold
     static constexpr int most_rounds = 1000, most_tries = 40, shortest_pause = 3;
     // Products of vectors' entries, about, after which it gives up: 0.2 to 0.4 s in either precision.
-    static constexpr double most_work = sizeof(Real) > 8 ? 4e7 : 5e8;
+    static constexpr double most_work = sizeof(Real) > 8 ? 2e7 : 5e8;
+    static constexpr double round_work = 8.0;  // the same for a round, for each coefficient and point of a wall or a coordinate
     static constexpr Real absurd = Real(sizeof(Real) > 8 ? 1e8 : 1e6);   // times the cost of stops at all knots: rounding has taken over
     static constexpr Real most_inward = Real(1e-3);                      // share of their widths by which walls move
     static constexpr double jump = 1e-9, stored = 8e-16;                 // of derivatives at knots, as the certificate judges them
@@ -265,13 +266,19 @@ private:
                 pause_ = largest(pause_, 2);
             }
             if (pause_ == 0 && near_rows() && moved()) continue;
-            if (work_ > most_work) return Status::spent;
+            if (spent()) return Status::spent;
             if (!(active.squared_distance() < most_cost_)) return Status::no_progress;
             if (pause_ > 0) --pause_;
             const Status status = take_in();
             if (status != Status::done) return status;
         }
         return Status::no_progress;
+    }
+
+    bool spent() {
+        const double points = 2.0 * given_->half;
+        work_ += round_work * points * points * (double(given_->walls.count) + double(chain.pieces) * chain.dim);
+        return work_ > most_work * given_->effort || (given_->due != Instant::max() && std::chrono::steady_clock::now() > given_->due);
     }
 
     // Whether a wall, other than an equality, is active.

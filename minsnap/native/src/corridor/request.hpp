@@ -1,6 +1,7 @@
 // A request as the caller states it, in metres and seconds, and how it becomes a chain and walls in normalised units.
 #pragma once
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -9,6 +10,15 @@
 #include "basics/status.hpp"
 
 namespace minsnap {
+
+using Instant = std::chrono::steady_clock::time_point;
+
+// The instant a number of seconds from now; none for as many as there are no clocks for.
+inline Instant instant_in(double seconds) {
+    if (!(seconds < 1e9)) return Instant::max();
+    const std::chrono::duration<double> left(seconds > 0.0 ? seconds : 0.0);
+    return std::chrono::steady_clock::now() + std::chrono::duration_cast<Instant::duration>(left);
+}
 
 struct Request {
     int half, pieces, dim;
@@ -19,8 +29,10 @@ struct Request {
     const std::uint8_t *pinned;  // (pieces + 1, k, dim), or null: all positions, and the whole state at both ends
     const double *values;        // (pieces + 1, k, dim) [m/s^order], deviations for order 0, or null: zero
     GivenWalls walls;
-    double gap;          // share of the cost that may be given away
-    int continuity = 0;  // derivatives continuous at the knots; less than k is k - 1
+    double gap;           // share of the cost that may be given away
+    int continuity = 0;   // derivatives continuous at the knots; less than k is k - 1
+    double effort = 1.0;  // share of the work that it is worth, after which it is given up
+    Instant due = Instant::max();
 };
 
 // What records of the border say; durations are one of each piece.
@@ -30,8 +42,10 @@ inline GivenWalls walls_of(const WallsRecord &walls) {
 }
 
 inline Request request_of(const CorridorRecord &asked, std::int64_t pieces, const double *durations) {
-    return {int(asked.half), int(pieces),  int(asked.dim), asked.closed != 0,     asked.length, asked.time,           asked.positions,
-            durations,       asked.pinned, asked.values,   walls_of(asked.walls), asked.gap,    int(asked.continuity)};
+    return {int(asked.half),       int(pieces),  int(asked.dim),           asked.closed != 0,
+            asked.length,          asked.time,   asked.positions,          durations,
+            asked.pinned,          asked.values, walls_of(asked.walls),    asked.gap,
+            int(asked.continuity), asked.effort, instant_in(asked.seconds)};
 }
 
 // Whether counts are within the bounds of a request.

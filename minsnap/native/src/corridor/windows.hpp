@@ -125,18 +125,19 @@ private:
     // Solve pieces [low, high); keep states inside it, and contacts of the pieces [begin, end).
     Status run(int low, int high, int begin, int end, bool rough) {
         pin(low, high, !rough);
-        const Request part = {given_->half,
-                              high - low,
-                              given_->dim,
-                              false,
-                              given_->length,
-                              given_->time,
-                              positions_.data() + std::size_t(low) * given_->dim,
-                              durations_.data() + low,
-                              pinned_.data(),
-                              values_.data(),
-                              walls_.between(low, high),
-                              accuracy_ * given_->gap};
+        Request part = {given_->half,
+                        high - low,
+                        given_->dim,
+                        false,
+                        given_->length,
+                        given_->time,
+                        positions_.data() + std::size_t(low) * given_->dim,
+                        durations_.data() + low,
+                        pinned_.data(),
+                        values_.data(),
+                        walls_.between(low, high),
+                        accuracy_ * given_->gap};
+        part.effort = given_->effort, part.due = given_->due;
         Answer found = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0, direction_.data()};
         const int known = rough ? 0 : gather(low, high);
         Status status = exchange_.solve(part, found, rough ? Aim::near : Aim::proved, known_.data(), known);
