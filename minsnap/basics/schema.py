@@ -103,8 +103,10 @@ def either(*forms: Form) -> Form:
     def made(where: str, value: Any) -> Any:
         return next(form for form in forms if form.fits(value)).read(where, value)
 
-    said = ", or ".join(form.said for form in forms)
-    return Form(said, lambda value: any(form.fits(value) for form in forms), made, {"anyOf": [f.json for f in forms]})
+    wording = ", or ".join(form.said for form in forms)
+    return Form(
+        wording, lambda value: any(form.fits(value) for form in forms), made, {"anyOf": [f.json for f in forms]}
+    )
 
 
 def mapping(keys: Mapping[str, Key], said: str, marks: Collection[str] = ()) -> Form:
@@ -136,9 +138,9 @@ def mapping(keys: Mapping[str, Key], said: str, marks: Collection[str] = ()) -> 
     return Form(said, fits, made, _object(keys))
 
 
-def refuse_unknown(where: str, said: Mapping[Any, Any], known: Mapping[str, Any]) -> None:
+def refuse_unknown(where: str, content: Mapping[Any, Any], known: Mapping[str, Any]) -> None:
     """Raise FileError for the first key that is not known, with the one that may be meant."""
-    unknown = next((key for key in said if key not in known), None)
+    unknown = next((key for key in content if key not in known), None)
     if unknown is not None:
         near = get_close_matches(str(unknown), known, 1)
         hint = f"did you mean {near[0]}? " if near else ""

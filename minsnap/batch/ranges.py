@@ -54,8 +54,8 @@ def ranged(least: float, most: float, whole: bool = False) -> Form:
 
     json = {"anyOf": [number.json, {"type": "array", "items": number.json, "minItems": 2, "maxItems": 2}]}
     kind = "a whole number" if whole else "a number"
-    said = f"{kind} or [low, high], from {least:g} to {most:g}"
-    return Form(said, fits, lambda where, value: Range(*ends(value)), json)
+    wording = f"{kind} or [low, high], from {least:g} to {most:g}"
+    return Form(wording, fits, lambda where, value: Range(*ends(value)), json)
 
 
 def seed_of(seed: int, number: int) -> int:

@@ -196,10 +196,10 @@ class RemoteFlight:
         self._answer = None
         while self._answer is None:
             self.hear()
-        name, said = self._answer
+        name, content = self._answer
         if name == "refused":
-            raise (TimingError if said[0] else FlightError)(said[1])
-        self.began = said
+            raise (TimingError if content[0] else FlightError)(content[1])
+        self.began = content
         assert chosen is not None
         return chosen
 

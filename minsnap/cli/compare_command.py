@@ -194,10 +194,12 @@ def _place(one: ComparedFlight) -> dict[str, Any]:
 
 
 def _kept_in_words(kept: dict[str, Any]) -> list[str]:
-    said = []
+    sentences = []
     if "corridor_margin" in kept:
         margin = kept["corridor_margin"]
-        said.append(f"{abs(margin):.3f} m {'inside' if margin >= 0 else 'outside'} the corridor where it was worst")
+        sentences.append(
+            f"{abs(margin):.3f} m {'inside' if margin >= 0 else 'outside'} the corridor where it was worst"
+        )
     if "max_speed" in kept:
-        said.append(f"at most {kept['max_speed']:.2f} m/s, {kept['max_speed_allowed']:g} m/s allowed")
-    return said
+        sentences.append(f"at most {kept['max_speed']:.2f} m/s, {kept['max_speed_allowed']:g} m/s allowed")
+    return sentences

@@ -40,10 +40,10 @@ def limits(
     link = open_link(connect, clock)
     try:
         stack = get_autopilot(autopilot, link.wait_for_vehicle(wait)).name
-        told = Parameters(link, clock).read(PARAMETERS.get(stack, ()))
+        parameters = Parameters(link, clock).read(PARAMETERS.get(stack, ()))
     finally:
         link.close()
-    values = autopilot_limits(stack, {name: each.value for name, each in told.items()}, lean).given()
+    values = autopilot_limits(stack, {name: each.value for name, each in parameters.items()}, lean).given()
     text = "limits:\n" + "".join(f"  {name}: {value:g}\n" for name, value in values.items())
     if output is not None:
         from minsnap.basics.storage.atomic import atomic_write

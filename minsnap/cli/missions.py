@@ -50,9 +50,9 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
     mission = plan_mission(flown, **arguments)
     took = 1e3 * (perf_counter() - began)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
-    further: dict[str, Any] = {"parts": parts} | _other_vehicle(mission, destination)
-    further |= _beside(flown, arguments, mission, took)
-    how: dict[str, Any] = {"limits": mission.limits, "further": further, "gates": mission.gates}
+    figures: dict[str, Any] = {"parts": parts} | _other_vehicle(mission, destination)
+    figures |= _beside(flown, arguments, mission, took)
+    how: dict[str, Any] = {"limits": mission.limits, "further": figures, "gates": mission.gates}
     destination.deliver(mission.trajectory, mission.corridor or None, **how, draw=lambda: _figure(mission, destination))
 
 

@@ -160,8 +160,8 @@ class Destination:
         if self.output is not None:
             known = {"waypoints": waypoints, "corridor": corridor, "limits": limits, "gates": gates}
             facts = known | {"command": ("minsnap", *sys.argv[1:])}
-            said = (figures["note"], self._write(path, facts, origin))
-            figures["note"] = "; ".join(filter(None, said)) or None
+            notes = (figures["note"], self._write(path, facts, origin))
+            figures["note"] = "; ".join(filter(None, notes)) or None
         named = {"output": self.output, "plot": self.plot}
         figures |= {name: None if file is None else str(file) for name, file in named.items()}
         figures |= self._written_further()
@@ -203,8 +203,8 @@ class Destination:
         """Return the setpoints with their feed-forward, and a sentence on it."""
         from minsnap.files.setpoint_csv import in_space
 
-        samples, added = in_space(path.sample(self.rate)), self._feed_forward()
-        return added.stated(samples), added.describe(samples)
+        samples, feed_forward = in_space(path.sample(self.rate)), self._feed_forward()
+        return feed_forward.stated(samples), feed_forward.describe(samples)
 
     def _write_setpoints(self, path: Path, origin: Sequence[float] | None) -> str | None:
         """Write setpoints; return a sentence on their feed-forward."""

@@ -12,7 +12,7 @@ from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
 from minsnap.cli.missions import course_of, fly_course
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import Planning, altitudes_of, finer, standing
+from minsnap.cli.planning import Planning, altitudes_of, gain_of_auto_pieces, standing
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
@@ -73,10 +73,10 @@ def plan(
         arguments |= altitudes_of(planning, request.waypoints)
     path = plan_path(**plan_arguments(arguments | destination.search))
     one = planning.pieces is None and request.pieces == 1
-    further = finer(plan_path, arguments | {"pieces": None} | destination.search, path) if one else {}
+    figures = gain_of_auto_pieces(plan_path, arguments | {"pieces": None} | destination.search, path) if one else {}
     if arguments.get("closed") and searched:
-        further |= standing(lambda: plan_path(**plan_arguments(arguments | {"closed": False})), path)
-    how: dict[str, Any] = {"limits": arguments.get("limits"), "origin": _home(file), "further": further}
+        figures |= standing(lambda: plan_path(**plan_arguments(arguments | {"closed": False})), path)
+    how: dict[str, Any] = {"limits": arguments.get("limits"), "origin": _home(file), "further": figures}
     how |= {"avoid": arguments.get("avoid") or (), "gates": request.gates}
     points = path(path.leg_breaks) if request.openings else request.waypoints
     destination.deliver(path, request.walls, points, **how)
@@ -154,8 +154,8 @@ def _with_corridor(request: PlanRequest, planning: Planning) -> PlanRequest:
 
 def _chosen(planning: Planning) -> dict[str, Any]:
     """Return the arguments of the options that differ from their defaults, half-widths left out."""
-    usual = Planning().arguments()
-    values = {name: value for name, value in planning.arguments().items() if value != usual.get(name)}
+    defaults = Planning().arguments()
+    values = {name: value for name, value in planning.arguments().items() if value != defaults.get(name)}
     values.pop("corridor", None)
     return values
 

@@ -103,7 +103,7 @@ def altitudes_of(planning: Any, points: Any) -> dict[str, Any]:
     return {"room": ordinary_room(points)}
 
 
-def finer(plan: Callable[..., Path], named: dict[str, Any], path: Trajectory) -> dict[str, Any]:
+def gain_of_auto_pieces(plan: Callable[..., Path], named: dict[str, Any], path: Trajectory) -> dict[str, Any]:
     """Return how long a plan would last with ``--pieces auto``, where one polynomial per leg was searched for.
 
     Nothing where times, pieces or a split are set, limits are not, or the search took more than ``QUICK``.

@@ -13,7 +13,7 @@ from minsnap.cli import options
 from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import TimingOptions, finer
+from minsnap.cli.planning import TimingOptions, gain_of_auto_pieces
 from minsnap.cli.points import PointCommand, parse_point, point_option
 from minsnap.errors import InputError
 
@@ -75,7 +75,7 @@ def route(
     ends = parse_point("--start", start), parse_point("--goal", goal)
     arguments = reading.arguments() | timing.arguments() | destination.search
     path = plan_through(_source(map_file, reading.transpose), *ends, **plan_arguments(arguments))
-    shorter = finer(
+    shorter = gain_of_auto_pieces(
         partial(plan_through, _source(map_file, reading.transpose), *ends),
         arguments | {"limits": path.limits},
         path.trajectory,

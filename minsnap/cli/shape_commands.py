@@ -20,7 +20,7 @@ from minsnap.cli.planning import (
     TimingOptions,
     Turning,
     altitudes_of,
-    finer,
+    gain_of_auto_pieces,
 )
 
 StartAngle = Annotated[float, typer.Option("--start-angle", metavar="DEG", help="Where it begins [degrees].")]
@@ -57,7 +57,9 @@ def rect(
     traced = partial(rectangle, width, length, **place)
     arguments = planning.arguments() | {"corridor": planning.walls} | destination.search
     path = traced(**plan_arguments(arguments))
-    destination.deliver(path, planning.walls, limits=planning.limits, further=finer(traced, arguments, path))
+    destination.deliver(
+        path, planning.walls, limits=planning.limits, further=gain_of_auto_pieces(traced, arguments, path)
+    )
 
 
 @app.command()
@@ -78,8 +80,8 @@ def line(
         search |= altitudes_of(timing, [start, goal])
     arguments = timing.arguments() | search
     path = plan_line(start, goal, constant_speed=constant_speed, **plan_arguments(arguments))
-    further = {} if constant_speed else finer(partial(plan_line, start, goal), arguments, path)
-    destination.deliver(path, limits=timing.limits, further=further)
+    figures = {} if constant_speed else gain_of_auto_pieces(partial(plan_line, start, goal), arguments, path)
+    destination.deliver(path, limits=timing.limits, further=figures)
 
 
 @app.command()

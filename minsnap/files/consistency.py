@@ -125,16 +125,16 @@ def check_samples(
     far = int(jumps.argmax())
     rests = _rest(samples)
     figures = (samples.duration, samples.rate, float(jumps[far]), float(samples.t[far]))
-    added = None if samples.feed_forward is None else float(np.linalg.norm(samples.feed_forward, axis=1).max())
-    problems += _overdone(added, largest_acceleration)
-    return ConsistencyReport(tuple(problems), len(samples), *figures, axes, *rests, added, samples.lead)
+    feed_forward = None if samples.feed_forward is None else float(np.linalg.norm(samples.feed_forward, axis=1).max())
+    problems += _overdone(feed_forward, largest_acceleration)
+    return ConsistencyReport(tuple(problems), len(samples), *figures, axes, *rests, feed_forward, samples.lead)
 
 
-def _overdone(added: float | None, largest: float) -> list[str]:
+def _overdone(feed_forward: float | None, largest: float) -> list[str]:
     """Refuse a feed-forward that no drag asks for, such as one in other units."""
-    if added is None or added <= largest:
+    if feed_forward is None or feed_forward <= largest:
         return []
-    return [f"the feed-forward reaches {added:.3g} m/s^2, more than {largest:g}: it is an acceleration in m/s^2"]
+    return [f"the feed-forward reaches {feed_forward:.3g} m/s^2, more than {largest:g}: it is an acceleration in m/s^2"]
 
 
 def _columns(samples: Samples) -> list[tuple[str, FloatArray]]:

@@ -46,18 +46,18 @@ LIMITS = mapping(
 )
 
 
-def complete(said: Mapping[str, Any]) -> dict[str, Any]:
+def complete(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return limits that choose the time with the ordinary ones that are neither named nor null."""
-    further = {name: value for name, value in said.items() if name in HOW}
-    return completed_in_file({name: value for name, value in said.items() if name not in HOW}) | further
+    options = {name: value for name, value in content.items() if name in HOW}
+    return completed_in_file({name: value for name, value in content.items() if name not in HOW}) | options
 
 
-def without_null(said: Mapping[str, Any]) -> dict[str, Any]:
+def without_null(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the limits that are not null."""
-    return {name: value for name, value in said.items() if value is not None}
+    return {name: value for name, value in content.items() if value is not None}
 
 
-def limits_of(where: str, said: Any, folder: Path) -> Limits:
+def limits_of(where: str, content: Any, folder: Path) -> Limits:
     """Return exactly the limits that a mapping names, those of a vehicle's rotors among them; its file is in a folder.
 
     Raises
@@ -67,7 +67,7 @@ def limits_of(where: str, said: Any, folder: Path) -> Limits:
     LimitError, VehicleError
         If a limit cannot be kept, or a vehicle cannot fly.
     """
-    values = without_null(LIMITS.read(where, said))
+    values = without_null(LIMITS.read(where, content))
     rotors = values.pop("rotors", None)
     if rotors is None:
         return Limits(**values)
@@ -75,16 +75,16 @@ def limits_of(where: str, said: Any, folder: Path) -> Limits:
     return Limits.of(vehicle, rotors.get("reserve", RESERVE), **values)
 
 
-def vehicle_of(said: Any, folder: Path, name: str = "vehicle") -> Quadrotor:
+def vehicle_of(content: Any, folder: Path, name: str = "vehicle") -> Quadrotor:
     """Return the vehicle of a preset, of a file in a folder, or of a mapping of its fields.
 
     The rotors of a mapping may be described by their least and largest thrust, ``rotor_thrust`` [N].
     """
-    if isinstance(said, str):
-        preset = said in VEHICLES or said in SHORT_NAMES or not Path(said).suffix
-        return named_vehicle(said) if preset else Quadrotor.from_yaml(folder / said)
-    rest = {key: value for key, value in said.items() if key != "rotor_thrust"}
-    if "rotor_thrust" in said and "thrust_coefficient" in said:
-        least, most = (sqrt(thrust / said["thrust_coefficient"]) for thrust in said["rotor_thrust"])
+    if isinstance(content, str):
+        preset = content in VEHICLES or content in SHORT_NAMES or not Path(content).suffix
+        return named_vehicle(content) if preset else Quadrotor.from_yaml(folder / content)
+    rest = {key: value for key, value in content.items() if key != "rotor_thrust"}
+    if "rotor_thrust" in content and "thrust_coefficient" in content:
+        least, most = (sqrt(thrust / content["thrust_coefficient"]) for thrust in content["rotor_thrust"])
         rest |= {"rotor_speed_min": least, "rotor_speed_max": most}
     return vehicle_from(Quadrotor, {"name": name} | rest)

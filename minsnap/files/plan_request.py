@@ -250,8 +250,8 @@ def preset_of(vehicle: Quadrotor) -> str | None:
     """Return the name of the preset that is the same vehicle, or None."""
     from minsnap.vehicle.yaml import description_of
 
-    told = description_of(vehicle)
-    return next((name for name in VEHICLES if description_of(named_vehicle(name)) == told), None)
+    description = description_of(vehicle)
+    return next((name for name in VEHICLES if description_of(named_vehicle(name)) == description), None)
 
 
 def besides_rotors(limits: VehicleLimits) -> dict[str, float]:

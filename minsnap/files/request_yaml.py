@@ -75,8 +75,8 @@ ITS_OWN = ("total_time", "corridor", "room", "avoid", "openings", "degree", "con
 
 def is_request(path: str | os.PathLike[str]) -> bool:
     """Whether a YAML file says how to plan, as the studio writes it, with a key that no course has."""
-    said = load_yaml(path)
-    return isinstance(said, dict) and any(key in said for key in ITS_OWN)
+    content = load_yaml(path)
+    return isinstance(content, dict) and any(key in content for key in ITS_OWN)
 
 
 def read_request(path: str | os.PathLike[str]) -> PlanRequest:
@@ -142,15 +142,15 @@ def _described(request: PlanRequest) -> dict[str, Any]:
     boxes = None if request.boxes is None else _lists(request.boxes)
     room = None if request.room is None else _lists(request.room)
     corridor = None if request.corridor is None else list(request.corridor)
-    told: dict[str, Any] = {"waypoints": _lists(request.waypoints), "yaw": _lists(request.yaw)}
-    told |= {"durations": _lists(request.durations), "total_time": request.total_time, "limits": limits or None}
+    content: dict[str, Any] = {"waypoints": _lists(request.waypoints), "yaw": _lists(request.yaw)}
+    content |= {"durations": _lists(request.durations), "total_time": request.total_time, "limits": limits or None}
     avoid = [{name: list(numbers)} for name, numbers in request.avoid] or None
     gates = [dict(zip(OPENING_KEYS, _lists(gate), strict=True)) for gate in request.openings] or None
-    told |= {"corridor": corridor, "boxes": boxes, "room": room, "avoid": avoid, "openings": gates}
-    told["degree"] = request.degree
-    told |= {"continuity": request.continuity, "pieces": request.pieces, "closed": request.closed}
-    told["view"] = {"frame": request.frame} | ({"vehicle": request.vehicle} if request.vehicle else {})
-    return {name: value for name, value in told.items() if value is not None}
+    content |= {"corridor": corridor, "boxes": boxes, "room": room, "avoid": avoid, "openings": gates}
+    content["degree"] = request.degree
+    content |= {"continuity": request.continuity, "pieces": request.pieces, "closed": request.closed}
+    content["view"] = {"frame": request.frame} | ({"vehicle": request.vehicle} if request.vehicle else {})
+    return {name: value for name, value in content.items() if value is not None}
 
 
 def _lists(value: Any) -> Any:
@@ -184,10 +184,10 @@ def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any]) 
     return replace(request, **changes.pop("view", {}) | changes)
 
 
-def _limits(where: str, said: dict[str, Any], timed: bool) -> dict[str, Any]:
+def _limits(where: str, content: dict[str, Any], timed: bool) -> dict[str, Any]:
     """Return the limits of a request, completed where they choose the time, and whose rotors are kept."""
-    rotors = said.pop("rotors", None)
-    kept = without_null(said) if timed or rotors else complete(said)
+    rotors = content.pop("rotors", None)
+    kept = without_null(content) if timed or rotors else complete(content)
     fields: dict[str, Any] = {"limits": tuple(kept.items())}
     if rotors is None:
         return fields

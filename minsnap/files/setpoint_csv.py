@@ -196,12 +196,12 @@ def _below_ground(z: FloatArray) -> bool:
 
 
 def _check_frame_column(path: str | os.PathLike[str], table: dict[str, FloatArray]) -> None:
-    said = [name for name in FRAME_COLUMNS if name in table]
-    if len(said) > 1:
-        raise FileError(f"{path}, line 1: {' and '.join(said)} both say the frame: leave one of them out")
-    if said and not (table[said[0]] == 1.0).all():
-        line = int(np.flatnonzero(table[said[0]] != 1.0)[0]) + 2
-        raise FileError(f"{path}, line {line}: {said[0]} says the frame of all rows, and is 1 in each")
+    columns = [name for name in FRAME_COLUMNS if name in table]
+    if len(columns) > 1:
+        raise FileError(f"{path}, line 1: {' and '.join(columns)} both say the frame: leave one of them out")
+    if columns and not (table[columns[0]] == 1.0).all():
+        line = int(np.flatnonzero(table[columns[0]] != 1.0)[0]) + 2
+        raise FileError(f"{path}, line {line}: {columns[0]} says the frame of all rows, and is 1 in each")
 
 
 def _check_groups(path: str | os.PathLike[str], table: dict[str, FloatArray]) -> None:

@@ -116,8 +116,8 @@ def _headed(path: str | os.PathLike[str]) -> str | None:
             header = file.readline(_HEADER).decode("utf-8", "replace")
     except (OSError, ValueError, TypeError):
         return None
-    said = [cell.strip().strip('"') for cell in header.split(",")]
-    return next((cell.removeprefix(COLUMN) for cell in said if cell in FRAME_COLUMNS), None)
+    names = [cell.strip().strip('"') for cell in header.split(",")]
+    return next((cell.removeprefix(COLUMN) for cell in names if cell in FRAME_COLUMNS), None)
 
 
 def origin_of(path: str | os.PathLike[str]) -> tuple[float, ...] | None:

@@ -190,12 +190,12 @@ def _joint(search: TimeSearch, total_time: float | None, polish: float, seed: in
         return _timed(search, float(total_time), seed)
     certified: list[Certified] = []
     for kind in GUESSES:
-        begun = search.open(seed, kind, max(bound, 1e-3))
-        if begun is not None and not certified:
+        opened = search.open(seed, kind, max(bound, 1e-3))
+        if opened is not None and not certified:
             search.alone = _alone(search)
             least = max(bound, BELOW_ALONE * search.alone)
-        if begun is not None:
-            certified.append(search.shorten(begun, COARSE, WARM, EXPLORING, least))
+        if opened is not None:
+            certified.append(search.shorten(opened, COARSE, WARM, EXPLORING, least))
         if search.stopped() or _settled(certified, len(search.task), least):
             break
     if search.best is None:
@@ -271,12 +271,12 @@ def _pieces_of(task: FleetTask, pieces: Any) -> int:
     legs = max(len(points) for points in task.waypoints) - 1
     if isinstance(pieces, str) and pieces == "auto":
         length = np.mean([way_of(points) for points in task.waypoints])
-        usual = (
+        count = (
             6 if len(task) >= 150 else 8 if length < 20.0 * task.length else 10 if length < 40.0 * task.length else 12
         )
-        usual = max(usual, 4 * legs if legs > 1 else 0)
+        count = max(count, 4 * legs if legs > 1 else 0)
         waiting = max(float(task.holds_of(i).sum()) for i in range(len(task))) / max(float(task.bounds.max()), 1e-12)
-        return usual if waiting == 0.0 else ceil(usual / max(1.0 - waiting, 0.25)) + 2
+        return count if waiting == 0.0 else ceil(count / max(1.0 - waiting, 0.25)) + 2
     if not is_whole(pieces) or not 2 <= pieces <= 200 or pieces < legs:
         raise FleetError(f"pieces is {shown(pieces)}: give 'auto' or a whole number from {max(2, legs)} to 200")
     return int(pieces)

@@ -178,11 +178,11 @@ def plan(
         durations = table.durations if free else durations
     # The quick path takes a few microseconds: it runs before the imports and checks below, and knows their defaults.
     # The native path takes microseconds: it is tried before the imports and the checks below, which take longer.
-    further = limits, continuity, yaw, start, end, pins, waypoint_tolerance, avoid
+    others = limits, continuity, yaw, start, end, pins, waypoint_tolerance, avoid
     if (
         (search is None or replace(how, on_interrupt="raise") == USUAL)
         and _usual(closed, solver, pieces)
-        and _all_none(further)
+        and _all_none(others)
         and not isinstance(corridor, Sampled)
     ):
         quick = resting_plan(waypoints, durations, total_time, corridor, degree)

@@ -186,21 +186,21 @@ def read_fleet(path: str | os.PathLike[str]) -> Fleet:
     return Fleet(tuple(_trajectory(file) for file in files), tuple(file.stem for file in files))
 
 
-def _listed(folder: Path, said: Any) -> Fleet:
+def _listed(folder: Path, content: Any) -> Fleet:
     """Return the fleet of a manifest."""
-    if said.get("format") != MARK or said.get("version") != 1:
+    if content.get("format") != MARK or content.get("version") != 1:
         raise FileError(f"{folder / MANIFEST} is not the manifest of a fleet of version 1")
     curves = []
-    for row in said["vehicles"]:
+    for row in content["vehicles"]:
         file = folder / Path(row["file"]).name
         if not file.exists() or digest(file) != row["sha256"]:
             raise FileError(f"{file} is missing or was changed since its manifest was written: write the fleet again")
         curves.append(read_crazyflie(file) if file.suffix == ".csv" else _trajectory(file))
-    apart = said.get("separation")
+    apart = content.get("separation")
     separation = None
     if apart:
         separation = Separation(apart["distance"], apart["downwash"], radii=apart["radii"])
-    return Fleet(tuple(curves), tuple(row["name"] for row in said["vehicles"]), separation)
+    return Fleet(tuple(curves), tuple(row["name"] for row in content["vehicles"]), separation)
 
 
 def _trajectory(file: Path) -> Trajectory:

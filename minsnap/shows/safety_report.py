@@ -100,9 +100,9 @@ def _verdict(report: SafetyReport) -> str:
     if held.pair is not None and held.instant is not None:
         first, second = (escape(held.fleet.name(vehicle)) for vehicle in held.pair)
         words = f"{first} and {second} come nearest: {held.least_distance:.4f} m at {held.instant:.2f} s"
-    said = "Apart at every instant" if report.ok else "Does not hold"
+    title = "Apart at every instant" if report.ok else "Does not hold"
     beyond = "".join(f"<br><b>{escape(sentence)}.</b>" for sentence in report.exceeded)
-    return verdict(report.ok, f"<b>{said}.</b> {words}. Proved, not sampled.{beyond}")
+    return verdict(report.ok, f"<b>{title}.</b> {words}. Proved, not sampled.{beyond}")
 
 
 def _facts(report: SafetyReport) -> str:

@@ -89,8 +89,8 @@ def is_show(path: str | os.PathLike[str]) -> bool:
     """Whether a file is YAML that has acts."""
     if Path(path).suffix.lower() not in (".yaml", ".yml"):
         return False
-    said = load_yaml(path)
-    return isinstance(said, dict) and "acts" in said
+    content = load_yaml(path)
+    return isinstance(content, dict) and "acts" in content
 
 
 def read_show(path: str | os.PathLike[str]) -> Show:
@@ -104,57 +104,57 @@ def read_show(path: str | os.PathLike[str]) -> Show:
         If a key is not known or a value is of the wrong kind.
     """
     with reading(path, "a show"):
-        said, place = SHOW.read(f"{path}", load_yaml(path)), Path(path).parent
-        if not 1 <= said.get("layers", 1) <= LAYERS:
-            raise FileError(f"layers is {said['layers']}: give a whole number from 1 to {LAYERS}")
-        room = said.get("room")
+        content, place = SHOW.read(f"{path}", load_yaml(path)), Path(path).parent
+        if not 1 <= content.get("layers", 1) <= LAYERS:
+            raise FileError(f"layers is {content['layers']}: give a whole number from 1 to {LAYERS}")
+        room = content.get("room")
         return Show(
-            _formation(said["home"], said["vehicles"], place, "home"),
-            tuple(_act(entry, f"act {i}", said["vehicles"], place) for i, entry in enumerate(said["acts"], 1)),
-            Separation(said["separation"], said.get("downwash", 1.0)),
-            limits_of("limits", said["limits"], place),
-            said.get("take_off", 2.0),
+            _formation(content["home"], content["vehicles"], place, "home"),
+            tuple(_act(entry, f"act {i}", content["vehicles"], place) for i, entry in enumerate(content["acts"], 1)),
+            Separation(content["separation"], content.get("downwash", 1.0)),
+            limits_of("limits", content["limits"], place),
+            content.get("take_off", 2.0),
             None if room is None else (np.array(room[0]), np.array(room[1])),
-            said.get("seed", 0),
-            said.get("layers", 1),
-            said.get("land", "own"),
+            content.get("seed", 0),
+            content.get("layers", 1),
+            content.get("land", "own"),
         )
 
 
-def _act(said: dict[str, Any], where: str, vehicles: int, place: Path) -> Act:
-    points = _formation(said["formation"], vehicles, place, where)
-    angle = np.radians(said.get("turn", 0.0))
+def _act(content: dict[str, Any], where: str, vehicles: int, place: Path) -> Act:
+    points = _formation(content["formation"], vehicles, place, where)
+    angle = np.radians(content.get("turn", 0.0))
     turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
-    points = points @ turn.T + np.array(said.get("shift", (0.0, 0.0, 0.0)))
-    moves = tuple(_move(entry, where) for entry in said.get("moves", ()))
-    colour = _colour(said.get("colour"), vehicles, where)
-    return Act(said.get("name", where), points, said.get("hold", 3.0), colour, said.get("fade", False), moves)
+    points = points @ turn.T + np.array(content.get("shift", (0.0, 0.0, 0.0)))
+    moves = tuple(_move(entry, where) for entry in content.get("moves", ()))
+    colour = _colour(content.get("colour"), vehicles, where)
+    return Act(content.get("name", where), points, content.get("hold", 3.0), colour, content.get("fade", False), moves)
 
 
-def _colour(said: Any, vehicles: int, where: str) -> FloatArray | None:
+def _colour(content: Any, vehicles: int, where: str) -> FloatArray | None:
     """Return one colour, or one for each point of the formation."""
-    if said is None:
+    if content is None:
         return None
-    colour = np.array(said)
+    colour = np.array(content)
     if colour.shape not in ((3,), (vehicles, 3)) or not ((colour >= 0) & (colour <= 255)).all():
-        text = f"the colour of {where} is {shown(said)}: give red, green and blue from 0 to 255"
+        text = f"the colour of {where} is {shown(content)}: give red, green and blue from 0 to 255"
         raise FileError(f"{text}, once or for each of {vehicles} points")
     return colour
 
 
-def _move(said: dict[str, Any], where: str) -> Move:
-    scale, seconds = said.get("scale", 1.0), said.get("seconds")
+def _move(content: dict[str, Any], where: str) -> Move:
+    scale, seconds = content.get("scale", 1.0), content.get("seconds")
     if not scale > 0.0 or (seconds is not None and not seconds > 0.0):
         raise FileError(f"a move of {where} has scale {scale:g} and seconds {shown(seconds)}: give positive numbers")
-    way = np.array(said["along"]) if "along" in said else None
-    return Move(float(np.radians(said.get("turn", 0.0))), scale, way, seconds)
+    way = np.array(content["along"]) if "along" in content else None
+    return Move(float(np.radians(content.get("turn", 0.0))), scale, way, seconds)
 
 
-def _formation(said: dict[str, Any], vehicles: int, place: Path, where: str) -> FloatArray:
+def _formation(content: dict[str, Any], vehicles: int, place: Path, where: str) -> FloatArray:
     """Return the points of a formation."""
-    if len(said) != 1:
-        raise FileError(f"the formation of {where} is {shown(said)}: give one of {', '.join(KINDS)}, points or file")
-    ((kind, values),) = said.items()
+    if len(content) != 1:
+        raise FileError(f"the formation of {where} is {shown(content)}: give one of {', '.join(KINDS)}, points or file")
+    ((kind, values),) = content.items()
     if kind == "points":
         return np.array(values).reshape(-1, 3)
     if kind == "file":

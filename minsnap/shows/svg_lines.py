@@ -68,27 +68,27 @@ def read_lines(file: str | os.PathLike[str]) -> list[FloatArray]:
 
 
 def _lines(element: ElementTree.Element, outer: FloatArray) -> Iterator[FloatArray]:
-    name, said = element.tag.rpartition("}")[2], element.attrib
+    name, attributes = element.tag.rpartition("}")[2], element.attrib
     if name in ("defs", "symbol", "clipPath", "mask", "marker", "pattern"):
         return
-    place = outer @ _transform(said.get("transform", ""))
-    for line in _drawn(name, dict(said)):
+    place = outer @ _transform(attributes.get("transform", ""))
+    for line in _drawn(name, dict(attributes)):
         yield line @ place[:2, :2].T + place[:2, 2]
     for child in element:
         yield from _lines(child, place)
 
 
-def _drawn(name: str, said: dict[str, str]) -> list[FloatArray]:
+def _drawn(name: str, attributes: dict[str, str]) -> list[FloatArray]:
     """Return the lines of one element."""
 
     def number(key: str) -> float:
-        match = NUMBER.match(said.get(key, "0"))
+        match = NUMBER.match(attributes.get(key, "0"))
         return float(match.group()) if match else 0.0
 
     if name == "path":
-        return _path(said.get("d", ""))
+        return _path(attributes.get("d", ""))
     if name in ("polyline", "polygon"):
-        points = np.array(NUMBER.findall(said.get("points", "")), dtype=np.float64).reshape(-1, 2)
+        points = np.array(NUMBER.findall(attributes.get("points", "")), dtype=np.float64).reshape(-1, 2)
         return [np.concatenate((points, points[:1])) if name == "polygon" else points]
     if name == "line":
         return [np.array([[number("x1"), number("y1")], [number("x2"), number("y2")]])]

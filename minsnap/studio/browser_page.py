@@ -85,17 +85,17 @@ class Page:
 
     def attempt(self, act: Callable[[], None]) -> None:
         """Do something; show on the page why it is refused."""
-        said = ""
+        refusal = ""
         try:
             act()
         except (MinsnapError, OSError, ImportError) as error:
-            said = f"{error}"
+            refusal = f"{error}"
         except Exception:
             traceback.print_exc()
-            said = "this failed in an unexpected way: the terminal says more"
+            refusal = "this failed in an unexpected way: the terminal says more"
         with self._lock:
             if not self._closed.is_set():
-                self.say(said)
+                self.say(refusal)
 
     def later(self, act: Callable[[], None]) -> None:
         """Do something in a thread of its own; show on the page why it is refused."""

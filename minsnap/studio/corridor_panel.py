@@ -48,10 +48,10 @@ class CorridorPanel:
         follow(self._room, request.room is not None)
         self._rows.folder.visible = request.corridor is not None
         self._rows.show(request.corridor or ())
-        for leg, (_, told) in enumerate(self._rows.handles):
-            told.visible = bool(state.refusal) and state.leg == leg
-            if told.visible:
-                told.content = sentence(state.refusal, "refusal")
+        for leg, (_, note) in enumerate(self._rows.handles):
+            note.visible = bool(state.refusal) and state.leg == leg
+            if note.visible:
+                note.content = sentence(state.refusal, "refusal")
         self._show_faces(request)
 
     def _checkbox(self, label: str, change: Any) -> Any:

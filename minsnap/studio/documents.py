@@ -169,8 +169,8 @@ def _of_course(course: Course) -> PlanRequest:
     FileError
         If it has more.
     """
-    further = (course.laps > 1, course.boxes, course.start, course.end, course.tolerance, course.takeoff, course.land)
-    if any(further) or any(stop.ball or stop.hold or stop.straight for stop in course.stops):
+    extras = (course.laps > 1, course.boxes, course.start, course.end, course.tolerance, course.takeoff, course.land)
+    if any(extras) or any(stop.ball or stop.hold or stop.straight for stop in course.stops):
         raise FileError(
             f"{course.name} has laps, boxes, states, tolerances, holds or take-off: the studio holds points, gates, a "
             "tube and limits of a course; minsnap plan flies all of it"

@@ -175,8 +175,8 @@ def read_obstacles(path: str | os.PathLike[str]) -> Obstacles:
     if Path(path).suffix.lower() == ".csv":
         return cloud(read_waypoints(path).points)
     if Path(path).suffix.lower() in (".yaml", ".yml"):
-        said = read_map_entries(path)
-        return floor(Path(path).parent / said["image"], said["resolution"], said["origin"])
+        entries = read_map_entries(path)
+        return floor(Path(path).parent / entries["image"], entries["resolution"], entries["origin"])
     if Path(path).suffix.lower() != ".npz":
         raise FileError(f"{Path(path).name} holds no obstacles by its ending: it must be one of {', '.join(ENDINGS)}")
     content: dict[str, Any] = read_archive(path)

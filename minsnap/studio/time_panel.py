@@ -88,7 +88,7 @@ class TimePanel:
         return (when_changed(slider, change),)
 
     def _limit_row(self, name: str) -> tuple[Any, Any]:
-        low, high, usual = SLIDERS[name]
+        low, high, first = SLIDERS[name]
         kind = KIND[name]
         label = f"{kind.label} [{kind.typed_unit}]".replace("^2", "²").replace("^3", "³")
 
@@ -98,7 +98,7 @@ class TimePanel:
 
         box = when_changed(self._gui.add_checkbox(label, False), choose)
         slider = self._gui.add_slider(
-            f"≤ {kind.label}", min=low, max=high, step=0.05, initial_value=usual, visible=False
+            f"≤ {kind.label}", min=low, max=high, step=0.05, initial_value=first, visible=False
         )
         change = editing(
             self._editor, lambda request, value: set_limit(request, name, _inner(name, value)), f"limit {name}"

@@ -49,26 +49,26 @@ def planned_yaw(trajectory: Trajectory) -> Trajectory:
     return from_powers(trajectory.durations, powers[:, :, None], None)
 
 
-def headed(curve: Trajectory, said: Mapping[str, Any]) -> Trajectory:
+def headed(curve: Trajectory, content: Mapping[str, Any]) -> Trajectory:
     """Give a curve the heading that a file describes."""
-    if "rule" not in said:
-        return curve.with_yaw(_heading(said))
-    if said["rule"] == "velocity":
-        return curve.with_yaw(VelocityHeading(curve, said["yaw_rate"], said["hold_below"]))
-    if said["rule"] == "tilt":
-        linear, quadratic = said.get("drag", (0.0, 0.0))
+    if "rule" not in content:
+        return curve.with_yaw(_heading(content))
+    if content["rule"] == "velocity":
+        return curve.with_yaw(VelocityHeading(curve, content["yaw_rate"], content["hold_below"]))
+    if content["rule"] == "tilt":
+        linear, quadratic = content.get("drag", (0.0, 0.0))
         drag = float(linear), float(quadratic)
-        return curve.with_yaw(TiltHeading(curve, float(said["angle_at_start"]), float(said["gravity"]), drag))
-    if said["rule"] == "look at":
-        return curve.with_yaw(LookAt(said["point"]).heading(curve))
-    raise FileError(f"no heading is called {str(said['rule'])[:40]!r}: there are velocity, tilt and look at")
+        return curve.with_yaw(TiltHeading(curve, float(content["angle_at_start"]), float(content["gravity"]), drag))
+    if content["rule"] == "look at":
+        return curve.with_yaw(LookAt(content["point"]).heading(curve))
+    raise FileError(f"no heading is called {str(content['rule'])[:40]!r}: there are velocity, tilt and look at")
 
 
-def _heading(said: Mapping[str, Any]) -> Heading:
-    if "angle" in said:
-        angle = float(said["angle"])
+def _heading(content: Mapping[str, Any]) -> Heading:
+    if "angle" in content:
+        angle = float(content["angle"])
         if not np.isfinite(angle):
             raise FileError(f"the yaw is {angle}: it must be finite")
         return ConstantHeading(angle)
-    points, durations = (np.array(said[name], dtype=np.float64) for name in ("control_points", "durations"))
+    points, durations = (np.array(content[name], dtype=np.float64) for name in ("control_points", "durations"))
     return PlannedHeading(Trajectory(points, durations))

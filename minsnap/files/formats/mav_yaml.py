@@ -86,8 +86,8 @@ def read_mav_yaml(path: str | os.PathLike[str]) -> Trajectory:
     ImportError
         If PyYAML is not installed.
     """
-    said = load_yaml(path)
-    segments = said.get("segments") if isinstance(said, dict) else None
+    content = load_yaml(path)
+    segments = content.get("segments") if isinstance(content, dict) else None
     if not isinstance(segments, list) or not segments:
         raise FileError(f"{path} has no segments")
     read = [_read_segment(f"{path}, segment {number}", segment) for number, segment in enumerate(segments)]

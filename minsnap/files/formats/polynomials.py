@@ -79,7 +79,7 @@ class PlanFile:
         """Certify the plan anew: the certificate, and a sentence for all that it keeps less than its file says."""
         from minsnap.certificate import certify
 
-        certificate, said = (
+        certificate, stated = (
             certify(self.trajectory, self.waypoints, self.corridor, self.limits),
             _said(self.certificate),
         )
@@ -89,20 +89,20 @@ class PlanFile:
             EXACT * np.abs(self.trajectory.control_points).max(),
         )
         problems = []
-        if margin is not None and margin < min(0.0, said.margin - tiny):
+        if margin is not None and margin < min(0.0, stated.margin - tiny):
             problems.append(f"the plan leaves its corridor: its exact margin is {margin:.3g} m")
-        if missed is not None and missed > said.missed + tiny:
-            problems.append(f"the plan misses a waypoint by {missed:.3g} m, and its file says {said.missed:.3g} m")
-        if certificate.continuity < said.smooth:
+        if missed is not None and missed > stated.missed + tiny:
+            problems.append(f"the plan misses a waypoint by {missed:.3g} m, and its file says {stated.missed:.3g} m")
+        if certificate.continuity < stated.smooth:
             problems.append(
-                f"the plan has {certificate.continuity} continuous derivatives, and its file says {said.smooth}"
+                f"the plan has {certificate.continuity} continuous derivatives, and its file says {stated.smooth}"
             )
         exceeded = [used for used in certificate.utilisation if not used.kept]
         problems += [
             f"the plan exceeds its limit {used.name}: {used.value:.6g} of {used.limit:.6g} on leg {used.leg} "
             f"at {used.instant:.4g} s"
             for used in exceeded
-            if used.fraction > (1.0 + EXACT) * said.used.get(used.name, 1.0)
+            if used.fraction > (1.0 + EXACT) * stated.used.get(used.name, 1.0)
         ]
         return certificate, problems
 
@@ -119,13 +119,13 @@ class _Said:
 
 def _said(certificate: Mapping[str, Any] | None) -> _Said:
     """Read a certificate; what it does not say binds nothing."""
-    said = certificate or {}
-    margin, missed, smooth = (said.get(name) for name in ("corridor_margin", "waypoint_error", "continuity"))
+    stated = certificate or {}
+    margin, missed, smooth = (stated.get(name) for name in ("corridor_margin", "waypoint_error", "continuity"))
     return _Said(
         0.0 if margin is None else float(margin),
         inf if missed is None else float(missed),
         -1 if smooth is None else int(smooth),
-        {str(used["name"]): float(used["fraction"]) for used in said.get("limits", ())},
+        {str(used["name"]): float(used["fraction"]) for used in stated.get("limits", ())},
     )
 
 
@@ -221,38 +221,40 @@ def read_polynomials(path: str | os.PathLike[str]) -> PlanFile:
         If it is YAML and PyYAML is not there.
     """
     if FilePath(path).suffix.lower() in (".yaml", ".yml"):
-        said = load_yaml(path)
+        content = load_yaml(path)
     else:
         text = read_text(path, LARGEST_JSON)
         with reading(path, "JSON"):
-            said = json.loads(text)
-    if not isinstance(said, dict) or said.get("format") != MARK:
+            content = json.loads(text)
+    if not isinstance(content, dict) or content.get("format") != MARK:
         raise FileError(f"{path} holds no polynomials: its 'format' is not {MARK!r}")
-    if said.get("version") != VERSION or said.get("frame") != "enu":
+    if content.get("version") != VERSION or content.get("frame") != "enu":
         raise FileError(
-            f"{path} is of version {said.get('version')!r}, frame {said.get('frame')!r}: this reads 1, 'enu'"
+            f"{path} is of version {content.get('version')!r}, frame {content.get('frame')!r}: this reads 1, 'enu'"
         )
     with reading(path, "a file of polynomials"):
-        return _plan(f"{path}", said)
+        return _plan(f"{path}", content)
 
 
-def _plan(where: str, said: Mapping[str, Any]) -> PlanFile:
+def _plan(where: str, content: Mapping[str, Any]) -> PlanFile:
     trajectory = Trajectory(
-        np.array(said["control_points"], dtype=np.float64),
-        np.array(said["durations"], dtype=np.float64),
-        pieces=int(said["pieces_per_leg"]),
+        np.array(content["control_points"], dtype=np.float64),
+        np.array(content["durations"], dtype=np.float64),
+        pieces=int(content["pieces_per_leg"]),
     )
     if len(trajectory.durations) % trajectory.pieces:
         raise FileError(f"{len(trajectory.durations)} pieces are no whole number of legs of {trajectory.pieces}")
-    trajectory = headed(trajectory, said["yaw"])
-    waypoints = said.get("waypoints")
+    trajectory = headed(trajectory, content["yaw"])
+    waypoints = content.get("waypoints")
     points = None if waypoints is None else np.array(waypoints, dtype=np.float64)
-    limits = None if said.get("limits") is None else limits_of(f"{where}: limits", said["limits"], FilePath())
-    words = tuple(str(word) for word in said.get("command", ()))
-    gates = {int(gate.pop("waypoint")): Gate.polygon(**gate) for gate in map(dict, said.get("openings", ()))}
-    made_by, certificate = str(said.get("made_by", "")), dict(said.get("certificate") or {})
+    limits = None if content.get("limits") is None else limits_of(f"{where}: limits", content["limits"], FilePath())
+    words = tuple(str(word) for word in content.get("command", ()))
+    gates = {int(gate.pop("waypoint")): Gate.polygon(**gate) for gate in map(dict, content.get("openings", ()))}
+    made_by, certificate = str(content.get("made_by", "")), dict(content.get("certificate") or {})
     _said(certificate)
-    return PlanFile(trajectory, points, _constraint(said.get("corridor")), limits, words, made_by, certificate, gates)
+    return PlanFile(
+        trajectory, points, _constraint(content.get("corridor")), limits, words, made_by, certificate, gates
+    )
 
 
 def _openings(gates: Mapping[int, Gate]) -> list[dict[str, Any]]:
@@ -279,15 +281,17 @@ def _corridor(corridor: Any) -> Any:
     }
 
 
-def _constraint(said: Any) -> Any:
-    if isinstance(said, list) and any(isinstance(part, dict) for part in said):
-        return [_constraint(part) for part in said]
-    if not isinstance(said, dict):
-        return said
-    values = {name: value for name, value in said.items() if name != "kind"}
-    if said.get("kind") not in CONSTRAINTS:
-        raise FileError(f"no constraint is of kind {str(said.get('kind'))[:40]!r}: there are {', '.join(CONSTRAINTS)}")
-    return CONSTRAINTS[said["kind"]](**values)
+def _constraint(content: Any) -> Any:
+    if isinstance(content, list) and any(isinstance(part, dict) for part in content):
+        return [_constraint(part) for part in content]
+    if not isinstance(content, dict):
+        return content
+    values = {name: value for name, value in content.items() if name != "kind"}
+    if content.get("kind") not in CONSTRAINTS:
+        raise FileError(
+            f"no constraint is of kind {str(content.get('kind'))[:40]!r}: there are {', '.join(CONSTRAINTS)}"
+        )
+    return CONSTRAINTS[content["kind"]](**values)
 
 
 def _limits(limits: Limits) -> dict[str, Any]:

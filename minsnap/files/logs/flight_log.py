@@ -69,9 +69,9 @@ def flight_log(reference: Track | None, flight: Track | None, damage: str | None
     clean = [None if track is None else _cleaned(track) for track in (reference, flight)]
     starts = [track.t[0] for track in clean if track is not None]
     start = float(min(starts)) if starts else 0.0
-    told = None if damage is None else f"{damage}; {_what_was_read(*clean)}"
+    sentence = None if damage is None else f"{damage}; {_what_was_read(*clean)}"
     setpoints, flown = (None if track is None else _samples(track, start, frame) for track in clean)
-    return FlightLog(setpoints, flown, start, told)
+    return FlightLog(setpoints, flown, start, sentence)
 
 
 def _cleaned(track: Track) -> Track | None:

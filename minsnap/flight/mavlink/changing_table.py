@@ -58,8 +58,8 @@ class ChangingTable:
         Whether the flight stays at the end of what is flown, for changes to come. It may be set to False in flight.
     """
 
-    def __init__(self, table: SetpointTable, added: FeedForward = NOTHING, stays: bool = False) -> None:
-        self._flown, self._added, self.stays = Flown(table, 0.0), added, stays
+    def __init__(self, table: SetpointTable, feed_forward: FeedForward = NOTHING, stays: bool = False) -> None:
+        self._flown, self._added, self.stays = Flown(table, 0.0), feed_forward, stays
         self.rate, self.fields, self.missing, self.mask = table.rate, table.fields, table.missing, table.mask
         self.start, self.note, self.frame, self.lead = table.start, table.note, table.frame, table.lead
 

@@ -91,11 +91,11 @@ class FeedForward:
 
     def describe(self, samples: Samples) -> str:
         """Return a text that says what is added to samples."""
-        said = []
-        added = self._compensated(samples).feed_forward
-        if added is not None:
-            most = float(np.linalg.norm(added, axis=1).max())
-            said.append(f"drag offset by up to {most:.2f} m/s²")
+        parts = []
+        feed_forward = self._compensated(samples).feed_forward
+        if feed_forward is not None:
+            most = float(np.linalg.norm(feed_forward, axis=1).max())
+            parts.append(f"drag offset by up to {most:.2f} m/s²")
         if self.lead or samples.lead:
-            said.append(f"setpoints sent {1e3 * (self.lead or samples.lead):g} ms ahead")
-        return " and ".join(said)
+            parts.append(f"setpoints sent {1e3 * (self.lead or samples.lead):g} ms ahead")
+        return " and ".join(parts)

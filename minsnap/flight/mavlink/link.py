@@ -206,15 +206,15 @@ class Link:
 
     def _silence(self, timeout: float) -> str:
         wanted = "a vehicle" if self._wanted is None else f"system {self._wanted}"
-        said = f"no heartbeat of {wanted} within {timeout:g} s on {self.address}"
+        sentence = f"no heartbeat of {wanted} within {timeout:g} s on {self.address}"
         if self.ignored:
             heard = ", ".join(str(system) for system in sorted({system for system, _ in self.ignored}))
-            said += f"; heard only system {heard}" + ("" if self._wanted is None else ": check the system id")
+            sentence += f"; heard only system {heard}" + ("" if self._wanted is None else ": check the system id")
         if self.address.startswith("udpout"):
-            said += f"; a simulator that sends to a port is heard on it: try udpin{self.address[6:]}"
+            sentence += f"; a simulator that sends to a port is heard on it: try udpin{self.address[6:]}"
         if self.refused:
-            said += f"; {self.refused} messages were damaged or not signed with this key"
-        return said
+            sentence += f"; {self.refused} messages were damaged or not signed with this key"
+        return sentence
 
 
 _MOVES = 2.0

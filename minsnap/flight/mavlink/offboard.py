@@ -85,11 +85,11 @@ def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOpti
     report = check_samples(samples)
     if not report.ok:
         raise FlightError(f"not fit to fly: {report.problems[0]}")
-    added = options.feed_forward
-    sent = added.stated(samples)
+    feed_forward = options.feed_forward
+    sent = feed_forward.stated(samples)
     table = tabulate(sent, options.rate, options.fields, frame, options.laps)
     options.check_rate(table.rate)
-    return replace(table, note="; ".join(filter(None, (added.describe(samples), _at_speed(samples, report)))))
+    return replace(table, note="; ".join(filter(None, (feed_forward.describe(samples), _at_speed(samples, report)))))
 
 
 def _at_speed(samples: Samples, report: ConsistencyReport) -> str:

@@ -94,10 +94,10 @@ class Orders:
         order: dict[str, Any] = {}
         try:
             order = _order_of(line)
-            said = {"ok": True, **self._followed(order)}
+            reply = {"ok": True, **self._followed(order)}
         except (MinsnapError, TypeError, ValueError) as error:
-            said = {"ok": False, "error": str(error)}
-        return json.dumps({**({"id": order["id"]} if "id" in order else {}), **said})
+            reply = {"ok": False, "error": str(error)}
+        return json.dumps({**({"id": order["id"]} if "id" in order else {}), **reply})
 
     def _followed(self, order: dict[str, Any]) -> dict[str, Any]:
         if order.get("finish"):

@@ -86,10 +86,10 @@ def read_events(path: str | os.PathLike[str]) -> dict[int, str]:
     check_size(path)
     with reading(path, "events of PX4 (all_events.json)"):
         raw = Path(path).read_bytes()
-        said = json.loads(lzma.decompress(raw) if raw.startswith(b"\xfd7zXZ") else raw)
+        content = json.loads(lzma.decompress(raw) if raw.startswith(b"\xfd7zXZ") else raw)
         events = {
             int(component) << 24 | int(number): str(event["message"])
-            for component, space in said["components"].items()
+            for component, space in content["components"].items()
             for group in space.get("event_groups", {}).values()
             for number, event in group["events"].items()
         }

@@ -188,9 +188,9 @@ def tabulate(
     missing = tuple(name for name in wanted if name not in held) if fields is not None else _absent(flown)
     rows = np.concatenate([_column(flown, name, name in held) for name in FIELDS], axis=1)
     rows.flags.writeable = False
-    added = stated.feed_forward if "acceleration" in held else None
+    feed_forward = stated.feed_forward if "acceleration" in held else None
     rate = samples.rate if rate is None else float(rate)
-    return SetpointTable(rows, rate, held, missing, laps, frame=frame, lead=samples.lead, added=added)
+    return SetpointTable(rows, rate, held, missing, laps, frame=frame, lead=samples.lead, added=feed_forward)
 
 
 def _absent(samples: Samples) -> tuple[str, ...]:
@@ -253,9 +253,9 @@ def resampled_at(samples: Samples, inside: FloatArray, t: FloatArray) -> Samples
     motion = _interpolated(samples.t, [samples.position, samples.velocity, samples.acceleration], inside)
     heading = _interpolated(samples.t, [samples.yaw, samples.yaw_rate], inside)
     names = ("position", "velocity", "acceleration", "yaw", "yaw_rate")
-    added = None if samples.feed_forward is None else interpolated(inside, samples.t, samples.feed_forward)
+    feed_forward = None if samples.feed_forward is None else interpolated(inside, samples.t, samples.feed_forward)
     quantities: dict[str, Any] = dict(zip(names, motion + heading, strict=True))
-    return Samples(t, **quantities, feed_forward=added, lead=samples.lead)
+    return Samples(t, **quantities, feed_forward=feed_forward, lead=samples.lead)
 
 
 def _interpolated(t: FloatArray, orders: list[FloatArray | None], at: FloatArray) -> list[FloatArray | None]:

@@ -154,15 +154,15 @@ class Relay:
 
     def run(self, on_report: Callable[[RelayReport], None] | None = None) -> RelayReport:
         """Relay poses until stopped or until the source ends; ``on_report`` is called once per second."""
-        told = self._clock.now()
+        last_line = self._clock.now()
         while not (self._stopped or self._source.ended):
             for _ in self._link.pump(self._schedule.due):
                 pass
             now = self._clock.now()
             self._schedule.take(now)
             self._pass_on(self._source.latest(), now)
-            if on_report is not None and now - told >= 1.0:
-                told = now
+            if on_report is not None and now - last_line >= 1.0:
+                last_line = now
                 on_report(self.report())
         return self.report()
 

@@ -109,19 +109,19 @@ class UdpJsonSource(PoseSource):
 
     def _take(self, data: bytes) -> None:
         try:
-            said = json.loads(data)
-            if self._body is None or said.get("body") == self._body:
-                self._pose = _measured(self._clock.now(), *_pose_numbers(said))
+            content = json.loads(data)
+            if self._body is None or content.get("body") == self._body:
+                self._pose = _measured(self._clock.now(), *_pose_numbers(content))
         except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
             self.rejected += 1
 
 
-def _pose_numbers(said: dict[str, Any]) -> tuple[Iterable[Any], Iterable[Any]]:
+def _pose_numbers(content: dict[str, Any]) -> tuple[Iterable[Any], Iterable[Any]]:
     """Return position and attitude of a JSON pose, or raise KeyError, TypeError or ValueError."""
-    if "quaternion" in said:
-        return said["position"], said["quaternion"]
-    half = float(said["yaw"]) / 2
-    return said["position"], (math.cos(half), 0.0, 0.0, math.sin(half))
+    if "quaternion" in content:
+        return content["position"], content["quaternion"]
+    half = float(content["yaw"]) / 2
+    return content["position"], (math.cos(half), 0.0, 0.0, math.sin(half))
 
 
 def _measured(now: float, position: Iterable[Any], attitude: Iterable[Any]) -> Pose:

@@ -166,10 +166,10 @@ class _Run:
         self, state: list[float], speeds: list[float], command: Command, wind: list[float], goal: Any
     ) -> tuple[list[float], list[float], str | None]:
         """Return state and rotor speeds one step later, and the reason if the simulation must stop there."""
-        told, (half, whole) = command.rotor_speed, self._lag
-        middle = [goal_speed + half * (speed - goal_speed) for goal_speed, speed in zip(told, speeds, strict=True)]
-        end = [goal_speed + whole * (speed - goal_speed) for goal_speed, speed in zip(told, speeds, strict=True)]
-        first = told if whole == 0.0 else speeds
+        commanded, (half, whole) = command.rotor_speed, self._lag
+        middle = [goal_speed + half * (speed - goal_speed) for goal_speed, speed in zip(commanded, speeds, strict=True)]
+        end = [goal_speed + whole * (speed - goal_speed) for goal_speed, speed in zip(commanded, speeds, strict=True)]
+        first = commanded if whole == 0.0 else speeds
         try:
             moved = self._body.advance(state, (first, middle, end), wind, self._step)
         except OverflowError:

@@ -68,8 +68,8 @@ class TableFit:
         own_arrays(self)
 
     def __str__(self) -> str:
-        said = self.as_dict()
-        lines = [f"{self.form}: {said['points']} points, R² = {self.r_squared:.4f}, residual {said['rms']:.3g}"]
+        facts = self.as_dict()
+        lines = [f"{self.form}: {facts['points']} points, R² = {self.r_squared:.4f}, residual {facts['rms']:.3g}"]
         for term in self.terms:
             error = "" if term.standard_error is None else f" ± {term.standard_error:.2g}"
             lines.append(f"  {term.name:<28}{term.value: .6g}{error}")

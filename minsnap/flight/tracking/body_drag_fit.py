@@ -117,8 +117,8 @@ class _AcrossThrust:
         """Return the estimates as rows of linear, quadratic, bias, wind, None for those left out; and the values."""
         first = np.zeros(int(self.slots.sum()))
         numbers, _ = fitted(self.residuals, first, self._motion.rate)
-        told = iter(numbers)
-        listed = [next(told) if kept else None for kept in self.slots]
+        each_number = iter(numbers)
+        listed = [next(each_number) if kept else None for kept in self.slots]
         return [listed[2 * k : 2 * k + 2] for k in range(4)], self.unpacked(np.array([each.value for each in numbers]))
 
 
@@ -134,12 +134,12 @@ def fit_drag_of(motion: FlightMotion) -> BodyDragFit:
     third, hover = vertical.solve(bool(excited[2]), notes)
     axes = tuple(AxisDrag(float(speeds[k]), estimates[0][k], estimates[1][k]) for k in range(2))
     wind = estimates[3][0], estimates[3][1]
-    told = (wind[0], wind[1]) if wind[0] is not None and wind[1] is not None else None
+    horizontal = (wind[0], wind[1]) if wind[0] is not None and wind[1] is not None else None
     u = lateral.air(values[3])
     sizes = np.linalg.norm(u, axis=1)[:, None]
     sides = motion.specific_force[:, :2] - values[2], -(values[0] + values[1] * sizes) * u[:, :2]
     force, model = (np.column_stack(pair) for pair in zip(sides, vertical.sides(third), strict=True))
-    return BodyDragFit((*axes, third), told, hover, tuple(notes), u, force, model)  # type: ignore[arg-type]
+    return BodyDragFit((*axes, third), horizontal, hover, tuple(notes), u, force, model)  # type: ignore[arg-type]
 
 
 def _lateral_fit(
@@ -159,10 +159,10 @@ def _lateral_fit(
 
 def _turns(motion: FlightMotion, notes: list[str]) -> bool:
     heading = np.arctan2(motion.rotation[:, 1, 0], motion.rotation[:, 0, 0])
-    told = bool(np.hypot(np.cos(heading).mean(), np.sin(heading).mean()) < TURNED)
-    if not told:
+    varied = bool(np.hypot(np.cos(heading).mean(), np.sin(heading).mean()) < TURNED)
+    if not varied:
         notes.append("wind is not told from a bias of the accelerometer: it needs a flight with several headings")
-    return told
+    return varied
 
 
 def _is_told(estimate: FittedNumber | None) -> bool:
@@ -205,8 +205,8 @@ class _AlongThrust:
             notes.append(_no_quadratic("z", numbers[2] if varied else None))
             numbers, _ = self._fit(lag, True, False)
         self._thrust = self._lagged(lag)
-        told = [each.value for each in numbers] + [0.0, 0.0]
-        self._values = (told[0], told[1], told[2])
+        values = [each.value for each in numbers] + [0.0, 0.0]
+        self._values = (values[0], values[1], values[2])
         hover = GRAVITY / numbers[0].value
         drag = [*numbers[1:], None, None]
         return AxisDrag(speed, drag[0], drag[1]), FittedNumber(hover, hover * numbers[0].error / numbers[0].value)

@@ -95,12 +95,12 @@ class FlightFit:
         FitError
             If neither horizontal axis is told.
         """
-        told = [axis for axis in self.axes[:2] if axis.linear is not None]
-        if not told:
+        known = [axis for axis in self.axes[:2] if axis.linear is not None]
+        if not known:
             raise FitError(
                 "this flight does not determine the horizontal drag: fly along the body's x or y at several speeds"
             )
-        sides = [axis if axis.linear is not None else told[0] for axis in self.axes[:2]]
+        sides = [axis if axis.linear is not None else known[0] for axis in self.axes[:2]]
         parts = [(_value(axis.linear), _value(axis.quadratic)) for axis in (*sides, self.axes[2])]
         linear, quadratic = np.maximum(np.array(parts).T, 0.0) * mass
         return BodyDrag(linear, quadratic)
@@ -168,11 +168,11 @@ def fit_flight(source: str | os.PathLike[str] | FlightLog, lead: float | None = 
     damage = () if log.damage is None else (log.damage,)
     delay = None if log.reference is None else _delay(log.reference, log.flight)
     hover = None if log.inertial is None or log.inertial.hover_throttle is None else log.inertial.hover_throttle
-    told = _from_setpoints(log) if log.inertial is None else _from_body(log)
-    if told.hover is None and hover is not None:
-        told = replace(told, notes=(*told.notes, f"the autopilot's own estimate of the hover throttle is {hover:.3f}"))
+    fit = _from_setpoints(log) if log.inertial is None else _from_body(log)
+    if fit.hover is None and hover is not None:
+        fit = replace(fit, notes=(*fit.notes, f"the autopilot's own estimate of the hover throttle is {hover:.3f}"))
     led = lead if lead is not None else 0.0 if log.reference is None else log.reference.lead
-    return replace(told, delay=delay, lead=led, notes=(*damage, *told.notes))
+    return replace(fit, delay=delay, lead=led, notes=(*damage, *fit.notes))
 
 
 def _from_body(log: FlightLog) -> FlightFit:

@@ -36,11 +36,11 @@ def plot_flight_fit(fit: FlightFit) -> Figure:
     step = max(1, len(fit.speed) // MOST_POINTS)
     for k, (ax, colours) in enumerate(zip(panels[0], AXIS_STYLES, strict=False)):
         order = np.argsort(fit.speed[:, k])
-        told = fit.axes[k].linear is not None
+        known = fit.axes[k].linear is not None
         ax.plot(fit.speed[::step, k], fit.force[::step, k], ".", markersize=2, color=colours["color"], alpha=0.3)
-        if told:
+        if known:
             ax.plot(fit.speed[order, k], fit.model[order, k], color="#000000", linewidth=1.2)
-        ax.set(xlabel=f"speed along {coordinate_name(k, 3)} of the {where} [m/s]", title="" if told else "not told")
+        ax.set(xlabel=f"speed along {coordinate_name(k, 3)} of the {where} [m/s]", title="" if known else "not told")
         ax.grid(alpha=0.3)
     panels[0][0].set_ylabel("drag per mass [m/s²]")
     return figure

@@ -62,8 +62,8 @@ def write_flight_page(
     for figure in drawn:
         plt.close(figure)
     fits, untold = _fitted(logs or {})
-    said = [*untold, *(f"{name}: {remark}" for name, one in flights.items() for remark in one.remarks())]
-    notes = "".join(f"<p>{escape(sentence)}.</p>" for sentence in said)
+    remarks = [*untold, *(f"{name}: {remark}" for name, one in flights.items() for remark in one.remarks())]
+    notes = "".join(f"<p>{escape(sentence)}.</p>" for sentence in remarks)
     legs = leg_instants(next(iter(flights.values())).reference, waypoints)
     parts = [_verdict(flights), notes, _flights(flights), *pictures, _legs(flights, legs), _fits(fits)]
     write_page(path, title, parts, clobber=clobber)

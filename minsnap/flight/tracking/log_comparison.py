@@ -40,25 +40,25 @@ class ComparedFlight:
 
     def remarks(self) -> list[str]:
         """Return warnings about the validity of the figures, one sentence per warning."""
-        said = []
+        sentences = []
         if self.place is not None and self.place.lead:
-            said.append(
+            sentences.append(
                 f"its setpoints were sent {self.place.lead:g} s ahead, and each instant is compared with its plan"
             )
         if self.place is not None and self.place.end is not None:
             part = f"the first {self.place.end:.2f} s of {self.whole:.2f} s ({100 * self.place.end / self.whole:.0f} %)"
-            said.append(f"its setpoints follow the file for {part}: that part is compared")
+            sentences.append(f"its setpoints follow the file for {part}: that part is compared")
         if self.place is not None and self.place.shift.any():
             shift = ", ".join(f"{value:.2f}" for value in self.place.shift)
-            said.append(f"it was flown ({shift}) m from where the file lies, and is compared there")
+            sentences.append(f"it was flown ({shift}) m from where the file lies, and is compared there")
         if self.place is not None and abs(self.place.rate - 1.0) > 1e-3:
             drift = 100 * abs(self.place.rate - 1.0)
-            said.append(f"the log's clock runs {drift:.1f} % {self._pace()}: flown times are those of the file")
+            sentences.append(f"the log's clock runs {drift:.1f} % {self._pace()}: flown times are those of the file")
         offset = self.comparison.constant_offset
         if float(np.linalg.norm(offset)) > OFFSET_NOTED:
             words = ", ".join(f"{value:.2f}" for value in offset)
-            said.append(f"the whole flight lies ({words}) m from its reference: do origin and frame agree?")
-        return said
+            sentences.append(f"the whole flight lies ({words}) m from its reference: do origin and frame agree?")
+        return sentences
 
     def _pace(self) -> str:
         return "slow" if self.place is not None and self.place.rate > 1.0 else "fast"

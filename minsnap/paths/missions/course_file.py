@@ -99,10 +99,10 @@ def is_course(path: str | os.PathLike[str], wanted: bool = True) -> bool:
 
     Points with ``limits`` alone may be either, and are a course where one is wanted.
     """
-    said = load_yaml(path)
-    if isinstance(said, dict) and set(said) - set(PLAIN if wanted else (*PLAIN, *EITHER)):
+    content = load_yaml(path)
+    if isinstance(content, dict) and set(content) - set(PLAIN if wanted else (*PLAIN, *EITHER)):
         return True
-    entries = said.get("waypoints") if isinstance(said, dict) else said
+    entries = content.get("waypoints") if isinstance(content, dict) else content
     mappings = [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
     return any(set(entry) - set(COLUMNS) for entry in mappings)
 
@@ -121,43 +121,43 @@ def read_course(path: str | os.PathLike[str]) -> Course:
     ImportError
         If PyYAML is not there.
     """
-    said = load_yaml(path)
-    said = said if isinstance(said, dict) else {"waypoints": said}
+    content = load_yaml(path)
+    content = content if isinstance(content, dict) else {"waypoints": content}
     with reading(path, "a course"):
-        return _course(f"{path}", COURSE.read(f"{path}", said), Path(path))
+        return _course(f"{path}", COURSE.read(f"{path}", content), Path(path))
 
 
-def _course(where: str, said: Mapping[str, Any], path: Path) -> Course:
-    entries = [*said.get("waypoints", ()), *said.get("gates", ())]
-    balls, margin = said.get("ball", 0.0), said.get("margin", 0.0)
+def _course(where: str, content: Mapping[str, Any], path: Path) -> Course:
+    entries = [*content.get("waypoints", ()), *content.get("gates", ())]
+    balls, margin = content.get("ball", 0.0), content.get("margin", 0.0)
     if isinstance(balls, tuple) and len(balls) != len(entries):
         raise FileError(f"{where}: {len(balls)} balls for {len(entries)} waypoints: give one, or one for each")
     balls = balls if isinstance(balls, tuple) else (balls,) * len(entries)
-    named = [f"{where}: {key} {i}" for key in ("waypoints", "gates") for i in range(len(said.get(key, ())))]
+    named = [f"{where}: {key} {i}" for key in ("waypoints", "gates") for i in range(len(content.get(key, ())))]
     stops = [_stop(name, entry, ball, margin) for name, entry, ball in zip(named, entries, balls, strict=True)]
-    closed = said.get("closed", False)
+    closed = content.get("closed", False)
     if closed and len(stops) > 2 and np.array_equal(stops[0].center, stops[-1].center):
         stops.pop()
     optional = ("laps", "tube", "start", "end", "tolerance", "yaw", "takeoff", "land")
-    values = {key: said[key] for key in optional if key in said}
-    boxes = Boxes(**said["boxes"]) if "boxes" in said else None
-    limits = _limits(path.parent, said)
-    return Course(tuple(stops), closed, limits=limits, boxes=boxes, name=said.get("name", path.stem), **values)
+    values = {key: content[key] for key in optional if key in content}
+    boxes = Boxes(**content["boxes"]) if "boxes" in content else None
+    limits = _limits(path.parent, content)
+    return Course(tuple(stops), closed, limits=limits, boxes=boxes, name=content.get("name", path.stem), **values)
 
 
-def stop_of(where: str, said: Any) -> Stop:
+def stop_of(where: str, content: Any) -> Stop:
     """Return one entry of a course, or raise FileError, which says where it stands."""
-    return _stop(where, STOP.read(where, said), 0.0, 0.0)
+    return _stop(where, STOP.read(where, content), 0.0, 0.0)
 
 
 def _stop(where: str, entry: Any, ball: float, margin: float) -> Stop:
     if isinstance(entry, tuple):
         return Stop(np.array(entry), ball)
-    further = {name: entry[name] for name in PASSED if name in entry}
+    options = {name: entry[name] for name in PASSED if name in entry}
     if GATE.fits(entry):
-        return Stop(_gate(where, {"margin": margin} | entry), **further)
+        return Stop(_gate(where, {"margin": margin} | entry), **options)
     point = np.array([entry[axis] for axis in "xyz" if axis in entry])
-    return Stop(point, **{"ball": ball} | further)
+    return Stop(point, **{"ball": ball} | options)
 
 
 def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
@@ -183,10 +183,10 @@ def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
     return made(normal=flat, **{"crossing": 1} | values)
 
 
-def _limits(folder: Path, said: Mapping[str, Any]) -> Limits | None:
-    named = said.get("limits", {})
-    if "vehicle" in said:
-        vehicle = vehicle_of(said["vehicle"], folder, said.get("name", "vehicle"))
+def _limits(folder: Path, content: Mapping[str, Any]) -> Limits | None:
+    named = content.get("limits", {})
+    if "vehicle" in content:
+        vehicle = vehicle_of(content["vehicle"], folder, content.get("name", "vehicle"))
         return Limits.of(vehicle, **{"reserve": 0.0} | without_null(named))
     if "rotors" in named:
         return limits_of("limits", named, folder)

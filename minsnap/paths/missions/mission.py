@@ -185,8 +185,8 @@ def _look_at(curve: Trajectory, corridor: Sequence[HalfSpaces], wanted: int | No
 
     Parts begin and end with k - 1 prescribed derivatives: more of them are continuous inside of parts alone.
     """
-    usual = (curve.degree - 1) // 2
-    least = usual if wanted is None else min(wanted, usual) if joined_parts else wanted
+    inside = (curve.degree - 1) // 2
+    least = inside if wanted is None else min(wanted, inside) if joined_parts else wanted
     joined, nearest = continuity(curve), nearest_wall(curve, walls_of(corridor, curve(curve.leg_breaks)))
     if joined < least:
         wrong = f"its parts join with {joined} continuous derivatives, and the plan needs {least}"
@@ -259,12 +259,12 @@ def _run(course: Course, stop: Stop, where: Any, side: float, name: str) -> list
 
 
 def _section(
-    section: list[tuple[str, Stop]], course: Course, yaw: str | Velocity | None, further: dict[str, Any]
+    section: list[tuple[str, Stop]], course: Course, yaw: str | Velocity | None, planning: dict[str, Any]
 ) -> _Flown:
     """Plan a section, and name its parts."""
     stops = [stop for _, stop in section]
     arguments = section_arguments(stops, course, closed=False)
-    curve = plan(yaw=yaw, **arguments, **further)
+    curve = plan(yaw=yaw, **arguments, **planning)
     times = curve.leg_breaks[knots_of(stops)]
     names = [(name, float(t)) for (name, _), t in zip(section[:-1], times, strict=False)]
     kept = [entry for i, entry in enumerate(names) if i == 0 or entry[0] != names[i - 1][0]]

@@ -150,8 +150,8 @@ def plan_through(
     True
     """
     radius = check_distance("the clearance", clearance, CorridorError)
-    further = {"resolution": resolution, "origin": origin, "threshold": threshold, "unknown": unknown}
-    read = _as_map(grid, further, [start, goal], radius)
+    reading = {"resolution": resolution, "origin": origin, "threshold": threshold, "unknown": unknown}
+    read = _as_map(grid, reading, [start, goal], radius)
     if altitudes is not None:
         read = read.between(*altitudes)
     ends = [end_point(point, read.dim, name) for point, name in ((start, "start"), (goal, "goal"))]
@@ -165,19 +165,19 @@ def plan_through(
 
 
 def _as_map(
-    grid: GridMap | str | os.PathLike[str] | npt.ArrayLike, further: dict[str, Any], ends: list[Any], clearance: float
+    grid: GridMap | str | os.PathLike[str] | npt.ArrayLike, reading: dict[str, Any], ends: list[Any], clearance: float
 ) -> GridMap:
     if isinstance(grid, GridMap):
-        names = [name for name, value in further.items() if value not in (None, "occupied")]
+        names = [name for name, value in reading.items() if value not in (None, "occupied")]
         if names:
             raise CorridorError(f"{names[0]} is for files and arrays: a GridMap has it already")
         return grid
     if isinstance(grid, (str, os.PathLike)):
-        return read_map(FilePath(grid), **further, ends=ends, clearance=clearance)
-    if further["resolution"] is None:
+        return read_map(FilePath(grid), **reading, ends=ends, clearance=clearance)
+    if reading["resolution"] is None:
         raise CorridorError("the array does not say how large its cells are: give resolution [m]")
-    how = Reading(further["threshold"], further["unknown"])
-    return array_map(grid, further["resolution"], further["origin"], how)
+    how = Reading(reading["threshold"], reading["unknown"])
+    return array_map(grid, reading["resolution"], reading["origin"], how)
 
 
 def _lifted(corridor: GridCorridor, start: FloatArray, goal: FloatArray) -> tuple[Boxes, FloatArray]:
