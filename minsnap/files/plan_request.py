@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -92,6 +92,15 @@ class PlanRequest:
         """Number of legs."""
         return len(self.waypoints) - 1
 
+    @property
+    def turns(self) -> tuple[float, ...]:
+        """The heading at each waypoint [rad]; empty where one rule or number holds for all."""
+        return self.yaw if isinstance(self.yaw, tuple) else ()
+
+    def yaw_in(self, order: Sequence[int]) -> float | str | tuple[float, ...] | None:
+        """Return the yaw for the waypoints in another order, with some left out or twice."""
+        return tuple(self.turns[index] for index in order) if self.turns else self.yaw
+
     def as_lap(self) -> PlanRequest:
         """Return the closed lap: waypoints that do not end where they begin go on to the first one again.
 
@@ -99,7 +108,7 @@ class PlanRequest:
         """
         if self.waypoints[0] == self.waypoints[-1]:
             return replace(self, closed=True)
-        yaw = (*self.yaw, self.yaw[0]) if isinstance(self.yaw, tuple) else self.yaw
+        yaw = self.yaw_in([*range(len(self.waypoints)), 0])
         corridor = None if self.corridor is None else (*self.corridor, *self.corridor[-1:])
         points = (*self.waypoints, self.waypoints[0])
         return replace(self, waypoints=points, durations=None, yaw=yaw, corridor=corridor, closed=True)
@@ -225,7 +234,7 @@ def in_enu(request: PlanRequest, frame: str) -> PlanRequest:
     yaw = request.yaw
     if yaw is not None and not isinstance(yaw, str):
         mapped = map_yaw(yaw, axes, "enu").tolist()
-        yaw = tuple(mapped) if isinstance(yaw, tuple) else mapped
+        yaw = tuple(mapped) if request.turns else mapped
     return replace(request, waypoints=points, yaw=yaw)
 
 

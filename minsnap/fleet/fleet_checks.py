@@ -81,17 +81,24 @@ def _checked_waypoints(waypoints: Any) -> tuple[FloatArray, ...]:
 
 def _checked_states(start: Any, count: int) -> tuple[Mapping[int, FloatArray], ...]:
     each = [None] * count if start is None else start
-    if isinstance(each, Mapping) or not isinstance(each, Sequence) or len(each) != count:
-        raise FleetError(f"start must be a list of {count} states, each None or such as {{'velocity': (1, 0, 0)}}")
+    each = _one_each(
+        each, count, f"start must be a list of {count} states, each None or such as {{'velocity': (1, 0, 0)}}"
+    )
     return tuple(check_state(state, f"the start of vehicle {i}", 4, 3) for i, state in enumerate(each))
+
+
+def _one_each(value: Any, count: int, sentence: str) -> tuple[Any, ...]:
+    """Return the entries of a sequence, one for each vehicle, or raise FleetError with this sentence."""
+    if not isinstance(value, Sequence) or len(value) != count:
+        raise FleetError(sentence)
+    return tuple(value)
 
 
 def _checked_corridors(corridors: Any, points: tuple[FloatArray, ...]) -> tuple[Boxes | None, ...]:
     if corridors is None:
         return ()
-    entries = tuple(corridors) if isinstance(corridors, Sequence) else ()
-    if len(entries) != len(points):
-        raise FleetError(f"corridors must be a list of {len(points)} Boxes, with None for vehicles without one")
+    sentence = f"corridors must be a list of {len(points)} Boxes, with None for vehicles without one"
+    entries = _one_each(corridors, len(points), sentence)
     for vehicle, (boxes, own) in enumerate(zip(entries, points, strict=True)):
         if boxes is None:
             continue
@@ -110,9 +117,8 @@ def _checked_corridors(corridors: Any, points: tuple[FloatArray, ...]) -> tuple[
 def _checked_holds(holds: Any, points: tuple[FloatArray, ...]) -> tuple[FloatArray | None, ...]:
     if holds is None:
         return ()
-    entries = tuple(holds) if isinstance(holds, Sequence) else ()
-    if len(entries) != len(points):
-        raise FleetError(f"holds must be a list of {len(points)}, of each vehicle seconds at its waypoints, or None")
+    sentence = f"holds must be a list of {len(points)}, of each vehicle seconds at its waypoints, or None"
+    entries = _one_each(holds, len(points), sentence)
     checked = [None if each is None else numbers(each) for each in entries]
     for vehicle, (own, way) in enumerate(zip(checked, points, strict=True)):
         if entries[vehicle] is not None and (own is None or own.shape != way.shape[:1] or not (own >= 0.0).all()):

@@ -60,9 +60,7 @@ def insert_waypoint(request: PlanRequest, index: int) -> PlanRequest:
         points[last] + (points[last] - points[last - 1]) / 2.0 if index >= last else (points[leg] + points[leg + 1]) / 2
     )
     points.insert(index + 1, new)
-    yaw = request.yaw
-    if isinstance(yaw, tuple):
-        yaw = (*yaw[: index + 1], yaw[index], *yaw[index + 1 :])
+    yaw = request.yaw_in([*range(index + 1), index, *range(index + 1, last + 1)])
     shares = (1.0, 0.5) if index >= last else (0.5, 0.5)
     openings = _renumbered(request, [*range(index + 1), *range(index + 2, last + 2)])
     changed = replace(request, waypoints=tuple(_plain(point) for point in points), yaw=yaw, openings=openings)
@@ -80,7 +78,7 @@ def delete_waypoint(request: PlanRequest, index: int) -> PlanRequest:
     if len(request.waypoints) <= 2:
         raise WaypointError("a path has two waypoints at least: add one before you delete this")
     points = request.waypoints[:index] + request.waypoints[index + 1 :]
-    yaw = request.yaw[:index] + request.yaw[index + 1 :] if isinstance(request.yaw, tuple) else request.yaw
+    yaw = request.yaw_in([*range(index), *range(index + 1, len(request.waypoints))])
     first, last = max(index - 1, 0), min(index, request.legs - 1)
     openings = _renumbered(request, [*range(index), None, *range(index, len(points))])
     changed = replace(request, waypoints=points, yaw=yaw, openings=openings)
@@ -102,7 +100,7 @@ def move_in_order(request: PlanRequest, index: int, step: int) -> PlanRequest:
         return request
     order = list(range(len(request.waypoints)))
     order[index], order[other] = order[other], order[index]
-    yaw = tuple(request.yaw[i] for i in order) if isinstance(request.yaw, tuple) else request.yaw
+    yaw = request.yaw_in(order)
     points = tuple(request.waypoints[i] for i in order)
     return _grown(replace(request, waypoints=points, yaw=yaw, openings=_renumbered(request, order)))
 

@@ -75,9 +75,8 @@ class RoutePanel:
         self._angle.visible = _heading(request) == "fixed"
         if isinstance(request.yaw, float):
             follow(self._angle, round(degrees(request.yaw), 9))
-        turns = request.yaw if isinstance(request.yaw, tuple) else ()
-        self._turns.folder.visible = bool(turns)
-        self._turns.show([round(degrees(angle), 9) for angle in turns])
+        self._turns.folder.visible = bool(request.turns)
+        self._turns.show([round(degrees(angle), 9) for angle in request.turns])
 
     def _row(self, index: int) -> tuple[Any]:
         move = editing(self._editor, lambda request, point: move_waypoint(request, index, point), f"waypoint {index}")
@@ -141,8 +140,7 @@ class RoutePanel:
 
     def _turn(self, index: int) -> tuple[Any]:
         def change(request: PlanRequest, angle: float) -> PlanRequest:
-            turns = request.yaw if isinstance(request.yaw, tuple) else ()
-            return replace(request, yaw=(*turns[:index], radians(angle), *turns[index + 1 :]))
+            return replace(request, yaw=(*request.turns[:index], radians(angle), *request.turns[index + 1 :]))
 
         turn = editing(self._editor, change, f"heading {index}")
         return (when_changed(self._gui.add_number(f"{index}", 0.0, step=1.0), turn),)
@@ -159,7 +157,7 @@ def _headed(request: PlanRequest, kind: str) -> PlanRequest:
 
 
 def _heading(request: PlanRequest) -> str:
-    if isinstance(request.yaw, tuple):
+    if request.turns:
         return HEADINGS[1]
     return request.yaw if isinstance(request.yaw, str) else HEADINGS[0]
 

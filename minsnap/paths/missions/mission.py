@@ -185,8 +185,8 @@ def _look_at(curve: Trajectory, corridor: Sequence[HalfSpaces], wanted: int | No
 
     Parts begin and end with k - 1 prescribed derivatives: more of them are continuous inside of parts alone.
     """
-    inside = (curve.degree - 1) // 2
-    least = inside if wanted is None else min(wanted, inside) if joined_parts else wanted
+    default = (curve.degree - 1) // 2
+    least = default if wanted is None else min(wanted, default) if joined_parts else wanted
     joined, nearest = continuity(curve), nearest_wall(curve, walls_of(corridor, curve(curve.leg_breaks)))
     if joined < least:
         wrong = f"its parts join with {joined} continuous derivatives, and the plan needs {least}"
