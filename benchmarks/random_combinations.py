@@ -145,7 +145,11 @@ def planted(seed):
     times = asked.get("durations", (lengths + 0.1) * np.exp(draw.normal() * 0.5 + 0.3 * draw.normal(size=legs)))
     if kept.get("continuity", known["half"]) < known["half"] - 1:
         del asked["continuity"], kept["continuity"]
-    curve = minsnap.plan(points, durations=times, pieces=pieces, **kept)
+    try:
+        curve = minsnap.plan(points, durations=times, pieces=pieces, **kept)
+    except minsnap.InfeasibleError:  # pins, and more continuity than the polynomials have room for
+        del asked["pins"], kept["pins"]
+        curve = minsnap.plan(points, durations=times, pieces=pieces, **kept)
     judge = Judge(curve.control_points, curve.durations, pieces)
     s = np.linspace(0, 1, 400).astype(REAL)
     values = {order: judge.values(order, s) for order in range(5)}

@@ -4,8 +4,9 @@ The criterion for derivatives is the mean value theorem: over a time step, a coo
 value that its derivative takes inside the step. So the slope over every step must lie in the range of the derivative's
 column around it: the range of the two samples of the step and their neighbours, widened on either side by its own
 length and by rounding. A smooth path sampled densely enough to be flown always passes; a column in other units, of
-another axis, with the wrong sign or shifted in time does not. Where there are no velocities, the acceleration implied
-by the positions must be one that can be flown.
+another axis, with the wrong sign or shifted in time does not. A single wrong number of the derivative would widen its
+own range: so each must also be as near to the slopes of the steps around it as all slopes are apart. Where there are no
+velocities, the acceleration implied by the positions must be one that can be flown.
 """
 
 from __future__ import annotations
@@ -227,7 +228,22 @@ def _mismatch(lower: _Column, upper: _Column, t: FloatArray, resolution: float, 
             f"{name} and {derivative} disagree at t = {t[worst]:.6g} s: {name} changes by {slope[worst]:.4g} a second, "
             f"{derivative} there goes from {slopes[worst]:.4g} to {slopes[worst + 1]:.4g}"
         )
-    return float(max(excess[worst], 0.0))
+        return float(excess[worst])
+    astray = _astray(slopes, slope) - (resolution + 1e-12 * np.abs(values).max()) / steps.min()
+    worst = int(astray.argmax())
+    if astray[worst] > 0:
+        problems.append(
+            f"{derivative} is {slopes[worst]:.4g} at t = {t[worst]:.6g} s, where {name} changes by "
+            f"{slope[max(worst - 1, 0)]:.4g} and {slope[min(worst, len(slope) - 1)]:.4g} a second before and after"
+        )
+    return float(max(astray[worst], 0.0))
+
+
+def _astray(slopes: FloatArray, slope: FloatArray) -> FloatArray:
+    """By how much samples of a derivative are outside the slopes of the four nearest steps and the range of all."""
+    padded = np.concatenate([slope[:1], slope[:1], slope, slope[-1:], slope[-1:]])
+    around = np.lib.stride_tricks.sliding_window_view(padded, 4)
+    return np.asarray(np.maximum(around.min(axis=1) - slopes, slopes - around.max(axis=1)) - np.ptp(slope))
 
 
 def allowed_slopes(slopes: FloatArray) -> tuple[FloatArray, FloatArray]:

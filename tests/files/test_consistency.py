@@ -79,6 +79,7 @@ DEFECTS = {
     "acceleration without sign": ("acceleration", lambda a: np.abs(a, out=a), "vx and ax"),
     "acceleration with gravity": ("acceleration", lambda a: a.__setitem__((slice(None), 2), 9.81), "vz and az"),
     "one wrong position": ("position", lambda p: p.__setitem__((100, 1), p[100, 1] + 0.5), "y and vy disagree at t = "),
+    "one wrong acceleration": ("acceleration", lambda a: a.__setitem__((100, 1), -9.0), "ay is -9 at t = 5 s"),
     "position frozen": ("position", lambda p: p.__setitem__(slice(100, 110), p[100]), "disagree"),
     "yaw wrapped": ("yaw", lambda y: np.copyto(y, np.mod(y, 2 * np.pi)), "yaw and yaw_rate disagree at t = 5.95"),
     "not a number": ("velocity", lambda v: v.__setitem__((7, 1), np.nan), "vy is nan in sample 7"),
