@@ -75,7 +75,7 @@ def figures(root: Path) -> dict[str, str]:
         if isinstance(node, ast.Assign)
         and isinstance(node.targets[0], ast.Name)
         and node.targets[0].id.isupper()
-        and any(isinstance(part, ast.Constant) and isinstance(part.value, int | float) for part in ast.walk(node.value))
+        and any(isinstance(part, ast.Constant) and type(part.value) in (int, float) for part in ast.walk(node.value))
     ]
     checks = [node for node in nodes if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance"]
     return {
