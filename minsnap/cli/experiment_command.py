@@ -9,13 +9,16 @@ import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
+from minsnap.cli.groups import grouped
 from minsnap.cli.output import check_figure, on_terminal
-from minsnap.cli.vehicles import CONTROLLER_HELP, VEHICLE_HELP, Triple, controller_of, vehicle_of, wind_of
+from minsnap.cli.vehicles import SimulatedVehicle
 from minsnap.errors import InputError
 
 
 @app.command()
+@grouped
 def experiment(
+    simulated: SimulatedVehicle,
     course: Annotated[str, typer.Argument(help="circle, line or rect.")] = "circle",
     repeat: Annotated[int, typer.Option("--repeat", help="Repetitions of the course.")] = 10,
     compensate: Annotated[str, typer.Option("--compensate", help="Drag compensation: off, on or both.")] = "both",
@@ -26,18 +29,10 @@ def experiment(
     literal: Annotated[
         bool, typer.Option("--literal/--smooth", help="Start and repeat as published, or from rest, without jumps.")
     ] = True,
-    controller: Annotated[str, typer.Option("--controller", help=CONTROLLER_HELP)] = "cascade",
-    references: Annotated[
-        str, typer.Option("--references", help="What the cascade follows: position, velocity or acceleration.")
-    ] = "velocity",
-    vehicle: Annotated[str, typer.Option("--vehicle", help=VEHICLE_HELP)] = "f330",
-    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Setpoints per second.")] = 20.0,
+    references: options.References = "velocity",
+    rate: options.Rate = 20.0,
     pose_rate: Annotated[float, typer.Option("--pose-rate", metavar="HZ", help="Poses per second.")] = 50.0,
     delay: Annotated[float, typer.Option("--delay", metavar="S", help="Age of each pose, not compensated [s].")] = 0.0,
-    noise: Annotated[float, typer.Option("--noise", metavar="M", help="Standard deviation of a pose [m].")] = 0.0,
-    wind: Annotated[Triple, typer.Option("--wind", metavar="X Y Z", help="Mean wind [m/s].")] = (0.0, 0.0, 0.0),
-    gust: Annotated[float, typer.Option("--gust", metavar="M/S", help="Intensity of Dryden gusts [m/s].")] = 0.0,
-    seed: Annotated[int, typer.Option("--seed", help="Seed: the same number gives the same noise and gusts.")] = 0,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Write reference and flights as CSV there.")
     ] = None,
@@ -54,17 +49,17 @@ def experiment(
     check_figure(plot, view)
     if plot is not None:
         check_destination(plot)
-    craft = vehicle_of(vehicle)
+    craft = simulated.craft
     result = run_experiment(
         course,
         repeat,
         compensations=_compensations(compensate, model or list(models_of(craft))),
         literal=literal,
         vehicle=craft,
-        controller=controller_of(controller, references),
+        controller=simulated.pilot(references),
         setpoint_rate=rate,
-        sensors=Sensors(pose_rate, delay, noise, seed),
-        wind=wind_of(wind, gust, seed),
+        sensors=Sensors(pose_rate, delay, simulated.noise, simulated.seed),
+        wind=simulated.air,
         progress=on_terminal(json),
     )
     if output is not None:

@@ -41,15 +41,6 @@ View = Annotated[
 ]
 LINK = typer.Option("--connect", metavar="LINK", help="udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD.")
 Connect = Annotated[str, LINK]
-TRIGGER = typer.Option("--trigger", help="enter, mode (when the vehicle enters OFFBOARD or GUIDED) or now.")
-ABORT_DISTANCE = typer.Option(
-    "--abort-distance",
-    metavar="M",
-    help="Distance of the vehicle from the plan at which the flight stops; by default fits its lag.",
-)
-ARM = typer.Option("--arm", help="Change the mode and arm. Never done without this.")
-LAND = typer.Option("--land", help="Land at the end instead of holding.")
-PREFLIGHT = typer.Option("--preflight/--no-preflight", help="Check parameters and state first; refuse what must end.")
 FlightReport = Annotated[
     Path | None,
     typer.Option("--report", metavar="FILE", help="HTML page: maps, error against time, legs, lag, wind."),
@@ -150,6 +141,9 @@ Corridor = Annotated[
 Avoid = Annotated[
     list[str] | None,
     typer.Option("--avoid", metavar="X,Y,R", help="Upright cylinder to keep out of [m]; or X,Y,R,LOW,HIGH."),
+]
+References = Annotated[
+    str, typer.Option("--references", help="What the cascade follows: position, velocity or acceleration.")
 ]
 Yaw = Annotated[
     str | None, typer.Option("--yaw", help="Heading [degrees]; 'velocity' to look where it flies; 'tilt' not to spin.")

@@ -11,8 +11,9 @@ import typer
 from minsnap.basics.storage.text_columns import labelled
 from minsnap.cli import options
 from minsnap.cli.app import app
+from minsnap.cli.groups import grouped
 from minsnap.cli.output import check_figure, on_terminal
-from minsnap.cli.vehicles import CONTROLLER_HELP, VEHICLE_HELP, Triple, controller_of, vehicle_of, wind_of
+from minsnap.cli.vehicles import SimulatedVehicle
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,18 +21,12 @@ if TYPE_CHECKING:
 
 
 @app.command()
+@grouped
 def simulate(
+    simulated: SimulatedVehicle,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, or any file of a path.")],
-    vehicle: Annotated[str, typer.Option("--vehicle", help=VEHICLE_HELP)] = "f330",
-    controller: Annotated[str, typer.Option("--controller", help=CONTROLLER_HELP)] = "cascade",
-    references: Annotated[
-        str, typer.Option("--references", help="What the cascade follows: position, velocity or acceleration.")
-    ] = "acceleration",
+    references: options.References = "acceleration",
     compensate: Annotated[bool, typer.Option("--compensate", help="Offset the vehicle's own drag.")] = False,
-    wind: Annotated[Triple, typer.Option("--wind", metavar="X Y Z", help="Mean wind [m/s].")] = (0.0, 0.0, 0.0),
-    gust: Annotated[float, typer.Option("--gust", metavar="M/S", help="Intensity of Dryden gusts [m/s].")] = 0.0,
-    seed: Annotated[int, typer.Option("--seed", help="Seed: the same number gives the same gusts and noise.")] = 0,
-    noise: Annotated[float, typer.Option("--noise", metavar="M", help="Standard deviation of a pose [m].")] = 0.0,
     delay: Annotated[
         float, typer.Option("--delay", metavar="S", help="Time until a setpoint reaches the controller [s].")
     ] = 0.0,
@@ -63,25 +58,22 @@ def simulate(
     path = read_any(file, frame)
     if path.dim != 3:
         raise InputError(f"{file} has {path.dim} coordinates: a vehicle flies in three; write it with an altitude")
-    craft, pilot = vehicle_of(vehicle), controller_of(controller, references)
-    compensation = craft.drag if compensate else None
-    sensors = Sensors(noise=noise, seed=seed) if noise else None
-    air, shown = wind_of(wind, gust, seed), on_terminal(json)
+    craft, shown = simulated.craft, on_terminal(json)
     flight = fly(
         craft,
-        pilot,
+        simulated.pilot(references),
         path,
         setpoint_delay=delay,
-        compensation=compensation,
-        sensors=sensors,
-        wind=air,
+        compensation=craft.drag if compensate else None,
+        sensors=Sensors(noise=simulated.noise, seed=simulated.seed) if simulated.noise else None,
+        wind=simulated.air,
         progress=shown,
     )
     if log is not None:
         from minsnap.files.logs.ulog_writer import write_ulog
         from minsnap.flight.tracking.simulated_log import simulated_log
 
-        write_ulog(simulated_log(craft, flight, path, seed=seed), log)
+        write_ulog(simulated_log(craft, flight, path, seed=simulated.seed), log)
     figures = flight_figures(flight, craft) | {"log": None if log is None else str(log)}
     figures |= _write(flight, output, plot, animate, view or "xy", shown)
     print(_as_json(figures) if json else _as_text(figures))

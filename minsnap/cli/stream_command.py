@@ -11,7 +11,9 @@ import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
-from minsnap.cli.flying import flight_summary, fly, fly_fleet, one_of, trigger_of
+from minsnap.cli.flight_options import FlightOptions
+from minsnap.cli.flying import flight_summary, fly, fly_fleet, one_of
+from minsnap.cli.groups import grouped
 from minsnap.cli.vehicles import vehicle_of
 from minsnap.errors import FlightError, InputError
 
@@ -20,7 +22,9 @@ if TYPE_CHECKING:
 
 
 @app.command()
+@grouped
 def stream(
+    flying: FlightOptions,
     file: Annotated[
         Path,
         typer.Argument(
@@ -35,7 +39,6 @@ def stream(
     frame: options.ReadFrame = None,
     laps: Annotated[int, typer.Option("--laps", help="How often to fly it.")] = 1,
     autopilot: Annotated[str, typer.Option("--autopilot", help="auto, px4, ardupilot or generic.")] = "auto",
-    trigger: Annotated[str, options.TRIGGER] = "enter",
     origin: Annotated[
         str,
         typer.Option(
@@ -50,13 +53,10 @@ def stream(
             help="Largest distance of the vehicle from the start; inf: not checked.",
         ),
     ] = 1.0,
-    abort_distance: Annotated[float | None, options.ABORT_DISTANCE] = None,
     delay: Annotated[
         float | None,
         typer.Option("--delay", metavar="S", help="The vehicle's delay, as fit finds it; --vehicle has one."),
     ] = None,
-    arm: Annotated[bool, options.ARM] = False,
-    land: Annotated[bool, options.LAND] = False,
     on_abort: Annotated[
         str, typer.Option("--on-abort", help="hold, land or rtl: what to do when a rule stops the flight.")
     ] = "hold",
@@ -70,7 +70,6 @@ def stream(
     wait: Annotated[
         float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat, its position, and its arming.")
     ] = 30.0,
-    preflight: Annotated[bool, options.PREFLIGHT] = True,
     drag: options.OffsetDrag = 0.0,
     vehicle: options.OffsetVehicle = None,
     lead: options.Lead = 0.0,
@@ -95,25 +94,20 @@ def stream(
     status 1 if the flight was refused or stopped by a rule of safety.
     """
     from minsnap.flight.mavlink.compensation import FeedForward
-    from minsnap.flight.mavlink.safety import SafetyRules
-    from minsnap.flight.mavlink.stream_options import StreamOptions
 
     craft = None if vehicle is None else vehicle_of(vehicle)
-    heard = _listening(file, trigger, port, room) if listen else None
-    settings = StreamOptions(
+    heard = _listening(file, flying.trigger, port, room) if listen else None
+    settings = flying.settings(
+        max_start_distance,
         rate=rate,
         fields=None if fields is None else [name.strip() for name in fields.split(",")],
         frame=frame,
         laps=laps,
         autopilot=one_of("--autopilot", autopilot, ("auto", "px4", "ardupilot", "generic")),
-        trigger=trigger_of(trigger),
         relative=one_of("--origin", origin, ("file", "current", "current-height")) != "file",
         relative_height=origin == "current-height",
-        arm=arm,
-        land=land,
         on_abort=one_of("--on-abort", on_abort, ("hold", "land", "rtl")),
         give_up=give_up,
-        rules=SafetyRules(max_start_distance=max_start_distance, abort_distance=abort_distance),
         wait=wait,
         log=log,
         feed_forward=FeedForward(drag, craft, lead),
@@ -122,12 +116,12 @@ def stream(
         fastest=0.0 if heard is None else heard.limits.speed or 0.0,
     )
     if file.is_dir() or file.suffix.lower() == ".skyc":
-        flights = fly_fleet(file, connect, settings, signing_key, preflight)
+        flights = fly_fleet(file, connect, settings, signing_key, flying.preflight)
         for name, one in flights.items():
             print(f"{name}: {one if isinstance(one, FlightError) else flight_summary(one).splitlines()[0]}")
         return 0 if all(not isinstance(one, FlightError) and one.completed for one in flights.values()) else 1
     source = file if heard is None else heard.flown
-    report = fly(source, connect, settings, system, signing_key, preflight, heard)
+    report = fly(source, connect, settings, system, signing_key, flying.preflight, heard)
     print(flight_summary(report), file=sys.stderr if listen else sys.stdout)
     return 0 if report.completed else 1
 

@@ -11,6 +11,8 @@ import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
+from minsnap.cli.flight_options import FlightOptions
+from minsnap.cli.groups import grouped
 from minsnap.errors import FlightError, InputError, LinkError
 
 if TYPE_CHECKING:
@@ -21,7 +23,9 @@ _DISARMED = 60.0  # how long a vehicle may take to land and disarm, which closes
 
 
 @app.command()
+@grouped
 def tune(
+    flying: FlightOptions,
     plan: Annotated[Path, typer.Argument(metavar="PLAN", help="Setpoint CSV of what is to be flown.")],
     flight: Annotated[
         Path | None, typer.Argument(metavar="[FLIGHT]", help="Log of a flight: .ulg, .bin, or of stream --log.")
@@ -41,11 +45,6 @@ def tune(
         Path | None,
         typer.Option("--logs", metavar="FOLDER", help="Where the autopilot's logs appear; else fetched by MAVLink."),
     ] = None,
-    trigger: Annotated[str, options.TRIGGER] = "enter",
-    abort_distance: Annotated[float | None, options.ABORT_DISTANCE] = None,
-    arm: Annotated[bool, options.ARM] = False,
-    land: Annotated[bool, options.LAND] = False,
-    preflight: Annotated[bool, options.PREFLIGHT] = True,
     report: options.FlightReport = None,
 ) -> None:
     """Write setpoints whose flight misses the plan by less: what the last flight missed, filtered, is added earlier.
@@ -70,8 +69,7 @@ def tune(
         flown = [learn_from(wanted, before, flight, settings)]
     else:
         assert connect is not None
-        how = _options(axes, trigger, abort_distance, arm, land)
-        pilot = _Pilot(connect, how, output, logs, preflight)
+        pilot = _Pilot(connect, flying.settings(frame=axes), output, logs, flying.preflight)
         flown = tune_in_flight(wanted, pilot.fly, flights, settings, before)
     write_csv(best_to_fly(flown), output, frame=axes)
     if report is not None:
@@ -84,15 +82,6 @@ def tune(
         greatest = each.flown.comparison.max_error
         print(f"{which} missed the plan by {each.missed:.3f} m (rms), {greatest:.3f} m at most")
     print(f"its delay was {flown[-1].delay:.2f} s; {output} is for the next one")
-
-
-def _options(axes: str, trigger: str, abort_distance: float | None, arm: bool, land: bool) -> StreamOptions:
-    from minsnap.cli.flying import trigger_of
-    from minsnap.flight.mavlink.safety import SafetyRules
-    from minsnap.flight.mavlink.stream_options import StreamOptions
-
-    rules = SafetyRules(abort_distance=abort_distance)
-    return StreamOptions(frame=axes, trigger=trigger_of(trigger), rules=rules, arm=arm, land=land)
 
 
 class _Pilot:

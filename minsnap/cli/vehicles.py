@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from minsnap.errors import InputError
 
@@ -15,7 +18,6 @@ if TYPE_CHECKING:
 Triple = tuple[float, float, float]
 
 VEHICLE_HELP = "f330, crazyflie, px4-sih, or a YAML file."
-CONTROLLER_HELP = "cascade (PX4's), lee or mellinger."
 
 
 def vehicle_of(name: str) -> Quadrotor:
@@ -37,20 +39,37 @@ def vehicle_of(name: str) -> Quadrotor:
     return Quadrotor.from_yaml(name)
 
 
-def controller_of(name: str, references: str) -> Controller:
-    """Return a controller by its name; ``references`` is what the cascade follows."""
-    from minsnap.flight.simulation.controllers.cascade import CascadeController
-    from minsnap.flight.simulation.controllers.geometric import GeometricController
+@dataclass(frozen=True)
+class SimulatedVehicle:
+    """Options of a simulated flight: the vehicle, its controller, the noise of its poses, and the wind."""
 
-    if name == "cascade":
-        return CascadeController(references=references)
-    if name in ("lee", "mellinger"):
-        return GeometricController(feed_forward=name == "lee")
-    raise InputError(f"--controller is {name!r}: it must be one of cascade, lee, mellinger")
+    vehicle: Annotated[str, typer.Option("--vehicle", help=VEHICLE_HELP)] = "f330"
+    controller: Annotated[str, typer.Option("--controller", help="cascade (PX4's), lee or mellinger.")] = "cascade"
+    noise: Annotated[float, typer.Option("--noise", metavar="M", help="Standard deviation of a pose [m].")] = 0.0
+    wind: Annotated[Triple, typer.Option("--wind", metavar="X Y Z", help="Mean wind [m/s].")] = (0.0, 0.0, 0.0)
+    gust: Annotated[float, typer.Option("--gust", metavar="M/S", help="Intensity of Dryden gusts [m/s].")] = 0.0
+    seed: Annotated[int, typer.Option("--seed", help="Seed: the same number gives the same noise and gusts.")] = 0
 
+    @property
+    def craft(self) -> Quadrotor:
+        """The vehicle."""
+        return vehicle_of(self.vehicle)
 
-def wind_of(mean: Triple, gust: float, seed: int) -> Wind:
-    """Return a constant wind, or one with Dryden gusts of an intensity [m/s]."""
-    from minsnap.flight.simulation.wind import ConstantWind, DrydenWind
+    @property
+    def air(self) -> Wind:
+        """A constant wind, or one with Dryden gusts."""
+        from minsnap.flight.simulation.wind import ConstantWind, DrydenWind
 
-    return DrydenWind(mean, (gust, gust, 0.5 * gust), seed=seed) if gust else ConstantWind(mean)
+        gusts = (self.gust, self.gust, 0.5 * self.gust)
+        return DrydenWind(self.wind, gusts, seed=self.seed) if self.gust else ConstantWind(self.wind)
+
+    def pilot(self, references: str) -> Controller:
+        """Return the controller; ``references`` is what the cascade follows."""
+        from minsnap.flight.simulation.controllers.cascade import CascadeController
+        from minsnap.flight.simulation.controllers.geometric import GeometricController
+
+        if self.controller == "cascade":
+            return CascadeController(references=references)
+        if self.controller in ("lee", "mellinger"):
+            return GeometricController(feed_forward=self.controller == "lee")
+        raise InputError(f"--controller is {self.controller!r}: it must be one of cascade, lee, mellinger")
