@@ -72,9 +72,9 @@ def largest_use(limits: Limits, trajectory: Trajectory) -> float:
 
 def shares_of_norms(limits: Limits, trajectory: Trajectory) -> dict[int, float] | None:
     """Shares of limits on norms over all time, by order; None where there are others, or none."""
-    given = limits.given()
-    bounds = {KIND[name].order: limit for name, limit in given.items() if KIND[name].measure == "norm"}
-    if not bounds or len(bounds) < len(given) or limits.norm != "euclidean" or type(limits) is not Limits:
+    limited = limits.given()
+    bounds = {KIND[name].order: limit for name, limit in limited.items() if KIND[name].measure == "norm"}
+    if not bounds or len(bounds) < len(limited) or limits.norm != "euclidean" or type(limits) is not Limits:
         return None
     orders = sorted(bounds)
     norms = trajectory.max_norms(orders)

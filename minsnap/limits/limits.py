@@ -169,9 +169,9 @@ class Limits:
         state = Motion(lambda order: derivatives.get(order, np.zeros(dim)).reshape(1, 1, dim), self.norm, self.medium)
         return measured(self.given(), instant, state)
 
-    def _measured(self, given: Mapping[str, float], traj: Trajectory) -> tuple[Utilisation, ...]:
+    def _measured(self, bounds: Mapping[str, float], traj: Trajectory) -> tuple[Utilisation, ...]:
         """Measure limits exactly, but for the drag."""
-        return measured(given, traj, exact_motion(traj, self.norm, self.gravity))
+        return measured(bounds, traj, exact_motion(traj, self.norm, self.gravity))
 
     def check_dim(self, dim: int) -> None:
         """Raise LimitError for limits that need three coordinates where there are others."""
@@ -187,13 +187,13 @@ class Limits:
         """
         extent = Extent(len(waypoints) - 1, waypoints.shape[1])
         self.check_dim(extent.dim)
-        found: list[Walls] = []
+        walls: list[Walls] = []
         for name, limit in self.given().items():
             kind = KIND[name]
             if kind.measure in MEASURES:
                 measure = MEASURES[kind.measure]
-                found += measure.walls(extent, limit, name, kind.order, self.norm, self.gravity)
-        return found
+                walls += measure.walls(extent, limit, name, kind.order, self.norm, self.gravity)
+        return walls
 
     def necessary_walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return the walls that every curve within the limits keeps: what they refuse is refused with proof."""
@@ -247,9 +247,9 @@ class VehicleLimits(Limits):
         the tilt and the body rate are measured in the same way.
         """
         self.check_dim(traj.dim)
-        given = self.given()
-        own = measure_vehicle(self.vehicle, self.reserve, given, traj)
-        others = {name: limit for name, limit in given.items() if name not in own}
+        bounds = self.given()
+        own = measure_vehicle(self.vehicle, self.reserve, bounds, traj)
+        others = {name: limit for name, limit in bounds.items() if name not in own}
         used = {entry.name: entry for entry in self._measured(others, traj)} | own
         return tuple(used[kind.name] for kind in KINDS if kind.name in used)
 

@@ -24,7 +24,7 @@ from minsnap.trajectory.medium import Medium, norm
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
-Found = tuple[float, int, float]
+Peak = tuple[float, int, float]
 """Largest value, its piece, and its place on [0, 1]."""
 
 
@@ -50,8 +50,8 @@ class Motion:
         if not medium.drags:
             upright = self.order(2) / medium.gravity + np.array([0.0, 0.0, 1.0])
             return upright, *(self.order(3 + k) / medium.gravity for k in range(derivatives))
-        found = medium.lift(*(self.order(k) for k in range(1, 3 + derivatives)))
-        return tuple(part / medium.gravity for part in found)
+        forces = medium.lift(*(self.order(k) for k in range(1, 3 + derivatives)))
+        return tuple(part / medium.gravity for part in forces)
 
     def thrust(self) -> FloatArray:
         """Thrust over weight."""
@@ -89,7 +89,7 @@ class Extent(NamedTuple):
 class Measure(Protocol):
     """The quantity that a limit bounds."""
 
-    def largest(self, motion: Motion, order: int) -> Found:
+    def largest(self, motion: Motion, order: int) -> Peak:
         """Return the largest value over all time (the smallest of a lower bound)."""
         ...
 
@@ -112,7 +112,7 @@ class _Part:
     def __init__(self, columns: slice = slice(None), sign: int = 0) -> None:
         self.columns, self.sign = columns, sign
 
-    def largest(self, motion: Motion, order: int) -> Found:
+    def largest(self, motion: Motion, order: int) -> Peak:
         points = motion.order(order)[..., self.columns]
         return _largest_component(points, self.sign) if self._single(motion.norm) else _largest_norm(points)
 
@@ -139,7 +139,7 @@ class _Thrust:
     def __init__(self, least: bool = False) -> None:
         self.least = least
 
-    def largest(self, motion: Motion, order: int) -> Found:
+    def largest(self, motion: Motion, order: int) -> Peak:
         if not self.least:
             return _largest_norm(motion.thrust())
         value, piece, s = maximum(-squared_norm(motion.thrust()))
@@ -160,7 +160,7 @@ class _Tilt:
     The walls are a cone that opens upwards from free fall, and a half-space that holds its upper half alone.
     """
 
-    def largest(self, motion: Motion, order: int) -> Found:
+    def largest(self, motion: Motion, order: int) -> Peak:
         thrust = motion.thrust()
         lowest, piece, s = maximum(-thrust[..., 2])
         if lowest >= 0.0:
@@ -181,7 +181,7 @@ class _Tilt:
 class _BodyRate:
     """Rate at which the thrust direction turns, squared |j x f|^2 over |f|^4; not convex: linearised in searches."""
 
-    def largest(self, motion: Motion, order: int) -> Found:
+    def largest(self, motion: Motion, order: int) -> Peak:
         thrust, jerk = motion.axis(1)
         square = squared_norm(thrust)
         highest, piece, s = maximum(-square)
@@ -217,13 +217,13 @@ MEASURES: dict[str, Measure] = {
 """By name; the yaw rate, which is no function of the position, is measured where limits are."""
 
 
-def _largest_norm(points: FloatArray) -> Found:
+def _largest_norm(points: FloatArray) -> Peak:
     size = float(np.abs(points).max()) or 1.0
     value, piece, s = maximum(squared_norm(points / size))
     return size * float(np.sqrt(max(value, 0.0))), piece, s
 
 
-def _largest_component(points: FloatArray, sign: int) -> Found:
+def _largest_component(points: FloatArray, sign: int) -> Peak:
     """Largest coordinate upwards (1), downwards (-1) or both ways (0)."""
     both = np.concatenate([side * points for side in ((sign,) if sign else (1, -1))], axis=2).transpose(0, 2, 1)
     value, row, s = maximum(both.reshape(-1, points.shape[1]))

@@ -33,16 +33,16 @@ def proved(
     """
     points, start, width = motion_points(traj), traj.breaks[:-1], traj.durations
     for level in range(ROUNDS):
-        found = bounds(points, start, width)
-        found = np.where(np.isnan(found), np.inf, found)
-        open_ = (found > values[:, None]).any(axis=0)
+        proved_bounds = bounds(points, start, width)
+        proved_bounds = np.where(np.isnan(proved_bounds), np.inf, proved_bounds)
+        open_ = (proved_bounds > values[:, None]).any(axis=0)
         if not open_.any():
             return values
         parts = PARTS if level else FIRST
         if open_.sum() * parts > MOST or level == ROUNDS - 1:
             break
         points, start, width = _divided(points[open_], start[open_], width[open_], parts)
-    return np.asarray(np.maximum(values, found.max(axis=1)))
+    return np.asarray(np.maximum(values, proved_bounds.max(axis=1)))
 
 
 def motion_points(traj: Trajectory) -> FloatArray:

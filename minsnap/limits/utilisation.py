@@ -13,10 +13,10 @@ from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
 
-def measured(given: Mapping[str, float], traj: Trajectory, motion: Motion) -> tuple[Utilisation, ...]:
+def measured(bounds: Mapping[str, float], traj: Trajectory, motion: Motion) -> tuple[Utilisation, ...]:
     """Measure limits, by name, over all time of a trajectory with these derivatives."""
     used = []
-    for name, limit in given.items():
+    for name, limit in bounds.items():
         kind = KIND[name]
         if kind.measure == "yaw_rate":
             used.append(used_at(traj, name, limit, *largest_yaw_rate(traj)))

@@ -32,12 +32,12 @@ ROTORS = ("rotor_thrust", "min_rotor_thrust")
 PIECE_SAMPLES = 256
 """Samples of a piece from which the largest value is taken."""
 
-Found = tuple[float, float, str]
+Bound = tuple[float, float, str]
 """Largest value, instant [s], method."""
 
 
 def measure_vehicle(
-    vehicle: Quadrotor, reserve: float, given: Mapping[str, float], traj: Trajectory
+    vehicle: Quadrotor, reserve: float, bounds: Mapping[str, float], traj: Trajectory
 ) -> dict[str, Utilisation]:
     """Return the utilisation of the rotors' thrust range, and with drag of those of ``LIFTED`` that are given, by name.
 
@@ -53,14 +53,16 @@ def measure_vehicle(
             f"{vehicle.gravity:g} m/s^2: plan with the vehicle's, or give the heading the same"
         )
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
-    lifted = {name: given[name] for name in LIFTED if name in given} if medium_of(vehicle).drags else {}
-    found = dict(zip((*lifted, *ROTORS), VehicleBound(vehicle, traj, lifted).run(), strict=True))
+    lifted = {name: bounds[name] for name in LIFTED if name in bounds} if medium_of(vehicle).drags else {}
+    measured = dict(zip((*lifted, *ROTORS), VehicleBound(vehicle, traj, lifted).run(), strict=True))
     used = {
-        name: used_at(traj, name, limit, -found[name][0] if KIND[name].least else found[name][0], *found[name][1:])
+        name: used_at(
+            traj, name, limit, -measured[name][0] if KIND[name].least else measured[name][0], *measured[name][1:]
+        )
         for name, limit in lifted.items()
     }
     for name, room in zip(ROTORS, (most - hover, least - hover), strict=True):
-        excess, instant, method = found[name]
+        excess, instant, method = measured[name]
         share, side = max(excess, 0.0) / ((1.0 - reserve) * abs(room)), float(np.sign(room))
         values = hover + side * excess, hover + (1.0 - reserve) * room
         used[name] = Utilisation(name, *values, share, leg_at(traj, instant), instant, method)
@@ -86,7 +88,7 @@ class VehicleBound:
         self.names, self.hover = (*lifted, *ROTORS), vehicle.hover_thrust
         self.margins = MARGIN * np.array([*lifted.values(), self.hover, self.hover])
 
-    def run(self) -> list[Found]:
+    def run(self) -> list[Bound]:
         """Return the largest value of each quantity, the margin added."""
         t, sampled = self.sampled()
         values = sampled.max(axis=1) + self.margins
@@ -129,7 +131,7 @@ class VehicleBound:
     def _quantities(self, states: FlatStates) -> FloatArray:
         thrust, up = states.thrust / self.vehicle.weight, states.rotation[:, :, 2]
         rotors = self.vehicle.thrust_coefficient * states.rotor_speed * np.abs(states.rotor_speed)
-        found = {
+        quantities = {
             "max_thrust": thrust,
             "min_thrust": -thrust,
             "tilt": np.arctan2(np.hypot(up[:, 0], up[:, 1]), up[:, 2]),
@@ -137,16 +139,16 @@ class VehicleBound:
             "rotor_thrust": rotors.max(axis=1) - self.hover,
             "min_rotor_thrust": self.hover - rotors.min(axis=1),
         }
-        return np.array([found[name] for name in self.names])
+        return np.array([quantities[name] for name in self.names])
 
     def bounds(self, names: Sequence[str], points: FloatArray, start: FloatArray, width: FloatArray) -> FloatArray:
         """Upper bounds of some quantities on parts that begin at instants and are so wide [s], (names, parts)."""
         half = 0.5 * width
         heading = self._heading(start + half) if "rotor_thrust" in names else {}
-        found = vehicle_bounds(self._numbers, points, half, **heading)
-        if found is None:
+        bounds = vehicle_bounds(self._numbers, points, half, **heading)
+        if bounds is None:
             return np.full((len(names), len(half)), np.inf)
-        thrust, least, tangent, rate, most, down = found.T
+        thrust, least, tangent, rate, most, down = bounds.T
         known = {
             "max_thrust": thrust / self.medium.gravity,
             "min_thrust": least / self.medium.gravity,

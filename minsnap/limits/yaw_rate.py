@@ -12,8 +12,8 @@ SAMPLES = 200
 
 def largest_yaw_rate(traj: Trajectory) -> tuple[float, float, str]:
     """Largest yaw rate [rad/s], its instant [s], and how it was found, ``"exact"`` or ``"sampled"``."""
-    found = traj.yaw.largest_rate(0.0, traj.duration)
-    return _sampled(traj) if found is None else (*found, "exact")
+    largest = traj.yaw.largest_rate(0.0, traj.duration)
+    return _sampled(traj) if largest is None else (*largest, "exact")
 
 
 def _sampled(traj: Trajectory) -> tuple[float, float, str]:

@@ -131,17 +131,17 @@ def _link_flags(compiler: list[str], target: Path) -> list[str]:
 
     On Windows the compiler's runtime is inside; zig's is so everywhere, and ``-static`` would make it an archive.
     """
-    asked, by_zig = os.environ.get("MINSNAP_PLATFORM", ""), "ziglang" in compiler
-    on_mac = asked.startswith("macosx") if asked else sys.platform == "darwin"
-    on_windows = asked.startswith("win") if asked else sys.platform == "win32"
-    found = ["-shared"]
+    platform, by_zig = os.environ.get("MINSNAP_PLATFORM", ""), "ziglang" in compiler
+    on_mac = platform.startswith("macosx") if platform else sys.platform == "darwin"
+    on_windows = platform.startswith("win") if platform else sys.platform == "win32"
+    linking = ["-shared"]
     if not any(flag.startswith("-g") for flag in flags()):
-        found.append("-Wl,-x" if on_mac and not by_zig else "-s")
+        linking.append("-Wl,-x" if on_mac and not by_zig else "-s")
     if on_mac:
-        return [*found, f"-Wl,-install_name,@rpath/{target.name}"]
+        return [*linking, f"-Wl,-install_name,@rpath/{target.name}"]
     if on_windows:
-        return found if by_zig else [*found, "-static"]
-    return [*found, f"-Wl,--version-script={SOURCES / 'exports.map'}"]
+        return linking if by_zig else [*linking, "-static"]
+    return [*linking, f"-Wl,--version-script={SOURCES / 'exports.map'}"]
 
 
 def digest(*more: str) -> str:

@@ -49,7 +49,7 @@ def solve_chain(
     matrix, bound = (np.ascontiguousarray(part) for part in rows)
     sizes = np.array([len(diagonal), *columns.shape, len(cones[0]), len(bound)], dtype=np.int64)
     x, z, iterations = np.zeros(len(diagonal)), np.zeros(len(bound)), np.zeros(1, dtype=np.int64)
-    given = (sizes, columns, hessian, diagonal, linear, *cones, matrix, bound)
-    found = (address(part) for part in (x, z, iterations))
-    status = solve(*(address(part) for part in given), tolerance, ITERATIONS, *found)
+    arguments = (sizes, columns, hessian, diagonal, linear, *cones, matrix, bound)
+    results = (address(part) for part in (x, z, iterations))
+    status = solve(*(address(part) for part in arguments), tolerance, ITERATIONS, *results)
     return (x, z) if Status(status) is Status.DONE else None

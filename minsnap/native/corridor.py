@@ -141,11 +141,11 @@ def solve_corridor(
     most = pieces * half * dim + 2
     points, knots = np.empty((pieces, 2 * half, dim)), np.empty((pieces + 1, half, dim))
     wall, rows = np.empty(most, dtype=np.int64), np.empty((2, most))
-    found = CorridorAnswerRecord(points=points, knots=knots, wall=wall, s=rows[0], multiplier=rows[1])
-    status = Status(function(corridor_record(question, question.durations, gap, effort, seconds), found))
-    used = slice(0, found.rows)
+    answer_record = CorridorAnswerRecord(points=points, knots=knots, wall=wall, s=rows[0], multiplier=rows[1])
+    status = Status(function(corridor_record(question, question.durations, gap, effort, seconds), answer_record))
+    used = slice(0, answer_record.rows)
     active = wall[used], rows[0, used], rows[1, used]
-    figures = found.cost, found.bound, found.share, found.rounds, found.attempts
+    figures = answer_record.cost, answer_record.bound, answer_record.share, answer_record.rounds, answer_record.attempts
     return CorridorAnswer(status, points, knots, *active, *figures)
 
 

@@ -33,7 +33,7 @@ class CostGradient(NamedTuple):
     waypoints: FloatArray
 
 
-class SplitFound(NamedTuple):
+class BestSplit(NamedTuple):
     """Durations (legs,) [s], and of every evaluation total time [s] and value, (evaluations, 2)."""
 
     durations: FloatArray
@@ -84,7 +84,7 @@ def best_split(
     pins: Pins,
     closed: bool = False,
     seconds: float = inf,
-) -> SplitFound | Status | None:
+) -> BestSplit | Status | None:
     """Durations of least cost without walls, at the total of the first ones or at a price of a second.
 
     Parameters
@@ -108,7 +108,7 @@ def best_split(
 
 def best_corridor_split(
     question: CorridorQuestion, first: FloatArray, pieces: int, price: float | None, gap: float, seconds: float = inf
-) -> SplitFound | Status | None:
+) -> BestSplit | Status | None:
     """Durations of least cost inside walls.
 
     Parameters
@@ -134,7 +134,7 @@ def best_corridor_split(
 
 def best_tube_split(
     points: FloatArray, first: FloatArray, widths: FloatArray, half: int, gap: float = GAP
-) -> SplitFound | Status | None:
+) -> BestSplit | Status | None:
     """Durations of least cost from rest to rest in a tube, at the total of the first ones.
 
     Parameters
@@ -163,10 +163,10 @@ def _split_record(legs: int, pieces: int, price: float | None, seconds: float) -
     )
 
 
-def _found(status: int, split: SplitRecord) -> SplitFound | Status:
+def _found(status: int, split: SplitRecord) -> BestSplit | Status:
     if status:
         return Status(status)
-    return SplitFound(split.kept["durations"], split.kept["history"][: split.evaluations].copy())
+    return BestSplit(split.kept["durations"], split.kept["history"][: split.evaluations].copy())
 
 
 def _floats(array: FloatArray) -> FloatArray:

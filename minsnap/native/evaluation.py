@@ -80,6 +80,6 @@ def costs(points: FloatArray, durations: FloatArray, order: int) -> FloatArray |
     function = _COSTS.ready or _COSTS.function()
     if function is None or not points.size:
         return None
-    given = np.ascontiguousarray(points), np.ascontiguousarray(durations)
-    found, (pieces, count, dim) = np.empty(len(points)), points.shape
-    return None if function(pieces, count - 1, dim, order, *map(address, (*given, found))) else found
+    arrays = np.ascontiguousarray(points), np.ascontiguousarray(durations)
+    values, (pieces, count, dim) = np.empty(len(points)), points.shape
+    return None if function(pieces, count - 1, dim, order, *map(address, (*arrays, values))) else values

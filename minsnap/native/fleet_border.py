@@ -119,14 +119,14 @@ def near_pairs(
     radii = np.ascontiguousarray(radii)
     while True:
         pairs, values = np.empty((capacity, 2), dtype=np.int64), np.empty((capacity, 3))
-        found = np.zeros(1, dtype=np.int64)
+        total = np.zeros(1, dtype=np.int64)
         question = _SeparationQuestion(
             sizeof(_SeparationQuestion),
             *(fleet.curves(), radii.ctypes.data, downwash, reach, int(nearest_only), threads, capacity),
-            *(array.ctypes.data for array in (pairs, values, found)),
+            *(array.ctypes.data for array in (pairs, values, total)),
         )
-        asked_of(call, byref(question))
-        count = int(found[0])
+        call_checked(call, byref(question))
+        count = int(total[0])
         if count <= capacity:
             return NearPairs(pairs[:count], *np.ascontiguousarray(values[:count].T))
         capacity = count
@@ -154,19 +154,19 @@ def clearances(
         *(fleet.curves(), len(obstacles), obstacles.ctypes.data, finest, threads),
         *(values.ctypes.data, nearest.ctypes.data),
     )
-    asked_of(call, byref(question))
+    call_checked(call, byref(question))
     return values[:, 0], values[:, 2], nearest
 
 
 def native_function(entry: Entry) -> Function:
     """Return an entry point, or raise NativeCoreError where the Python core is in use."""
-    found = entry.function()
-    if found is None:
+    function = entry.function()
+    if function is None:
         raise NativeCoreError(f"fleets need the native core, and this is the {describe()}")
-    return found
+    return function
 
 
-def asked_of(call: Function, *arguments: Any) -> None:
+def call_checked(call: Function, *arguments: Any) -> None:
     """Call an entry point, and raise NativeCoreError if it does not answer."""
     status = Status(call(*arguments))
     if status != Status.DONE:

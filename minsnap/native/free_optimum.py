@@ -40,9 +40,9 @@ def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> Flo
     if solve is None:
         return None
     legs, dim = len(durations), points.shape[1]
-    found = np.empty((legs, 2 * half, dim))
-    status = solve(readable(points), readable(durations), legs, dim, half, writable(found))
-    return Status(status) if status else found
+    control_points = np.empty((legs, 2 * half, dim))
+    status = solve(readable(points), readable(durations), legs, dim, half, writable(control_points))
+    return Status(status) if status else control_points
 
 
 def pinned_optimum(
@@ -62,9 +62,9 @@ def pinned_optimum(
     if solve is None:
         return None
     legs, dim = len(durations), points.shape[1]
-    found, states = np.empty((legs, 2 * half, dim)), np.empty((legs + 1, half - 1, dim))
-    status = solve(chain_record(points, durations, half, pins, closed), address(found), address(states))
-    return Status(status) if status else (found, states)
+    control_points, states = np.empty((legs, 2 * half, dim)), np.empty((legs + 1, half - 1, dim))
+    status = solve(chain_record(points, durations, half, pins, closed), address(control_points), address(states))
+    return Status(status) if status else (control_points, states)
 
 
 def chain_record(points: FloatArray, durations: FloatArray, half: int, pins: Pins, closed: bool) -> ChainRecord:

@@ -10,7 +10,7 @@ from threading import Thread
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.native.fleet_border import asked_of, native_function
+from minsnap.native.fleet_border import call_checked, native_function
 from minsnap.native.library import Entry
 
 _BEGIN = Entry("minsnap_fleet_joint_begin", c_void_p, c_void_p)
@@ -150,7 +150,7 @@ class FleetSearch:
         question = _JointQuestion(
             sizeof(_JointQuestion), *sizes, *where[:5], len(obstacles), where[5], downwash, length, threads
         )
-        asked_of(native_function(_BEGIN), byref(question), byref(self._search))
+        call_checked(native_function(_BEGIN), byref(question), byref(self._search))
         self._shape = free.shape
 
     def __del__(self) -> None:
@@ -185,24 +185,24 @@ class FleetSearch:
         """
         if curves.shape != self._shape or not curves.flags.c_contiguous:
             raise ValueError("the curves of a search are one contiguous array of its shape")
-        stop, found = c_int32(0), np.zeros(4)
+        stop, figures = c_int32(0), np.zeros(4)
         weight = settings.smoothness / (unit * (time / (curves.shape[1] - 1)) ** 2) ** 2
         numbers = (time, settings.inflation, weight, settings.rho, settings.tau, settings.iterations, settings.inner)
         ends = (settings.patience, settings.short_by, settings.over_by, int(settings.settle))
-        run = _JointRun(sizeof(_JointRun), *numbers, *ends, curves.ctypes.data, addressof(stop), found.ctypes.data)
+        run = _JointRun(sizeof(_JointRun), *numbers, *ends, curves.ctypes.data, addressof(stop), figures.ctypes.data)
         call = native_function(_RUN)
         failed: list[BaseException] = []
 
         def work() -> None:
             try:
-                asked_of(call, self._search, byref(run))
+                call_checked(call, self._search, byref(run))
             except BaseException as error:  # handed to the caller's thread
                 failed.append(error)
 
         _wait(work, stop, stopped)
         if failed:
             raise failed[0]
-        return Outcome(float(found[0]), float(found[1]), float(found[2]), int(found[3]))
+        return Outcome(float(figures[0]), float(figures[1]), float(figures[2]), int(figures[3]))
 
 
 def _wait(work: Callable[[], None], stop: c_int32, stopped: Callable[[], bool]) -> None:

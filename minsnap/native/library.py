@@ -83,11 +83,11 @@ def _loaded() -> Core:
         return Core(None, f"{_why_missing()}: run python -m minsnap.native.build, or install minsnap again")
     try:
         library = ctypes.CDLL(path)
-        found = int(library.minsnap_abi())
+        abi = int(library.minsnap_abi())
     except (OSError, AttributeError) as error:
         return Core(None, f"the native core is damaged or of another machine ({error}): install minsnap again")
-    if found != ABI:
-        return Core(None, f"the native core has interface {found}, not {ABI}: run python -m minsnap.native.build")
+    if abi != ABI:
+        return Core(None, f"the native core has interface {abi}, not {ABI}: run python -m minsnap.native.build")
     library.minsnap_compiler.restype = ctypes.c_char_p
     library.minsnap_status_name.restype = ctypes.c_char_p
     return Core(library)
@@ -122,10 +122,10 @@ def _chosen(choice: str) -> Core:
         raise NativeCoreError(f"MINSNAP_CORE is {choice!r}: it must be one of {', '.join(CHOICES)}")
     if choice == "python":
         return Core(None, "MINSNAP_CORE=python was asked for")
-    found = _loaded()
-    if choice == "native" and found.library is None:
-        raise NativeCoreError(f"MINSNAP_CORE is native, but {found.reason}")
-    return found
+    core = _loaded()
+    if choice == "native" and core.library is None:
+        raise NativeCoreError(f"MINSNAP_CORE is native, but {core.reason}")
+    return core
 
 
 @contextmanager
@@ -179,14 +179,17 @@ class Entry:
         """
         library = core().library
         if library is not None and self.ready is None:
-            found = getattr(library, self.name, None)
-            if found is None:
+            function = getattr(library, self.name, None)
+            if function is None:
                 raise NativeCoreError(
                     f"the native core is older than this minsnap, and has no {self.name}: compile it anew with "
                     "'python -m minsnap.native.build', or set MINSNAP_CORE=python"
                 )
-            found.argtypes, found.restype = [_passed(kind, library) for kind in self.types] or None, ctypes.c_int32
-            self.ready = found
+            function.argtypes, function.restype = (
+                [_passed(kind, library) for kind in self.types] or None,
+                ctypes.c_int32,
+            )
+            self.ready = function
         return self.ready
 
 

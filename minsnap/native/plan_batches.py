@@ -103,7 +103,7 @@ def many_tubes(
     if solve is None:
         return None
     count, legs, dim = len(offsets) - 1, len(durations), points.shape[1]
-    found, breaks = np.empty((legs, 2 * half, dim)), np.empty(len(points))
+    curves, breaks = np.empty((legs, 2 * half, dim)), np.empty(len(points))
     figures, statuses = np.zeros((count, 4)), np.zeros(count, dtype=np.int32)
     wanted = ManySlopes(np.full(legs, np.nan), np.full((legs, dim), np.nan), np.full(legs, np.nan)) if slopes else None
     places = dict(zip(("slopes", "displacements", "width_slopes"), wanted or (), strict=False))
@@ -114,12 +114,12 @@ def many_tubes(
         knots = slice(legs_in.start + first, legs_in.stop + last)
         block = many_record(points[knots], durations[legs_in], own, half, threads)
         block.put(widths=widths[legs_in], gap=gap, most_gap=GAP)
-        block.put(curves=found[legs_in], breaks=breaks[knots], figures=figures[problems], statuses=statuses[problems])
+        block.put(curves=curves[legs_in], breaks=breaks[knots], figures=figures[problems], statuses=statuses[problems])
         block.put(**{name: place[legs_in] for name, place in places.items() if place is not None})
         solve(block)
         if watch is not None:
             watch(last, count)
-    return ManyTubes(found, breaks, figures, statuses.astype(np.intp), wanted)
+    return ManyTubes(curves, breaks, figures, statuses.astype(np.intp), wanted)
 
 
 def many_gradients(
@@ -184,12 +184,12 @@ def many_optima(
     solve = _SOLVE.ready or _SOLVE.function()
     if solve is None:
         return None
-    found, breaks = np.empty((len(durations), 2 * half, points.shape[1])), np.empty(len(points))
+    curves, breaks = np.empty((len(durations), 2 * half, points.shape[1])), np.empty(len(points))
     statuses = np.zeros(len(offsets) - 1, dtype=np.int32)
     many = many_record(points, durations, offsets, half, threads, ends)
-    many.put(curves=found, breaks=breaks, statuses=statuses)
+    many.put(curves=curves, breaks=breaks, statuses=statuses)
     solve(many)
-    return found, breaks, statuses.astype(np.intp)
+    return curves, breaks, statuses.astype(np.intp)
 
 
 def many_values(

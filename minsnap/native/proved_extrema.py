@@ -73,10 +73,10 @@ def maxima(
 
 def maximum(points: FloatArray, errors: FloatArray | None = None) -> tuple[float, int, float]:
     """Largest value over all the polynomials, as ``polynomials.extrema.maximum``, which answers without a core."""
-    found = maxima(points, errors)
-    if found is None:
+    largest = maxima(points, errors)
+    if largest is None:
         return extrema.maximum(points, errors)
-    _, bounds, rows, where = found
+    _, bounds, rows, where = largest
     return float(bounds[0]), int(rows[0]), float(where[0])
 
 
@@ -99,11 +99,11 @@ def local_maxima(points: FloatArray, level: float = -np.inf) -> tuple[IntArray, 
     rows, degree = len(points), points.shape[1] - 1
     capacity = rows * (degree // 2 + 2)
     row, s, value = np.empty(capacity, dtype=np.int64), np.empty(capacity), np.empty(capacity)
-    found = np.zeros(1, dtype=np.int64)
-    arrays = [address(array) for array in (row, s, value, found)]
+    total = np.zeros(1, dtype=np.int64)
+    arrays = [address(array) for array in (row, s, value, total)]
     if call(rows, degree, address(points), level, capacity, *arrays):
         return None
-    return row[: found[0]], s[: found[0]], value[: found[0]]
+    return row[: total[0]], s[: total[0]], value[: total[0]]
 
 
 def largest_norms(points: FloatArray, durations: FloatArray, orders: Sequence[int]) -> list[Extremum] | None:
@@ -192,12 +192,12 @@ def continuity(points: FloatArray, durations: FloatArray, exact: float, rounding
     call = _CONTINUITY.function()
     if call is None:
         return None
-    found = np.zeros(1, dtype=np.int64)
+    order = np.zeros(1, dtype=np.int64)
     shape = _shape(points)
     points, durations = _floats(points), _floats(durations)
-    if call(*shape, address(points), address(durations), exact, rounding, address(found)):
+    if call(*shape, address(points), address(durations), exact, rounding, address(order)):
         return None
-    return int(found[0])
+    return int(order[0])
 
 
 def _excess(

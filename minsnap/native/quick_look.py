@@ -84,8 +84,8 @@ def look_over(
     """
     look = _MANY.ready or _MANY.function()
     if look is not None:
-        found = statuses.astype(np.int32)
+        verdicts = statuses.astype(np.int32)
         many = many_record(points, durations, offsets, half, threads)
-        many.put(widths=widths, curves=curves, statuses=found)
+        many.put(widths=widths, curves=curves, statuses=verdicts)
         look(many)
-        statuses[:] = found
+        statuses[:] = verdicts

@@ -59,8 +59,8 @@ class Record(Structure):
             If names, offsets or sizes differ.
         """
         own = {name: (getattr(cls, name).offset, getattr(cls, name).size) for name, *_ in cls._fields_}
-        found = layout(library).get(cls.__name__)
-        if own != found:
+        declared = layout(library).get(cls.__name__)
+        if own != declared:
             raise NativeCoreError(
                 f"the native core has another {cls.__name__} than this minsnap: compile it anew with "
                 "'python -m minsnap.native.build', or set MINSNAP_CORE=python"
@@ -70,13 +70,13 @@ class Record(Structure):
 @cache
 def layout(library: ctypes.CDLL) -> Layout:
     """Return where the fields of all records lie in a library."""
-    names, place, found = (c_char_p * 2)(), (c_int64 * 2)(), Layout()
+    names, place, layouts = (c_char_p * 2)(), (c_int64 * 2)(), Layout()
     index = 0
     while library.minsnap_border_field(c_int64(index), names, place) == 0:
         record, name = (text.decode() for text in names if text is not None)
-        found.setdefault(record, {})[name] = (place[0], place[1])
+        layouts.setdefault(record, {})[name] = (place[0], place[1])
         index += 1
-    return found
+    return layouts
 
 
 def _integers(*names: str) -> list[tuple[str, Any]]:

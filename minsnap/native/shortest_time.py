@@ -189,7 +189,7 @@ class ShortestQuestion:
 
 
 @dataclass(frozen=True, eq=False)
-class ShortestFound:
+class ShortestCurve:
     """A curve near the shortest one.
 
     Parameters
@@ -215,7 +215,7 @@ class ShortestFound:
     kept: bool
 
 
-def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool], bool]) -> ShortestFound | None:
+def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool], bool]) -> ShortestCurve | None:
     """Search for the shortest time; None where the native core is not in use, or does not know what is asked.
 
     Parameters
@@ -231,8 +231,8 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool], bo
     _check_layout()
     dim, more = question.pinned.shape[2], _missing(question)
     if more:
-        found = search_shortest(_padded(question, more), poll)
-        return found and replace(found, points=found.points[..., :dim], knots=found.knots[..., :dim])
+        padded = search_shortest(_padded(question, more), poll)
+        return padded and replace(padded, points=padded.points[..., :dim], knots=padded.knots[..., :dim])
     raised: list[BaseException] = []
     pressed: list[int] = []
     told: list[bool] = []
@@ -261,7 +261,7 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool], bo
         return None
     count = answer.pieces * (waypoints - 1)
     ended = status is Status.SPENT, status is not Status.NO_PROGRESS
-    return ShortestFound(arrays[0][:count], arrays[1][:count], arrays[2][: count + 1], answer.iterations, *ended)
+    return ShortestCurve(arrays[0][:count], arrays[1][:count], arrays[2][: count + 1], answer.iterations, *ended)
 
 
 @contextmanager
@@ -298,9 +298,9 @@ def _padded(question: ShortestQuestion, more: int) -> ShortestQuestion:
     turned = question.turned
     if turned is not None:
         turned = np.pad(turned, ((0, 0), (0, more), (0, more)))
-        given = turned.any(axis=(1, 2))
+        turned_knots = turned.any(axis=(1, 2))
         for axis in range(turned.shape[1] - more, turned.shape[1]):
-            turned[given, axis, axis] = 1.0
+            turned[turned_knots, axis, axis] = 1.0
     pinned, free = (
         wider(question.pinned),
         np.concatenate((question.free, np.zeros((*question.free.shape[:-1], more), dtype=bool)), axis=-1),
@@ -367,9 +367,9 @@ def _check_layout() -> None:
         for struct in (_Group, _Limit, _Request, _Answer)
         for number in (ctypes.sizeof(struct), *(getattr(struct, field[0]).offset for field in struct._fields_))
     ]
-    found = np.zeros(len(own) + 1, dtype=np.int64)
-    count = layout(found.ctypes.data, len(found))
-    if found[:count].tolist() != own:
+    declared = np.zeros(len(own) + 1, dtype=np.int64)
+    count = layout(declared.ctypes.data, len(declared))
+    if declared[:count].tolist() != own:
         raise NativeCoreError("the native core lays the request of a search out otherwise: compile it anew")
     _Checked.done = True
 

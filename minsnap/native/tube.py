@@ -57,10 +57,10 @@ def tube_optimum(
     if solve is None:
         return None
     legs, dim = len(durations), points.shape[1]
-    found, breaks, figures = np.empty((legs, 2 * half, dim)), np.empty(legs + 1), np.empty(4)
+    curves, breaks, figures = np.empty((legs, 2 * half, dim)), np.empty(legs + 1), np.empty(4)
     status = solve(
         *(address(points), address(durations), address(widths), legs, dim, half, widths.ndim == 0, gap),
-        *(writable(found), writable(breaks), writable(figures)),
+        *(writable(curves), writable(breaks), writable(figures)),
     )
-    finite = not status and np.isfinite(found).all() and np.isfinite(figures).all()
-    return TubeCurve(found, breaks, figures) if finite else None
+    finite = not status and np.isfinite(curves).all() and np.isfinite(figures).all()
+    return TubeCurve(curves, breaks, figures) if finite else None

@@ -221,16 +221,16 @@ class ExactRows:
 
     def _wall(self, row: PressedRow) -> Row:
         normal, bound = row.exact()
-        found = _Functional(self.task, self.durations)
+        functional = _Functional(self.task, self.durations)
         for axis, factor in enumerate(normal):
-            found.add(row.piece, Fraction(row.s), row.order, axis, factor)
-        return found.unknowns, bound - found.known
+            functional.add(row.piece, Fraction(row.s), row.order, axis, factor)
+        return functional.unknowns, bound - functional.known
 
     def _joint(self, piece: int, order: int, axis: int) -> Row:
-        found = _Functional(self.task, self.durations)
-        found.add(piece, Fraction(1), order, axis, Fraction(1))
-        found.add((piece + 1) % len(self.durations), Fraction(0), order, axis, Fraction(-1))
-        return found.unknowns, -found.known
+        functional = _Functional(self.task, self.durations)
+        functional.add(piece, Fraction(1), order, axis, Fraction(1))
+        functional.add((piece + 1) % len(self.durations), Fraction(0), order, axis, Fraction(-1))
+        return functional.unknowns, -functional.known
 
 
 class _Functional:
@@ -278,12 +278,12 @@ def _weights(half: int, duration: Fraction, s: Fraction, order: int) -> list[Fra
     for _ in range(order):
         own = [before - after for before, after in zip([Fraction(0), *own], [*own, Fraction(0)], strict=True)]
     scale = perm(degree, order) / duration**order
-    found = []
+    weights = []
     for sign, points in ((1, own), (-1, own[::-1])):
         for j in range(half):
             total = sum((comb(i, j) * points[i] for i in range(j, half)), Fraction(0))
-            found.append(sign**j * total * scale * duration**j / perm(degree, j))
-    return found
+            weights.append(sign**j * total * scale * duration**j / perm(degree, j))
+    return weights
 
 
 def _fractions(values: FloatArray) -> list[Fraction]:
@@ -295,7 +295,7 @@ def _dot(left: list[Fraction], right: list[Fraction]) -> Fraction:
 
 
 def find_contradiction(
-    task: Task, durations: FloatArray, problem: ReducedProblem, found: Relaxed
+    task: Task, durations: FloatArray, problem: ReducedProblem, relaxed: Relaxed
 ) -> Contradiction | None:
     """Find rows of an elastic solve that contradict each other, and prove it; None where that fails.
 
@@ -308,14 +308,14 @@ def find_contradiction(
     durations : ndarray, shape (pieces,)
         [s].
     """
-    rows = found.rows
+    rows = relaxed.rows
     if rows is None:
         return None
     walls = native_walls(task)
     planes, joints = _planes(walls), tuple((joint, Fraction(0)) for joint in _joints(problem))
-    least = np.sort(found.multipliers)[-min(problem.size + 1, len(found.multipliers))]
-    of_slack = np.where(found.multipliers >= max(least, EXACT * found.multipliers.max()), found.multipliers, 0.0)
-    for multipliers in (found.evidence, of_slack):
+    least = np.sort(relaxed.multipliers)[-min(problem.size + 1, len(relaxed.multipliers))]
+    of_slack = np.where(relaxed.multipliers >= max(least, EXACT * relaxed.multipliers.max()), relaxed.multipliers, 0.0)
+    for multipliers in (relaxed.evidence, of_slack):
         chosen = [_pressed(walls, rows.source, int(i), float(multipliers[i])) for i in np.flatnonzero(multipliers)]
         proof = Contradiction(task, durations, (*chosen, *planes), joints).refined() if chosen else None
         if proof is not None:

@@ -203,15 +203,15 @@ class Elastic:
         knots, slacks = self._solve()
         rounds = 1
         while True:
-            given = self._amounts(slacks)
-            curve = Curve(self.problem, self.compiled.relaxed(given), knots)
-            found, excess = rows_outside(curve, self.rows, self.multipliers, self.accuracy)
-            if not found or (self.sign and self._known(slacks, excess)):
+            amounts = self._amounts(slacks)
+            curve = Curve(self.problem, self.compiled.relaxed(amounts), knots)
+            violated, excess = rows_outside(curve, self.rows, self.multipliers, self.accuracy)
+            if not violated or (self.sign and self._known(slacks, excess)):
                 break
             if rounds == ROUNDS or excess <= self.moved:
                 slacks = np.maximum(slacks, self._needed(knots)) if self.inward else slacks
                 break
-            self.rows = self.rows.joined(self._expressed([self._unrelaxed(rows, given) for rows in found]))
+            self.rows = self.rows.joined(self._expressed([self._unrelaxed(rows, amounts) for rows in violated]))
             self.moved = self.inward if slacks.max() > ACCURACY else 0.0
             before = slacks
             knots, slacks = self._solve()
@@ -243,11 +243,11 @@ class Elastic:
         touched = np.flatnonzero(np.abs(rows).sum(axis=0))
         system = np.vstack((rows[:, touched].toarray().T, right / (np.abs(right).max() or 1.0)))
         try:
-            found = nnls(system, np.append(np.zeros(len(touched)), -1.0))[0]
+            solution = nnls(system, np.append(np.zeros(len(touched)), -1.0))[0]
         except RuntimeError:
             return np.zeros(0)
         evidence = np.zeros(len(bound))
-        evidence[chosen] = found[: len(chosen)] / width[chosen]
+        evidence[chosen] = solution[: len(chosen)] / width[chosen]
         return evidence
 
     def _needed(self, knots: FloatArray) -> FloatArray:
@@ -264,12 +264,12 @@ class Elastic:
         """Widths by which every wall moves outwards."""
         return np.asarray(np.append(slacks, 0.0)[self.give.group] * self.give.weight)
 
-    def _expressed(self, found: list[WallRows]) -> RowSet:
-        return rows_in_unknowns(self.problem, self.ends, self.compiled, reduce(WallRows.joined, found))
+    def _expressed(self, rows: list[WallRows]) -> RowSet:
+        return rows_in_unknowns(self.problem, self.ends, self.compiled, reduce(WallRows.joined, rows))
 
-    def _unrelaxed(self, rows: WallRows, given: FloatArray) -> WallRows:
+    def _unrelaxed(self, rows: WallRows, amounts: FloatArray) -> WallRows:
         """Rows of the walls without relaxation."""
-        return replace(rows, bound=rows.bound - given[rows.wall] * self.compiled.widths[rows.wall])
+        return replace(rows, bound=rows.bound - amounts[rows.wall] * self.compiled.widths[rows.wall])
 
     @property
     def _in_widths(self) -> tuple[Any, FloatArray]:
@@ -282,16 +282,16 @@ class Elastic:
 
     def _solve(self) -> tuple[FloatArray, FloatArray]:
         """Solve by the first way whose answer is accurate, which is tried first from then on, or else by the best."""
-        found: list[tuple[Backend, ElasticSolution]] = []
+        solutions: list[tuple[Backend, ElasticSolution]] = []
         for way in self._ways:
             answer = self._attempt(*way)
             if answer is not None:
-                found.append((way, answer))
+                solutions.append((way, answer))
                 if answer.lost <= max(SOLVED, 0.01 * answer.slacks.max()):
                     break
-        if not found:
+        if not solutions:
             raise SolverError("whether a curve keeps all walls is not known: change units, durations or pins")
-        way, best = min(found, key=lambda one: one[1].lost)
+        way, best = min(solutions, key=lambda one: one[1].lost)
         self._ways = [way, *(other for other in self._ways if other != way)]
         self.multipliers = best.multipliers
         return best.knots, best.slacks
@@ -329,17 +329,17 @@ class Elastic:
         sides = np.concatenate((coordinates.b, right, np.full(m, -self.give.lowest)))
         piece = np.append(self.rows.source.piece, np.full(m, len(self.problem.durations)))
         system = bmat(parts, format="csc")
-        found = least_sum(SlackProgramme(system, sides, len(coordinates.b), piece, m), solver)
-        if found is None:
+        solution = least_sum(SlackProgramme(system, sides, len(coordinates.b), piece, m), solver)
+        if solution is None:
             return None
-        x = found.x
+        x = solution.x
         size = 1.0 + max(0.0, float(x[n:].max()))
         room = self.sign and x[n:].max() < 0.0
-        if found.broken > 0.1 * self.accuracy * size or (found.lost > ACCURACY * size and not room):
+        if solution.broken > 0.1 * self.accuracy * size or (solution.lost > ACCURACY * size and not room):
             return None
-        multipliers = found.multipliers[len(coordinates.b) :][: len(wall)] / self.compiled.widths[wall]
+        multipliers = solution.multipliers[len(coordinates.b) :][: len(wall)] / self.compiled.widths[wall]
         knots = self.problem.add(self.base, coordinates.unknowns(x[:n]) * self.linear.scale[:-1])
-        return ElasticSolution(knots, x[n:], multipliers, found.lost / size)
+        return ElasticSolution(knots, x[n:], multipliers, solution.lost / size)
 
 
 def orthonormal(rows: Any, A: Any, b: FloatArray) -> Coordinates:

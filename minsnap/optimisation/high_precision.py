@@ -80,10 +80,10 @@ def decimal_optimum(problem: ReducedProblem, free: BoolArray, values: FloatArray
         pull = _pull(problem, blocks, values)
         for axis in range(problem.dim):
             try:
-                found = _chain(problem, blocks, free[:, :, axis], -pull[:, :, axis])
+                columns = _chain(problem, blocks, free[:, :, axis], -pull[:, :, axis])
             except ArithmeticError:
                 raise SolverError("the system is singular to working precision: durations are too extreme") from None
-            knots[:, :, axis] += np.where(free[:, :, axis], found.astype(np.float64), 0.0)
+            knots[:, :, axis] += np.where(free[:, :, axis], columns.astype(np.float64), 0.0)
     return knots
 
 
@@ -115,7 +115,7 @@ def _chain(problem: ReducedProblem, blocks: Decimals, free: BoolArray, right: De
 
 
 def _block_solve(diagonal: Decimals, below: Decimals, right: Decimals, free: BoolArray) -> Decimals:
-    found = right.copy()
+    solution = right.copy()
     picks = [np.flatnonzero(row) for row in free]
     factors: list[Decimals] = []
     for i, pick in enumerate(picks):
@@ -124,14 +124,14 @@ def _block_solve(diagonal: Decimals, below: Decimals, right: Decimals, free: Boo
             link = below[i - 1][np.ix_(pick, picks[i - 1])]
             half = _forward(factors[-1], link.T)
             matrix = matrix - half.T @ half
-            found[i, pick] -= half.T @ _forward(factors[-1], found[i - 1, picks[i - 1], None])[:, 0]
+            solution[i, pick] -= half.T @ _forward(factors[-1], solution[i - 1, picks[i - 1], None])[:, 0]
         factors.append(cholesky(matrix))
     for i in reversed(range(len(picks))):
-        pick, value = picks[i], found[i, picks[i], None]
+        pick, value = picks[i], solution[i, picks[i], None]
         if i + 1 < len(picks) and len(picks[i + 1]):
-            value = value - below[i][np.ix_(picks[i + 1], pick)].T @ found[i + 1, picks[i + 1], None]
-        found[i, pick] = _backward(factors[i], _forward(factors[i], value))[:, 0]
-    return found
+            value = value - below[i][np.ix_(picks[i + 1], pick)].T @ solution[i + 1, picks[i + 1], None]
+        solution[i, pick] = _backward(factors[i], _forward(factors[i], value))[:, 0]
+    return solution
 
 
 def cholesky(matrix: Decimals) -> Decimals:
@@ -147,17 +147,17 @@ def cholesky(matrix: Decimals) -> Decimals:
 
 def _forward(factor: Decimals, right: Decimals) -> Decimals:
     """Solve factor x = right, (n, m)."""
-    found = right.copy()
+    solution = right.copy()
     for j in range(len(factor)):
-        found[j] = found[j] / factor[j, j]
-        found[j + 1 :] -= np.outer(factor[j + 1 :, j], found[j])
-    return found
+        solution[j] = solution[j] / factor[j, j]
+        solution[j + 1 :] -= np.outer(factor[j + 1 :, j], solution[j])
+    return solution
 
 
 def _backward(factor: Decimals, right: Decimals) -> Decimals:
     """Solve factor' x = right, (n, m)."""
-    found = right.copy()
+    solution = right.copy()
     for j in reversed(range(len(factor))):
-        found[j] = found[j] / factor[j, j]
-        found[:j] -= np.outer(factor[j, :j], found[j])
-    return found
+        solution[j] = solution[j] / factor[j, j]
+        solution[:j] -= np.outer(factor[j, :j], solution[j])
+    return solution

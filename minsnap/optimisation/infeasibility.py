@@ -48,25 +48,25 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     groups, names = _leg_groups(corridor, compiled)
     give = Relaxation(groups, np.ones(len(groups)), len(names))
     try:
-        found = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True, inward=4.0 * WIDTH_ROOM).run()
+        relaxed = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True, inward=4.0 * WIDTH_ROOM).run()
     except SolverError as unsolved:
         return _standing(corridor, durations, problem, units, compiled) or unsolved
-    if found.slacks.max() <= NOTICEABLE:
+    if relaxed.slacks.max() <= NOTICEABLE:
         return None
-    if found.rows is None:
-        found = _outside(problem, compiled, found)
-    leg, instant = hardest_pressed(corridor, problem, units, found)
-    proof = find_contradiction(corridor, durations, problem, found)
+    if relaxed.rows is None:
+        relaxed = _outside(problem, compiled, relaxed)
+    leg, instant = hardest_pressed(corridor, problem, units, relaxed)
+    proof = find_contradiction(corridor, durations, problem, relaxed)
     if proof is None:
         return SolverError(f"{UNPROVED}widen the corridor of leg {leg}, or change durations that differ much")
-    tried = _room(task, durations, problem, found)
+    tried = _room(task, durations, problem, relaxed)
     room = WIDTH_ROOM if tried is None else tried
-    widths = compiled.widths * units.length * (1.0 + np.append(found.slacks, 0.0)[groups] * (1.0 + room) + room)
+    widths = compiled.widths * units.length * (1.0 + np.append(relaxed.slacks, 0.0)[groups] * (1.0 + room) + room)
     on_leg = (groups >= 0) & (np.concatenate([block.leg for block in compiled.blocks]) // task.pieces == leg)
     width = float(widths[on_leg].max())
     others = {
         name: float(widths[groups == name].max())
-        for name, slack in zip(names, found.slacks, strict=True)
+        for name, slack in zip(names, relaxed.slacks, strict=True)
         if slack > NOTICEABLE and name not in (None, leg)
     }
     message = (
@@ -77,15 +77,15 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     return InfeasibleError(message, leg=leg, instant=instant, smallest_width=smallest, contradiction=proof)
 
 
-def _room(task: Task, durations: FloatArray, problem: ReducedProblem, found: Relaxed) -> float | None:
+def _room(task: Task, durations: FloatArray, problem: ReducedProblem, relaxed: Relaxed) -> float | None:
     """Share to add to widths with which a plan was found that keeps the other walls and limits too; None without one.
 
     Curves with control points ten million legs away keep walls by differences of large numbers, which solvers find only
     a little inside.
     """
-    giant = EXACT * np.abs(problem.relative_points(found.knots)).max() >= 0.01
+    giant = EXACT * np.abs(problem.relative_points(relaxed.knots)).max() >= 0.01
     for room in (100.0 * WIDTH_ROOM, 200.0 * WIDTH_ROOM) if giant else (WIDTH_ROOM, 100.0 * WIDTH_ROOM):
-        share = np.broadcast_to(found.slacks * (1.0 + room) + room, task.legs)
+        share = np.broadcast_to(relaxed.slacks * (1.0 + room) + room, task.legs)
         walls = [wall if wall.order else _widened(wall, share[wall.leg]) for wall in task.walls]
         try:
             solve(replace(task, walls=walls), durations)
@@ -118,11 +118,11 @@ def _standing(
     """Return the error where the walls contradict each other at waypoints, which widths of a corridor do not help."""
     count = len(compiled.widths)
     give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1)
-    found = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True).run()
-    proof = find_contradiction(task, durations, problem, found)
+    relaxed = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True).run()
+    proof = find_contradiction(task, durations, problem, relaxed)
     if proof is None:
         return None
-    leg, instant = hardest_pressed(task, problem, units, found)
+    leg, instant = hardest_pressed(task, problem, units, relaxed)
     return InfeasibleError(
         f"no curve passes the waypoints as near as asked for: leg {leg} is the hardest, at {instant:.4g} s; widen the "
         f"tolerances or gates, pin fewer derivatives, or lower continuity={task.continuity}",
@@ -132,14 +132,14 @@ def _standing(
     )
 
 
-def _outside(problem: ReducedProblem, compiled: Compiled, found: Relaxed) -> Relaxed:
+def _outside(problem: ReducedProblem, compiled: Compiled, relaxed: Relaxed) -> Relaxed:
     """Add the rows that a curve without unknowns breaks, each pressed by as much."""
     rows, _ = rows_outside(Curve(problem, compiled, problem.values), None, np.zeros(0))
     if not rows:
-        return found
+        return relaxed
     known = rows_in_unknowns(problem, problem.plain_ends(problem.values), compiled, reduce(WallRows.joined, rows))
     pressed = np.maximum(-known.bound, 0.0)
-    return replace(found, rows=known, multipliers=pressed, evidence=pressed)
+    return replace(relaxed, rows=known, multipliers=pressed, evidence=pressed)
 
 
 def normalised(task: Task, durations: FloatArray) -> tuple[ReducedProblem, Units, Compiled]:
@@ -168,12 +168,12 @@ def _advice(task: Task) -> str:
     return ""
 
 
-def hardest_pressed(task: Task, problem: ReducedProblem, units: Units, found: Relaxed) -> tuple[int, float]:
+def hardest_pressed(task: Task, problem: ReducedProblem, units: Units, relaxed: Relaxed) -> tuple[int, float]:
     """Leg and instant of the row with the largest multiplier."""
-    if found.rows is None:
+    if relaxed.rows is None:
         return 0, 0.0
-    rows = found.rows.source
-    press = found.multipliers * found.rows.width
+    rows = relaxed.rows.source
+    press = relaxed.multipliers * relaxed.rows.width
     by_leg = np.bincount(rows.piece // task.pieces, press, task.legs)
     leg = int(by_leg.argmax())
     row = int(np.where(rows.piece // task.pieces == leg, press, -1.0).argmax())

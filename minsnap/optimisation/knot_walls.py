@@ -26,13 +26,13 @@ def knot_walls(task: Task) -> list[Walls]:
     bounds = np.array([bound for region in at.values() for bound in region.bounds])
     crossings = {k: -region.crossing for k, region in at.items() if region.crossing is not None}
     still = np.zeros(len(crossings))
-    found = [
+    result = [
         _boxes(task),
         _planes(task, sides, normals, bounds, bounds),
         _balls(task, {k: region.radius for k, region in at.items() if np.isfinite(region.radius)}),
         _planes(task, list(crossings), list(crossings.values()), still, still + 1.0, order=1),
     ]
-    return [_at_ends(task, walls) for walls in found if len(walls.leg)]
+    return [_at_ends(task, walls) for walls in result if len(walls.leg)]
 
 
 def _at_ends(task: Task, walls: Walls) -> Walls:

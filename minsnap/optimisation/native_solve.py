@@ -59,13 +59,13 @@ def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> tupl
     if reason:
         return reason
     points, times = np.ascontiguousarray(task.waypoints), durations.reshape(task.legs, task.pieces)
-    found = pinned_optimum(points, times.sum(axis=1), task.half, task.pins, task.closed)
-    if not isinstance(found, tuple):
-        return core().reason if found is None else found.reason
+    optimum = pinned_optimum(points, times.sum(axis=1), task.half, task.pins, task.closed)
+    if not isinstance(optimum, tuple):
+        return core().reason if optimum is None else optimum.reason
     knots = np.zeros((task.legs + 1, task.half, task.dim))
     for order in range(1, task.half):
-        knots[:, order] = found[1][:, order - 1] / units.of_order(order)
-    return in_pieces(task, durations, units, found[0], knots)
+        knots[:, order] = optimum[1][:, order - 1] / units.of_order(order)
+    return in_pieces(task, durations, units, optimum[0], knots)
 
 
 def in_pieces(

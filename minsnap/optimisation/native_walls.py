@@ -36,9 +36,9 @@ def _nothing(dim: int) -> WallArrays:
 
 def _square(matrices: FloatArray) -> FloatArray:
     """Matrices (m, q, dim) with rows of zeros up to (m, dim, dim)."""
-    found = np.zeros((len(matrices), matrices.shape[2], matrices.shape[2]))
-    found[:, : matrices.shape[1]] = matrices
-    return found
+    squared = np.zeros((len(matrices), matrices.shape[2], matrices.shape[2]))
+    squared[:, : matrices.shape[1]] = matrices
+    return squared
 
 
 def _gate_planes(task: Task) -> list[WallArrays]:

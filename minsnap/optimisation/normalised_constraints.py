@@ -130,12 +130,12 @@ def _on_pieces(walls: Walls, problem: ReducedProblem, units: Units, pieces: int)
     row, piece = walls.on_pieces(pieces)
     unit, anchor = units.of_order(walls.order), walls.anchor[row]
     anchor = (anchor - units.origin) / unit - problem.nominal[piece] if walls.order == 0 else anchor / unit
-    found = _scaled(walls.chosen(row), piece, anchor, unit)
+    scaled = _scaled(walls.chosen(row), piece, anchor, unit)
     if walls.order or not walls.flat:
-        return found
-    farther = np.maximum(-(problem.steps[piece] * found.slope).sum(axis=1), 0.0)
-    near = np.abs(found.radius - farther) <= ROUNDING * found.width
-    return replace(found, radius=np.where(near, farther, found.radius))
+        return scaled
+    farther = np.maximum(-(problem.steps[piece] * scaled.slope).sum(axis=1), 0.0)
+    near = np.abs(scaled.radius - farther) <= ROUNDING * scaled.width
+    return replace(scaled, radius=np.where(near, farther, scaled.radius))
 
 
 def _at_knots(walls: Walls, task: Task, problem: ReducedProblem) -> Walls:
@@ -157,7 +157,7 @@ def _scaled(walls: Walls, piece: IntArray, anchor: FloatArray, unit: float) -> W
 
 def _touching(task: Task) -> list[Walls]:
     """Return, for each touched wall, the bound of the first derivative that is not pinned; one block for each order."""
-    found: dict[int, list[tuple[int, int, FloatArray]]] = {}
+    by_axis: dict[int, list[tuple[int, int, FloatArray]]] = {}
     for side, above, waypoint, axis in np.argwhere(task.touches).tolist():
         knot, end = waypoint * task.pieces, int(side == Side.BEFORE)
         if not 0 <= knot - end < task.legs * task.pieces:
@@ -165,8 +165,8 @@ def _touching(task: Task) -> list[Walls]:
         slots = task.slots.end if end else task.slots.start
         order = next((q for q in range(1, task.half) if task.free[knot, slots[q], axis]), task.half)
         outwards = (-1.0 if above else 1.0) * (-1.0) ** (order * end)
-        found.setdefault(order, []).append((knot - end, end, outwards * np.eye(task.dim)[axis]))
-    return [_derivative_bounds(rows, order) for order, rows in sorted(found.items())]
+        by_axis.setdefault(order, []).append((knot - end, end, outwards * np.eye(task.dim)[axis]))
+    return [_derivative_bounds(rows, order) for order, rows in sorted(by_axis.items())]
 
 
 def _derivative_bounds(rows: list[tuple[int, int, FloatArray]], order: int) -> Walls:

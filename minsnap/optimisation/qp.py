@@ -92,7 +92,7 @@ def check_solver(solver: str) -> str:
     return solver
 
 
-def solve_qp(asked: Programme, solver: str, tiny: float = ROUNDING) -> Solution | None:
+def solve_qp(programme: Programme, solver: str, tiny: float = ROUNDING) -> Solution | None:
     """Solve a programme, or return None if the solver fails or gives an answer that fails the check.
 
     Gap tolerances of solvers are absolute: where a cost is small, a second solve has it of order one.
@@ -106,13 +106,13 @@ def solve_qp(asked: Programme, solver: str, tiny: float = ROUNDING) -> Solution 
     """
     weight = 1.0
     for _ in range(2):
-        found = _through_qpsolvers(replace(asked, P=asked.P / weight, q=asked.q / weight), solver)
-        if found is None:
+        solution = _through_qpsolvers(replace(programme, P=programme.P / weight, q=programme.q / weight), solver)
+        if solution is None:
             return None
-        found = replace(found, multipliers=weight * found.multipliers, dual=weight * found.dual)
-        if _holds(asked, found, tiny):
-            return found
-        weight = max(float(found.x @ (asked.P @ found.x)) + abs(float(asked.q @ found.x)), tiny)
+        solution = replace(solution, multipliers=weight * solution.multipliers, dual=weight * solution.dual)
+        if _holds(programme, solution, tiny):
+            return solution
+        weight = max(float(solution.x @ (programme.P @ solution.x)) + abs(float(programme.q @ solution.x)), tiny)
     return None
 
 
@@ -120,20 +120,20 @@ def _dense(matrix: Any) -> FloatArray:
     return np.ascontiguousarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix)
 
 
-def _through_qpsolvers(asked: Programme, solver: str) -> Solution | None:
+def _through_qpsolvers(programme: Programme, solver: str) -> Solution | None:
     import qpsolvers
     from scipy.sparse import csc_matrix
 
-    P, G, A = asked.P, asked.G, asked.A
+    P, G, A = programme.P, programme.G, programme.A
     if solver in DENSE_SOLVERS:
         P, G, A = (None if matrix is None else _dense(matrix) for matrix in (P, G, A))
     else:
         P, G, A = (None if matrix is None else csc_matrix(matrix) for matrix in (P, G, A))
-    sides = None if asked.h is None else np.minimum(asked.h, INFINITE)
+    sides = None if programme.h is None else np.minimum(programme.h, INFINITE)
     try:
         with QUIET, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            problem = qpsolvers.Problem(P, asked.q, G, sides, A, asked.b)
+            problem = qpsolvers.Problem(P, programme.q, G, sides, A, programme.b)
             solution = qpsolvers.solve_problem(problem, solver, **TOLERANCES.get(solver, {}))
     except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
         return None
@@ -145,19 +145,19 @@ def _through_qpsolvers(asked: Programme, solver: str) -> Solution | None:
     return Solution(solution.x, z, y, solver)
 
 
-def _holds(asked: Programme, found: Solution, tiny: float) -> bool:
+def _holds(programme: Programme, solution: Solution, tiny: float) -> bool:
     """Whether a solution satisfies its rows with that relative duality gap; ``found`` alone is not sufficient."""
-    x = found.x
-    Px, linear = asked.P @ x, float(asked.q @ x)
+    x = solution.x
+    Px, linear = programme.P @ x, float(programme.q @ x)
     gap = float(x @ Px) + linear
-    if asked.G is not None and asked.h is not None:
-        if not _within(asked.G @ x - asked.h, x, asked.h):
+    if programme.G is not None and programme.h is not None:
+        if not _within(programme.G @ x - programme.h, x, programme.h):
             return False
-        gap += float(asked.h @ found.multipliers)
-    if asked.A is not None and asked.b is not None:
-        if not _within(np.abs(asked.A @ x - asked.b), x, asked.b):
+        gap += float(programme.h @ solution.multipliers)
+    if programme.A is not None and programme.b is not None:
+        if not _within(np.abs(programme.A @ x - programme.b), x, programme.b):
             return False
-        gap += float(asked.b @ found.dual)
+        gap += float(programme.b @ solution.dual)
     return abs(gap) <= ACCURACY * (float(x @ Px) + abs(linear) + tiny)
 
 

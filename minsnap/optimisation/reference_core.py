@@ -169,20 +169,20 @@ class ReferenceCore:
         """Solve, look where the curve is outside, and add rows there; whether it is inside instead."""
         if state.rows is not None or self._always:
             state = self._solved(state)
-        found, excess = rows_outside(state.curve, state.rows, state.multipliers)
+        violated, excess = rows_outside(state.curve, state.rows, state.multipliers)
         idle = 0 if excess < 0.75 * state.least else state.idle + 1
         state = replace(state, excess=excess, least=min(excess, state.least), idle=idle)
-        if not found and state.shift > 2.0 * self._affordable(state):
+        if not violated and state.shift > 2.0 * self._affordable(state):
             return self._tightened(state), False
-        if not found and self._inside(state):
+        if not violated and self._inside(state):
             return state, True
-        found = found or proved_rows(state.curve)
-        if not found or idle == STALLED:
+        violated = violated or proved_rows(state.curve)
+        if not violated or idle == STALLED:
             inward = max(EXACT, 100.0 * state.inward, 2.0 * state.least)
             return replace(state, inward=inward, idle=0), False
         if not state.rounds:
-            found = [*found, *_spread(state.curve, found)]
-        return self._tightened(self._added(state, found)), False
+            violated = [*violated, *_spread(state.curve, violated)]
+        return self._tightened(self._added(state, violated)), False
 
     @property
     def _always(self) -> bool:
@@ -207,10 +207,10 @@ class ReferenceCore:
             self.task, self.durations, self.units, Optimum(state.curve.knots, rows, *known_by), self.problem
         )
 
-    def _added(self, state: State, found: list[WallRows]) -> State:
+    def _added(self, state: State, new_rows: list[WallRows]) -> State:
         rows = state.rows
-        if found and self.problem.size:
-            fresh = rows_in_unknowns(self.problem, self.ends, self.compiled, reduce(WallRows.joined, found))
+        if new_rows and self.problem.size:
+            fresh = rows_in_unknowns(self.problem, self.ends, self.compiled, reduce(WallRows.joined, new_rows))
             rows = fresh if rows is None else rows.joined(fresh)
         return replace(state, rows=rows)
 
@@ -237,17 +237,17 @@ class ReferenceCore:
         """
         if not self.problem.size:
             raise InfeasibleRowsError
-        asked, size, norms = self._programme(state)
+        programme, size, norms = self._programme(state)
         for solver in self.solvers:
-            found = solve_qp(asked, solver)
-            if found is None:
+            solution = solve_qp(programme, solver)
+            if solution is None:
                 self.failed[solver] = None
                 continue
-            x = size * (found.x if self.basis is None else self.basis @ found.x)
+            x = size * (solution.x if self.basis is None else self.basis @ solution.x)
             knots = self.problem.add(self.base, x * self.linear.scale[:-1])
             curve = Curve(self.problem, self.compiled, joined_exactly(self.problem, knots))
-            multipliers = 2.0 * size * found.multipliers / norms
-            state = replace(state, curve=curve, answer=found, multipliers=multipliers)
+            multipliers = 2.0 * size * solution.multipliers / norms
+            state = replace(state, curve=curve, answer=solution, multipliers=multipliers)
             return replace(state, rounds=state.rounds + 1)
         raise InfeasibleRowsError
 
@@ -322,12 +322,12 @@ class ReferenceCore:
             return None
         give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1, -NEARLY_INSIDE)
         try:
-            found = Elastic(self.problem, self.compiled, give, accuracy=ACCURACY, sign=True).run()
+            relaxed = Elastic(self.problem, self.compiled, give, accuracy=ACCURACY, sign=True).run()
         except SolverError:
             return None
-        if found.slacks[0] > APPARENT:
+        if relaxed.slacks[0] > APPARENT:
             raise InfeasibleRowsError
-        return replace(curve, knots=found.knots) if found.slacks[0] < 0.0 else None
+        return replace(curve, knots=relaxed.knots) if relaxed.slacks[0] < 0.0 else None
 
 
 def _sampled(curve: Curve, instants: int) -> list[WallRows]:
@@ -339,10 +339,10 @@ def _sampled(curve: Curve, instants: int) -> list[WallRows]:
     ]
 
 
-def _spread(curve: Curve, found: list[WallRows]) -> list[WallRows]:
+def _spread(curve: Curve, violated: list[WallRows]) -> list[WallRows]:
     """Rows at Chebyshev points of the walls that others were found for, if they hold along a piece."""
     first, s = curve.compiled.first, 0.5 - 0.5 * np.cos(np.pi * (np.arange(SPREAD) + 0.5) / SPREAD)
-    walls = np.unique(np.concatenate([rows.wall for rows in found]))
+    walls = np.unique(np.concatenate([rows.wall for rows in violated]))
     block = np.searchsorted(first, walls, side="right") - 1
     more = []
     for number in np.unique(block[~curve.compiled.momentary[walls]]).tolist():

@@ -133,11 +133,11 @@ class Curve:
 
 def momentary_rows(curve: Curve) -> list[WallRows]:
     """Rows of all planes that hold at one instant only; without them free knots would be unbounded."""
-    found = []
+    rows = []
     for number, block in enumerate(curve.compiled.blocks):
         if block.at is not None and block.flat:
-            found.append(curve.rows(number, np.arange(len(block.at)), block.at.astype(np.float64)))
-    return found
+            rows.append(curve.rows(number, np.arange(len(block.at)), block.at.astype(np.float64)))
+    return rows
 
 
 def all_walls_rows(curve: Curve) -> list[WallRows]:
@@ -147,15 +147,15 @@ def all_walls_rows(curve: Curve) -> list[WallRows]:
     """
     count = curve.problem.degree + 1
     s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
-    found = []
+    rows = []
     for number, block in enumerate(curve.compiled.blocks):
         walls = np.arange(len(block.leg))
         if block.at is None:
             index, places = np.repeat(walls, count), np.tile(s, len(walls))
         else:
             index, places = walls, block.at.astype(np.float64)
-        found += _both_directions(curve, number, index, places)
-    return found
+        rows += _both_directions(curve, number, index, places)
+    return rows
 
 
 def _both_directions(curve: Curve, number: int, index: IntArray, s: FloatArray) -> list[WallRows]:
@@ -180,29 +180,29 @@ def rows_outside(
     floor : float
         Excess, in widths, up to which there is no row.
     """
-    found, largest = [], 0.0
+    outside, largest = [], 0.0
     for number, values in enumerate(curve.excess):
         row, s, value = peaks(values, floor)
         if not len(row):
             continue
         largest = max(largest, float(value.max()))
-        found.append(curve.rows(number, row, s))
+        outside.append(curve.rows(number, row, s))
         block = curve.compiled.blocks[number]
         if not block.flat and block.at is not None and rows is not None:
-            found.append(_pressed(block, row, found[-1], rows.source, multipliers))
-    return found, largest
+            outside.append(_pressed(block, row, outside[-1], rows.source, multipliers))
+    return outside, largest
 
 
 def proved_rows(curve: Curve) -> list[WallRows]:
     """Rows where exact extrema find a curve outside its walls; none is a proof that it is inside."""
-    found = []
+    failed = []
     for number, values in enumerate(curve.excess):
         row = np.flatnonzero(values.max(axis=1) > 0.0)
         if len(row):
             exact = maxima(values[row])
             out = exact.values > 0.0
-            found.append(curve.rows(number, row[out], exact.where[out]))
-    return [rows for rows in found if len(rows.s)]
+            failed.append(curve.rows(number, row[out], exact.where[out]))
+    return [rows for rows in failed if len(rows.s)]
 
 
 def _pressed(balls: Walls, row: IntArray, tangents: WallRows, rows: WallRows, multipliers: FloatArray) -> WallRows:

@@ -68,10 +68,10 @@ Solver = Callable[[SlackProgramme], tuple[FloatArray, FloatArray] | None]
 
 def least_sum(programme: SlackProgramme, solver: Solver) -> SlackSolution | None:
     """Solve a programme; None where the answer is not finite."""
-    found = solver(programme)
-    if found is None or not (np.isfinite(found[0]).all() and np.isfinite(found[1]).all()):
+    solution = solver(programme)
+    if solution is None or not (np.isfinite(solution[0]).all() and np.isfinite(solution[1]).all()):
         return None
-    x, z = found
+    x, z = solution
     rows, equal = programme.rows, programme.equal
     out = rows @ x - programme.sides
     broken = max(float(np.abs(out[:equal]).max(initial=0.0)), float(out[equal:].max(initial=0.0)))
@@ -97,8 +97,8 @@ def by_native_core(programme: SlackProgramme) -> tuple[FloatArray, FloatArray] |
     x, z = np.zeros(size), None
     for _ in range(2):
         costs = hessian, np.full(size, price), programme.linear - price * x
-        found = solve_chain(columns, costs, cones, (matrix, programme.sides[order]), 0.1 * ACCURACY)
-        x, z = (x, z) if found is None else found
+        solution = solve_chain(columns, costs, cones, (matrix, programme.sides[order]), 0.1 * ACCURACY)
+        x, z = (x, z) if solution is None else solution
     if z is None:
         return None
     multipliers = np.empty(len(order))
@@ -127,6 +127,6 @@ def by_clarabel(programme: SlackProgramme) -> tuple[FloatArray, FloatArray]:
     settings.tol_feas = settings.tol_gap_rel = settings.tol_gap_abs = TOLERANCES["clarabel"]["tol_feas"]
     equal, size = programme.equal, programme.rows.shape[1]
     cones = [clarabel.ZeroConeT(equal), clarabel.NonnegativeConeT(len(programme.sides) - equal)]
-    asked = csc_matrix((size, size)), programme.linear, programme.rows, programme.sides
-    found = clarabel.DefaultSolver(*asked, cones[not equal :], settings).solve()
-    return np.array(found.x), np.array(found.z)
+    problem = csc_matrix((size, size)), programme.linear, programme.rows, programme.sides
+    solution = clarabel.DefaultSolver(*problem, cones[not equal :], settings).solve()
+    return np.array(solution.x), np.array(solution.z)

@@ -76,9 +76,9 @@ def solve_again(task: Task, durations: FloatArray, reason: str) -> SolvedTask:
     return _handed_over(_solved_in_python(task, durations, task.units(durations), None, GAP, True), reason)
 
 
-def _handed_over(found: SolvedTask, reason: str) -> SolvedTask:
+def _handed_over(solved: SolvedTask, reason: str) -> SolvedTask:
     """Return an answer of the Python core with the reason why it was asked."""
-    return replace(found, optimum=replace(found.optimum, handed_over=reason))
+    return replace(solved, optimum=replace(solved.optimum, handed_over=reason))
 
 
 def _solved_natively(
@@ -94,16 +94,16 @@ def _solved_natively(
 
 
 def _solved_without_walls(task: Task, units: Units, durations: FloatArray) -> SolvedTask:
-    found = solve_without_walls(task, durations, units)
-    if isinstance(found, str):
+    answer = solve_without_walls(task, durations, units)
+    if isinstance(answer, str):
         from minsnap.optimisation.linear_rows import joined_exactly
         from minsnap.optimisation.unconstrained import unbounded_optimum
 
         problem = task.problem(durations, units)
         knots = joined_exactly(problem, unbounded_optimum(problem))
-        optimum = Optimum(knots, None, np.zeros(0), 0, "banded", handed_over=found)
+        optimum = Optimum(knots, None, np.zeros(0), 0, "banded", handed_over=answer)
         return SolvedTask(task, durations, units, optimum, problem)
-    optimum = Optimum(found[1], None, np.zeros(0), 0, "banded", core=NATIVE, points=found[0])
+    optimum = Optimum(answer[1], None, np.zeros(0), 0, "banded", core=NATIVE, points=answer[0])
     return SolvedTask(task, durations, units, optimum)
 
 
@@ -125,10 +125,10 @@ def _solved_in_python(
 def _in_one_piece(task: Task, durations: FloatArray, units: Units, gap: float) -> FloatArray | None:
     """Knot values of the proved optimum of one polynomial per leg, cut into the task's pieces; None where none is."""
     try:
-        found = solve(replace(task, pieces=1), durations.reshape(task.legs, task.pieces).sum(axis=1), gap=gap)
+        whole = solve(replace(task, pieces=1), durations.reshape(task.legs, task.pieces).sum(axis=1), gap=gap)
     except (InfeasibleRowsError, MinsnapError):
         return None
     orders = range(task.half)
-    scale = np.array([found.units.of_order(order) / units.of_order(order) for order in orders])
-    points = found.trajectory.control_points
-    return in_pieces(task, durations, units, points, found.optimum.knots[:, : task.half] * scale[:, None])[1]
+    scale = np.array([whole.units.of_order(order) / units.of_order(order) for order in orders])
+    points = whole.trajectory.control_points
+    return in_pieces(task, durations, units, points, whole.optimum.knots[:, : task.half] * scale[:, None])[1]

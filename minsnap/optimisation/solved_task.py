@@ -125,7 +125,7 @@ def _contact_rows(solved: SolvedTask, answer: CorridorAnswer) -> tuple[RowSet | 
     for number in sorted(set(block[order].tolist())):
         chosen = order[block[order] == number]
         index = answer.wall[chosen] - compiled.first[number]
-        found = compiled.rows(problem, points, number, index, answer.s[chosen])
-        rows = found if rows is None else rows.joined(found)
+        contacts = compiled.rows(problem, points, number, index, answer.s[chosen])
+        rows = contacts if rows is None else rows.joined(contacts)
     known = None if rows is None else rows_in_unknowns(problem, problem.plain_ends(answer.knots), compiled, rows)
     return known, answer.multiplier[order]

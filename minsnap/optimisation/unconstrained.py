@@ -125,8 +125,8 @@ def _solve_axes(problem: ReducedProblem, free: BoolArray, slopes: FloatArray, kn
         raise SolverError(
             "the system without inequalities is singular to working precision: durations or pins are too extreme"
         )
-    found = solution.T.reshape(-1, *free.shape).transpose(1, 2, 0)
-    knots[:, first:, axes] += np.where(free[:, :, None], found, 0.0)
+    by_axis = solution.T.reshape(-1, *free.shape).transpose(1, 2, 0)
+    knots[:, first:, axes] += np.where(free[:, :, None], by_axis, 0.0)
 
 
 def _bands(problem: ReducedProblem, first: int) -> FloatArray:

@@ -66,25 +66,25 @@ def plan_timed(task: Task, timing: Timing, finish: AttachHeading, samples: int |
         if isinstance(again, Timed):
             return looked_at(again, task, timing, samples)
         refused = again
-        found = in_other_times(task, timing, finish, samples, refused)
-        if found is not None:
-            return looked_at(found, task, timing, samples)
+        longer = in_other_times(task, timing, finish, samples, refused)
+        if longer is not None:
+            return looked_at(longer, task, timing, samples)
         quiet = replace(task, explained=False)
         plan = partial(_timed, quiet, finish=finish, samples=samples)
         raise explained_by_times(refused, task, timing, finish, plan) from None
 
 
-def looked_at(found: Timed, task: Task, timing: Timing, samples: int | None = None) -> Timed:
+def looked_at(planned: Timed, task: Task, timing: Timing, samples: int | None = None) -> Timed:
     """Return a plan that keeps everything asked for at a last look, or raise SolverError."""
-    asked = task if samples is None else replace(task, walls=())
+    checked = task if samples is None else replace(task, walls=())
     times: FloatArray | float | None = timing.total_time
     if timing.durations is not None:
         times = check_durations(timing.durations, task.legs)
-    start = found.limits_from
-    wrong = fault(asked, found.trajectory, timing.limits, times, start, found.solved)
+    start = planned.limits_from
+    wrong = fault(checked, planned.trajectory, timing.limits, times, start, planned.solved)
     if wrong is not None:
         raise SolverError(f"the plan is refused at the last look: {wrong}; please report this question")
-    return found
+    return planned
 
 
 def _timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | None = None) -> Timed:

@@ -77,8 +77,8 @@ class ConeSolution:
 
 def solve_programme(programme: ConeProgramme) -> ConeSolution | None:
     """Solve by the native core, or else by Clarabel; None where both find no solution."""
-    found = solve_natively(programme)
-    return found if found is not None else solve_by_clarabel(programme)
+    solution = solve_natively(programme)
+    return solution if solution is not None else solve_by_clarabel(programme)
 
 
 def solve_natively(programme: ConeProgramme) -> ConeSolution | None:
@@ -91,20 +91,20 @@ def solve_natively(programme: ConeProgramme) -> ConeSolution | None:
     order, cones = np.argsort(row_piece, kind="stable"), np.argsort(cone_piece, kind="stable")
     matrix = np.concatenate([group.matrix.reshape(-1, group.matrix.shape[2]) for group in groups])[order]
     bound = np.concatenate([group.bound.reshape(-1) for group in groups])
-    found = solve_chain(
+    solution = solve_chain(
         place[programme.columns],
         (programme.hessian, programme.diagonal[unknown], programme.linear[unknown]),
         (cone_piece[cones], cone_size[cones]),
         (matrix, bound[order]),
         ACCURACY,
     )
-    if found is None:
+    if solution is None:
         return None
     multipliers = np.empty(len(order))
-    multipliers[order] = found[1]
+    multipliers[order] = solution[1]
     ends = np.cumsum([group.bound.size for group in groups])[:-1]
     parts = [part.reshape(group.bound.shape) for group, part in zip(groups, np.split(multipliers, ends), strict=True)]
-    return ConeSolution(found[0][place[:-1]], parts)
+    return ConeSolution(solution[0][place[:-1]], parts)
 
 
 def solve_by_clarabel(programme: ConeProgramme) -> ConeSolution | None:
@@ -119,14 +119,14 @@ def solve_by_clarabel(programme: ConeProgramme) -> ConeSolution | None:
         if group.bound.shape[1] > 1:
             cones += [clarabel.SecondOrderConeT(group.bound.shape[1])] * len(group.bound)
     solver = clarabel.DefaultSolver(_hessian(programme), programme.linear, matrix, bound, cones, _settings())
-    found = solver.solve()
-    if str(found.status) not in USABLE:
+    solution = solver.solve()
+    if str(solution.status) not in USABLE:
         return None
     multipliers: list[FloatArray] = [np.zeros((0, 1))] * len(groups)
     ends = np.cumsum([group.bound.size for group in groups])
-    for k, group, part in zip(order, groups, np.split(np.array(found.z), ends[:-1]), strict=True):
+    for k, group, part in zip(order, groups, np.split(np.array(solution.z), ends[:-1]), strict=True):
         multipliers[k] = part.reshape(group.bound.shape)
-    return ConeSolution(np.array(found.x), multipliers)
+    return ConeSolution(np.array(solution.x), multipliers)
 
 
 def _settings() -> Any:

@@ -39,21 +39,21 @@ def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray)
     """
     medium = limits.medium
     share = 1.0 - MARGIN if medium.drags else 1.0
-    found = []
+    entries = []
     if medium.drags and limits.min_thrust is not None:
-        found.append(InstantLimit(InstantKind.LEAST_THRUST, (*medium.values, limits.min_thrust / share)))
+        entries.append(InstantLimit(InstantKind.LEAST_THRUST, (*medium.values, limits.min_thrust / share)))
     if medium.drags and limits.max_thrust is not None:
-        found.append(InstantLimit(InstantKind.MOST_THRUST, (*medium.values, limits.max_thrust * share)))
+        entries.append(InstantLimit(InstantKind.MOST_THRUST, (*medium.values, limits.max_thrust * share)))
     if medium.drags and limits.tilt is not None:
-        found.append(InstantLimit(InstantKind.TILT, (*medium.values, float(np.tan(limits.tilt * share)))))
+        entries.append(InstantLimit(InstantKind.TILT, (*medium.values, float(np.tan(limits.tilt * share)))))
     if limits.body_rate is not None:
-        found.append(InstantLimit(InstantKind.BODY_RATE, (*medium.values, limits.body_rate * share)))
+        entries.append(InstantLimit(InstantKind.BODY_RATE, (*medium.values, limits.body_rate * share)))
     if isinstance(limits, VehicleLimits):
-        found.append(_rotors(limits.vehicle, limits.reserve, None if heading is None else heading.constant))
+        entries.append(_rotors(limits.vehicle, limits.reserve, None if heading is None else heading.constant))
     if limits.yaw_rate is not None and heading is not None:
         typical = float(lengths.mean()), float((lengths / stop_and_go_times(lengths, limits)).mean())
-        found += _turns(limits.yaw_rate, heading, typical)
-    return [replace(one, parameters=tuple(float(f"{value:.13g}") for value in one.parameters)) for one in found]
+        entries += _turns(limits.yaw_rate, heading, typical)
+    return [replace(one, parameters=tuple(float(f"{value:.13g}") for value in one.parameters)) for one in entries]
 
 
 def _turns(limit: float, heading: Heading, typical: tuple[float, float]) -> list[InstantLimit]:

@@ -16,7 +16,7 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import MinsnapError
 from minsnap.limits.compliance import KEPT, largest_use, shares_of_norms
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.native.shortest_time import ShortestFound, ShortestQuestion, search_shortest
+from minsnap.native.shortest_time import ShortestCurve, ShortestQuestion, search_shortest
 from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
@@ -58,7 +58,7 @@ class InteriorSearch:
 
     def __init__(self, task: Task, limits: Limits, finish: AttachHeading, poll: Callable[[float, bool], bool]) -> None:
         self.task, self.limits, self.finish, self.poll = task, limits, finish, poll
-        self.found: ShortestFound | None = None
+        self.answer: ShortestCurve | None = None
 
     def run(self, question: ShortestQuestion, far: float = NOT_LONGER) -> SolvedTask | None:
         """Return a certified plan; None where none was found, or not one that can be certified nearby.
@@ -71,22 +71,22 @@ class InteriorSearch:
         """
         last = None
         for _ in range(TRIES):
-            self.found = found = search_shortest(question, self.poll)
-            if found is None or not found.kept or not found.durations.max() <= LONGEST_PIECE:
+            self.answer = answer = search_shortest(question, self.poll)
+            if answer is None or not answer.kept or not answer.durations.max() <= LONGEST_PIECE:
                 break
-            solved = solved_at(self.task, found, 1.0)
+            solved = solved_at(self.task, answer, 1.0)
             if not solved.inside:
                 question = replace(question, inwards=INWARDS * max(question.inwards, INWARD))
                 continue
             last = solved
-            kept, excess = self._within(found, solved, far, question.price > 0.0)
-            if kept is not None or found.stopped or excess > SEEN:
+            kept, excess = self._within(answer, solved, far, question.price > 0.0)
+            if kept is not None or answer.stopped or excess > SEEN:
                 return kept
             question = replace(question, tightened=question.tightened + ENOUGH * excess)
         return None if last is None or not self.task.still else self._slowed(last)
 
     def _within(
-        self, found: ShortestFound, solved: SolvedTask, far: float, priced: bool
+        self, answer: ShortestCurve, solved: SolvedTask, far: float, priced: bool
     ) -> tuple[SolvedTask | None, float]:
         """Fly the same path at the speed at which the most used limit is just kept, if that is about the one found.
 
@@ -102,15 +102,15 @@ class InteriorSearch:
             if excess <= KEPT:
                 if priced or not self._may_be_hastened():
                     return solved, excess
-                return solved_at(self.task, found, _hastened(self.limits, curve)), excess
+                return solved_at(self.task, answer, _hastened(self.limits, curve)), excess
             if far == NOT_LONGER or not self.task.still:
                 return None, excess
         factor = _rounded(_slowdown(self.limits, curve))
         if priced or any(wall.order for wall in self.task.walls):
             factor = max(factor, 1.0)
-        elif factor < IDLE and not found.stopped:
+        elif factor < IDLE and not answer.stopped:
             raise nothing_limits(list(self.limits.given()))
-        kept = solved_at(self.task, found, factor) if factor <= 1.0 + far or found.stopped else None
+        kept = solved_at(self.task, answer, factor) if factor <= 1.0 + far or answer.stopped else None
         return kept, factor - 1.0
 
     def _may_be_hastened(self) -> bool:
@@ -124,8 +124,8 @@ class InteriorSearch:
             factor = touching_factor(self.limits, self.finish(solved.trajectory))
         except MinsnapError:
             return None
-        assert self.found is not None
-        return solved_at(self.task, self.found, factor)
+        assert self.answer is not None
+        return solved_at(self.task, self.answer, factor)
 
 
 def _slowdown(limits: Limits, curve: Trajectory) -> float:
@@ -150,18 +150,20 @@ def _rounded(factor: float) -> float:
     return float(np.ceil(factor * GRAIN)) / GRAIN
 
 
-def solved_at(task: Task, found: ShortestFound, factor: float) -> SolvedTask:
+def solved_at(task: Task, answer: ShortestCurve, factor: float) -> SolvedTask:
     """Wrap what was found, flown more slowly by a factor, as a solved task."""
-    pieces = len(found.durations) // task.legs
+    pieces = len(answer.durations) // task.legs
     continuity = max(task.continuity, task.half - 1)
     if (pieces, continuity) != (task.pieces, task.continuity):
         task = replace(task, pieces=pieces, continuity=continuity)
-    durations = found.durations * factor
+    durations = answer.durations * factor
     units = task.units(durations)
-    scale, knots = 1.0, np.empty_like(found.knots)
+    scale, knots = 1.0, np.empty_like(answer.knots)
     for order in range(task.half):
-        knots[:, order] = found.knots[:, order] * (scale / units.of_order(order))
+        knots[:, order] = answer.knots[:, order] * (scale / units.of_order(order))
         scale /= factor
-    knots[:, 0] = (found.knots[:, 0] - task.positions) / units.length
-    optimum = Optimum(knots, None, np.zeros(0), found.iterations, "interior point", core="native", points=found.points)
+    knots[:, 0] = (answer.knots[:, 0] - task.positions) / units.length
+    optimum = Optimum(
+        knots, None, np.zeros(0), answer.iterations, "interior point", core="native", points=answer.points
+    )
     return SolvedTask(task, durations, units, optimum)

@@ -84,8 +84,8 @@ def fault_as_one_leg(
         return None
     still, exactly = {order: np.zeros(curve.dim) for order in range(1, half)}, np.zeros(ends.shape)
     pins = {0: still | dict(start), 1: still}
-    asked = Task(ends, exactly, exactly, pins, half, half - 1, False, len(times), (), "auto")
-    return fault(asked, Trajectory.unchecked(control_points=points, durations=times, pieces=len(times)), None, duration)
+    task = Task(ends, exactly, exactly, pins, half, half - 1, False, len(times), (), "auto")
+    return fault(task, Trajectory.unchecked(control_points=points, durations=times, pieces=len(times)), None, duration)
 
 
 def _wrong_times(curve: Trajectory, times: FloatArray | float | None) -> str | None:
@@ -110,8 +110,8 @@ def _seen_at_once(task: Task, curve: Trajectory) -> bool:
     if [order for order, _ in start + end] != orders or any(task.pins[k] for k in task.pins if 0 < k < task.legs):
         return False
     states = np.array([value for _, value in start + end])
-    asked = task.waypoints, curve.durations, curve.control_points, task.continuity, highest
-    return keeps(*asked, states=states if states.any() else None)
+    arrays = task.waypoints, curve.durations, curve.control_points, task.continuity, highest
+    return keeps(*arrays, states=states if states.any() else None)
 
 
 def _wrong_waypoints(task: Task, curve: Trajectory) -> str | None:
@@ -135,8 +135,8 @@ def _wrong_knots(task: Task, curve: Trajectory) -> str | None:
         orders = np.array(list(state))
         values = np.array(list(state.values()))
         allowed = EXACT * np.abs(values).max(axis=1)
-        for found, rounding in _sides(curve, waypoint, max(state)):
-            wrong = np.abs(found[orders] - values).max(axis=1) > rounding[orders] + allowed
+        for value, rounding in _sides(curve, waypoint, max(state)):
+            wrong = np.abs(value[orders] - values).max(axis=1) > rounding[orders] + allowed
             if wrong.any():
                 return f"derivative {orders[wrong][0]} at waypoint {waypoint} is not the one that is pinned there"
     if task.closed:
@@ -177,11 +177,11 @@ def _derivatives(points: FloatArray, duration: float, highest: int) -> tuple[Flo
 @cache
 def _differences(degree: int, highest: int) -> tuple[FloatArray, FloatArray]:
     """Return what gives derivatives at the start of [0, 1], (highest + 1, degree + 1), and its absolute row sums."""
-    found = np.zeros((highest + 1, degree + 1))
+    differences = np.zeros((highest + 1, degree + 1))
     for order in range(min(highest, degree) + 1):
         for j in range(order + 1):
-            found[order, j] = perm(degree, order) * comb(order, j) * (-1) ** (order - j)
-    return found, np.abs(found).sum(axis=1)
+            differences[order, j] = perm(degree, order) * comb(order, j) * (-1) ** (order - j)
+    return differences, np.abs(differences).sum(axis=1)
 
 
 def _left_walls(walls: Sequence[Walls], curve: Trajectory, solved: SolvedTask | None) -> str | None:

@@ -109,12 +109,12 @@ class CostSearch:
         """Return the best leg durations found, shape (legs,) [s]."""
         if self.task.legs == 1 and self.price is None:
             return self.first
-        found = native_split(self.task, self.first, self.price)
-        if found is not None:
-            self.best = (float(found.history[:, 1].min()), found.durations)
-            for total, value in found.history.tolist():
+        split = native_split(self.task, self.first, self.price)
+        if split is not None:
+            self.best = (float(split.history[:, 1].min()), split.durations)
+            for total, value in split.history.tolist():
                 self.log.add(total, value)
-            return found.durations
+            return split.durations
         from scipy.optimize import minimize
 
         reach = -np.log(SHORTEST_SHARE)

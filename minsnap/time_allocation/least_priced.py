@@ -82,13 +82,13 @@ class LeastPriced:
         goal, slope = total * (1.0 - BELOW_TOTAL), -0.5 / self.task.half
         price = _grained((2 * self.task.half - 1) * free.cost / goal)
         best: SolvedTask | None = None
-        found, low, high, before = self._from(free.trajectory, price), 0.0, np.inf, (np.nan, np.nan)
+        solved, low, high, before = self._from(free.trajectory, price), 0.0, np.inf, (np.nan, np.nan)
         for _ in range(ROUNDS):
-            if found is None or self.interrupted:
+            if solved is None or self.interrupted:
                 break
-            apart, place = float(np.log(found.trajectory.duration / goal)), float(np.log(price))
-            if apart <= 0.0 and (best is None or found.trajectory.duration > best.trajectory.duration):
-                best = found
+            apart, place = float(np.log(solved.trajectory.duration / goal)), float(np.log(price))
+            if apart <= 0.0 and (best is None or solved.trajectory.duration > best.trajectory.duration):
+                best = solved
             if -TOTAL_MET <= apart <= 0.0:
                 break
             low, high = (price, high) if apart > 0.0 else (low, price)
@@ -99,7 +99,7 @@ class LeastPriced:
                 np.exp(np.clip(place - (apart + 0.5 * TOTAL_MET) / slope, place - PRICE_STEP, place + PRICE_STEP))
             )
             price = _grained(price if low < price < high else float(np.sqrt(low * high)))
-            found = self._from(found.trajectory, price)
+            solved = self._from(solved.trajectory, price)
         return best
 
     def free(self, first: FloatArray, price: float | None = None) -> tuple[SolvedTask, Run]:
@@ -112,7 +112,7 @@ class LeastPriced:
     def _from(self, curve: Trajectory, price: float) -> SolvedTask | None:
         slower = max(1.0, min(largest_use(self.limits, self.finish(curve)), 10.0)) if self.task.still else 1.0
         guess = guess_of(curve, self.task, _grained(slower))
-        return self.strategy.found(guess, price)
+        return self.strategy.solve(guess, price)
 
 
 def _grained(value: float) -> float:

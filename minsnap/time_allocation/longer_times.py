@@ -51,12 +51,12 @@ def least_longer(
     thorough : callable, optional
         The same where more work finds more plans.
     """
-    found = _first(attempt, durations, LONGER, still)
-    if found is None and thorough is not None and monotonic() < due:
-        attempt, found = thorough, _first(thorough, durations, SOME, still)
-    if found is None:
+    first = _first(attempt, durations, LONGER, still)
+    if first is None and thorough is not None and monotonic() < due:
+        attempt, first = thorough, _first(thorough, durations, SOME, still)
+    if first is None:
         return None
-    low, high, shortest = found
+    low, high, shortest = first
     while high / low - 1.0 > TIME_FOUND and monotonic() < due:
         middle = float(np.sqrt(low * high))
         shorter = _attempted(attempt, durations * middle)
@@ -74,9 +74,9 @@ def _first(
         return None
     for share in shares:
         low, high = high, 1.0 + share
-        found = _attempted(attempt, durations * high)
-        if found is not None:
-            return low, high, found
+        planned = _attempted(attempt, durations * high)
+        if planned is not None:
+            return low, high, planned
     return None
 
 

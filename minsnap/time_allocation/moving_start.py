@@ -57,8 +57,8 @@ def shortest_from(
     began = task.deadline.clock()
     if end_on_limit(task, limits):
         ways = connect_ends(task, limits, start=False)
-        found = shortest_from(ways.task, limits, _remaining(timing, task, began), finish, first)
-        return ways.around(as_timed(found, finish), limits, finish)
+        solved = shortest_from(ways.task, limits, _remaining(timing, task, began), finish, first)
+        return ways.around(as_timed(solved, finish), limits, finish)
     if start_use(task, limits) > (1.0 - ON_LIMIT if first is None else 1.0 + KEPT):
         return _brought_back(task, limits, timing, finish, None)
     try:
@@ -112,6 +112,6 @@ def _searched_from_end(
         raise refused or again from None
 
 
-def as_timed(found: tuple[SolvedTask, Run] | Recovered, finish: AttachHeading) -> Timed:
+def as_timed(solved: tuple[SolvedTask, Run] | Recovered, finish: AttachHeading) -> Timed:
     """Wrap what was found."""
-    return found if isinstance(found, Recovered) else timed(found[0], finish, found[1])
+    return solved if isinstance(solved, Recovered) else timed(solved[0], finish, solved[1])

@@ -7,13 +7,13 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import GAP
 from minsnap.native.corridor import CorridorQuestion
-from minsnap.native.durations import SplitFound, best_corridor_split, best_split
+from minsnap.native.durations import BestSplit, best_corridor_split, best_split
 from minsnap.native.library import core
 from minsnap.optimisation.native_solve import corridor_question
 from minsnap.optimisation.task import Task
 
 
-def native_split(task: Task, first: FloatArray, price: float | None) -> SplitFound | None:
+def native_split(task: Task, first: FloatArray, price: float | None) -> BestSplit | None:
     """Return the durations of legs that cost least, from first ones (legs,) [s]; None where Python has to search.
 
     Before a deadline they are the best found in time; LateError where nothing was.
@@ -35,21 +35,21 @@ def native_split(task: Task, first: FloatArray, price: float | None) -> SplitFou
     free = _without_walls(task, first, price) if price is None else None
     for start in [first] if free is None else [free.durations, first]:
         task.deadline.check()
-        found = best_corridor_split(question, start, task.pieces, price, GAP, task.deadline.left)
+        split = best_corridor_split(question, start, task.pieces, price, GAP, task.deadline.left)
         task.deadline.resume()
-        if isinstance(found, SplitFound):
-            return found
+        if isinstance(split, BestSplit):
+            return split
     return None
 
 
-def _without_walls(task: Task, first: FloatArray, price: float | None) -> SplitFound | None:
+def _without_walls(task: Task, first: FloatArray, price: float | None) -> BestSplit | None:
     """Return the durations that cost least without the walls, where waypoints are fixed."""
     if not _is_free(task):
         return None
     chain = {} if task.closed else task.pins, task.closed
-    found = best_split(task.waypoints, first, task.half, price, *chain, task.deadline.left)
+    split = best_split(task.waypoints, first, task.half, price, *chain, task.deadline.left)
     task.deadline.resume()
-    return found if isinstance(found, SplitFound) else None
+    return split if isinstance(split, BestSplit) else None
 
 
 def _question(task: Task, first: FloatArray) -> CorridorQuestion | None:

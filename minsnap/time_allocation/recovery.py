@@ -131,17 +131,17 @@ class _Solves:
 
 
 def shortest(
-    found: Callable[[float], FloatArray | None], least: float, most: float, finer: float
+    attempt: Callable[[float], FloatArray | None], least: float, most: float, finer: float
 ) -> tuple[float, FloatArray | None]:
     """Look for the least duration that has an answer: coarsely upwards, then by bisection."""
-    high, answer = least, found(least)
+    high, answer = least, attempt(least)
     low = high
     while answer is None and high < most:
         low, high = high, 1.6 * high
-        answer = found(high)
+        answer = attempt(high)
     while answer is not None and high > finer * low:
         middle = float(np.sqrt(low * high))
-        shorter = found(middle)
+        shorter = attempt(middle)
         low, high, answer = (low, middle, shorter) if shorter is not None else (middle, high, answer)
     return high, answer
 
@@ -157,14 +157,14 @@ def typical(state: FloatArray, limits: Limits | None) -> tuple[float, float]:
 
 def _demands(walls: Walls, state: FloatArray, moment: float, lenience: tuple[float, float]) -> list[Demand]:
     """Return the demands of some walls on the piece and on its end."""
-    found = piece_demands(walls, state, moment, lenience)
+    demands = piece_demands(walls, state, moment, lenience)
     order = walls.order
     if order >= len(state):
-        return found
-    found.append(Demand(walls, np.ones(1), _room(walls)))
+        return demands
+    demands.append(Demand(walls, np.ones(1), _room(walls)))
     if order and order + 1 < len(state):
-        found.append(Demand(walls, np.ones(1), _room(walls), ahead=SHARE_AHEAD * moment))
-    return found
+        demands.append(Demand(walls, np.ones(1), _room(walls), ahead=SHARE_AHEAD * moment))
+    return demands
 
 
 def piece_demands(
@@ -188,12 +188,12 @@ def piece_demands(
         return [Demand(walls, inside, margin)]
     now = walls.excess_at(state[order])
     unsure = np.maximum(now, _soon(walls, state, moment)) > (-lenience[0] if order else -DOUBTFUL)
-    found = [Demand(walls.chosen(~unsure), inside, margin)] if not unsure.all() else []
+    demands = [Demand(walls.chosen(~unsure), inside, margin)] if not unsure.all() else []
     if unsure.any():
         part, allowed = walls.chosen(unsure), np.maximum(now[unsure], 0.0) + lenience[1]
-        found.append(Demand(part, inside, margin * inside, soft=True))
-        found.append(Demand(part, inside, np.broadcast_to(-allowed, (INSTANTS, len(allowed)))))
-    return found
+        demands.append(Demand(part, inside, margin * inside, soft=True))
+        demands.append(Demand(part, inside, np.broadcast_to(-allowed, (INSTANTS, len(allowed)))))
+    return demands
 
 
 def _soon(walls: Walls, state: FloatArray, moment: float) -> FloatArray:

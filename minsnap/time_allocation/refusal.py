@@ -60,14 +60,14 @@ def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverErro
     problem, units, compiled = normalised(task, durations)
     give, rows = give_limits(compiled), None
     for far in (ACCURACY, np.inf):  # what presses is known long before the least relaxation, but may not suffice
-        found = Elastic(problem, compiled, give, seed=rows, evident=True, far=far).run()
-        proof = find_contradiction(task, durations, problem, found)
-        if proof is not None or found.rows is None or problem.size > DENSE:
+        relaxed = Elastic(problem, compiled, give, seed=rows, evident=True, far=far).run()
+        proof = find_contradiction(task, durations, problem, relaxed)
+        if proof is not None or relaxed.rows is None or problem.size > DENSE:
             break
-        rows = found.rows.source.chosen(np.argsort(-found.multipliers, kind="stable")[: problem.size + 1])
+        rows = relaxed.rows.source.chosen(np.argsort(-relaxed.multipliers, kind="stable")[: problem.size + 1])
     if proof is None:
         return SolverError(f"{UNPROVED}give more time, or loosen the limits")
-    leg, instant = hardest_pressed(task, problem, units, found)
+    leg, instant = hardest_pressed(task, problem, units, relaxed)
     message = f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s"
     return InfeasibleError(message, leg=leg, instant=instant, contradiction=proof)
 

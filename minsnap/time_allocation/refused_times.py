@@ -46,14 +46,14 @@ def in_other_times(
     if timing.total_time is not None:
         attempt = partial(plans_for(bounded, task, limits, finish, rest, exact=True), natively=True)
         splits = (timing.total_time / one.sum() * one for one in _proportions(task, timing, refused))
-        return next((found for found in map(attempt, splits) if found is not None), None)
+        return next((planned for planned in map(attempt, splits) if planned is not None), None)
     plan = plans_for(bounded, task, limits, finish, rest)
     attempt = partial(plan, natively=True)
     slows = task.still and not any(wall.order for wall in task.walls)
     *others, last = _proportions(task, timing, refused)
     tried = (least_longer(attempt, durations, slows, timing.due) for durations in others)
-    found = next((one for one in tried if one is not None), None)
-    return found or least_longer(attempt, last, slows, timing.due, plan)
+    planned = next((one for one in tried if one is not None), None)
+    return planned or least_longer(attempt, last, slows, timing.due, plan)
 
 
 def by_necessary_walls(
@@ -67,14 +67,14 @@ def by_necessary_walls(
     if len(walls) == len(limits.walls(task.waypoints)):
         return refused
     try:
-        found = timed(solved_or_explained(task.with_walls(walls), proof.durations, samples), finish)
+        planned = timed(solved_or_explained(task.with_walls(walls), proof.durations, samples), finish)
     except LateError:
         raise
     except (InfeasibleError, SolverError) as other:
         return other
-    mine = _asked_for(proof, task, timing)
-    if mine and keeps(limits, found.trajectory):
-        return found
+    mine = _of_these_times(proof, task, timing)
+    if mine and keeps(limits, planned.trajectory):
+        return planned
     return _unproved(refused) if isinstance(refused, InfeasibleError) else refused
 
 
@@ -111,22 +111,22 @@ def explained_by_times(
         Plans the same with another timing.
     """
     proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
-    asked = proof is not None and _asked_for(proof, task, timing)
-    if not asked:
+    own_times = proof is not None and _of_these_times(proof, task, timing)
+    if not own_times:
         _refuse_short(task, timing, getattr(refused, "shortest", None))
     if not isinstance(refused, InfeasibleError) or _for_all_times(task, timing, refused):
         return refused
-    if timing.total_time is not None and len(task.waypoints) == 2 and task.pieces == 1 and not asked:
+    if timing.total_time is not None and len(task.waypoints) == 2 and task.pieces == 1 and not own_times:
         limits = timing.limits
         bounded = task if limits is None else task.with_walls(limits.necessary_walls(task.waypoints))
         again = explain(bounded, np.array([timing.total]))
-        refused, asked = (again, True) if isinstance(again, InfeasibleError) else (refused, False)
+        refused, own_times = (again, True) if isinstance(again, InfeasibleError) else (refused, False)
     factor = _stretch_tried(refused, task, timing, finish, plan)
     sentence, note = (
         str(refused),
         "" if factor is None else f"; {factor:.4g} times as long would do in these proportions",
     )
-    if proof is not None and not asked:
+    if proof is not None and not own_times:
         tried = "" if timing.durations is not None else ", and others that were tried have no plan either"
         refused, note = _unproved(refused), f"; this is not proved of all times{tried}{note}"
     if note:
@@ -151,8 +151,8 @@ def _stretch_tried(
     )
     total = float(durations.sum()) if timing.durations is not None else timing.total
     try:
-        found = least_longer(attempt, total / durations.sum() * durations, False, timing.due)
-        factors = () if found is None else (_rounded_up(found.trajectory.duration / total * more) for more in MORE)
+        longer = least_longer(attempt, total / durations.sum() * durations, False, timing.due)
+        factors = () if longer is None else (_rounded_up(longer.trajectory.duration / total * more) for more in MORE)
         return next((factor for factor in factors if _planned(plan, _slower(task, timing, factor))), None)
     except LateError:
         return None
@@ -191,9 +191,9 @@ def _unproved(refused: InfeasibleError) -> UnprovedError:
     """Return the same refusal without a proof: other times may have a plan."""
     if isinstance(refused, UnprovedError):
         return refused
-    found = UnprovedError(str(refused), leg=refused.leg, instant=refused.instant, shortest=refused.shortest)
-    found.smallest_width = refused.smallest_width
-    return found
+    error = UnprovedError(str(refused), leg=refused.leg, instant=refused.instant, shortest=refused.shortest)
+    error.smallest_width = refused.smallest_width
+    return error
 
 
 def _refuse_short(task: Task, timing: Timing, shortest: float | None) -> None:
@@ -219,18 +219,18 @@ def _refuse_short(task: Task, timing: Timing, shortest: float | None) -> None:
     if timing.total_time is not None:
         proof = short_total(bounded, timing.total)
         if proof is not None:
-            found = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"
+            known = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"
             raise InfeasibleError(
                 f"{timing.total:.6g} s are too short for the limits: the velocity alone needs "
-                f"{float(proof.least):.6g} s{found}",
+                f"{float(proof.least):.6g} s{known}",
                 shortest=shortest,
                 contradiction=proof,
             )
 
 
-def _asked_for(proof: Contradiction, task: Task, timing: Timing) -> bool:
+def _of_these_times(proof: Contradiction, task: Task, timing: Timing) -> bool:
     """Whether a proof is of the durations asked for: it may be of others that a search chose."""
     if timing.durations is not None:
-        asked = task.piece_durations(check_durations(timing.durations, task.legs))
-        return np.array_equal(proof.durations, asked)
+        durations = task.piece_durations(check_durations(timing.durations, task.legs))
+        return np.array_equal(proof.durations, durations)
     return timing.total_time is not None and proof.durations.tolist() == [timing.total]

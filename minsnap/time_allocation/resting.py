@@ -14,7 +14,7 @@ from minsnap.basics.arrays import FloatArray, bounded, lengths_of, numbers
 from minsnap.basics.checks import DEGREES, LONGEST, SHORTEST
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.given_waypoints import is_transposed, warn_magnitude
-from minsnap.native.durations import SplitFound, best_split, best_tube_split
+from minsnap.native.durations import BestSplit, best_split, best_tube_split
 from minsnap.native.free_optimum import resting_optimum
 from minsnap.native.quick_look import keeps
 from minsnap.native.tube import tube_optimum
@@ -56,10 +56,10 @@ def resting_plan(
             return None
         times, history = split
     curve = _free if widths is None else partial(_in_tube, widths)
-    found = curve(points, times, half, history, began)
-    if found is not None:
+    planned = curve(points, times, half, history, began)
+    if planned is not None:
         warn_magnitude(points)
-    return found
+    return planned
 
 
 def _split_by_distance(points: FloatArray, total: Any) -> FloatArray | None:
@@ -70,35 +70,35 @@ def _split_by_distance(points: FloatArray, total: Any) -> FloatArray | None:
     return np.asarray(total * lengths / lengths.sum()) if lengths.min() > 0.0 else None
 
 
-def _best_split(points: FloatArray, first: FloatArray, widths: FloatArray | None, half: int) -> SplitFound | None:
+def _best_split(points: FloatArray, first: FloatArray, widths: FloatArray | None, half: int) -> BestSplit | None:
     """Split of least cost, in a tube from the one without walls on, or from the one by distance."""
     free = best_split(points, first, half, None, {})
     if widths is None:
-        return free if isinstance(free, SplitFound) else None
-    starts = [free.durations] if isinstance(free, SplitFound) else []
-    found = (best_tube_split(points, start, widths, half) for start in [*starts, first])
-    return next((split for split in found if isinstance(split, SplitFound)), None)
+        return free if isinstance(free, BestSplit) else None
+    starts = [free.durations] if isinstance(free, BestSplit) else []
+    splits = (best_tube_split(points, start, widths, half) for start in [*starts, first])
+    return next((split for split in splits if isinstance(split, BestSplit)), None)
 
 
 def _free(
     points: FloatArray, times: FloatArray, half: int, history: FloatArray | None, began: float
 ) -> Trajectory | None:
-    found = resting_optimum(points, times, half)
-    if not isinstance(found, np.ndarray):
+    control_points = resting_optimum(points, times, half)
+    if not isinstance(control_points, np.ndarray):
         return None
     return Trajectory.unchecked(
-        control_points=found, durations=times, how=LinearSystem(began, perf_counter(), "native", history)
+        control_points=control_points, durations=times, how=LinearSystem(began, perf_counter(), "native", history)
     )
 
 
 def _in_tube(
     widths: FloatArray, points: FloatArray, times: FloatArray, half: int, history: FloatArray | None, began: float
 ) -> Trajectory | None:
-    found = tube_optimum(points, times, widths, half)
-    if found is None or not keeps(points, times, found.points, half - 1, half - 1, widths):
+    optimum = tube_optimum(points, times, widths, half)
+    if optimum is None or not keeps(points, times, optimum.points, half - 1, half - 1, widths):
         return None
-    how = TubeReport(perf_counter() - began, found.figures, points, widths, history)
-    return Trajectory.unchecked(control_points=found.points, durations=times, how=how)
+    how = TubeReport(perf_counter() - began, optimum.figures, points, widths, history)
+    return Trajectory.unchecked(control_points=optimum.points, durations=times, how=how)
 
 
 def _half_widths(width: object, legs: int) -> FloatArray | None:

@@ -76,8 +76,8 @@ def short_leg(bounded: Task, durations: FloatArray) -> ShortTotal | None:
 
 
 def _proved(bounded: Task, total: float, rows: Sequence[PressedRow]) -> ShortTotal | None:
-    found = ShortTotal(bounded, total, tuple(rows))
-    return found if found.verify() else None
+    short = ShortTotal(bounded, total, tuple(rows))
+    return short if short.verify() else None
 
 
 def _slowest(bounded: Task) -> dict[int, tuple[float, PressedRow]]:

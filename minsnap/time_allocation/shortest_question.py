@@ -1,4 +1,4 @@
-"""What is asked of the native search for the shortest time: waypoints, walls and limits of a task in its form."""
+"""What is question_of of the native search for the shortest time: waypoints, walls and limits of a task in its form."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ DIRECTED = 0.1
 """Share of the weight below which thrust is taken to have no direction: there a small change turns it by any angle."""
 
 
-def asked(
+def question_of(
     task: Task, limits: Limits, refine: bool, heading: Heading | None = None, guess: Guess | None = None
 ) -> ShortestQuestion:
     """Return the question for a task within limits.
@@ -100,7 +100,7 @@ def scales(task: Task, limits: Limits) -> bool:
 
 
 def guess_of(curve: Trajectory, task: Task, slower: float = 1.0) -> Guess | None:
-    """Return a curve through the same legs as a guess; None where its pieces are others than those asked for."""
+    """Return a curve through the same legs as a guess; None where its pieces are others than those question_of for."""
     if curve.legs != task.legs or task.pieces not in (1, curve.pieces):
         return None
     instants = curve.leg_breaks if task.pieces == 1 else curve.breaks
@@ -164,12 +164,12 @@ def _least_thrust(task: Task, limits: Limits) -> list[ConeSets]:
 
 def _regions(task: Task) -> dict[int, KnotRegion]:
     """Regions of all waypoints that are free, boxes among them; of a lap only that of its first waypoint."""
-    found = dict(task.own_regions)
+    regions = dict(task.own_regions)
     for waypoint in np.flatnonzero((task.upper > task.lower).any(axis=1)).tolist():
-        if waypoint not in found and not (task.closed and waypoint == task.legs):
+        if waypoint not in regions and not (task.closed and waypoint == task.legs):
             lower, upper = task.lower[waypoint], task.upper[waypoint]
-            found[waypoint] = KnotRegion(lower, upper, np.inf, np.zeros((0, task.dim)), np.zeros(0), what="box")
-    return found
+            regions[waypoint] = KnotRegion(lower, upper, np.inf, np.zeros((0, task.dim)), np.zeros(0), what="box")
+    return regions
 
 
 def _region_sets(task: Task, waypoint: int, region: KnotRegion) -> list[ConeSets]:
@@ -182,14 +182,14 @@ def _region_sets(task: Task, waypoint: int, region: KnotRegion) -> list[ConeSets
         normals = np.concatenate((axes, -axes, normals))
         bounds = np.concatenate((region.upper[sides], -region.lower[sides], bounds))
     width = float((region.upper - region.lower).max()) / 2.0
-    found = [_flat(waypoint, normals, bounds, width, center)]
+    sets = [_flat(waypoint, normals, bounds, width, center)]
     if np.isfinite(region.radius):
         radius = np.array([region.radius])
         ball = np.array([waypoint]), np.eye(task.dim)[None], center[None], np.zeros((1, task.dim)), radius, radius
-        found.append(ConeSets(*ball, 0, at_knots=True))
+        sets.append(ConeSets(*ball, 0, at_knots=True))
     if region.crossing is not None:
-        found.append(_flat(waypoint, -region.crossing[None], np.zeros(1), 1.0, np.zeros(task.dim), order=1))
-    return found
+        sets.append(_flat(waypoint, -region.crossing[None], np.zeros(1), 1.0, np.zeros(task.dim), order=1))
+    return sets
 
 
 def _flat(

@@ -26,7 +26,7 @@ from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.library import NativeCoreError, core, describe
-from minsnap.native.shortest_time import Guess, ShortestFound, ShortestQuestion, search_shortest
+from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion, search_shortest
 from minsnap.optimisation.native_solve import in_pieces
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
@@ -38,7 +38,7 @@ from minsnap.time_allocation.least_cost import Log
 from minsnap.time_allocation.longer_times import RESERVES
 from minsnap.time_allocation.recovery import state_at
 from minsnap.time_allocation.refusal import explain
-from minsnap.time_allocation.shortest_question import asked, coasting_guess, guess_of
+from minsnap.time_allocation.shortest_question import coasting_guess, guess_of, question_of
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits, touching_factor
 from minsnap.time_allocation.timing import AttachHeading, Run, Timing
 from minsnap.time_allocation.yaw_pace import paced
@@ -120,7 +120,7 @@ class Strategy:
     def run(self, first: Trajectory | None = None) -> tuple[SolvedTask, Run]:
         """Return the shortest plan found, certified, and how it was found."""
         guess = None if first is None else guess_of(first, self.task)
-        solved = self.found(guess)
+        solved = self.solve(guess)
         if solved is None and not self.interrupted:
             solved = self._from_one_piece() or self._planned()
         if solved is None and self.interrupted and self.task.still:
@@ -129,16 +129,16 @@ class Strategy:
             raise LateError(LATE) if self.interrupted else self.reason()
         return solved, Run(tuple(self.log.steps), self.interrupted)
 
-    def found(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
+    def solve(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
         """Search, for a price of time or for the least time, with the rate of the yaw where it matters."""
         heading = self._heading()
         turns = self.limits.yaw_rate is not None and isinstance(heading, VelocityHeading | PlannedHeading)
         known = heading is None or heading.constant is not None or heading.medium is not None
         far = NOT_LONGER if known or self.limits.yaw_rate is not None else ANY
-        question = replace(asked(self.task, self.limits, self.timing.refine, heading, guess), price=price)
+        question = replace(question_of(self.task, self.limits, self.timing.refine, heading, guess), price=price)
         first = self._first_guess(heading, turns) if guess is None else None
         if first is not None:
-            begun = asked(self.task, self.limits, self.timing.refine, heading, first)
+            begun = question_of(self.task, self.limits, self.timing.refine, heading, first)
             solved = self._run(replace(begun, price=price), far)
             if solved is not None or self.interrupted:
                 return solved
@@ -146,9 +146,9 @@ class Strategy:
             return self._run(question, far)
         others = replace(self.limits, yaw_rate=None)
         free = InteriorSearch(self.task, others, self.finish, self.polled)
-        without = asked(self.task, others, self.timing.refine, heading, guess)
+        without = question_of(self.task, others, self.timing.refine, heading, guess)
         solved = self._run(replace(without, price=price), far, free)
-        self.search.found = free.found
+        self.search.answer = free.answer
         if solved is None or self.interrupted or keeps(self.limits, self.finish(solved.trajectory)):
             return solved
         return self._turning(solved, heading)
@@ -167,10 +167,10 @@ class Strategy:
         if not names:
             return None
         limits = replace(self.limits, **{name: SOFTER * getattr(self.limits, name) for name in names})
-        found = search_shortest(asked(replace(self.task, pieces=1), limits, False, heading), self.polled)
-        if found is None or not found.kept or found.stopped:
+        answer = search_shortest(question_of(replace(self.task, pieces=1), limits, False, heading), self.polled)
+        if answer is None or not answer.kept or answer.stopped:
             return None
-        return Guess(1, found.durations, found.knots, SLOWER)
+        return Guess(1, answer.durations, answer.knots, SLOWER)
 
     def _run(self, question: ShortestQuestion, far: float, search: InteriorSearch | None = None) -> SolvedTask | None:
         self.log.forget()
@@ -195,18 +195,18 @@ class Strategy:
             slower = float((least / guess.durations).max())
             guess = replace(guess, slower=slower, least=least)
         again = InteriorSearch(task, self.limits, self.finish, self.polled)
-        found = self._run(asked(task, self.limits, False, heading, guess), NOT_LONGER, again)
-        return found or self._slower(solved)
+        turned = self._run(question_of(task, self.limits, False, heading, guess), NOT_LONGER, again)
+        return turned or self._slower(solved)
 
     def _slower(self, solved: SolvedTask) -> SolvedTask | None:
         """Fly a plan as much more slowly as all limits ask for."""
-        if not self.task.still or self.search.found is None:
+        if not self.task.still or self.search.answer is None:
             return None
         try:
             factor = touching_factor(self.limits, self.finish(solved.trajectory))
         except MinsnapError:
             return None
-        return solved_at(self.task, self.search.found, factor)
+        return solved_at(self.task, self.search.answer, factor)
 
     def _spun(self, curve: Trajectory) -> LimitError:
         """Say that the yaw is a function of time, which no speed slows."""
@@ -245,7 +245,7 @@ class Strategy:
         knots[:, 0] = task.waypoints
         ends = [np.repeat(points[:, None], task.half, axis=1) for points in (task.waypoints[:-1], task.waypoints[1:])]
         points = np.concatenate(ends, axis=1)
-        return solved_at(task, ShortestFound(durations, points, knots, 0, True, True), 1.0)
+        return solved_at(task, ShortestCurve(durations, points, knots, 0, True, True), 1.0)
 
     def _resting(self) -> SolvedTask | None:
         """Return the certified plan that rests at every waypoint, where a search ended before it had a better one."""
@@ -263,11 +263,11 @@ class Strategy:
             return None
         alone = Strategy(replace(task, pieces=1), self.limits, replace(self.timing, refine=False), self.finish)
         alone.log, alone.due = self.log, self.due
-        first = alone.found(None)
+        first = alone.solve(None)
         if first is None or alone.interrupted or self.timing.refine:
             self.interrupted = alone.interrupted
             return first
-        return self.found(guess_of(first.trajectory, alone.task)) or self._cut(first)
+        return self.solve(guess_of(first.trajectory, alone.task)) or self._cut(first)
 
     def _cut(self, first: SolvedTask) -> SolvedTask | None:
         """Cut a plan of one piece a leg into the wanted number; more samples of it may find it barely too fast."""
@@ -277,21 +277,21 @@ class Strategy:
         durations = task.piece_durations(first.durations)
         points, _ = in_pieces(task, durations, first.units, first.optimum.points, first.optimum.knots)
         instants = np.minimum(np.append(0.0, np.cumsum(durations)), curve.duration)
-        found = ShortestFound(durations, points, state_at(curve, instants, task.half), first.optimum.rounds, True, True)
-        slower = (solved_at(task, found, factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
+        cut = ShortestCurve(durations, points, state_at(curve, instants, task.half), first.optimum.rounds, True, True)
+        slower = (solved_at(task, cut, factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
         return next((each for each in slower if each.inside and keeps(self.limits, self.finish(each.trajectory))), None)
 
     def _planned(self) -> SolvedTask | None:
         """Plan for the durations found, or barely longer ones, with the limits as walls."""
-        found = self.search.found
-        if found is None or not (found.durations <= LONGEST).all():
+        answer = self.search.answer
+        if answer is None or not (answer.durations <= LONGEST).all():
             return None
-        task = replace(self.task, pieces=len(found.durations) // self.task.legs)
+        task = replace(self.task, pieces=len(answer.durations) // self.task.legs)
         bounded = task.with_walls(self.limits.walls(task.waypoints))
         for reserve in RESERVES:
             task.deadline.check()
             try:
-                solved = solve(bounded, found.durations * (1.0 + reserve), effort=Effort.TRY)
+                solved = solve(bounded, answer.durations * (1.0 + reserve), effort=Effort.TRY)
             except (InfeasibleRowsError, SolverError):
                 continue
             if keeps(self.limits, self.finish(solved.trajectory)):
@@ -309,13 +309,13 @@ class Strategy:
                 f"{used.value:.6g} on leg {used.leg} at {used.instant:.4g} s where {used.limit:.6g} is allowed; raise "
                 "it or change the path"
             )
-        found = self.search.found
-        durations = found.durations if found is not None and found.kept else self.times
+        answer = self.search.answer
+        durations = answer.durations if answer is not None and answer.kept else self.times
         if not (durations <= LONGEST).all():
             return SolverError(f"no plan that keeps the limits was found within {LONGEST:g} s a leg: loosen a limit")
         task = replace(self.task, pieces=len(durations) // self.task.legs)
         reason = explain(task, durations)
-        if found is None or not isinstance(reason, SolverError):
+        if answer is None or not isinstance(reason, SolverError):
             return reason
         return SolverError(f"the plan of {durations.sum():.6g} s found could not be certified: loosen a limit")
 
@@ -323,8 +323,8 @@ class Strategy:
         """Return the limit that a curve within looser ones exceeds most; None where none is found with these either."""
         names = [name for name in self.limits.given() if KIND[name].order or name in ("max_thrust", "body_rate")]
         looser = replace(self.limits, **{name: LOOSER * getattr(self.limits, name) for name in names})
-        found = search_shortest(asked(self.task, looser, False, self._heading()), self.polled)
-        if found is None or not found.kept or self.interrupted:
+        answer = search_shortest(question_of(self.task, looser, False, self._heading()), self.polled)
+        if answer is None or not answer.kept or self.interrupted:
             return None
-        used = most_used(self.limits, self.finish(solved_at(self.task, found, 1.0).trajectory))
+        used = most_used(self.limits, self.finish(solved_at(self.task, answer, 1.0).trajectory))
         return used if used.fraction > 1.0 + KEPT else None

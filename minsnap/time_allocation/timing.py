@@ -90,14 +90,14 @@ class Timing:
         """Raise unless exactly one way of choosing durations is asked for, and nothing that it would ignore."""
         self._check_limits()
         names = ("durations", "total_time", "time_weight")
-        given = [name for name in names if getattr(self, name) is not None]
-        if len(given) > 1:
+        names_set = [name for name in names if getattr(self, name) is not None]
+        if len(names_set) > 1:
             raise TimingError(
-                f"{' and '.join(given)} exclude each other: give one of durations, total_time, time_weight, limits"
+                f"{' and '.join(names_set)} exclude each other: give one of durations, total_time, time_weight, limits"
             )
-        if not given and self.limits is None:
+        if not names_set and self.limits is None:
             raise TimingError("the plan has no times: give one of durations, total_time, time_weight, limits")
-        self._check_ignored(given)
+        self._check_ignored(names_set)
 
     def _check_limits(self) -> None:
         if self.limits is None:
@@ -108,15 +108,15 @@ class Timing:
         if not self.limits.given():
             raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
 
-    def _check_ignored(self, given: list[str]) -> None:
+    def _check_ignored(self, names: list[str]) -> None:
         """Raise where ``split`` or ``enforce`` would have no effect; ``given`` names what else chooses durations."""
-        if self.split != "optimal" and given in (["durations"], ["time_weight"]):
-            raise TimingError(f"split={shown(self.split)} does not go with {given[0]}, which determines the split")
+        if self.split != "optimal" and names in (["durations"], ["time_weight"]):
+            raise TimingError(f"split={shown(self.split)} does not go with {names[0]}, which determines the split")
         if self.enforce is not None and self.limits is None:
             raise TimingError(f"enforce={shown(self.enforce)} says how limits are kept: give limits=, or leave it out")
-        if self.enforce == "scaling" and given:
-            raise TimingError(f"enforce='scaling' chooses the total time itself: leave out {given[0]}, or use 'qp'")
-        if self.enforce == "qp" and self.split != "optimal" and not given:
+        if self.enforce == "scaling" and names:
+            raise TimingError(f"enforce='scaling' chooses the total time itself: leave out {names[0]}, or use 'qp'")
+        if self.enforce == "qp" and self.split != "optimal" and not names:
             raise TimingError(
                 f"split={shown(self.split)} with limits alone only scales time: leave out enforce='qp', or use "
                 "split='optimal'"

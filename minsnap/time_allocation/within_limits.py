@@ -86,12 +86,12 @@ def _smoother(
     tried = [least_longer(partial(plan, natively=True), durations, False, timing.due, plan)]
     if task.still and timing.limits is not None:
         tried.append(shortest_scaled(replace(task, pieces=pieces), timing, timing.limits, finish, durations))
-    found = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
-    if found is None and monotonic() > timing.due:
+    shortest = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
+    if shortest is None and monotonic() > timing.due:
         raise LateError(LATE)
-    if found is None:
+    if shortest is None:
         raise explain(bounded, durations)
-    return found
+    return shortest
 
 
 def plans_for(
@@ -135,10 +135,10 @@ def limited_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeadi
         return require_limits_kept(timed(solved_or_explained(bounded, task.piece_durations(durations)), finish), limits)
     if not _searchable(task, limits):
         price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
-        found = _cheapest(bounded, timing, price, durations, finish, Run(()))
-        if found is None:
+        planned = _cheapest(bounded, timing, price, durations, finish, Run(()))
+        if planned is None:
             raise explain(bounded, task.piece_durations(durations))
-        return require_limits_kept(found, limits, price is not None)
+        return require_limits_kept(planned, limits, price is not None)
     if task.continuity <= task.half - 1:
         try:
             return _joint_plan(task, bounded, timing, limits, finish)
@@ -148,11 +148,11 @@ def limited_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeadi
     price, durations = _wished(task, timing, _leg_durations(fastest))
     if price is None:
         _check_total(float(durations.sum()), fastest)
-    found = None if search.interrupted else _cheapest(bounded, timing, price, durations, finish, search)
-    if found is not None and price is not None:
-        return require_limits_kept(found, limits, True)
-    if found is not None and keeps(limits, found.trajectory):
-        return found
+    planned = None if search.interrupted else _cheapest(bounded, timing, price, durations, finish, search)
+    if planned is not None and price is not None:
+        return require_limits_kept(planned, limits, True)
+    if planned is not None and keeps(limits, planned.trajectory):
+        return planned
     smooth = _smoother(task, bounded, fastest, timing, finish, search)
     if price is not None:
         return smooth
@@ -176,9 +176,9 @@ def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finis
     best = None if interrupted else search.at_total(total, free)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
     if best is not None and best.trajectory.duration <= total:
-        found = _lengthened(bounded, best, total, finish, run)
-        if found is not None and keeps(limits, found.trajectory):
-            return found
+        lengthened = _lengthened(bounded, best, total, finish, run)
+        if lengthened is not None and keeps(limits, lengthened.trajectory):
+            return lengthened
     return _stretched(fastest, total, limits, finish, run)
 
 
@@ -207,10 +207,10 @@ def _check_total(total: float, fastest: SolvedTask) -> None:
 def _stretched(fastest: SolvedTask, total: float, limits: Limits, finish: AttachHeading, search: Run) -> Timed:
     """Fly the shortest plan more slowly, or say that nothing was found."""
     shortest = fastest.trajectory.duration
-    found = timed(fastest, finish, search, total / shortest)
+    stretched = timed(fastest, finish, search, total / shortest)
     still = fastest.task.still or total <= shortest * (1.0 + KEPT)
-    if still and keeps(limits, found.trajectory):
-        return found
+    if still and keeps(limits, stretched.trajectory):
+        return stretched
     raise UnprovedError(
         f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that or more time",
         shortest=shortest,
@@ -245,7 +245,7 @@ def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | No
     return None, fastest * (timing.total / fastest.sum())
 
 
-def require_limits_kept(found: Timed, limits: Limits, stretchable: bool = False) -> Timed:
+def require_limits_kept(planned: Timed, limits: Limits, stretchable: bool = False) -> Timed:
     """Return a plan that keeps all limits, those that are not walls of the QP too, or say how long it would take.
 
     Raises
@@ -253,20 +253,20 @@ def require_limits_kept(found: Timed, limits: Limits, stretchable: bool = False)
     UnprovedError
         If the plan of least cost exceeds a limit; other curves of its durations are not tried.
     """
-    used = most_used(limits, found.trajectory)
+    used = most_used(limits, planned.trajectory)
     if used.fraction <= 1.0 + KEPT:
-        return found
-    task, total = found.solved.task, found.trajectory.duration
+        return planned
+    task, total = planned.solved.task, planned.trajectory.duration
     where = f"on leg {used.leg} at {used.instant:.4g} s"
     if limits.medium.drags:
         where += " with the vehicle's drag, which only plans that choose the durations themselves foresee"
     message = f"the plan of least cost in {total:.6g} s does not keep {used.name}: it reaches {used.value:.6g} {where}"
     if not task.still:
         raise UnprovedError(f"{message}; give more time", leg=used.leg, instant=used.instant)
-    factor = touching_factor(limits, found.trajectory)
+    factor = touching_factor(limits, planned.trajectory)
     if stretchable:
-        curve = found.trajectory.stretched(factor)
-        return replace(found, trajectory=curve)
+        curve = planned.trajectory.stretched(factor)
+        return replace(planned, trajectory=curve)
     raise UnprovedError(
         f"{message}; {total * factor:.6g} s would do in these proportions",
         leg=used.leg,

@@ -208,6 +208,6 @@ def test_no_argument_breaks_the_core(half, legs, dim, seed, bad):
     elif seed % 3 == 1:
         durations[seed % legs] = bad
     for found in (native.cost_gradient(points, durations, half), native.best_split(points, durations, half, None, {})):
-        assert isinstance(found, (Status, native.CostGradient, native.SplitFound))
+        assert isinstance(found, (Status, native.CostGradient, native.BestSplit))
         if not isinstance(found, Status):
             assert np.isfinite(found.durations).all()

@@ -10,7 +10,7 @@ from minsnap.native import shortest_time
 from minsnap.native.library import NativeCoreError, core, using
 from minsnap.native.shortest_time import search_shortest
 from minsnap.planning.planner import placed_task
-from minsnap.time_allocation.shortest_question import asked
+from minsnap.time_allocation.shortest_question import question_of
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
 
@@ -19,7 +19,7 @@ CORNERS = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1)], dtype=float)
 
 def question(points=CORNERS, limits=None, pieces=1, closed=False):
     task = placed_task(points, None, None, None, None, closed, [Tube(0.4)], 4, 3, pieces, "auto")
-    return asked(task, limits or Limits(speed=3.0, acceleration=6.0), False)
+    return question_of(task, limits or Limits(speed=3.0, acceleration=6.0), False)
 
 
 def go_on(total, pressed):
@@ -52,7 +52,7 @@ def test_flight_times_scale_with_lengths_and_times():
     for length, time in ((1e3, 1.0), (1e-3, 1.0), (1.0, 1e2), (1.0, 1e-2)):
         limits = Limits(speed=3.0 * length / time, acceleration=6.0 * length / time**2)
         task = placed_task(length * CORNERS, None, None, None, None, False, [Tube(0.4 * length)], 4, 3, 1, "auto")
-        other = search_shortest(asked(task, limits, False), go_on)
+        other = search_shortest(question_of(task, limits, False), go_on)
         assert other.durations.sum() == pytest.approx(time * found.durations.sum(), rel=2e-4)
 
 

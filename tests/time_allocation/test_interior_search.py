@@ -105,7 +105,7 @@ def test_a_curve_flown_more_slowly_has_its_own_derivatives_at_the_knots():
     class Kept(interior_search.InteriorSearch):
         def run(self, question, *rest):
             solved = super().run(question, *rest)
-            found.append((self.task, self.found))
+            found.append((self.task, self.answer))
             return solved
 
     with pytest.MonkeyPatch.context() as patch:
