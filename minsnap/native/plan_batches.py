@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from ctypes import c_int32, c_int64, c_void_p
 from typing import NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.tolerances import GAP
-from minsnap.native.library import Entry, address
-from minsnap.native.records import ManyRecord
+from minsnap.native.library import Entry
+from minsnap.native.records import ManyRecord, ValuesRecord
 
 _SOLVE = Entry("minsnap_many", ManyRecord)
 _GRADIENTS = Entry("minsnap_many_gradients", ManyRecord)
 _TUBES = Entry("minsnap_many_tubes", ManyRecord)
-_EVALUATE = Entry(
-    "minsnap_evaluate_many",
-    *(c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_int32),
-    *(c_void_p, c_int64, c_int32, c_int32, c_void_p, c_void_p),
-)
+_EVALUATE = Entry("minsnap_evaluate_many", ValuesRecord)
 
 BLOCK = 4096
 """Problems solved in one call, between which Ctrl-C is taken: some tenths of a second."""
@@ -219,9 +214,10 @@ def many_values(
     points, durations, breaks, offsets = curves
     count, (_, size, dim), instants = len(present), points.shape, np.ascontiguousarray(t)
     values, statuses = np.empty((count, t.shape[-1], dim)), np.zeros(count, dtype=np.int32)
-    evaluate(
-        *map(address, (points, durations, breaks, offsets, present.view(np.uint8))),
-        *(count, size - 1, dim, order, address(instants), t.shape[-1], t.ndim == 1, threads),
-        *(address(values), address(statuses)),
+    asked = ValuesRecord(
+        **{"count": count, "degree": size - 1, "dim": dim, "order": order, "instants": t.shape[-1]},
+        **{"shared": t.ndim == 1, "threads": threads, "points": points, "durations": durations, "breaks": breaks},
+        **{"offsets": offsets, "present": present, "t": instants, "values": values, "statuses": statuses},
     )
+    evaluate(asked)
     return values, statuses.astype(np.intp)

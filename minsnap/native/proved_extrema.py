@@ -8,22 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from ctypes import c_double, c_int64, c_void_p
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.library import Entry, address, optional_address
+from minsnap.native.records import ExcessRecord
 from minsnap.native.status import Status
 from minsnap.polynomials import extrema
 
 _MAXIMA = Entry("minsnap_maxima", *[c_int64] * 3, *[c_void_p] * 4)
 _NORMS = Entry("minsnap_largest_norms", *[c_int64] * 3, *[c_void_p] * 2, c_int64, *[c_void_p] * 3)
-_FACES = Entry(
-    "minsnap_face_excess", *[c_int64] * 3, *[c_void_p] * 2, *[c_int64] * 2, *[c_void_p] * 5, c_int64, *[c_void_p] * 2
-)
-_BALL_TYPES = (*[c_int64] * 3, *[c_void_p] * 2, *[c_int64] * 2, c_void_p, c_int64, *[c_void_p] * 3, c_int64)
-_BALLS = Entry("minsnap_ball_excess", *_BALL_TYPES, *[c_void_p] * 2)
+_FACES = Entry("minsnap_face_excess", ExcessRecord)
+_BALLS = Entry("minsnap_ball_excess", ExcessRecord)
 _CONTINUITY = Entry("minsnap_continuity", *[c_int64] * 3, *[c_void_p] * 2, *[c_double] * 2, c_void_p)
 _SUMMITS = Entry("minsnap_local_maxima", *[c_int64] * 2, c_void_p, c_double, c_int64, *[c_void_p] * 4)
 
@@ -158,10 +156,8 @@ def face_excess(
     Extremum
         The row counts pieces within walls: wall times ``pieces`` plus piece of the leg.
     """
-    call = _FACES.function()
-    if call is None:
-        return None
-    return _excess(call, points, durations, pieces, leg, [], planes, order)
+    normal, anchor, lower, upper = planes
+    return _excess(_FACES, points, durations, pieces, leg, normal[:, None], (anchor, lower, upper), order)
 
 
 def ball_excess(
@@ -181,10 +177,8 @@ def ball_excess(
 
     The others and the result are those of ``face_excess``.
     """
-    call = _BALLS.function()
-    if call is None:
-        return None
-    return _excess(call, points, durations, pieces, leg, [balls[0].shape[1]], balls, order)
+    matrix, anchor, radius = balls
+    return _excess(_BALLS, points, durations, pieces, leg, matrix, (anchor, None, radius), order)
 
 
 def continuity(points: FloatArray, durations: FloatArray, exact: float, rounding: float) -> int | None:
@@ -201,23 +195,28 @@ def continuity(points: FloatArray, durations: FloatArray, exact: float, rounding
 
 
 def _excess(
-    call: Any,
+    entry: Entry,
     points: FloatArray,
     durations: FloatArray,
     pieces: int,
     leg: IntArray,
-    sizes: list[int],
-    walls: Sequence[FloatArray],
+    matrix: FloatArray,
+    others: tuple[FloatArray, FloatArray | None, FloatArray],
     order: int,
 ) -> Extremum | None:
-    values, row = np.empty(3), np.empty(1, dtype=np.int64)
-    kept = [_floats(points), _floats(durations), np.ascontiguousarray(leg, dtype=np.int64), *map(_floats, walls)]
-    where = [address(array) for array in kept]
-    shape, ends = _shape(points), (address(values), address(row))
-    status = call(*shape, *where[:2], pieces, len(leg), where[2], *sizes, *where[3:], order, *ends)
-    if status != Status.DONE:
+    call = entry.function()
+    if call is None:
         return None
-    return Extremum(float(values[0]), float(values[1]), int(row[0]), float(values[2]))
+    anchor, lower, upper = (None if one is None else _floats(one) for one in others)
+    asked = ExcessRecord(
+        **dict(zip(("pieces", "degree", "dim"), _shape(points), strict=True)),
+        **{"order": order, "per_leg": pieces, "walls": len(leg), "rows": matrix.shape[1]},
+        **{"points": _floats(points), "durations": _floats(durations), "matrix": _floats(matrix)},
+        **{"leg": np.ascontiguousarray(leg, dtype=np.int64), "anchor": anchor, "lower": lower, "upper": upper},
+    )
+    if call(asked) != Status.DONE:
+        return None
+    return Extremum(asked.attained, asked.bound, asked.row, asked.where)
 
 
 def _shape(points: FloatArray) -> tuple[int, int, int]:

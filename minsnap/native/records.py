@@ -167,6 +167,34 @@ class ManyRecord(Record):
     }
 
 
+class ExcessRecord(Record):
+    """Walls on a derivative of a curve, and the greatest excess over them; see ``face_excess``."""
+
+    _fields_ = (
+        *_integers("pieces", "degree", "dim", "order", "per_leg", "walls", "rows"),
+        *_arrays("points", "durations", "leg", "matrix", "anchor", "lower", "upper"),
+        *_floats("attained", "bound", "where"),
+        *_integers("row"),
+    )
+    arrays: ClassVar = {
+        **dict.fromkeys(("points", "durations", "matrix", "anchor", "lower", "upper"), NUMBERS),
+        **{"leg": INTEGERS},
+    }
+
+
+class ValuesRecord(Record):
+    """Curves and where their derivatives at instants are written; see ``many_values``."""
+
+    _fields_ = (
+        *_integers("count", "degree", "dim", "order", "instants", "shared", "threads"),
+        *_arrays("points", "durations", "breaks", "offsets", "present", "t", "values", "statuses"),
+    )
+    arrays: ClassVar = {
+        **dict.fromkeys(("points", "durations", "breaks", "t", "values"), NUMBERS),
+        **{"offsets": INTEGERS, "present": BOOLEANS, "statuses": (np.int32,)},
+    }
+
+
 class VehicleRecord(Record):
     """A vehicle on parts of a path, and where their bounds are written; see ``vehicle_bounds``."""
 

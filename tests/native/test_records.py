@@ -11,14 +11,17 @@ from minsnap.native.records import (
     ChainRecord,
     CorridorAnswerRecord,
     CorridorRecord,
+    ExcessRecord,
     ManyRecord,
     Record,
     SplitRecord,
+    ValuesRecord,
     VehicleRecord,
     WallsRecord,
 )
 
 EVERY = [WallsRecord, CorridorRecord, CorridorAnswerRecord, ChainRecord, SplitRecord, ManyRecord, VehicleRecord]
+EVERY += [ExcessRecord, ValuesRecord]
 
 
 @pytest.fixture

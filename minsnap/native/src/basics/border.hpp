@@ -100,6 +100,35 @@ struct VehicleRecord {
     double *bounds;             // (parts, 6); no rotors without heading
 };
 
+// Walls on a derivative of a curve, each on the pieces of its leg, and the greatest excess over them, which is written.
+struct ExcessRecord {
+    std::int64_t pieces, degree, dim, order;
+    std::int64_t per_leg;           // pieces of each leg
+    std::int64_t walls, rows;       // one row for a normal, those of a ball's matrix else
+    const double *points;           // (pieces, degree + 1, dim) [m]
+    const double *durations;        // (pieces,) [s]
+    const std::int64_t *leg;        // (walls,)
+    const double *matrix, *anchor;  // (walls, rows, dim), (walls, dim)
+    const double *lower, *upper;    // (walls,); of balls null, and radii
+    double attained, bound, where;  // where on [0, 1]
+    std::int64_t row;               // wall times per_leg, plus the piece of the leg
+};
+
+// Curves, one after the other as in ManyRecord, and where their derivatives at instants are written.
+struct ValuesRecord {
+    std::int64_t count, degree, dim, order, instants;
+    std::int64_t shared;  // whether all have the same instants
+    std::int64_t threads;
+    const double *points;         // (legs in all, degree + 1, dim) [m]
+    const double *durations;      // (legs in all,) [s]
+    const double *breaks;         // (knots in all,) [s]
+    const std::int64_t *offsets;  // (count + 1,)
+    const std::uint8_t *present;  // (count,); what is not gives not a number
+    const double *t;              // (instants,) if shared, else (count, instants) [s]
+    double *values;               // (count, instants, dim)
+    std::int32_t *statuses;       // (count,)
+};
+
 struct BorderField {
     const char *record, *name;
     std::int64_t offset, size;
@@ -197,6 +226,39 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(VehicleRecord, yaw),
     MINSNAP_FIELD(VehicleRecord, axes),
     MINSNAP_FIELD(VehicleRecord, bounds),
+    MINSNAP_FIELD(ExcessRecord, pieces),
+    MINSNAP_FIELD(ExcessRecord, degree),
+    MINSNAP_FIELD(ExcessRecord, dim),
+    MINSNAP_FIELD(ExcessRecord, order),
+    MINSNAP_FIELD(ExcessRecord, per_leg),
+    MINSNAP_FIELD(ExcessRecord, walls),
+    MINSNAP_FIELD(ExcessRecord, rows),
+    MINSNAP_FIELD(ExcessRecord, points),
+    MINSNAP_FIELD(ExcessRecord, durations),
+    MINSNAP_FIELD(ExcessRecord, leg),
+    MINSNAP_FIELD(ExcessRecord, matrix),
+    MINSNAP_FIELD(ExcessRecord, anchor),
+    MINSNAP_FIELD(ExcessRecord, lower),
+    MINSNAP_FIELD(ExcessRecord, upper),
+    MINSNAP_FIELD(ExcessRecord, attained),
+    MINSNAP_FIELD(ExcessRecord, bound),
+    MINSNAP_FIELD(ExcessRecord, where),
+    MINSNAP_FIELD(ExcessRecord, row),
+    MINSNAP_FIELD(ValuesRecord, count),
+    MINSNAP_FIELD(ValuesRecord, degree),
+    MINSNAP_FIELD(ValuesRecord, dim),
+    MINSNAP_FIELD(ValuesRecord, order),
+    MINSNAP_FIELD(ValuesRecord, instants),
+    MINSNAP_FIELD(ValuesRecord, shared),
+    MINSNAP_FIELD(ValuesRecord, threads),
+    MINSNAP_FIELD(ValuesRecord, points),
+    MINSNAP_FIELD(ValuesRecord, durations),
+    MINSNAP_FIELD(ValuesRecord, breaks),
+    MINSNAP_FIELD(ValuesRecord, offsets),
+    MINSNAP_FIELD(ValuesRecord, present),
+    MINSNAP_FIELD(ValuesRecord, t),
+    MINSNAP_FIELD(ValuesRecord, values),
+    MINSNAP_FIELD(ValuesRecord, statuses),
 };
 
 #undef MINSNAP_FIELD

@@ -9,6 +9,7 @@
 #pragma GCC optimize("no-tree-vectorize")
 #endif
 
+#include "basics/border.hpp"
 #include "basics/buffer.hpp"
 #include "certificate/proof.hpp"
 #include "polynomials/enclosure.hpp"
@@ -56,13 +57,17 @@ Status check(const Pieces &pieces, Integer degree, Integer dim) {
     return pieces.sound() ? Status::done : Status::bad_number;
 }
 
-Status check_walls(const Pieces &pieces, Integer per_leg, Integer walls, const Integer *leg, Integer order) {
-    if (per_leg < 1 || pieces.count % per_leg != 0 || walls < 1 || walls > max_count) return Status::bad_size;
-    if (order < 0 || order > max_order) return Status::unsupported;
-    for (Integer i = 0; i < walls; ++i) {
-        if (leg[i] < 0 || leg[i] >= pieces.count / per_leg) return Status::bad_size;
-    }
-    return Status::done;
+Status check_walls(const Pieces &pieces, const ExcessRecord &given) {
+    const Status checked = check(pieces, given.degree, given.dim);
+    if (checked != Status::done) return checked;
+    if (given.per_leg < 1 || pieces.count % given.per_leg != 0 || given.walls < 1 || given.walls > max_count) return Status::bad_size;
+    if (given.rows < 1 || given.rows > max_curve_dim) return Status::bad_size;
+    if (given.order < 0 || given.order > max_order) return Status::unsupported;
+    for (Integer i = 0; i < given.walls; ++i)
+        if (given.leg[i] < 0 || given.leg[i] >= pieces.count / given.per_leg) return Status::bad_size;
+    const bool fits = within(given.matrix, given.walls * given.rows * given.dim, longest_normal) &&
+                      within(given.anchor, given.walls * given.dim, longest_vector);
+    return fits ? Status::done : Status::bad_number;
 }
 
 // Raise what is known by sign component - bound, unless the bound is infinite.
@@ -78,6 +83,11 @@ void report(const Greatest &best, double *values, Integer *row) {
     values[1] = best.bound;
     values[2] = best.s;
     *row = best.row;
+}
+
+Status report(const Greatest &best, ExcessRecord &found) {
+    found.attained = best.attained, found.bound = best.bound, found.where = best.s, found.row = best.row;
+    return Status::done;
 }
 
 // Upper bounds on the squared norms of derivatives of every piece: (orders, pieces), the orders ascending.
@@ -255,70 +265,53 @@ MINSNAP_EXPORT std::int32_t minsnap_largest_norms(Integer count, Integer degree,
     return int(Status::done);
 }
 
-// The greatest excess over pairs of planes: normal . (r^(order) - anchor) - upper and lower - normal . (...), each wall
-// on the pieces of its leg. Values (attained, bound, s); the wall and the piece.
-MINSNAP_EXPORT std::int32_t minsnap_face_excess(Integer count, Integer degree, Integer dim, const double *points, const double *durations,
-                                                Integer per_leg, Integer walls, const Integer *leg, const double *normal,
-                                                const double *anchor, const double *lower, const double *upper, Integer order,
-                                                double *values, Integer *place_found) {
-    const Pieces pieces{points, durations, count, int(degree), int(dim)};
-    Status checked = check(pieces, degree, dim);
-    if (checked == Status::done) checked = check_walls(pieces, per_leg, walls, leg, order);
+// The greatest excess over pairs of planes: normal . (r^(order) - anchor) - upper and lower - normal . (...).
+MINSNAP_EXPORT std::int32_t minsnap_face_excess(ExcessRecord *asked) {
+    ExcessRecord &given = *asked;
+    const Pieces pieces{given.points, given.durations, given.pieces, int(given.degree), int(given.dim)};
+    const Status checked = check_walls(pieces, given);
     if (checked != Status::done) return int(checked);
-    if (!within(normal, walls * dim, longest_normal) || !within(anchor, walls * dim, longest_vector)) return int(Status::bad_number);
-    for (Integer i = 0; i < walls; ++i) {
-        if (!(lower[i] < infinity && upper[i] > -infinity)) return int(Status::bad_number);
-    }
+    for (Integer i = 0; i < given.walls; ++i)
+        if (!(given.lower[i] < infinity && given.upper[i] > -infinity)) return int(Status::bad_number);
     auto job = [&](auto &climb) {
         Relative relative(pieces);
         Scalar component;
         Greatest best{-infinity, -infinity, 0.0, 0};
-        for (Integer wall = 0; wall < walls; ++wall) {
-            for (Integer part = 0; part < per_leg; ++part) {
-                along(relative(leg[wall] * per_leg + part, int(order), anchor + wall * dim), normal + wall * dim, component);
-                const Integer row = place(wall, part, per_leg);
-                climb_beyond(climb, component, upper[wall], 1.0, row, best);
-                climb_beyond(climb, component, -lower[wall], -1.0, row, best);
+        for (Integer wall = 0; wall < given.walls; ++wall)
+            for (Integer part = 0; part < given.per_leg; ++part) {
+                along(relative(given.leg[wall] * given.per_leg + part, int(given.order), given.anchor + wall * given.dim),
+                      given.matrix + wall * given.dim, component);
+                const Integer row = place(wall, part, given.per_leg);
+                climb_beyond(climb, component, given.upper[wall], 1.0, row, best);
+                climb_beyond(climb, component, -given.lower[wall], -1.0, row, best);
             }
-        }
-        report(best, values, place_found);
-        return Status::done;
+        return report(best, given);
     };
-    return int(for_degree(order <= degree ? int(degree - order) : 0, job));
+    return int(for_degree(given.order <= given.degree ? int(given.degree - given.order) : 0, job));
 }
 
-// The greatest excess over balls: |M (r^(order) - anchor)| - radius, each ball on the pieces of its leg; M is (rows,
-// dim). Values (attained, bound, s); the ball and the piece.
-MINSNAP_EXPORT std::int32_t minsnap_ball_excess(Integer count, Integer degree, Integer dim, const double *points, const double *durations,
-                                                Integer per_leg, Integer balls, const Integer *leg, Integer rows, const double *matrix,
-                                                const double *anchor, const double *radius, Integer order, double *values,
-                                                Integer *place_found) {
-    const Pieces pieces{points, durations, count, int(degree), int(dim)};
-    Status checked = check(pieces, degree, dim);
-    if (checked == Status::done) checked = check_walls(pieces, per_leg, balls, leg, order);
+// The greatest excess over balls: |M (r^(order) - anchor)| - radius.
+MINSNAP_EXPORT std::int32_t minsnap_ball_excess(ExcessRecord *asked) {
+    ExcessRecord &given = *asked;
+    const Pieces pieces{given.points, given.durations, given.pieces, int(given.degree), int(given.dim)};
+    const Status checked = check_walls(pieces, given);
     if (checked != Status::done) return int(checked);
-    if (rows < 1 || rows > max_curve_dim) return int(Status::bad_size);
-    if (!within(matrix, balls * rows * dim, longest_normal) || !within(anchor, balls * dim, longest_vector)) {
-        return int(Status::bad_number);
-    }
-    if (!within(radius, balls, longest_vector)) return int(Status::bad_number);
-    const int n = order <= degree ? int(degree - order) : 0;
+    if (!within(given.upper, given.walls, longest_vector)) return int(Status::bad_number);
+    const int n = given.order <= given.degree ? int(given.degree - given.order) : 0;
     const Binomials binomials(n);
     auto job = [&](auto &climb) {
         Relative relative(pieces);
         Curve mapped;
         Scalar square;
         Greatest best{-infinity, -infinity, 0.0, 0};
-        for (Integer ball = 0; ball < balls; ++ball) {
-            for (Integer part = 0; part < per_leg; ++part) {
-                const Curve &curve = relative(leg[ball] * per_leg + part, int(order), anchor + ball * dim);
-                if (!map(curve, matrix + ball * rows * dim, int(rows), mapped)) return Status::bad_number;
+        for (Integer ball = 0; ball < given.walls; ++ball)
+            for (Integer part = 0; part < given.per_leg; ++part) {
+                const Curve &curve = relative(given.leg[ball] * given.per_leg + part, int(given.order), given.anchor + ball * given.dim);
+                if (!map(curve, given.matrix + ball * given.rows * given.dim, int(given.rows), mapped)) return Status::bad_number;
                 squared_norm(mapped, binomials.single, binomials.doubled, square);
-                climb_ball(climb, square, radius[ball], place(ball, part, per_leg), best);
+                climb_ball(climb, square, given.upper[ball], place(ball, part, given.per_leg), best);
             }
-        }
-        report(best, values, place_found);
-        return Status::done;
+        return report(best, given);
     };
     return int(for_degree(2 * n, job));
 }

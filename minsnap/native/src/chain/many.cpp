@@ -66,21 +66,24 @@ MINSNAP_EXPORT std::int32_t minsnap_many(const minsnap::ManyRecord *many) {
 // Derivative of an order of many curves of one degree, each at `instants` instants: (count, instants, dim).  The
 // instants are (count, instants), or (instants,) for all if they are shared.  Where a curve is missing (present is 0) or
 // asked outside its interval the values are not numbers.
-MINSNAP_EXPORT std::int32_t minsnap_evaluate_many(const double *points, const double *durations, const double *breaks,
-                                                  const std::int64_t *offsets, const std::uint8_t *present, std::int64_t count,
-                                                  std::int32_t degree, std::int32_t dim, std::int32_t order, const double *t,
-                                                  std::int64_t instants, std::int32_t shared, std::int32_t threads, double *out,
-                                                  std::int32_t *statuses) {
+MINSNAP_EXPORT std::int32_t minsnap_evaluate_many(const minsnap::ValuesRecord *asked) {
     using namespace minsnap;
-    if (count < 0 || dim < 1 || degree < 0 || instants < 0 || order < 0 || order > degree || !ascending(offsets, count))
+    const ValuesRecord &given = *asked;
+    if (given.count < 0 || given.dim < 1 || given.degree < 0 || given.instants < 0 || given.order < 0 || given.order > given.degree ||
+        !ascending(given.offsets, given.count))
         return static_cast<std::int32_t>(Status::bad_size);
-    for_all(count, 64, threads, statuses, [&](std::int64_t b) {
-        const std::int64_t first = offsets[b];
-        const PiecewiseCurve curve = {
-            points + first * (degree + 1) * dim, durations + first, breaks + first + b, offsets[b + 1] - first, degree, dim};
-        double *place = out + b * instants * dim;
-        const Status status = present[b] ? evaluate_curve(curve, order, shared ? t : t + b * instants, instants, place) : Status::done;
-        if (!present[b] || status != Status::done) std::fill(place, place + instants * dim, std::numeric_limits<double>::quiet_NaN());
+    for_all(given.count, 64, int(given.threads), given.statuses, [&](std::int64_t b) {
+        const std::int64_t first = given.offsets[b], size = given.instants * given.dim;
+        const PiecewiseCurve curve = {given.points + first * (given.degree + 1) * given.dim,
+                                      given.durations + first,
+                                      given.breaks + first + b,
+                                      given.offsets[b + 1] - first,
+                                      int(given.degree),
+                                      int(given.dim)};
+        double *place = given.values + b * size;
+        const double *t = given.shared ? given.t : given.t + b * given.instants;
+        const Status status = given.present[b] ? evaluate_curve(curve, int(given.order), t, given.instants, place) : Status::done;
+        if (!given.present[b] || status != Status::done) std::fill(place, place + size, std::numeric_limits<double>::quiet_NaN());
         return status;
     });
     return static_cast<std::int32_t>(Status::done);
