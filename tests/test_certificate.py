@@ -185,7 +185,7 @@ def test_pieces_of_a_leg_belong_to_one_tube():
     assert certificate.nearest.leg in range(4)
 
 
-@pytest.mark.parametrize(("ok", "word", "colour"), ((True, "everything", GOOD), (False, "not everything", BAD)))
+@pytest.mark.parametrize(("ok", "word", "colour"), ((True, "all", GOOD), (False, "not all", BAD)))
 def test_a_card_shows_what_was_found(ok, word, colour):
     path = minsnap.plan(CORNERS, DURATIONS)
     none = minsnap.certify(path, limits=minsnap.Limits(speed=4.0))
@@ -202,7 +202,7 @@ def test_a_card_shows_what_was_found(ok, word, colour):
     all_ = replace(none, ok=ok, corridor_margin=0.25, **places, **norms)
     where = [("corridor margin", "0.25 m, least on leg 1 at 2.5 s"), ("waypoint error", "0.125 m")]
     facts = [*where, ("outside of waypoints", "0.5 m"), *always]
-    title = f"Certificate: {word} asked holds"
+    title = f"Certificate: {word} conditions hold"
     assert all_._repr_html_() == card(title, facts, path_drawings(path), good=ok)
     assert f'{colour}">{title}<' in all_._repr_html_()
 
