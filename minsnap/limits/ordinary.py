@@ -23,7 +23,7 @@ ACCELERATION = 6.0
 """[m/s^2]: leans a vehicle by 38 degrees at most."""
 
 TILT = pi / 4.0
-"""[rad]: the largest tilt of PX4 unless set otherwise; asked where no acceleration is."""
+"""[rad]: the largest tilt of PX4 unless set otherwise; it holds where no acceleration is set."""
 
 ORDINARY = {"speed": SPEED, "acceleration": ACCELERATION, "tilt": TILT}
 """By name; an acceleration, named or not, stands for the tilt."""
@@ -36,7 +36,7 @@ HEIGHT = 1.0
 
 
 def ordinary_limits() -> Limits:
-    """Return what holds where neither limits nor a time are given: 3 m/s and 6 m/s^2."""
+    """Return the limits that hold where neither limits nor a time are set: 3 m/s and 6 m/s^2."""
     return Limits(speed=SPEED, acceleration=ACCELERATION)
 
 

@@ -39,7 +39,7 @@ Bound = tuple[float, float, str]
 def measure_vehicle(
     vehicle: Quadrotor, reserve: float, bounds: Mapping[str, float], traj: Trajectory
 ) -> dict[str, Utilisation]:
-    """Return the utilisation of the rotors' thrust range, and with drag of those of ``LIFTED`` that are given, by name.
+    """Return the utilisation of the rotors' thrust range, and with drag of those of ``LIFTED`` that are set, by name.
 
     Raises
     ------

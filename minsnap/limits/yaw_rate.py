@@ -11,7 +11,7 @@ SAMPLES = 200
 
 
 def largest_yaw_rate(traj: Trajectory) -> tuple[float, float, str]:
-    """Largest yaw rate [rad/s], its instant [s], and how it was found, ``"exact"`` or ``"sampled"``."""
+    """Largest yaw rate [rad/s], its instant [s], and its method, ``"exact"`` or ``"sampled"``."""
     largest = traj.yaw.largest_rate(0.0, traj.duration)
     return _sampled(traj) if largest is None else (*largest, "exact")
 

@@ -155,7 +155,7 @@ def digest(*more: str) -> str:
 
 
 def is_current() -> bool:
-    """Whether the library beside this file is that of the sources and flags; without a warning is more than asked."""
+    """Whether the library beside this file is that of the sources and flags, built with or without -Werror."""
     if not (LIBRARY.exists() and STAMP.exists()):
         return False
     return STAMP.read_text(encoding="utf-8").startswith((digest(), digest("-Werror")))

@@ -16,7 +16,7 @@ _RESTING = Entry("minsnap_unconstrained", c_void_p, c_void_p, c_int64, c_int32, 
 _PINNED = Entry("minsnap_unconstrained_pinned", ChainRecord, c_void_p, c_void_p)
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
-"""Derivatives of order 1 … k - 1 by waypoint and order; what is not given at an open end is zero."""
+"""Derivatives of order 1 … k - 1 by waypoint and order; what is left out at an open end is zero."""
 
 
 def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> FloatArray | Status | None:
@@ -82,7 +82,7 @@ def chain_record(points: FloatArray, durations: FloatArray, half: int, pins: Pin
 
 
 def _state(state: Mapping[int, FloatArray], half: int, dim: int) -> FloatArray:
-    """Return derivatives 1 … k - 1, shape (k - 1, dim); those not given are zero."""
+    """Return derivatives 1 … k - 1, shape (k - 1, dim); those left out are zero."""
     values = np.zeros((half - 1, dim))
     for order, value in state.items():
         values[order - 1] = value

@@ -22,7 +22,7 @@ ORDERS, KINDS = 4, 5
 """Limited derivatives, velocity to snap; and what is limited of each: three axes, the norm, the norm of x and y."""
 
 LOOK = 0.05
-"""How often a running search is asked whether it is to stop [s]."""
+"""Interval of the checks whether a running search is to stop [s]."""
 
 
 class _JointQuestion(Structure):

@@ -1,4 +1,4 @@
-"""Whether control points keep what was asked for, by the native core: waypoints, states at the ends, joints, a tube."""
+"""Whether control points keep their conditions, by the native core: waypoints, states at the ends, joints, a tube."""
 
 from __future__ import annotations
 

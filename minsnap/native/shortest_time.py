@@ -216,7 +216,7 @@ class ShortestCurve:
 
 
 def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool], bool]) -> ShortestCurve | None:
-    """Search for the shortest time; None where the native core is not in use, or does not know what is asked.
+    """Search for the shortest time; None where the native core is not in use, or does not take the question.
 
     Parameters
     ----------

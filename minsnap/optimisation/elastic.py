@@ -35,7 +35,7 @@ from minsnap.optimisation.slack_programme import (
 from minsnap.polynomials.extrema import maxima
 
 ACCURACY = 3e-4
-"""Excess over the relaxed walls, in widths, that ends the exchange, unless another is given."""
+"""Excess over the relaxed walls, in widths, that ends the exchange, by default."""
 
 ROUNDS = 20
 
@@ -188,7 +188,7 @@ class Elastic:
         self._ways = self._ways_in_turn()
 
     def run(self) -> Relaxed:
-        """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.
+        """Iterate until the relaxed walls hold at every instant, to ``accuracy``.
 
         After ``ROUNDS`` solves the slacks are from below, or with ``inward`` those that the last curve
         needs, which is also where it ends once the curve sticks out by no more than that.
@@ -223,11 +223,11 @@ class Elastic:
         return Relaxed(knots, slacks, self.rows, self.multipliers, rounds, evidence)
 
     def _known(self, slacks: FloatArray, excess: float) -> bool:
-        """Whether no curve keeps the walls found so far, or this one has half of all the room that there can be."""
+        """Whether no curve keeps the rows so far, or this one has half of all the room that there can be."""
         return bool(slacks.max() > ACCURACY or excess < -slacks.max() / 2.0)
 
     def _evidence(self) -> FloatArray:
-        """Multipliers of rows that contradict each other, by non-negative least squares; empty where none are found.
+        """Multipliers of rows that contradict each other, by non-negative least squares; empty where there are none.
 
         They are sought among the rows that press most, eight for each unknown: those of a least slack are fewer.
         """
@@ -313,7 +313,7 @@ class Elastic:
         return self._made[dense]
 
     def _attempt(self, dense: bool, solver: Solver) -> ElasticSolution | None:
-        """Solve one way; None where the answer is not accurate enough; a curve with room, if asked for, always is."""
+        """Solve one way; None without an accurate answer; with ``sign``, one with room is enough."""
         from scipy.sparse import bmat, coo_matrix, csc_matrix, identity
 
         coordinates = self._coordinates(dense)

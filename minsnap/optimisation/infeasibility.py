@@ -78,7 +78,7 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
 
 
 def _room(task: Task, durations: FloatArray, problem: ReducedProblem, relaxed: Relaxed) -> float | None:
-    """Share to add to widths with which a plan was found that keeps the other walls and limits too; None without one.
+    """Share to add to widths for which a plan keeps the other walls and limits too; None without one.
 
     Curves with control points ten million legs away keep walls by differences of large numbers, which solvers find only
     a little inside.

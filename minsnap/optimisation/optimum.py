@@ -13,16 +13,16 @@ if TYPE_CHECKING:
 
 
 class InfeasibleRowsError(Exception):
-    """No curve was found that keeps the rows so far."""
+    """No curve is known that keeps the rows so far."""
 
 
 class GaveUpError(InfeasibleRowsError):
-    """The native core gave up, for the reason that is the argument, and no other core was asked."""
+    """The native core gave up, for the reason that is the argument, and no other core tried."""
 
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """The optimum for given durations, in normalised units, and how it was found.
+    """The optimum for given durations, in normalised units, and its method.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Optimum:
     native : CorridorAnswer or None
         What the native core returned, with the contacts that take the place of rows.
     core : str
-        Which core found it, ``"native"`` or ``"python"``.
+        Core that solved it, ``"native"`` or ``"python"``.
     handed_over : str
         Why the native core did not; empty where it did or was not asked.
     points : ndarray, shape (pieces, 2k, dim), or None

@@ -310,7 +310,7 @@ class ReferenceCore:
         raise leg_on_wall(task, curve) or InfeasibleRowsError()
 
     def _with_room(self, curve: Curve) -> Curve | None:
-        """Return a curve with room to all walls, at most ``NEARLY_INSIDE`` widths; None where none was found.
+        """Return a curve with room to all walls, at most ``NEARLY_INSIDE`` widths; None where there is none.
 
         Raises
         ------
@@ -340,7 +340,7 @@ def _sampled(curve: Curve, instants: int) -> list[WallRows]:
 
 
 def _spread(curve: Curve, violated: list[WallRows]) -> list[WallRows]:
-    """Rows at Chebyshev points of the walls that others were found for, if they hold along a piece."""
+    """Rows at Chebyshev points of walls that have violated rows, if these walls hold along a piece."""
     first, s = curve.compiled.first, 0.5 - 0.5 * np.cos(np.pi * (np.arange(SPREAD) + 0.5) / SPREAD)
     walls = np.unique(np.concatenate([rows.wall for rows in violated]))
     block = np.searchsorted(first, walls, side="right") - 1

@@ -21,7 +21,7 @@ from minsnap.optimisation.units import Units
 
 
 class Effort(Enum):
-    """Share of the work that a problem is worth, after which the native core gives up and no other core is asked."""
+    """Share of the work that a problem is worth, after which the native core gives up and no other core tries."""
 
     WHOLE = 1.0
     TRY = 0.25  # of a search: of the problems that it does not solve soon nearly all have no curve
@@ -77,7 +77,7 @@ def solve_again(task: Task, durations: FloatArray, reason: str) -> SolvedTask:
 
 
 def _handed_over(solved: SolvedTask, reason: str) -> SolvedTask:
-    """Return an answer of the Python core with the reason why it was asked."""
+    """Return an answer of the Python core with the reason of the native one."""
     return replace(solved, optimum=replace(solved.optimum, handed_over=reason))
 
 

@@ -102,7 +102,7 @@ class SolvedTask:
 
     @cached_property
     def active(self) -> tuple[RowSet | None, FloatArray]:
-        """Rows that the optimum was found with, and their multipliers for the normalised cost without 1/2."""
+        """Active rows of the optimum, and their multipliers for the normalised cost without 1/2."""
         if self.optimum.native is None:
             return self.optimum.rows, self.optimum.multipliers
         return _contact_rows(self, self.optimum.native)

@@ -48,7 +48,7 @@ class TubeReport:
 
 @dataclass(frozen=True, eq=False)
 class TubeReports:
-    """What is known of many such plans, one after the other: ``reports[b]`` is gathered when it is asked for.
+    """What is known of many such plans, one after the other: ``reports[b]`` is made at its first use.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ EACH = "give every leg a duration of its own"
 
 
 def plan_timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | None = None) -> Timed:
-    """Choose durations and solve; a refusal says whether it is proved for other durations than those asked for.
+    """Choose durations and solve; a refusal says whether it is proved for other durations than those of the request.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def plan_timed(task: Task, timing: Timing, finish: AttachHeading, samples: int |
 
 
 def looked_at(planned: Timed, task: Task, timing: Timing, samples: int | None = None) -> Timed:
-    """Return a plan that keeps everything asked for at a last look, or raise SolverError."""
+    """Return a plan that keeps all its conditions at a last look, or raise SolverError."""
     checked = task if samples is None else replace(task, walls=())
     times: FloatArray | float | None = timing.total_time
     if timing.durations is not None:
@@ -137,7 +137,7 @@ def _from_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeadi
 
 
 def _between(ways: EndConnectors, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
-    """Plan between two ways with the pieces asked for, then with more."""
+    """Plan between two ways with the pieces of the request, then with more."""
     from minsnap.time_allocation.ways import PIECES_BETWEEN
 
     try:
@@ -158,7 +158,7 @@ def _checked(timing: Timing, task: Task) -> Timing:
 
 
 def _shortest(timing: Timing) -> bool:
-    """Whether the shortest time is asked for."""
+    """Whether the request is for the shortest time."""
     return timing.durations is None and timing.total_time is None and timing.time_weight is None
 
 

@@ -36,7 +36,7 @@ def without_derivative_walls(task: Task) -> Task:
 
 
 def walled_factor(walls: Sequence[Walls], curve: Trajectory, least: float) -> float | None:
-    """Return the least factor on time, from one on, with which a curve keeps walls; None where none is found.
+    """Return the least factor on time, from one on, with which a curve keeps walls; None without one.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ TRIES, SEEN, ENOUGH = 3, 0.05, 2.0
 """How often is searched, the excess of a limit beyond which the search has not seen it, and how far it is tightened."""
 
 NOT_LONGER = 1e-3
-"""Share by which the certified curve may be slower than the one found; beyond, the search did not see a limit."""
+"""Share by which the certified curve may be slower than that of the search; beyond, the search did not see a limit."""
 
 IDLE = 0.8
 """Factor on time below which nothing limits the time: only that curves should be smooth ended the search."""
@@ -43,7 +43,7 @@ GRAIN = 2.0**32
 
 
 class InteriorSearch:
-    """Searches of a task within limits, and the last curve that one found.
+    """Searches of a task within limits, and the curve of the last one.
 
     Parameters
     ----------
@@ -61,13 +61,13 @@ class InteriorSearch:
         self.answer: ShortestCurve | None = None
 
     def run(self, question: ShortestQuestion, far: float = NOT_LONGER) -> SolvedTask | None:
-        """Return a certified plan; None where none was found, or not one that can be certified nearby.
+        """Return a certified plan; None where the search has no curve, or none that can be certified nearby.
 
         Parameters
         ----------
         question : ShortestQuestion
         far : float
-            Share by which it may be slower than the curve found.
+            Share by which it may be slower than the curve of the search.
         """
         last = None
         for _ in range(TRIES):
@@ -88,7 +88,7 @@ class InteriorSearch:
     def _within(
         self, answer: ShortestCurve, solved: SolvedTask, far: float, priced: bool
     ) -> tuple[SolvedTask | None, float]:
-        """Fly the same path at the speed at which the most used limit is just kept, if that is about the one found.
+        """Fly the same path at the speed at which the most used limit is just kept, if that is about its own.
 
         Returns
         -------
@@ -151,7 +151,7 @@ def _rounded(factor: float) -> float:
 
 
 def solved_at(task: Task, answer: ShortestCurve, factor: float) -> SolvedTask:
-    """Wrap what was found, flown more slowly by a factor, as a solved task."""
+    """Wrap the curve of a search, flown more slowly by a factor, as a solved task."""
     pieces = len(answer.durations) // task.legs
     continuity = max(task.continuity, task.half - 1)
     if (pieces, continuity) != (task.pieces, task.continuity):

@@ -1,4 +1,4 @@
-"""The last look at a plan before it leaves: every wall, limit, waypoint, pin, continuity and time that was asked for.
+"""The last look at a plan before it leaves: every wall, limit, waypoint, pin, continuity and time of the request.
 
 It judges the curve by its stored control points alone, with the proofs of ``certify``, whatever found it.  Of what the
 solver believes it takes nothing over.  A margin that ``certify``'s own proof gave of this very curve and this very wall
@@ -38,7 +38,7 @@ def fault(
     limits_from: float = 0.0,
     solved: SolvedTask | None = None,
 ) -> str | None:
-    """Return what a curve does not keep of all that was asked, or None.
+    """Return which condition a curve does not keep, or None.
 
     Parameters
     ----------

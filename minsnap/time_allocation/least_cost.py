@@ -106,7 +106,7 @@ class CostSearch:
         self.log = Log(progress)
 
     def run(self) -> FloatArray:
-        """Return the best leg durations found, shape (legs,) [s]."""
+        """Return the best leg durations, shape (legs,) [s]."""
         if self.task.legs == 1 and self.price is None:
             return self.first
         split = native_split(self.task, self.first, self.price)

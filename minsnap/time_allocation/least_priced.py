@@ -54,7 +54,7 @@ class LeastPriced:
         return self.strategy.interrupted
 
     def priced(self, price: float) -> tuple[SolvedTask, Run]:
-        """Return the plan of least cost and price of time [1/s], and how it was found.
+        """Return the plan of least cost and price of time [1/s], and its search.
 
         A search that was interrupted before it had a plan within the limits returns one beyond them.
 
@@ -74,7 +74,7 @@ class LeastPriced:
         return solved, Run(tuple(self.log.steps), self.interrupted)
 
     def at_total(self, total: float, free: SolvedTask) -> SolvedTask | None:
-        """Return the plan of least cost in barely less than a total [s]; None where none was found.
+        """Return the plan of least cost in barely less than a total [s]; None without one.
 
         The price of time is changed until the plan for it takes that long: the logarithm of the time is about linear in
         that of the price.

@@ -19,7 +19,7 @@ from minsnap.basics.checks import LONGEST, SHORTEST
 from minsnap.time_allocation.timing import Timed
 
 RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
-"""Shares by which durations found are lengthened until a plan for them succeeds."""
+"""Shares by which durations are lengthened until a plan for them succeeds."""
 
 LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)
 """The same where a plan is wanted, however long it takes."""
@@ -28,7 +28,7 @@ SOME = LONGER[2::3]
 """Those tried where each takes long."""
 
 TIME_FOUND = 0.01
-"""How near the least factor on time is found."""
+"""Resolution of the least factor on time."""
 
 Attempt = Callable[[FloatArray], Timed | None]
 """Plans for piece durations [s]; None where there is no plan, or it is not certified."""
@@ -37,7 +37,7 @@ Attempt = Callable[[FloatArray], Timed | None]
 def least_longer(
     attempt: Attempt, durations: FloatArray, still: bool, due: float = inf, thorough: Attempt | None = None
 ) -> Timed | None:
-    """Return the plan of the least factor on durations found, from one on; None where no factor tried has one.
+    """Return the plan of the least factor on durations, from one on; None where no factor has one.
 
     Parameters
     ----------

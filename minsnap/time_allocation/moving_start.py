@@ -27,7 +27,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 
 def moves(task: Task) -> bool:
-    """Whether the start is given with a derivative that is not zero."""
+    """Whether the start has a derivative that is not zero."""
     return any(value.any() for value in task.pins.get(0, {}).values())
 
 
@@ -99,7 +99,7 @@ def _brought_back(
 def _searched_from_end(
     task: Task, limits: Limits, timing: Timing, finish: AttachHeading, refused: InfeasibleError | SolverError | None
 ) -> tuple[SolvedTask, Run]:
-    """Search with the pieces asked for, then with more."""
+    """Search with the pieces of the request, then with more."""
     began = task.deadline.clock()
     try:
         return searched_from(task, limits, timing, finish)
@@ -113,5 +113,5 @@ def _searched_from_end(
 
 
 def as_timed(solved: tuple[SolvedTask, Run] | Recovered, finish: AttachHeading) -> Timed:
-    """Wrap what was found."""
+    """Wrap the result of a search."""
     return solved if isinstance(solved, Recovered) else timed(solved[0], finish, solved[1])

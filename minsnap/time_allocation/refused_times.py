@@ -1,4 +1,4 @@
-"""What follows a refusal: other times where the plan may choose them, else what is proved of those asked for."""
+"""What follows a refusal: other times where the plan may choose them, else what is proved of those of the request."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 Refused = InfeasibleError | SolverError
 
 MORE = (1.0, 1.005, 1.02, 1.05, 1.2)
-"""Times the factor that was found, which are tried before one is named."""
+"""Multiples of the least factor, which are tried before one is named."""
 
 
 def in_other_times(
     task: Task, timing: Timing, finish: AttachHeading, samples: int | None, refused: Refused
 ) -> Timed | None:
-    """Plan in other times where those that a search chose have no plan; None where none was found, or none may be.
+    """Plan in other times where those that a search chose have no plan; None where there is none, or none may be.
 
     Longer ones where the plan chooses its time, other splits of a total; none where the refusal is a proof for all.
     """
@@ -103,7 +103,7 @@ def _proportions(task: Task, timing: Timing, refused: Refused) -> Iterator[Float
 def explained_by_times(
     refused: Refused, task: Task, timing: Timing, finish: AttachHeading, plan: Callable[[Timing], Timed]
 ) -> MinsnapError:
-    """Return the refusal with what is proved of the times asked for, and a factor on them that was tried.
+    """Return the refusal with what is proved of the times of the request, and a factor on them that was tried.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def explained_by_times(
 def _stretch_tried(
     refused: InfeasibleError, task: Task, timing: Timing, finish: AttachHeading, plan: Callable[[Timing], Timed]
 ) -> float | None:
-    """Return a factor on the times asked for with which there is a plan, and with a hundredth less none was found."""
+    """Return a factor on the times of the request that has a plan, where a hundredth less has none."""
     pressing = any(row.order for row in getattr(refused.contradiction, "rows", ()))
     if not pressing or refused.shortest is not None or (timing.durations is None and timing.total_time is None):
         return None
@@ -169,7 +169,7 @@ def _planned(plan: Callable[[Timing], Timed], timing: Timing) -> bool:
 
 
 def _slower(task: Task, timing: Timing, factor: float) -> Timing:
-    """Return the same with the times asked for multiplied."""
+    """Return the same with its times multiplied."""
     if timing.durations is not None:
         return replace(timing, durations=factor * check_durations(timing.durations, task.legs))
     return replace(timing, total_time=factor * timing.total)
@@ -197,7 +197,7 @@ def _unproved(refused: InfeasibleError) -> UnprovedError:
 
 
 def _refuse_short(task: Task, timing: Timing, shortest: float | None) -> None:
-    """Raise InfeasibleError if the times asked for are proved too short for the velocity alone.
+    """Raise InfeasibleError if the times of the request are proved too short for the velocity alone.
 
     ``shortest`` is the shortest total found [s], if any.
     """
@@ -229,7 +229,7 @@ def _refuse_short(task: Task, timing: Timing, shortest: float | None) -> None:
 
 
 def _of_these_times(proof: Contradiction, task: Task, timing: Timing) -> bool:
-    """Whether a proof is of the durations asked for: it may be of others that a search chose."""
+    """Whether a proof is of the durations of the request: it may be of others that a search chose."""
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
         return np.array_equal(proof.durations, durations)

@@ -1,4 +1,4 @@
-"""Plans from rest to rest, free or in a tube, for which nothing else is asked: a call or two of the native core."""
+"""Plans from rest to rest, free or in a tube, without other conditions: a call or two of the native core."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ class Search:
 
 
 USUAL = Search()
-"""What is searched for unless something else is asked for."""
+"""The search by default."""
 
 
 def check_search(search: object) -> Search:

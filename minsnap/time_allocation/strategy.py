@@ -60,7 +60,7 @@ LOOSER = 4.0
 """Factor on limits for a curve that shows which one is in the way."""
 
 ANY = np.inf
-"""Share by which a plan may be slower than the curve found where the search does not know every limit."""
+"""Share by which a plan may be slower than the curve of a search that does not know every limit."""
 
 
 def searched_from(
@@ -118,7 +118,7 @@ class Strategy:
         self.search = InteriorSearch(task, limits, finish, self.polled)
 
     def run(self, first: Trajectory | None = None) -> tuple[SolvedTask, Run]:
-        """Return the shortest plan found, certified, and how it was found."""
+        """Return the shortest plan, certified, and its search."""
         guess = None if first is None else guess_of(first, self.task)
         solved = self.solve(guess)
         if solved is None and not self.interrupted:
@@ -257,7 +257,7 @@ class Strategy:
         return slowed if keeps(self.limits, self.finish(slowed.trajectory)) else None
 
     def _from_one_piece(self) -> SolvedTask | None:
-        """Search with one piece a leg where several found nothing, then with several from that curve, or cut it."""
+        """Search with one piece a leg where several have no curve, then with several from that curve, or cut it."""
         task = self.task
         if task.pieces == 1 and not self.timing.refine:
             return None
@@ -282,7 +282,7 @@ class Strategy:
         return next((each for each in slower if each.inside and keeps(self.limits, self.finish(each.trajectory))), None)
 
     def _planned(self) -> SolvedTask | None:
-        """Plan for the durations found, or barely longer ones, with the limits as walls."""
+        """Plan for the durations of the search, or barely longer ones, with the limits as walls."""
         answer = self.search.answer
         if answer is None or not (answer.durations <= LONGEST).all():
             return None
@@ -320,7 +320,7 @@ class Strategy:
         return SolverError(f"the plan of {durations.sum():.6g} s found could not be certified: loosen a limit")
 
     def _exceeded(self) -> Utilisation | None:
-        """Return the limit that a curve within looser ones exceeds most; None where none is found with these either."""
+        """Return the limit that a curve within looser ones exceeds most; None without such a curve."""
         names = [name for name in self.limits.given() if KIND[name].order or name in ("max_thrust", "body_rate")]
         looser = replace(self.limits, **{name: LOOSER * getattr(self.limits, name) for name in names})
         answer = search_shortest(question_of(self.task, looser, False, self._heading()), self.polled)

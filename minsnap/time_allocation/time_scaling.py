@@ -87,7 +87,7 @@ class _ScaledSearch:
         self.factor = 1.0
 
     def run(self) -> FloatArray:
-        """Return the best durations found (proportions matter), shape (pieces in all,)."""
+        """Return the best durations (proportions matter), shape (pieces in all,)."""
         from scipy.optimize import minimize
 
         start = np.zeros(self.task.legs - 1)

@@ -50,7 +50,7 @@ class Timing:
     refine : bool
         Whether such a search chooses the number of polynomials a leg.
     on_interrupt : str
-        What Ctrl-C does: ``"raise"`` KeyboardInterrupt, or ``"return"`` the best plan found so far.
+        What Ctrl-C does: ``"raise"`` KeyboardInterrupt, or ``"return"`` the best plan so far.
 
     Attributes
     ----------
@@ -78,16 +78,16 @@ class Timing:
 
     @property
     def total(self) -> float:
-        """The total time that is asked for [s]; only where there is one."""
+        """The total time of the request [s]; only where there is one."""
         return cast(float, self.total_time)
 
     @property
     def best_on_interrupt(self) -> bool:
-        """Whether Ctrl-C ends a search with the best plan found so far."""
+        """Whether Ctrl-C ends a search with the best plan so far."""
         return self.on_interrupt == "return"
 
     def check(self) -> None:
-        """Raise unless exactly one way of choosing durations is asked for, and nothing that it would ignore."""
+        """Raise unless exactly one way of choosing durations is set, and nothing that it would ignore."""
         self._check_limits()
         names = ("durations", "total_time", "time_weight")
         names_set = [name for name in names if getattr(self, name) is not None]

@@ -195,7 +195,7 @@ def _lengthened(bounded: Task, best: SolvedTask, total: float, finish: AttachHea
 
 
 def _check_total(total: float, fastest: SolvedTask) -> None:
-    """Raise UnprovedError if a total is shorter than the shortest plan found."""
+    """Raise UnprovedError if a total is shorter than the shortest plan."""
     shortest = fastest.trajectory.duration
     if total < shortest * (1.0 - KEPT):
         raise UnprovedError(
@@ -205,7 +205,7 @@ def _check_total(total: float, fastest: SolvedTask) -> None:
 
 
 def _stretched(fastest: SolvedTask, total: float, limits: Limits, finish: AttachHeading, search: Run) -> Timed:
-    """Fly the shortest plan more slowly, or say that nothing was found."""
+    """Fly the shortest plan more slowly, or raise UnprovedError."""
     shortest = fastest.trajectory.duration
     stretched = timed(fastest, finish, search, total / shortest)
     still = fastest.task.still or total <= shortest * (1.0 + KEPT)
