@@ -39,7 +39,7 @@ class BatchResult:
         Files.
     statuses : dict of str to int
         Problems by status.
-    found : int
+    present : int
         Files that were there already.
     """
 
@@ -47,7 +47,7 @@ class BatchResult:
     rows: int
     shards: int
     statuses: dict[str, int]
-    found: int
+    present: int
 
 
 def run_batch(

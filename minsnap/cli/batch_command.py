@@ -61,7 +61,7 @@ def batch(
             watch=watch,
         )
     counts = ", ".join(f"{count} {status}" for status, count in sorted(result.statuses.items()))
-    kept = f" ({result.found} were there already)" if result.found else ""
+    kept = f" ({result.present} were there already)" if result.present else ""
     if format == "lerobot":
         from minsnap.batch.lerobot import export_lerobot
 

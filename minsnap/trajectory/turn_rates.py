@@ -21,24 +21,6 @@ RESTING = 1e-9
 """Share of a piece's largest velocity control point below which one counts as rest."""
 
 
-def largest_turn_rate(traj: Trajectory) -> tuple[float, float]:
-    """Largest rate at which the horizontal velocity turns, either way.
-
-    Parameters
-    ----------
-    traj : Trajectory
-        Of two coordinates or more. Pieces that do not move horizontally are left out.
-
-    Returns
-    -------
-    rate : float
-        [rad/s]; infinite at a cusp.
-    instant : float
-        When [s].
-    """
-    return _largest_turn(traj.with_yaw(ConstantHeading()).derivative(1))
-
-
 def _largest_turn(velocity: Trajectory) -> tuple[float, float]:
     """Largest rate at which a horizontal velocity turns, and when."""
     best = (0.0, 0.0)

@@ -42,7 +42,7 @@ def whole(tmp_path_factory):
     """A dataset by one worker, which every other run must repeat."""
     folder = tmp_path_factory.mktemp("whole") / "a"
     result = run_batch(walks(), folder, workers=1)
-    assert (result.rows, result.shards, result.found, result.statuses) == (40, 5, 0, {"done": 40})
+    assert (result.rows, result.shards, result.present, result.statuses) == (40, 5, 0, {"done": 40})
     return folder
 
 
@@ -87,7 +87,7 @@ def test_pandas_reads_the_folder_with_its_datasheet(whole):
 def test_a_complete_dataset_is_not_made_again(whole):
     before = {path: path.stat().st_mtime_ns for path in whole.iterdir()}
     result = run_batch(walks(), whole, workers=1)
-    assert result.found == 5 and {path: path.stat().st_mtime_ns for path in whole.iterdir()} == before
+    assert result.present == 5 and {path: path.stat().st_mtime_ns for path in whole.iterdir()} == before
 
 
 def test_files_that_are_missing_or_were_half_written_are_made(whole, there, tmp_path):
@@ -100,7 +100,7 @@ def test_files_that_are_missing_or_were_half_written_are_made(whole, there, tmp_
     (folder / "_spec.json").write_bytes((whole / "_spec.json").read_bytes())
     (folder / ".0123456789abcdef.part").write_bytes(b"half")
     result = run_batch(walks(), folder, scheduler=there)
-    assert result.found == 2 and digests(folder) == digests(whole) and not list(folder.glob(".*.part"))
+    assert result.present == 2 and digests(folder) == digests(whole) and not list(folder.glob(".*.part"))
 
 
 @pytest.mark.parametrize("manifest", ["kept", "missing", "damaged"])
@@ -119,7 +119,7 @@ def test_a_damaged_part_is_made_anew(whole, there, tmp_path, manifest):
     if manifest == "damaged":
         (folder / "_manifest.json").write_text('{"files": [{"name": 3')
     result = run_batch(walks(), folder, scheduler=there)
-    assert result.found == (3 if manifest == "kept" else 2) and digests(folder) == digests(whole)
+    assert result.present == (3 if manifest == "kept" else 2) and digests(folder) == digests(whole)
     assert (folder / "_manifest.json").read_bytes() == (whole / "_manifest.json").read_bytes()
 
 
@@ -140,7 +140,7 @@ def test_a_changed_clock_changes_no_byte(whole, there, tmp_path):
         os.utime(path, (1e9 + second, 4e9 - 1e6 * second))
     (folder / "_manifest.json").unlink()
     result = run_batch(walks(), folder, scheduler=there)
-    assert result.found == 5 and digests(folder) == digests(whole)
+    assert result.present == 5 and digests(folder) == digests(whole)
 
 
 def test_another_specification_or_a_stranger_s_file_is_refused(whole, tmp_path):
@@ -207,7 +207,7 @@ def test_kill_9_of_the_whole_group_loses_no_finished_file(whole, there, tmp_path
     kept = digests(folder)
     assert kept and kept.items() <= digests(whole).items() and not (folder / "_manifest.json").exists()
     result = run_batch(walks(), folder, scheduler=there)
-    assert result.found == len(kept) and digests(folder) == digests(whole)
+    assert result.present == len(kept) and digests(folder) == digests(whole)
 
 
 def test_a_disk_that_is_full_ends_with_a_sentence_and_a_folder_that_goes_on(whole, there, tmp_path):

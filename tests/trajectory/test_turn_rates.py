@@ -6,7 +6,11 @@ from tasks import random_legs
 
 import minsnap
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.turn_rates import largest_turn_rate
+from minsnap.trajectory.turn_rates import largest_turn_within
+
+
+def largest_turn_rate(path):
+    return largest_turn_within(path, np.array([[0.0, path.duration]]))
 
 
 def sampled(path, count=200001):
