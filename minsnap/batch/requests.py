@@ -97,11 +97,11 @@ def gates(shape: Shape, dim: int, rng: np.random.Generator) -> dict[str, Any]:
 
 def in_maps(shape: Shape, dim: int, rng: np.random.Generator) -> dict[str, Any]:
     """Boxes of free space along a way through a random map; durations from a speed."""
-    worlds = boxes(
+    world = boxes(
         {name: value.draw(rng) for name, value in shape.items() if name not in ("speed", "stretch")}, dim, rng
     )
-    ways = {"waypoints": None, "corridor": worlds.boxes, "start": worlds.start, "end": worlds.end}
-    return ways | {"durations": _durations(lengths_of(worlds.waypoints), shape, rng)}
+    ways = {"waypoints": None, "corridor": world.boxes, "start": world.start, "end": world.end}
+    return ways | {"durations": _durations(lengths_of(world.waypoints), shape, rng)}
 
 
 def _walk(legs: int, dim: int, step: Range, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:

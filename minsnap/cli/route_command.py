@@ -74,16 +74,16 @@ def route(
 
     ends = parse_point("--start", start), parse_point("--goal", goal)
     arguments = reading.arguments() | timing.arguments() | destination.search
-    path = plan_through(_source(map_file, reading.transpose), *ends, **plan_arguments(arguments))
+    planned = plan_through(_source(map_file, reading.transpose), *ends, **plan_arguments(arguments))
     shorter = gain_of_auto_pieces(
         partial(plan_through, _source(map_file, reading.transpose), *ends),
-        arguments | {"limits": path.limits},
-        path.trajectory,
+        arguments | {"limits": planned.limits},
+        planned.trajectory,
     )
-    figures = shorter | {"obstacle_distance": path.distance, "obstacle_instant": path.approach.instant}
-    figures["altitude"] = 0.0 if path.dim == 2 else None
-    how: dict[str, Any] = {"corridor": path.corridor, "limits": path.limits, "further": figures}
-    destination.deliver(path.trajectory, **how, draw=lambda: _figure(path, map_file, destination))
+    figures = shorter | {"obstacle_distance": planned.distance, "obstacle_instant": planned.approach.instant}
+    figures["altitude"] = 0.0 if planned.dim == 2 else None
+    how: dict[str, Any] = {"corridor": planned.corridor, "limits": planned.limits, "further": figures}
+    destination.deliver(planned.trajectory, **how, draw=lambda: _figure(planned, map_file, destination))
 
 
 def _source(file: Path, transpose: bool) -> Any:

@@ -446,8 +446,8 @@ def replan(
     """
     each = isinstance(yaw, Sequence | np.ndarray) and not isinstance(yaw, str) and getattr(yaw, "ndim", 1) > 0
     whole: Any = None if each else yaw
-    wishes = {"durations": durations, "total_time": total_time, "began": began, "yaw": None if whole is yaw else yaw}
-    return Replanner(yaw=whole, **options).replan(flown, now, waypoints, budget, boxes=boxes, goal=goal, **wishes)  # type: ignore[arg-type]
+    times = {"durations": durations, "total_time": total_time, "began": began, "yaw": None if whole is yaw else yaw}
+    return Replanner(yaw=whole, **options).replan(flown, now, waypoints, budget, boxes=boxes, goal=goal, **times)  # type: ignore[arg-type]
 
 
 _awake = threading.Event()

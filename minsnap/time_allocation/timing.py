@@ -90,14 +90,14 @@ class Timing:
         """Raise unless exactly one way of choosing durations is set, and nothing that it would ignore."""
         self._check_limits()
         names = ("durations", "total_time", "time_weight")
-        names_set = [name for name in names if getattr(self, name) is not None]
-        if len(names_set) > 1:
+        chosen = [name for name in names if getattr(self, name) is not None]
+        if len(chosen) > 1:
             raise TimingError(
-                f"{' and '.join(names_set)} exclude each other: give one of durations, total_time, time_weight, limits"
+                f"{' and '.join(chosen)} exclude each other: give one of durations, total_time, time_weight, limits"
             )
-        if not names_set and self.limits is None:
+        if not chosen and self.limits is None:
             raise TimingError("the plan has no times: give one of durations, total_time, time_weight, limits")
-        self._check_ignored(names_set)
+        self._check_ignored(chosen)
 
     def _check_limits(self) -> None:
         if self.limits is None:

@@ -81,7 +81,7 @@ class EndConnectors:
             durations[leg] = _left(float(durations[leg]), taken, leg % len(durations))
         return replace(timing, durations=durations)
 
-    def around(self, timed_part: Timed, limits: Limits, finish: AttachHeading) -> Recovered:
+    def around(self, planned: Timed, limits: Limits, finish: AttachHeading) -> Recovered:
         """Fly the ways before and after a plan between them.
 
         Raises
@@ -89,13 +89,13 @@ class EndConnectors:
         SolverError
             If the whole does not keep the limits and the walls.
         """
-        curve = timed_part.trajectory if self.before is None else joined(self.before, timed_part.trajectory)
+        curve = planned.trajectory if self.before is None else joined(self.before, planned.trajectory)
         if self.after is not None:
             curve = joined(self.after.reversed(), curve.reversed()).reversed()
         whole = finish(curve)
         start = kept_from(limits, whole)
-        allowed = timed_part.limits_from if self.before is None else self.before.duration
-        answer = Recovered(timed_part.solved, whole, timed_part.steps, timed_part.interrupted, limits_from=start)
+        allowed = planned.limits_from if self.before is None else self.before.duration
+        answer = Recovered(planned.solved, whole, planned.steps, planned.interrupted, limits_from=start)
         if start > allowed * (1.0 + KEPT) or (answer.corridor_margin or 0.0) < 0.0:
             raise SolverError("the ways to a state on its limits could not be certified: loosen a limit")
         return answer

@@ -350,8 +350,8 @@ class Sequence:
         command = self._wanted_command(at.vehicle)
         descent = "" if command is None else "it was told to come down; "
         refusal = at.vehicle.refusal
-        of_this = command is not None and refusal is not None and refusal.command == command.command
-        refused = f"it refuses {refusal}; " if of_this else ""
+        own_refusal = command is not None and refusal is not None and refusal.command == command.command
+        refused = f"it refuses {refusal}; " if own_refusal else ""
         return f"{descent}{refused}it ends when the vehicle leaves {self._autopilot.mode}, or with a second Ctrl-C"
 
     def _answer(self, at: Conditions) -> SetpointStep:

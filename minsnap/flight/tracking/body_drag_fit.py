@@ -117,8 +117,8 @@ class _AcrossThrust:
         """Return the estimates as rows of linear, quadratic, bias, wind, None for those left out; and the values."""
         first = np.zeros(int(self.slots.sum()))
         numbers, _ = fitted(self.residuals, first, self._motion.rate)
-        each_number = iter(numbers)
-        listed = [next(each_number) if kept else None for kept in self.slots]
+        remaining = iter(numbers)
+        listed = [next(remaining) if kept else None for kept in self.slots]
         return [listed[2 * k : 2 * k + 2] for k in range(4)], self.unpacked(np.array([each.value for each in numbers]))
 
 
