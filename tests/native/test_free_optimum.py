@@ -175,7 +175,21 @@ def test_what_the_core_does_not_do_is_left_to_the_python_core():
     assert resting_optimum(points, wide, 4) is Status.UNSUPPORTED
     assert minsnap.plan([[0.0], [1.0], [3.0]], durations=wide).report.core == "python"
     closed = np.array([[0.0], [1.0], [0.0]])
-    assert pinned_optimum(closed, np.array([1.0, 1e4]), 4, {}, True) is Status.UNSUPPORTED
+    assert pinned_optimum(closed, np.array([1.0, 1e9]), 4, {}, True) is Status.UNSUPPORTED
+
+
+@pytest.mark.parametrize(("half", "ratio"), [(3, 1e7), (4, 1e3), (4, 1e6), (5, 50.0), (5, 4e3), (6, 5.0), (6, 80.0)])
+def test_laps_of_durations_far_apart_are_splines(half, ratio):
+    """The optimum has 2k - 2 continuous derivatives; the Python core solves for the state of the seam in doubles."""
+    rng = np.random.default_rng(half)
+    points, durations = rng.normal(size=(6, 3)), np.array([1.0, ratio, 3.0, 0.5 * ratio, 1.5])
+    points[-1] = points[0]
+    found, states = pinned_optimum(points, durations, half, {}, True)
+    lap = minsnap.Trajectory(found, durations)
+    assert minsnap.certify(lap).continuity >= 2 * half - 2 and (states[0] == states[-1]).all()
+    with library.using("python"):
+        other = minsnap.plan(points, durations=durations, degree=2 * half - 1, closed=True)
+    assert lap.cost() <= other.cost() * (1.0 + 1e-8)
 
 
 def test_coordinates_out_of_range_are_bad_numbers():

@@ -2,10 +2,15 @@
 // the responses to a unit of each of its derivatives, in the shares at which the forces on both sides of it cancel.
 #include "chain/unconstrained.hpp"
 
+#include <cmath>
+
 #include "basics/dispatch.hpp"
+#include "corridor/exchange_solver.hpp"
 
 namespace minsnap {
 namespace {
+
+constexpr double least_gap = 1e-10;  // share of the cost, of an optimum without walls
 
 template <int half>
 class Lap {
@@ -131,10 +136,51 @@ private:
     Factor<half - 1, double> factor_{};
 };
 
+// Durations too far apart for doubles: as a corridor without walls, in double-double arithmetic.
+Status solve_wide(const ChainProblem &chain, int half, Output out) {
+    const std::int64_t knots = chain.legs + 1, dim = chain.stride, state = half * dim;
+    if (!corridor_sizes_fit(half, chain.legs, dim, 0)) return Status::unsupported;
+    Buffer<std::uint8_t> pinned;
+    Buffer<double> values, numbers;
+    Buffer<std::int64_t> wall;
+    const std::size_t rows = std::size_t(knots * state) + 2;
+    if (!pinned.allocate(rows) || !values.allocate(rows) || !numbers.allocate(3 * rows) || !wall.allocate(rows)) return Status::no_memory;
+    for (std::int64_t i = 0; i < knots * state; ++i) pinned[std::size_t(i)] = i % state < dim, values[std::size_t(i)] = 0.0;
+    for (std::int64_t i = 0; i < chain.pin_count; ++i)
+        for (int order = 1; order < half; ++order) {
+            if (!(chain.pins[i].mask >> order & 1U)) continue;
+            for (int axis = 0; axis < dim; ++axis) {
+                const std::size_t at = std::size_t(chain.knots[i] * state + order * dim + axis);
+                pinned[at] = 1, values[at] = chain.pins[i].values[(order - 1) * chain.pins[i].stride + axis];
+            }
+        }
+    double time = 0.0, length = 0.0;
+    for (std::int64_t leg = 0; leg < chain.legs; ++leg) time = std::fmax(time, chain.durations[leg]);
+    for (std::int64_t i = 0; i < chain.legs * dim; ++i) length = std::fmax(length, std::fabs(chain.points[i + dim] - chain.points[i]));
+    if (length == 0.0) length = 1.0;
+    Request request = {};
+    request.half = half, request.pieces = int(chain.legs), request.dim = int(dim), request.closed = true;
+    request.length = length, request.time = time, request.gap = least_gap;
+    request.positions = chain.points, request.durations = chain.durations;
+    request.pinned = pinned.data(), request.values = values.data();
+    double *const states = numbers.data(), *const s = states + rows, *const multiplier = s + rows;
+    Answer answer = {out.points, states, wall.data(), s, multiplier, 0.0, 0.0, 0.0, 0, 0};
+    const Status status = solve_extended(request, answer);
+    for (std::int64_t knot = 0; knot < knots && status == Status::done; ++knot) {
+        double unit = length;
+        for (int order = 1; order < half; ++order)
+            for (int axis = 0; axis < dim; ++axis) {
+                if (axis == 0) unit /= time;
+                out.states[(knot * (half - 1) + order - 1) * dim + axis] = unit * states[knot * state + order * dim + axis];
+            }
+    }
+    return status;
+}
+
 }  // namespace
 
 Status solve_closed(const ChainProblem &chain, int half, Spread spread, Output out) {
-    if (spread == Spread::wide) return Status::unsupported;
+    if (spread == Spread::wide) return solve_wide(chain, half, out);
     return for_half(half, [&](auto k) {
         Lap<k.value> lap(chain);
         return lap.solve(out);
