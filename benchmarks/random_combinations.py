@@ -195,8 +195,8 @@ def room_for(limits, judge, values, room):
     axis, bounds = limits.norm == "axis", {}
     size = lambda vectors: float(np.abs(vectors).max() if axis else np.sqrt((vectors**2).sum(axis=-1)).max())  # noqa: E731
     measures = {name: (lambda order=order: size(values[order])) for name, order in NORMS.items()}
-    measures |= {"horizontal_speed": lambda: size(values[1][..., :2])}
-    measures |= {"horizontal_acceleration": lambda: size(values[2][..., :2])}
+    along = lambda vectors: float(np.sqrt((vectors[..., :2] ** 2).sum(axis=-1)).max())  # noqa: E731
+    measures |= {"horizontal_speed": lambda: along(values[1]), "horizontal_acceleration": lambda: along(values[2])}
     measures |= {"climb_speed": lambda: float(values[1][..., 2].max())}
     measures |= {"descent_speed": lambda: float(-values[1][..., 2].min())}
     measures |= {"vertical_speed": lambda: float(np.abs(values[1][..., 2]).max())}
@@ -362,10 +362,9 @@ def limited(judge, limits, drag):
     for name, order in NORMS.items():
         if name in given:
             (judge.axis_bounds if limits.norm == "axis" else judge.norms)(name, order, given[name])
-    flat = judge.axis_bounds if limits.norm == "axis" else judge.norms
     for name, order in (("horizontal_speed", 1), ("horizontal_acceleration", 2)):
         if name in given:
-            flat(name, order, given[name], axes=[0, 1])
+            judge.norms(name, order, given[name], axes=[0, 1])
     for name, order, signs in (
         ("climb_speed", 1, (1,)),
         ("descent_speed", 1, (-1,)),
