@@ -53,7 +53,7 @@ def _closed_optimum(problem: ReducedProblem, free: BoolArray) -> FloatArray:
     responses = np.stack([_response(problem, inner, place) for place in places])
     pulls = np.stack([_seam_pull(problem, response, True) for response in responses])[:, seam]
     pull = _seam_pull(problem, particular, False)[seam]
-    shares = np.linalg.solve(pulls.T, -pull)
+    shares = np.linalg.lstsq(pulls.T, -pull)[0]  # no force at all where curves without cost have any seam
     return np.asarray(particular + np.tensordot(shares, responses, axes=1))
 
 

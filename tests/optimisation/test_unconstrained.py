@@ -107,6 +107,13 @@ def test_a_closed_lap_of_two_legs_is_not_pinned_to_rest():
     assert np.abs(traj(0.0, 1)).max() > 1e-3
 
 
+def test_a_lap_there_and_back_whose_seam_costs_nothing_is_planned():
+    """Two cubics with continuous accelerations: no state of the seam is dearer than another."""
+    lap = minsnap.plan([(0, 0), (2, 1), (0, 0)], [1.5, 1.5], closed=True, continuity=2)
+    assert lap(1.5) == pytest.approx((2.0, 1.0)) and (jumps(lap.then(lap), 2) <= 1e-9).all()
+    assert lap.cost() <= 1e-12
+
+
 @pytest.mark.parametrize(("degree", "continuity"), ((5, 1), (7, 2), (9, 3), (11, 4)))
 def test_less_continuity_costs_less_and_leaves_jumps(degree, continuity):
     points, durations = random_question(3, legs=(5, 5), spread=0.2)
