@@ -89,7 +89,8 @@ def looked_at(planned: Timed, task: Task, timing: Timing, samples: int | None = 
 
 def _timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | None = None) -> Timed:
     if timing.limits is not None:
-        return _within_limits(task, timing, timing.limits, finish, samples)
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what overflows is refused
+            return _within_limits(task, timing, timing.limits, finish, samples)
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
         return timed(solved_or_explained(task, durations, samples), finish)
@@ -98,7 +99,6 @@ def _timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | Non
     return timed(solved_or_explained(task, task.piece_durations(durations), samples), finish, search)
 
 
-@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # a step that overflows has no merit, and is refused
 def _within_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeading, samples: int | None) -> Timed:
     from minsnap.time_allocation.ways import on_limits
     from minsnap.time_allocation.within_limits import (

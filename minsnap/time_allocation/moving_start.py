@@ -11,7 +11,7 @@ from minsnap.limits.limits import Limits
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.recovery import connect_start, start_state, start_use
-from minsnap.time_allocation.strategy import searched_from
+from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.timing import AttachHeading, Run, Timed, Timing, timed
 from minsnap.time_allocation.ways import (
     ON_LIMIT,
@@ -62,7 +62,7 @@ def shortest_from(
     if start_use(task, limits) > (1.0 - ON_LIMIT if first is None else 1.0 + KEPT):
         return _brought_back(task, limits, timing, finish, None)
     try:
-        return searched_from(task, limits, timing, finish, first)
+        return Strategy(task, limits, timing, finish).run(first)
     except LateError:
         raise
     except (InfeasibleError, SolverError) as refused:
@@ -102,7 +102,7 @@ def _searched_from_end(
     """Search with the pieces of the request, then with more."""
     began = task.deadline.clock()
     try:
-        return searched_from(task, limits, timing, finish)
+        return Strategy(task, limits, timing, finish).run()
     except LateError:
         raise
     except (InfeasibleError, SolverError) as again:

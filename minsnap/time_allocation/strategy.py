@@ -63,10 +63,8 @@ ANY = np.inf
 """Share by which a plan may be slower than the curve of a search that does not know every limit."""
 
 
-def searched_from(
-    task: Task, limits: Limits, timing: Timing, finish: AttachHeading, first: Trajectory | None = None
-) -> tuple[SolvedTask, Run]:
-    """Search for the shortest plan.
+class Strategy:
+    """One search for a plan within limits.
 
     Parameters
     ----------
@@ -76,32 +74,13 @@ def searched_from(
     timing : Timing
     finish : callable
         Gives a curve its yaw.
-    first : Trajectory, optional
-        To search from.
 
     Raises
     ------
-    InfeasibleError
-        If it is proved that no curve keeps the walls.
-    SolverError
-        If no speed was found at which limits and walls can be kept.
-    LateError
-        If the time allowed was over before.
     LimitError
-        If nothing limits the time.
-    """
-    return Strategy(task, limits, timing, finish).run(first)
-
-
-class Strategy:
-    """One search for a plan within limits.
-
-    Parameters
-    ----------
-    task : Task
-    limits : Limits
-    timing : Timing
-    finish : callable
+        If the limits are too low for any leg.
+    LateError
+        If the time allowed is over.
     """
 
     def __init__(self, task: Task, limits: Limits, timing: Timing, finish: AttachHeading) -> None:
@@ -118,7 +97,24 @@ class Strategy:
         self.search = InteriorSearch(task, limits, finish, self.polled)
 
     def run(self, first: Trajectory | None = None) -> tuple[SolvedTask, Run]:
-        """Return the shortest plan, certified, and its search."""
+        """Return the shortest plan, certified, and its search.
+
+        Parameters
+        ----------
+        first : Trajectory, optional
+            To search from.
+
+        Raises
+        ------
+        InfeasibleError
+            If it is proved that no curve keeps the walls.
+        SolverError
+            If no speed was found at which limits and walls can be kept.
+        LateError
+            If the time allowed was over before.
+        LimitError
+            If nothing limits the time.
+        """
         guess = None if first is None else guess_of(first, self.task)
         solved = self.solve(guess)
         if solved is None and not self.interrupted:

@@ -25,7 +25,7 @@ from minsnap.time_allocation.least_priced import LeastPriced
 from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.moving_start import as_timed, moves, shortest_from
 from minsnap.time_allocation.refusal import explain
-from minsnap.time_allocation.strategy import searched_from
+from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import most_used, touching_factor
 from minsnap.time_allocation.timing import (
@@ -61,7 +61,7 @@ def shortest_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHead
         return scaled_plan(task, timing, limits, finish)
     if (moves(task) or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
         return as_timed(shortest_from(task, limits, timing, finish), finish)
-    solved, search = searched_from(task, limits, timing, finish)
+    solved, search = Strategy(task, limits, timing, finish).run()
     if task.continuity <= task.half - 1:
         return timed(solved, finish, search)
     return _smoother(task, task.with_walls(limits.walls(task.waypoints)), solved, timing, finish, search)
@@ -144,7 +144,7 @@ def limited_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeadi
             return _joint_plan(task, bounded, timing, limits, finish)
         except InfeasibleRowsError:
             raise explain(task, task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))) from None
-    fastest, search = searched_from(task, limits, timing, finish)
+    fastest, search = Strategy(task, limits, timing, finish).run()
     price, durations = _wished(task, timing, _leg_durations(fastest))
     if price is None:
         _check_total(float(durations.sum()), fastest)
@@ -170,7 +170,7 @@ def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finis
     free, run = search.free(distance_split(task, total))
     if keeps(limits, finish(free.trajectory)):
         return timed(free, finish, run)
-    fastest, last = searched_from(task, limits, timing, finish)
+    fastest, last = Strategy(task, limits, timing, finish).run()
     _check_total(total, fastest)
     interrupted = run.interrupted or last.interrupted
     best = None if interrupted else search.at_total(total, free)
