@@ -84,7 +84,7 @@ def _room(task: Task, durations: FloatArray, problem: ReducedProblem, relaxed: R
     a little inside.
     """
     giant = EXACT * np.abs(problem.relative_points(relaxed.knots)).max() >= 0.01
-    for room in (100.0 * WIDTH_ROOM, 200.0 * WIDTH_ROOM) if giant else (WIDTH_ROOM, 100.0 * WIDTH_ROOM):
+    for room in (0.01, 0.02, 0.05) if giant else (WIDTH_ROOM, 0.01):
         share = np.broadcast_to(relaxed.slacks * (1.0 + room) + room, task.legs)
         walls = [wall if wall.order else _widened(wall, share[wall.leg]) for wall in task.walls]
         try:

@@ -100,7 +100,10 @@ def test_a_width_that_only_giant_curves_keep_is_named_as_enough_only_if_it_is():
         if core.library is None:
             pytest.skip("the Python core finds other curves")
         refused = refusal(**asked)
-        assert fits(**asked | {"corridor": minsnap.RoundTube(refused.smallest_width)})
+        if refused.smallest_width is None:
+            assert "would do" not in str(refused) and "the others may need more" in str(refused)
+        else:
+            assert fits(**asked | {"corridor": minsnap.RoundTube(refused.smallest_width)})
 
 
 def test_a_width_is_named_as_one_that_does_only_where_it_does_with_all_that_is_asked():
