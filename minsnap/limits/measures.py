@@ -9,7 +9,7 @@ All are polynomials or quotients of polynomials on every piece, so all maxima ar
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -19,6 +19,7 @@ from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.native.proved_extrema import maximum
 from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
+from minsnap.polynomials.enclosures import Enclosure, derivative
 from minsnap.polynomials.ratios import largest_ratio
 from minsnap.trajectory.medium import Medium, norm
 from minsnap.trajectory.samples import Samples
@@ -39,10 +40,19 @@ class Motion:
         Of speed, acceleration, jerk and snap.
     medium : Medium
         Of control points without drag.
+    enclosed : callable, optional
+        Returns the same control points with bounds of their rounding; by default they are exact.
     """
 
-    def __init__(self, order: Callable[[int], FloatArray], norm: str, medium: Medium) -> None:
+    def __init__(
+        self,
+        order: Callable[[int], FloatArray],
+        norm: str,
+        medium: Medium,
+        enclosed: Callable[[int], Enclosure] | None = None,
+    ) -> None:
         self.order, self.norm, self.medium = cache(order), norm, medium
+        self.enclosed = cache(enclosed or (lambda number: _exactly(self.order(number))))
 
     def axis(self, derivatives: int = 0) -> tuple[FloatArray, ...]:
         """Vector along the thrust axis over gravity, and its derivatives."""
@@ -70,7 +80,7 @@ def exact_motion(traj: Trajectory, norm: str, gravity: float) -> Motion:
         points = differentiate(traj.control_points, number)
         return np.asarray(points / traj.durations[:, None, None] ** number)
 
-    return Motion(order, norm, Medium(gravity))
+    return Motion(order, norm, Medium(gravity), partial(derivative, traj.control_points, traj.durations))
 
 
 def sampled_motion(samples: Samples, norm: str, medium: Medium) -> Motion:
@@ -113,8 +123,9 @@ class _Part:
         self.columns, self.sign = columns, sign
 
     def largest(self, motion: Motion, order: int) -> Peak:
-        points = motion.order(order)[..., self.columns]
-        return _largest_component(points, self.sign) if self._single(motion.norm) else _largest_norm(points)
+        curve = motion.enclosed(order)
+        part = Enclosure(curve.points[..., self.columns], curve.errors[..., self.columns])
+        return _largest_component(part, self.sign) if self._single(motion.norm) else _largest_norm(part)
 
     def sampled(self, motion: Motion, order: int) -> FloatArray:
         values = motion.order(order)[:, self.columns]
@@ -141,7 +152,7 @@ class _Thrust:
 
     def largest(self, motion: Motion, order: int) -> Peak:
         if not self.least:
-            return _largest_norm(motion.thrust())
+            return _largest_norm(_exactly(motion.thrust()))
         value, piece, s = maximum(-squared_norm(motion.thrust()))
         return float(np.sqrt(max(-value, 0.0))), piece, s
 
@@ -217,16 +228,24 @@ MEASURES: dict[str, Measure] = {
 """By name; the yaw rate, which is no function of the position, is measured where limits are."""
 
 
-def _largest_norm(points: FloatArray) -> Peak:
-    size = float(np.abs(points).max()) or 1.0
-    value, piece, s = maximum(squared_norm(points / size))
+def _exactly(points: FloatArray) -> Enclosure:
+    return Enclosure(points, np.zeros_like(points))
+
+
+def _largest_norm(curve: Enclosure) -> Peak:
+    size = float(np.abs(curve.points).max()) or 1.0
+    scaled = Enclosure(curve.points / size, curve.errors / size)
+    square = scaled.squared_norm() if curve.errors.any() else _exactly(squared_norm(scaled.points))
+    value, piece, s = maximum(square.points, square.errors)
     return size * float(np.sqrt(max(value, 0.0))), piece, s
 
 
-def _largest_component(points: FloatArray, sign: int) -> Peak:
+def _largest_component(curve: Enclosure, sign: int) -> Peak:
     """Largest coordinate upwards (1), downwards (-1) or both ways (0)."""
-    both = np.concatenate([side * points for side in ((sign,) if sign else (1, -1))], axis=2).transpose(0, 2, 1)
-    value, row, s = maximum(both.reshape(-1, points.shape[1]))
+    sides = (sign,) if sign else (1, -1)
+    both = np.concatenate([side * curve.points for side in sides], axis=2).transpose(0, 2, 1)
+    errors = np.concatenate([curve.errors] * len(sides), axis=2).transpose(0, 2, 1)
+    value, row, s = maximum(both.reshape(-1, both.shape[2]), errors.reshape(-1, both.shape[2]))
     return value, row // both.shape[1], s
 
 

@@ -1,5 +1,8 @@
 """Thresholds of the measures: where thrust counts as none, and how far above free fall the tilt's walls begin."""
 
+from fractions import Fraction
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -58,3 +61,26 @@ def test_both_cores_measure_the_same():
         expected = limits.utilisation(path)
     for one, other in zip(found, expected, strict=True):
         assert (one.value, one.instant) == pytest.approx((other.value, other.instant), rel=1e-9), one.name
+
+
+@pytest.mark.parametrize(
+    ("given", "order", "columns"),
+    [
+        ({"norm": "axis", "jerk": 9.0}, 3, (0, 1, 2)),
+        ({"horizontal_acceleration": 9.0}, 2, (0, 1)),
+        ({"climb_speed": 9.0}, 1, (2,)),
+    ],
+)
+def test_what_rounding_may_hide_of_a_derivative_is_counted(given, order, columns):
+    """Points a meter apart within some thousandths of a second: differences lose digits, which are added as bounds."""
+    for points in np.random.default_rng(1).uniform(-2.0, 2.0, (40, 4, 3)):
+        (used,) = minsnap.Limits(**given).utilisation(minsnap.Trajectory(points[None], [3e-3]))
+        exact, factor = [[Fraction(x) for x in row] for row in points.tolist()], Fraction(1)
+        for lost in range(order):
+            exact = [[b - a for a, b in zip(*pair, strict=True)] for pair in pairwise(exact)]
+            factor *= (3 - lost) / Fraction(3e-3)
+        ends = [[factor * row[column] for column in columns] for row in (exact[0], exact[-1])]
+        if len(columns) == 2:
+            assert Fraction(used.value) ** 2 >= max(x * x + y * y for x, y in ends)
+        else:
+            assert Fraction(used.value) >= max(abs(x) if order == 3 else x for row in ends for x in row)
