@@ -10,7 +10,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solve import Patience, solve
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.derivative_walls import kept_factor, without_derivative_walls
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
@@ -49,7 +49,7 @@ def shortest_scaled(
         [s].
     """
     tried = [
-        _ScaledSearch(task, timing, limits, finish, durations, 30) for durations in (first, _by_stops(task, limits))
+        _ScaledSearch(task, timing, limits, finish, durations, 12) for durations in (first, _by_stops(task, limits))
     ]
     best = min(tried, key=lambda one: one.evaluate(np.zeros(task.legs - 1)))
     if not np.isfinite(best.best[0]):
@@ -84,7 +84,7 @@ class _ScaledSearch:
         self.first, self.most, self.shape = first, most, without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
         self.log = Log(timing.progress)
-        self.factor = 1.0
+        self.factor, self.patience = 1.0, Patience()
 
     def run(self) -> FloatArray:
         """Return the best durations (proportions matter), shape (pieces in all,)."""
@@ -92,7 +92,7 @@ class _ScaledSearch:
 
         start = np.zeros(self.task.legs - 1)
         if np.isfinite(self.best[0]) or np.isfinite(self.evaluate(start)):
-            options = {"maxfev": self.most * self.task.legs, "xtol": 1e-4, "ftol": 1e-6}
+            options = {"maxfev": self.most * self.task.legs, "xtol": 1e-3, "ftol": 1e-4}
             minimize(self.evaluate, start, method="Powell", options=options)
         return self.best[1]
 
@@ -103,7 +103,7 @@ class _ScaledSearch:
         if np.isfinite(barred) and monotonic() > self.due:
             return barred
         try:
-            trajectory = self.finish(solve(self.shape, durations).trajectory)
+            trajectory = self.finish(self.patience.solve(self.shape, durations).trajectory)
             self.factor = kept_factor(self.limits, self.task.walls, trajectory, self.factor, SCALE_PRECISION)
         except (InfeasibleRowsError, SolverError):
             return barred

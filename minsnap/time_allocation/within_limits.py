@@ -15,7 +15,7 @@ from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import Effort, solve
+from minsnap.optimisation.solve import Patience, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.derivative_walls import kept_factor
@@ -111,10 +111,11 @@ def plans_for(
     callable
         Of durations, and of ``natively``: whether to end where the native core finds none.
     """
+    patience = Patience()
 
     def plan(durations: FloatArray, natively: bool = False) -> Timed | None:
         try:
-            solved = solve(bounded, durations, effort=Effort.TRY if natively else None)
+            solved = (Patience(0) if natively else patience).solve(bounded, durations)
             trajectory = finish(solved.trajectory)
             if limits is None:
                 return timed(solved, finish, search)
