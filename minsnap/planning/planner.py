@@ -120,7 +120,7 @@ def plan(
     continuity : int, optional
         Derivatives continuous at the knots; k - 1 by default (3 for degree 7), at most 2k - 2; k - 2 with one
         polynomial per leg between fixed waypoints. Above k - 1 shortest times are not searched for: the plan is made at
-        the durations for k - 1, or longer ones.
+        the durations for k - 1, or longer ones, or where none fits at others that are searched for.
     degree : int
         2k - 1: 3, 5, 7, 9 or 11.
     yaw : float, array_like of shape (n,), "velocity", "tilt", Velocity, LookAt, callable, optional

@@ -15,12 +15,24 @@ from minsnap.basics.checks import check_durations
 from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import keeps
+from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
+from minsnap.time_allocation.fitting_durations import fitting_durations
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
-from minsnap.time_allocation.least_cost import distance_split
+from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.longer_times import least_longer
 from minsnap.time_allocation.refusal import explain
-from minsnap.time_allocation.timing import AttachHeading, Run, Timed, Timing, solved_or_explained, timed
+from minsnap.time_allocation.time_scaling import shortest_scaled
+from minsnap.time_allocation.timing import (
+    AttachHeading,
+    Run,
+    Timed,
+    Timing,
+    priced_factor,
+    searched,
+    solved_or_explained,
+    timed,
+)
 from minsnap.time_allocation.within_limits import plans_for
 
 if TYPE_CHECKING:
@@ -46,14 +58,41 @@ def in_other_times(
     if timing.total_time is not None:
         attempt = partial(plans_for(bounded, task, limits, finish, rest, exact=True), natively=True)
         splits = (timing.total_time / one.sum() * one for one in _proportions(task, timing, refused))
-        return next((planned for planned in map(attempt, splits) if planned is not None), None)
+        planned = next((planned for planned in map(attempt, splits) if planned is not None), None)
+        return planned or _where_free_curves_fit(task, bounded, timing, finish, refused)
     plan = plans_for(bounded, task, limits, finish, rest)
     attempt = partial(plan, natively=True)
     slows = task.still and not any(wall.order for wall in task.walls)
     *others, last = _proportions(task, timing, refused)
     tried = (least_longer(attempt, durations, slows, timing.due) for durations in others)
     planned = next((one for one in tried if one is not None), None)
+    planned = planned or _where_free_curves_fit(task, bounded, timing, finish, refused)
     return planned or least_longer(attempt, last, slows, timing.due, plan)
+
+
+def _where_free_curves_fit(
+    task: Task, bounded: Task, timing: Timing, finish: AttachHeading, refused: Refused
+) -> Timed | None:
+    """Plan from durations whose curve without walls is inside, of a price or a total near to the cheapest of these."""
+    if task.continuity <= task.half - 1:  # searches change the curve and its durations together
+        return None
+    first = leg_sums(next(_proportions(task, timing, refused)), task.pieces)
+    fitting = fitting_durations(bounded, first, timing.total_time, timing.due)
+    if fitting is None:
+        return None
+    priced = timing.time_weight is not None or timing.total_time is not None
+    if timing.limits is not None and task.still and not priced:
+        return shortest_scaled(task, timing, timing.limits, finish, task.piece_durations(fitting))
+    if timing.time_weight is not None and task.still:
+        factor = priced_factor(solve(replace(bounded, walls=()), task.piece_durations(fitting)), timing.time_weight)
+        fitting = fitting * (factor if all(wall.order == 0 for wall in bounded.walls) else max(factor, 1.0))
+    cheapest, run = fitting, Run(())
+    if priced:
+        search = CostSearch(bounded, fitting, timing.time_weight, timing.progress)
+        cheapest, run = searched(search, timing.best_on_interrupt)
+    plan = plans_for(bounded, task, timing.limits, finish, run, exact=priced)
+    tried = (plan(task.piece_durations(cheapest + share * (fitting - cheapest))) for share in (0.0, 1e-3, 0.03, 1.0))
+    return next((planned for planned in tried if planned is not None), None)
 
 
 def by_necessary_walls(

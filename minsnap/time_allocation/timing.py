@@ -193,12 +193,16 @@ def _explained(task: Task, durations: FloatArray) -> MinsnapError:
 
 
 def priced_first_guess(task: Task, price: float) -> FloatArray:
-    """Leg durations by distance at the total where cost + price * time is least; the cost goes as total^(1 - 2k)."""
+    """Leg durations by distance at the total where cost + price * time is least."""
     durations = distance_split(task, float(task.legs))
-    cost = solved_or_explained(task, task.piece_durations(durations)).cost
-    power = 2 * task.half - 1
-    factor = (power * cost / (price * durations.sum())) ** (1.0 / (power + 1)) if cost > 0.0 else 1.0
-    return np.asarray(durations * factor)
+    solved = solved_or_explained(task, task.piece_durations(durations))
+    return np.asarray(durations * priced_factor(solved, price))
+
+
+def priced_factor(solved: SolvedTask, price: float) -> float:
+    """Factor on time at which cost + price * time is least; the cost goes as total^(1 - 2k)."""
+    power, cost = 2 * solved.task.half - 1, solved.cost
+    return float((power * cost / (price * solved.durations.sum())) ** (1.0 / (power + 1))) if cost > 0.0 else 1.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,99 @@
+"""Durations whose curve of least cost fits between walls that nothing keeps it inside.
+
+Where all derivatives up to 2k - 2 join, durations leave one curve, or few, and those that a search for another
+continuity chose rarely fit. A search without gradients (J. A. Nelder and R. Mead, "A simplex method for function
+minimization", The Computer Journal 7, 1965) changes them until the largest excess over a wall is gone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from time import monotonic
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.corridors.constraint import Walls
+from minsnap.errors import SolverError
+from minsnap.optimisation.optimum import InfeasibleRowsError
+from minsnap.optimisation.solve import solve
+from minsnap.optimisation.task import Task
+from minsnap.polynomials.bernstein import basis, differentiate
+from minsnap.trajectory.trajectory import Trajectory
+
+
+def fitting_durations(task: Task, first: FloatArray, total: float | None, due: float) -> FloatArray | None:
+    """Find durations of the legs.
+
+    Parameters
+    ----------
+    task : Task
+        With all walls.
+    first : ndarray, shape (legs,)
+        Durations to begin with [s]; without a total they are scaled first.
+    total : float or None
+        Of all legs together [s].
+    due : float
+        Reading of the monotonic clock at which the search ends [s].
+
+    Returns
+    -------
+    ndarray, shape (legs,), or None
+        [s]; None where none were found.
+    """
+    from scipy.optimize import minimize
+
+    search = _Search(task, first, total, due)
+    start = np.zeros(task.legs)
+    if total is None:
+        scales = sorted(np.linspace(-3.0, 3.0, 25), key=abs)  # the first where it does not matter
+        start += scales[np.argmin([search.excess(np.full(task.legs, scale)) for scale in scales])]
+    simplex = start + np.vstack((np.zeros(task.legs), 0.3 * np.eye(task.legs)))
+    options = {"maxfev": 40 * task.legs, "xatol": 1e-4, "fatol": 1e-5, "initial_simplex": simplex}
+    minimize(search.excess, start, method="Nelder-Mead", callback=search.check, options=options)
+    return search.durations(search.best[1]) if search.best[0] < 0.0 else None
+
+
+class _Search:
+    """The largest excess over all walls at logarithms of factors on the first durations; parameters as above."""
+
+    def __init__(self, task: Task, first: FloatArray, total: float | None, due: float) -> None:
+        self.free, self.walls = replace(task, walls=(), touching=False), task.walls
+        self.first, self.total, self.due = first, total, due
+        self.best = (np.inf, np.zeros(len(first)))
+
+    def durations(self, logarithms: FloatArray) -> FloatArray:
+        """Return durations of the legs [s], of six digits, as no rounding of a library may decide a plan."""
+        durations = self.first * np.exp(logarithms)
+        durations *= 1.0 if self.total is None else self.total / durations.sum()
+        rounded = np.array([float(f"{each:.6g}") for each in durations])
+        return rounded if self.total is None else np.asarray(rounded * (self.total / rounded.sum()))
+
+    def excess(self, logarithms: FloatArray) -> float:
+        """Return the largest excess in widths, of six digits."""
+        try:
+            curve = solve(self.free, self.free.piece_durations(self.durations(logarithms))).trajectory
+        except (InfeasibleRowsError, SolverError):
+            return 1e3
+        excess = float(f"{_largest_excess(self.walls, curve):.6g}")
+        if excess < self.best[0]:
+            self.best = (excess, logarithms.copy())
+        return excess
+
+    def check(self, _: FloatArray) -> None:
+        """End the search where a curve has some room, or the time is over."""
+        if self.best[0] < -0.01 or monotonic() > self.due:
+            raise StopIteration
+
+
+def _largest_excess(walls: Sequence[Walls], curve: Trajectory) -> float:
+    """Return the largest excess over walls, in widths, at 33 instants of each piece."""
+    instants, largest = np.linspace(0.0, 1.0, 33), -np.inf
+    for wall in walls:
+        points = differentiate(curve.control_points, wall.order) / curve.durations[:, None, None] ** wall.order
+        values = np.einsum("sn,pnd->psd", basis(points.shape[1] - 1, instants), points)
+        row, piece = wall.on_pieces(curve.pieces)
+        slack = wall.chosen(row).slack(values[piece]) / wall.width[row, None]
+        largest = max(largest, float(-slack.min(initial=np.inf)))
+    return largest

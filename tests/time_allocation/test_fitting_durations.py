@@ -1,0 +1,57 @@
+"""Durations that leave a curve whose derivatives all join inside its walls."""
+
+import math
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.corridors.tubes import as_constraints
+from minsnap.planning.planner import placed_task
+from minsnap.time_allocation.fitting_durations import fitting_durations
+
+POINTS = ((0, 0, 0), (4, 0, 0), (4, 1, 0), (4, 6, 1), (3, 6, 1))
+
+
+def task(corridor):
+    return placed_task(POINTS, None, None, None, None, False, as_constraints(corridor), 4, 6, 1, "auto")
+
+
+@pytest.mark.parametrize("total", (None, 10.0))
+def test_a_smooth_curve_that_only_its_durations_bend_is_brought_inside(total):
+    """With continuity 6 and degree 7 there is one curve for the durations; those by distance leave a tube of 0.2 m."""
+    lengths = np.linalg.norm(np.diff(np.array(POINTS, float), axis=0), axis=1)
+    free = minsnap.plan(POINTS, lengths, continuity=6)
+    assert minsnap.certify(free, corridor=0.2).corridor_margin < 0.0
+    found = fitting_durations(task(0.2), lengths, total, math.inf)
+    assert total is None or found.sum() == pytest.approx(total, rel=1e-14)
+    assert minsnap.certify(minsnap.plan(POINTS, found, continuity=6), corridor=0.2).corridor_margin > 0.0
+
+
+def test_no_durations_are_found_where_none_bring_the_curve_inside_or_no_time_is_left():
+    lengths = np.ones(4)
+    assert fitting_durations(task(1e-3), lengths, None, math.inf) is None
+    assert fitting_durations(task(0.2), lengths, 10.0, 0.0) is None
+
+
+@pytest.mark.parametrize(
+    "asked",
+    (
+        {"total_time": 10.0},
+        {"search": minsnap.Search(time_weight=100.0)},
+        {"limits": minsnap.Limits(speed=3.0, acceleration=6.0)},
+        {"limits": minsnap.Limits(speed=3.0, acceleration=6.0), "total_time": 10.0},
+        {"limits": minsnap.Limits(speed=3.0, acceleration=6.0), "search": minsnap.Search(time_weight=100.0)},
+    ),
+)
+def test_smooth_plans_of_free_times_are_found_in_tubes(asked):
+    smooth = minsnap.plan(POINTS, corridor=0.2, continuity=6, **asked)
+    proved = minsnap.certify(smooth, corridor=0.2, waypoints=POINTS, limits=asked.get("limits"))
+    assert proved.ok and proved.continuity >= 6
+    usual = minsnap.plan(POINTS, corridor=0.2, **asked)
+    if "search" in asked:
+        assert smooth.cost() + 100.0 * smooth.duration < 1.01 * (usual.cost() + 100.0 * usual.duration)
+    elif "total_time" in asked:
+        assert smooth.duration == pytest.approx(10.0) and smooth.cost() < 1.05 * usual.cost()
+    else:
+        assert smooth.duration < 1.5 * usual.duration
