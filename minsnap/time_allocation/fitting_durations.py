@@ -44,7 +44,7 @@ def fitting_durations(task: Task, first: FloatArray, total: float | None, due: f
     """
     from scipy.optimize import minimize
 
-    search = _Search(task, first, total, due)
+    search = _LeastExcess(task, first, total, due)
     start = np.zeros(task.legs)
     if total is None:
         scales = sorted(np.linspace(-3.0, 3.0, 25), key=abs)  # the first where it does not matter
@@ -55,7 +55,7 @@ def fitting_durations(task: Task, first: FloatArray, total: float | None, due: f
     return search.durations(search.best[1]) if search.best[0] < 0.0 else None
 
 
-class _Search:
+class _LeastExcess:
     """The largest excess over all walls at logarithms of factors on the first durations; parameters as above."""
 
     def __init__(self, task: Task, first: FloatArray, total: float | None, due: float) -> None:
