@@ -213,7 +213,7 @@ def room_for(limits, judge, values, room):
             "min_thrust": -float(flown["min_thrust"]) / room(0.2),
         }
         fits = {"tilt": most["tilt"] < 1.4, "body_rate": most["body_rate"] < 40, "max_thrust": most["max_thrust"] < 9}
-        fits |= {"min_thrust": most["min_thrust"] > 0.01 and fits["tilt"]}
+        fits |= {"min_thrust": 0.01 < most["min_thrust"] < 0.99 and fits["tilt"]}
         bounds |= {name: value for name, value in most.items() if name in given and fits[name]}
     if not set(bounds) & set(NORMS):
         bounds["speed"] = max(measures["speed"](), 1e-3) * room(0.3)

@@ -30,6 +30,7 @@ from scipy.sparse import csc_matrix, csr_matrix, diags, identity
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.deadline import LateError
 from minsnap.basics.tolerances import EXACT
+from minsnap.certificate import continuity
 from minsnap.errors import SolverError
 from minsnap.optimisation.elastic import ACCURACY as APPARENT
 from minsnap.optimisation.elastic import Elastic, Relaxation
@@ -195,7 +196,10 @@ class ReferenceCore:
             left = LinearRows(self.problem, state.curve.knots).equality_rows()[1]
             if np.abs(left).max(initial=0.0) > EXACT * np.abs(state.curve.points).max():
                 return False
-        return not self.prove or self._told(state, ()).inside
+        if not self.prove:
+            return True
+        told = self._told(state, ())
+        return told.inside and (not self.task.jumps or continuity(told.trajectory) >= self.task.continuity)
 
     def _told(self, state: State, rungs: tuple[str, ...]) -> SolvedTask:
         known = len(state.multipliers)

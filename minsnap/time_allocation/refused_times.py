@@ -74,8 +74,6 @@ def _where_free_curves_fit(
     task: Task, bounded: Task, timing: Timing, finish: AttachHeading, refused: Refused
 ) -> Timed | None:
     """Plan from durations whose curve without walls is inside, of a price or a total near to the cheapest of these."""
-    if task.continuity <= task.half - 1:  # searches change the curve and its durations together
-        return None
     first = leg_sums(next(_proportions(task, timing, refused)), task.pieces)
     fitting = fitting_durations(bounded, first, timing.total_time, timing.due)
     if fitting is None:
