@@ -67,9 +67,7 @@ def walled_factor(walls: Sequence[Walls], curve: Trajectory, least: float) -> fl
     return high
 
 
-def kept_factor(
-    limits: Limits, walls: Sequence[Walls], curve: Trajectory, guess: float = 1.0, precision: float = 1e-13
-) -> float:
+def kept_factor(limits: Limits, walls: Sequence[Walls], curve: Trajectory, guess: float | None = None) -> float:
     """Return the least factor on time with which a curve keeps limits and walls on derivatives.
 
     Parameters are those of :func:`touching_factor`.
@@ -81,7 +79,7 @@ def kept_factor(
     SolverError
         If walls are kept by no factor with which the limits are.
     """
-    factor = walled_factor(walls, curve, touching_factor(limits, curve, guess, precision))
+    factor = walled_factor(walls, curve, touching_factor(limits, curve, guess))
     if factor is None:
         raise SolverError("no speed was found at which the path keeps its limits and the walls on derivatives")
     return factor

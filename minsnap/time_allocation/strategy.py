@@ -39,6 +39,7 @@ from minsnap.time_allocation.longer_times import RESERVES
 from minsnap.time_allocation.recovery import state_at
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import coasting_guess, guess_of, question_of
+from minsnap.time_allocation.time_scaling import yaw_too_fast
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits, touching_factor
 from minsnap.time_allocation.timing import AttachHeading, Run, Timing
 from minsnap.time_allocation.yaw_pace import paced
@@ -187,7 +188,7 @@ class Strategy:
             curve = self.finish(solved.trajectory)
             least = paced(curve, self.finish, self.limits.yaw_rate)
             if least is None:
-                raise self._spun(curve)
+                raise yaw_too_fast(self.limits, curve)
             slower = float((least / guess.durations).max())
             guess = replace(guess, slower=slower, least=least)
         again = InteriorSearch(task, self.limits, self.finish, self.polled)
@@ -203,14 +204,6 @@ class Strategy:
         except MinsnapError:
             return None
         return solved_at(self.task, self.search.answer, factor)
-
-    def _spun(self, curve: Trajectory) -> LimitError:
-        """Say that the yaw is a function of time, which no speed slows."""
-        used = next(used for used in self.limits.utilisation(curve) if used.name == "yaw_rate")
-        return LimitError(
-            f"the yaw turns at {used.value:.4g} rad/s at {used.instant:.4g} s, however slow the plan, and "
-            f"{used.limit:g} rad/s are allowed: give one that turns more slowly"
-        )
 
     def polled(self, total: float, pressed: bool) -> bool:
         """Tell of an iteration, and say whether the search must end: late, or by Ctrl-C."""

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from time import monotonic
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.errors import SolverError, TimingError
+from minsnap.corridors.constraint import Walls
+from minsnap.errors import LimitError, SolverError, TimingError
+from minsnap.limits.compliance import keeps
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Patience, solve
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.derivative_walls import kept_factor, without_derivative_walls
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
 from minsnap.time_allocation.least_cost import BARRED, Log, distance_split, trapezoid_times
-from minsnap.time_allocation.timing import AttachHeading, Timed, Timing, searched, solved_or_explained, timed
-
-SCALE_PRECISION = 1e-6
-"""Of the logarithm of the time scale while proportions are searched."""
+from minsnap.time_allocation.time_stretch import most_used
+from minsnap.time_allocation.timing import AttachHeading, Run, Timed, Timing, searched, solved_or_explained, timed
+from minsnap.trajectory.trajectory import Trajectory
 
 SCALED_LEGS = 20
 """Legs up to which the proportions of a plan that is only scaled are searched."""
@@ -34,8 +37,7 @@ def scaled_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeadin
     if timing.split == "optimal" and 1 < task.legs <= SCALED_LEGS:
         scaled = _ScaledSearch(task, timing, limits, finish, _by_stops(task, limits), 100)
         first, search = searched(scaled, timing.best_on_interrupt)
-    solved = solved_or_explained(shape, first)
-    return timed(solved, finish, search, kept_factor(limits, task.walls, finish(solved.trajectory)))
+    return flown_fastest(solved_or_explained(shape, first), limits, task.walls, finish, search)
 
 
 def shortest_scaled(
@@ -55,8 +57,33 @@ def shortest_scaled(
     if not np.isfinite(best.best[0]):
         return None
     durations, search = searched(best, timing.best_on_interrupt) if 1 < task.legs <= SCALED_LEGS else (best.first, None)
-    solved = solve(best.shape, durations)
-    return timed(solved, finish, search, kept_factor(limits, task.walls, finish(solved.trajectory)))
+    return flown_fastest(solve(best.shape, durations), limits, task.walls, finish, search)
+
+
+def flown_fastest(
+    solved: SolvedTask, limits: Limits, walls: Sequence[Walls], finish: AttachHeading, search: Run | None
+) -> Timed:
+    """Fly a path as fast as limits and walls on derivatives allow.
+
+    Raises
+    ------
+    LimitError
+        If a yaw that is a function of time turns too fast at that speed.
+    """
+    curve = finish(solved.trajectory)
+    planned = timed(solved, finish, search, kept_factor(limits, walls, curve))
+    if limits.yaw_rate is not None and curve.yaw.medium is None and not keeps(limits, planned.trajectory):
+        raise yaw_too_fast(limits, planned.trajectory)
+    return planned
+
+
+def yaw_too_fast(limits: Limits, curve: Trajectory) -> LimitError:
+    """Say that the yaw is a function of time, which no speed slows."""
+    used = next(used for used in limits.utilisation(curve) if used.name == "yaw_rate")
+    return LimitError(
+        f"the yaw turns at {used.value:.4g} rad/s at {used.instant:.4g} s, however slow the plan, and "
+        f"{used.limit:g} rad/s are allowed: give one that turns more slowly"
+    )
 
 
 def _by_stops(task: Task, limits: Limits) -> FloatArray:
@@ -84,7 +111,7 @@ class _ScaledSearch:
         self.first, self.most, self.shape = first, most, without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
         self.log = Log(timing.progress)
-        self.factor, self.patience = 1.0, Patience()
+        self.patience = Patience()
 
     def run(self) -> FloatArray:
         """Return the best durations (proportions matter), shape (pieces in all,)."""
@@ -104,10 +131,15 @@ class _ScaledSearch:
             return barred
         try:
             trajectory = self.finish(self.patience.solve(self.shape, durations).trajectory)
-            self.factor = kept_factor(self.limits, self.task.walls, trajectory, self.factor, SCALE_PRECISION)
+            factor = np.exp(self.best[0]) / trajectory.duration if np.isfinite(barred) else None
+            if factor is not None:
+                used = most_used(self.limits, trajectory.stretched(factor)).fraction
+                if used > 1.05:  # slower than the best by about the root of it, which will do
+                    return self.best[0] + min(0.5 * float(np.log(used)), BARRED)
+            factor = kept_factor(self.limits, self.task.walls, trajectory, factor)
         except (InfeasibleRowsError, SolverError):
             return barred
-        value = float(np.log(trajectory.duration * self.factor))
+        value = float(np.log(trajectory.duration * factor))
         if value < self.best[0]:
             self.best = (value, durations)
         self.log.add(np.exp(value), np.exp(value))

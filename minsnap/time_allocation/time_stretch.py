@@ -25,8 +25,8 @@ OVERUSED = 2.0
 SLOWEST = 40.0
 """Bound on the logarithm of a factor on time."""
 
-FIRST_STEP = 0.02
-"""Of the logarithm of a factor on time, from a guess."""
+FIRST_STEP, PRECISION = 0.02, 1e-13
+"""Of the logarithm of a factor on time."""
 
 
 def most_used(limits: Limits, trajectory: Trajectory) -> Utilisation:
@@ -34,15 +34,13 @@ def most_used(limits: Limits, trajectory: Trajectory) -> Utilisation:
     return max(limits.utilisation(trajectory), key=lambda used: used.fraction)
 
 
-def touching_factor(limits: Limits, trajectory: Trajectory, guess: float = 1.0, precision: float = 1e-13) -> float:
+def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None = None) -> float:
     """Factor on time at which the most used limit is just reached, none exceeded.
 
     Parameters
     ----------
-    guess : float
-        Where to begin.
-    precision : float
-        Of the factor's logarithm.
+    guess : float, optional
+        A factor from which some steps of the secant method may do, to ``LIMIT_MET``.
 
     Raises
     ------
@@ -54,11 +52,15 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float = 1.0, 
         return _most_used_safely(limits, trajectory.stretched(float(np.exp(logarithm))), exact) - 1.0
 
     orders = [KIND[name].order for name in limits.given()]
+    if guess is not None and not all(orders):
+        nearby = nearby_factor(limits, trajectory.stretched(guess))
+        if nearby is not None:
+            return guess * nearby
     if not orders:
         raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
-    root = _by_powers(limits, trajectory, orders) if all(orders) else _by_bracket(over, limits, guess, precision)
+    root = _by_powers(limits, trajectory, orders) if all(orders) else _by_bracket(over, limits)
     while over(root, True) > 0.0:
-        root += precision + abs(root) * 1e-12
+        root += PRECISION + abs(root) * 1e-12
     return float(np.exp(root))
 
 
@@ -71,21 +73,20 @@ def _by_powers(limits: Limits, trajectory: Trajectory, orders: Sequence[int]) ->
     return float(np.log(factor))
 
 
-def _by_bracket(over: Callable[..., float], limits: Limits, guess: float, precision: float) -> float:
+def _by_bracket(over: Callable[..., float], limits: Limits) -> float:
     """Logarithm of the factor for any limits."""
     from scipy.optimize import brentq
 
-    low = high = float(np.log(guess))
-    step = FIRST_STEP
+    low, high, step = 0.0, 0.0, FIRST_STEP
     while over(high) > 0.0 and high < SLOWEST:
         low, high, step = high, high + step, 2.0 * step
     while low == high or over(low) <= 0.0:
         low, high, step = low - step, low, 2.0 * step
         if low < -SLOWEST:
             raise nothing_limits(list(limits.given()))
-    root = float(brentq(over, low, high, xtol=precision, rtol=1e-13))
+    root = float(brentq(over, low, high, xtol=PRECISION, rtol=1e-13))
     if limits.min_thrust is not None:
-        root = _first_crossing(lambda logarithm: over(logarithm, True), root, precision)
+        root = _first_crossing(lambda logarithm: over(logarithm, True), root)
     return root
 
 
@@ -107,6 +108,8 @@ def nearby_factor(limits: Limits, trajectory: Trajectory) -> float | None:
         if place != last[0] and np.isfinite(last[0]):
             slope = float(np.clip((excess - last[1]) / (place - last[0]), -10.0, -0.2))
         last, place = (place, excess), float(place - np.clip((excess + 0.5 * LIMIT_MET) / slope, -TIME_STEP, TIME_STEP))
+    else:
+        return None
     return float(np.exp(best)) if np.isfinite(best) else None
 
 
@@ -116,7 +119,7 @@ def nothing_limits(names: Sequence[str]) -> LimitError:
     return LimitError(f"nothing limits the time: the path keeps the limit on {used} at any speed; add another one")
 
 
-def _first_crossing(over: Callable[[float], float], start: float, precision: float) -> float:
+def _first_crossing(over: Callable[[float], float], start: float) -> float:
     """First root of an excess below ``start``, in steps of FIRST_STEP; ``start`` if there is none nearby."""
     from scipy.optimize import brentq
 
@@ -125,7 +128,7 @@ def _first_crossing(over: Callable[[float], float], start: float, precision: flo
     for step in range(CROSSING_STEPS):
         high, low = start - step * FIRST_STEP, start - (step + 1) * FIRST_STEP
         if over(low) > 0.0:
-            return float(brentq(over, low, high, xtol=precision, rtol=1e-13))
+            return float(brentq(over, low, high, xtol=PRECISION, rtol=1e-13))
     return start
 
 

@@ -18,7 +18,6 @@ from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Patience, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.derivative_walls import kept_factor
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.least_priced import LeastPriced
@@ -26,7 +25,7 @@ from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.moving_start import as_timed, moves, shortest_from
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.strategy import Strategy
-from minsnap.time_allocation.time_scaling import proportions, scaled_plan, shortest_scaled
+from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import most_used, touching_factor
 from minsnap.time_allocation.timing import (
     AttachHeading,
@@ -120,7 +119,7 @@ def plans_for(
             if limits is None:
                 return timed(solved, finish, search)
             if bounded.still and not exact:
-                return timed(solved, finish, search, kept_factor(limits, task.walls, trajectory))
+                return flown_fastest(solved, limits, task.walls, finish, search)
         except (InfeasibleRowsError, SolverError):
             return None
         return timed(solved, finish, search) if keeps(limits, trajectory) else None

@@ -34,3 +34,13 @@ def test_the_final_touch_reaches_a_least_thrust(scale):
     path = minsnap.plan([(0, 0, 0), (0, 0, 3), (0, 0, 1), (1, 0, 4)], scale * np.array([3.0, 2.0, 3.0]))
     limits = Limits(min_thrust=0.7)
     assert most_used(limits, path.stretched(touching_factor(limits, path))).fraction == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_yaw_in_time_that_turns_too_fast_is_refused_where_a_path_is_only_scaled():
+    """No speed of the path slows a yaw that is a function of time."""
+    limits = Limits(speed=2.0, yaw_rate=0.5)
+    search = minsnap.Search(enforce="scaling")
+    with pytest.raises(minsnap.errors.LimitError, match="however slow the plan"):
+        minsnap.plan([(0, 0, 0), (4, 0, 0), (4, 3, 0)], limits=limits, yaw=np.sin, search=search)
+    slow = minsnap.plan([(0, 0, 0), (4, 0, 0), (4, 3, 0)], limits=limits, yaw=lambda t: 0.4 * np.sin(t), search=search)
+    assert minsnap.certify(slow, limits=limits).ok
