@@ -1,10 +1,10 @@
-# `make` or `make help` lists what can be made. Tests run on all processors, with a process more: some only wait; JOBS=1 takes one.
+# `make` or `make help` lists what can be made. Tests run on all processors, with two processes more: some tests only wait; JOBS=1 takes one.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OTHER := build/interpreter
-JOBS ?= $(shell expr $$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2) + 1)
+JOBS ?= $(shell expr $$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2) + 2)
 PARALLEL := $(if $(filter-out 1,$(JOBS)),-n $(JOBS) --dist worksteal)
 PYTEST := $(BIN)/python -m pytest -W error
 QUIET := MPLBACKEND=agg OPENBLAS_NUM_THREADS=1
