@@ -98,6 +98,11 @@ class Deadline:
         """Leave out the time since the last check, in which something ran that has its own end."""
         self._watch.restart()
 
+    def require(self) -> None:
+        """Raise LateError if it is over."""
+        if self.passed:
+            raise LateError(LATE)
+
     def check(self) -> None:
         """Raise LateError if the work until the next check would be late, judged by the longest between two so far."""
         if self.due == inf:

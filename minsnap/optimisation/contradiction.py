@@ -138,11 +138,12 @@ class Contradiction:
     def refined(self) -> Contradiction | None:
         """Return it with multipliers with which it verifies, its own or refined ones; None where steps do not help.
 
-        No more steps are taken than needed: each may also take away from the contradiction.
+        No more steps are taken than needed: each may also take away from the contradiction.  Late, LateError is raised.
         """
         exact, multipliers = ExactRows(self.task, self.durations, self.rows, self.joints), self._multipliers
         left: Fraction | None = None
         for _ in range(4):
+            self.task.deadline.require()
             before, (left, side) = left, exact.sum_of(multipliers)
             if side + left < 0:
                 return self.with_multipliers(multipliers)
@@ -299,7 +300,7 @@ def find_contradiction(
 ) -> Contradiction | None:
     """Find rows of an elastic solve that contradict each other, and prove it; None where that fails.
 
-    The multipliers tried are those of least squares, which are few, then those of the least slack.
+    The multipliers tried are those of the least slack, then those of least squares, which take longer to find.
 
     Parameters
     ----------
@@ -315,7 +316,8 @@ def find_contradiction(
     planes, joints = _planes(walls), tuple((joint, Fraction(0)) for joint in _joints(problem))
     least = np.sort(relaxed.multipliers)[-min(problem.size + 1, len(relaxed.multipliers))]
     of_slack = np.where(relaxed.multipliers >= max(least, EXACT * relaxed.multipliers.max()), relaxed.multipliers, 0.0)
-    for multipliers in (relaxed.evidence, of_slack):
+    for sought in (lambda: of_slack, relaxed.evidence):
+        multipliers = sought()
         chosen = [_pressed(walls, rows.source, int(i), float(multipliers[i])) for i in np.flatnonzero(multipliers)]
         proof = Contradiction(task, durations, (*chosen, *planes), joints).refined() if chosen else None
         if proof is not None:

@@ -11,6 +11,7 @@ equations and few unknowns, these are coordinates in which the rows to begin wit
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import SolverError
 from minsnap.optimisation.linear_rows import DENSE, LinearRows
@@ -82,9 +84,8 @@ class Relaxed:
     multipliers : ndarray, shape (r,)
         Rate of the sum of slacks with each row's bound.
     rounds : int
-    evidence : ndarray, shape (r,)
-        Multipliers with which the same rows contradict each other without slacks; empty where that was not asked for
-        or not found.
+    evidence : callable
+        Seeks multipliers (r,) with which the same rows contradict each other without slacks; empty where not found.
     """
 
     knots: FloatArray
@@ -92,7 +93,7 @@ class Relaxed:
     rows: RowSet | None
     multipliers: FloatArray
     rounds: int
-    evidence: FloatArray
+    evidence: Callable[[], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,14 +156,14 @@ class Elastic:
         Rows to begin with, beside those of every wall.
     accuracy : float
         Excess over the relaxed walls, in widths, that ends the exchange.
-    evident : bool
-        Whether multipliers are asked for that prove a slack above zero.
     inward : float
         Widths by which rows are moved inwards once a slack is certain, so that it ends after fewer solves.
     sign : bool
         Whether it is sufficient to know whether the slack is above zero, or of a curve with room to all walls.
     far : float
         Size of a slack above which it ends where the slack grows by less than a hundredth in a round.
+    deadline : Deadline
+        Checked before each solve.
     """
 
     def __init__(
@@ -172,13 +173,13 @@ class Elastic:
         give: Relaxation,
         seed: WallRows | None = None,
         accuracy: float = ACCURACY,
-        evident: bool = False,
         inward: float = 0.0,
         sign: bool = False,
         far: float = np.inf,
+        deadline: Deadline = NEVER,
     ) -> None:
         self.problem, self.base, self.compiled, self.give = problem, problem.values, compiled, give
-        self.accuracy, self.evident, self.inward, self.sign, self.far = accuracy, evident, inward, sign, far
+        self.accuracy, self.inward, self.sign, self.far, self.deadline = accuracy, inward, sign, far, deadline
         self.linear = LinearRows(problem, self.base)
         self.ends = problem.plain_ends(self.base)
         self.multipliers, self.moved = np.zeros(0), 0.0
@@ -196,10 +197,10 @@ class Elastic:
         Raises
         ------
         SolverError
-            If no solver answers.
+            If no solver answers; LateError, which is one, after the deadline.
         """
         if not self.problem.size and self.give.lowest == 0.0:
-            return Relaxed(self.base, self._needed(self.base), None, self.multipliers, 0, np.zeros(0))
+            return Relaxed(self.base, self._needed(self.base), None, self.multipliers, 0, lambda: np.zeros(0))
         knots, slacks = self._solve()
         rounds = 1
         while True:
@@ -219,8 +220,7 @@ class Elastic:
             if abs(slacks.max()) > self.far and slacks.max() - before.max() < 0.01 * abs(slacks.max()):
                 break
         self.moved = 0.0
-        evidence = self._evidence() if self.evident and slacks.max() > self.accuracy else np.zeros(0)
-        return Relaxed(knots, slacks, self.rows, self.multipliers, rounds, evidence)
+        return Relaxed(knots, slacks, self.rows, self.multipliers, rounds, self._evidence)
 
     def _known(self, slacks: FloatArray, excess: float) -> bool:
         """Whether no curve keeps the rows so far, or this one has half of all the room that there can be."""
@@ -241,9 +241,10 @@ class Elastic:
         rows = vstack((coordinates.rows(matrix)[chosen], coordinates.A, -coordinates.A)).tocsr()
         right = np.concatenate(((bound - matrix @ coordinates.origin)[chosen], coordinates.b, -coordinates.b))
         touched = np.flatnonzero(np.abs(rows).sum(axis=0))
+        steps = max(1, int(6.0 * DENSE_WORK / len(right) ** 2))  # a step takes the time of that square
         system = np.vstack((rows[:, touched].toarray().T, right / (np.abs(right).max() or 1.0)))
         try:
-            solution = nnls(system, np.append(np.zeros(len(touched)), -1.0))[0]
+            solution = nnls(system, np.append(np.zeros(len(touched)), -1.0), maxiter=steps)[0]
         except RuntimeError:
             return np.zeros(0)
         evidence = np.zeros(len(bound))
@@ -282,6 +283,7 @@ class Elastic:
 
     def _solve(self) -> tuple[FloatArray, FloatArray]:
         """Solve by the first way whose answer is accurate, which is tried first from then on, or else by the best."""
+        self.deadline.require()
         solutions: list[tuple[Backend, ElasticSolution]] = []
         for way in self._ways:
             answer = self._attempt(*way)
@@ -297,10 +299,15 @@ class Elastic:
         return best.knots, best.slacks
 
     def _ways_in_turn(self) -> list[Backend]:
-        """Return ways: the native core without equations, Clarabel, and dense coordinates where these are few."""
-        dense: list[Backend] = [(True, by_clarabel)] if self.linear.size <= 2 * DENSE else []
-        native: list[Backend] = [] if self.linear.equations else [(False, by_native_core)]
-        return [*native, (False, by_clarabel), *dense]
+        """Return ways: dense coordinates where few, and first where equations leave less than a third of them free."""
+        sparse: list[Backend] = [(False, by_clarabel)]
+        dense: list[Backend] = []
+        if self.linear.size <= 2 * DENSE:
+            dense = [(True, by_native_core), (True, by_clarabel)]
+        if self.linear.equations is None:
+            return [(False, by_native_core), *sparse, *dense[1:]]
+        few = 3 * len(self.linear.equations.sides) > 2 * self.linear.size
+        return [*dense[:1], *sparse, *dense[1:]] if few else [*sparse, *dense]
 
     def _coordinates(self, dense: bool) -> Coordinates:
         if dense not in self._made:
@@ -327,7 +334,8 @@ class Elastic:
         moved = coo_matrix((-moves, (gives, self.give.group[wall[gives]])), shape=(len(right), m))
         parts = [[coordinates.A, None], [rows, moved], [csc_matrix((m, n)), -identity(m)]]
         sides = np.concatenate((coordinates.b, right, np.full(m, -self.give.lowest)))
-        piece = np.append(self.rows.source.piece, np.full(m, len(self.problem.durations)))
+        own = np.zeros_like(self.rows.source.piece) if dense else self.rows.source.piece
+        piece = np.append(own, np.full(m, own.max(initial=0) + 1))
         system = bmat(parts, format="csc")
         solution = least_sum(SlackProgramme(system, sides, len(coordinates.b), piece, m), solver)
         if solution is None:

@@ -9,6 +9,7 @@ from functools import reduce
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.deadline import LateError
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
@@ -48,7 +49,10 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     groups, names = _leg_groups(corridor, compiled)
     give = Relaxation(groups, np.ones(len(groups)), len(names))
     try:
-        relaxed = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True, inward=4.0 * WIDTH_ROOM).run()
+        inward = 4.0 * WIDTH_ROOM
+        relaxed = Elastic(problem, compiled, give, accuracy=NOTICEABLE, inward=inward, deadline=task.deadline).run()
+    except LateError:
+        raise
     except SolverError as unsolved:
         return _standing(corridor, durations, problem, units, compiled) or unsolved
     if relaxed.slacks.max() <= NOTICEABLE:
@@ -118,7 +122,7 @@ def _standing(
     """Return the error where the walls contradict each other at waypoints, which widths of a corridor do not help."""
     count = len(compiled.widths)
     give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1)
-    relaxed = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True).run()
+    relaxed = Elastic(problem, compiled, give, accuracy=NOTICEABLE, deadline=task.deadline).run()
     proof = find_contradiction(task, durations, problem, relaxed)
     if proof is None:
         return None
@@ -139,7 +143,7 @@ def _outside(problem: ReducedProblem, compiled: Compiled, relaxed: Relaxed) -> R
         return relaxed
     known = rows_in_unknowns(problem, problem.plain_ends(problem.values), compiled, reduce(WallRows.joined, rows))
     pressed = np.maximum(-known.bound, 0.0)
-    return replace(relaxed, rows=known, multipliers=pressed, evidence=pressed)
+    return replace(relaxed, rows=known, multipliers=pressed)
 
 
 def normalised(task: Task, durations: FloatArray) -> tuple[ReducedProblem, Units, Compiled]:

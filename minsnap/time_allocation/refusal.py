@@ -60,7 +60,7 @@ def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverErro
     problem, units, compiled = normalised(task, durations)
     give, rows = give_limits(compiled), None
     for far in (ACCURACY, np.inf):  # what presses is known long before the least relaxation, but may not suffice
-        relaxed = Elastic(problem, compiled, give, seed=rows, evident=True, far=far).run()
+        relaxed = Elastic(problem, compiled, give, seed=rows, far=far, deadline=task.deadline).run()
         proof = find_contradiction(task, durations, problem, relaxed)
         if proof is not None or relaxed.rows is None or problem.size > DENSE:
             break

@@ -20,7 +20,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import LONGEST
-from minsnap.basics.deadline import LATE, LateError
+from minsnap.basics.deadline import LATE, Deadline, LateError
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps
@@ -302,7 +302,7 @@ class Strategy:
         durations = answer.durations if answer is not None and answer.kept else self.times
         if not (durations <= LONGEST).all():
             return SolverError(f"no plan that keeps the limits was found within {LONGEST:g} s a leg: loosen a limit")
-        task = replace(self.task, pieces=len(durations) // self.task.legs)
+        task = replace(self.task, pieces=len(durations) // self.task.legs, deadline=Deadline(self.due))
         reason = explain(task, durations)
         if answer is None or not isinstance(reason, SolverError):
             return reason

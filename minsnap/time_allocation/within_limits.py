@@ -130,6 +130,7 @@ def plans_for(
 def limited_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
     """Plan for a total or a price, and limits besides; parameters as of :func:`shortest_plan`."""
     bounded = task.with_walls(limits.walls(task.waypoints))
+    in_time = Deadline(timing.due)
     if timing.total_time is not None and timing.split != "optimal":
         durations = timing.total * proportions(task, timing.split, limits)
         return require_limits_kept(timed(solved_or_explained(bounded, task.piece_durations(durations)), finish), limits)
@@ -137,13 +138,14 @@ def limited_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeadi
         price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
         planned = _cheapest(bounded, timing, price, durations, finish, Run(()))
         if planned is None:
-            raise explain(bounded, task.piece_durations(durations))
+            raise explain(replace(bounded, deadline=in_time), task.piece_durations(durations))
         return require_limits_kept(planned, limits, price is not None)
     if task.continuity <= task.half - 1:
         try:
             return _joint_plan(task, bounded, timing, limits, finish)
         except InfeasibleRowsError:
-            raise explain(task, task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))) from None
+            durations = task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))
+            raise explain(replace(task, deadline=in_time), durations) from None
     fastest, search = Strategy(task, limits, timing, finish).run()
     price, durations = _wished(task, timing, _leg_durations(fastest))
     if price is None:

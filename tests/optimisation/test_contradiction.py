@@ -9,10 +9,12 @@ from scipy.optimize import linprog
 from tasks import REFERENCE, random_legs
 
 import minsnap
+from minsnap.basics.deadline import Deadline, LateError
 from minsnap.errors import InfeasibleError
 from minsnap.optimisation import infeasibility
 from minsnap.optimisation.contradiction import ExactRows
 from minsnap.optimisation.elastic import Elastic
+from minsnap.time_allocation.refusal import explain
 
 SIDEWAYS = {"velocity": (0.0, 3.0, 0.0)}
 LEG = [(0.0, 0.0, 0.0), (5.0, 0.0, 0.0)]
@@ -186,6 +188,15 @@ def sum_of_bounds(exact, multipliers):
 def test_multipliers_of_the_slack_prove_what_least_squares_do_not_find(monkeypatch):
     monkeypatch.setattr(Elastic, "_evidence", lambda self: np.zeros(0))
     assert CASES["pieces"]().verify()
+
+
+def test_the_proof_of_a_refusal_ends_at_the_deadline():
+    proof = CASES["pieces"]().contradiction
+    late = replace(proof, task=replace(proof.task, deadline=Deadline(0.0)))
+    with pytest.raises(LateError, match="time_limit has passed"):
+        explain(late.task, proof.durations)
+    with pytest.raises(LateError, match="time_limit has passed"):
+        late.refined()
 
 
 def test_without_a_proof_nothing_is_called_infeasible(monkeypatch):
