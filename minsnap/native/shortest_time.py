@@ -39,7 +39,8 @@ class _Request(Structure):
     """``ShortestRequest``."""
 
     _fields_ = [
-        *((name, c_int64) for name in ("half", "dim", "legs", "closed", "groups", "limits", "divisions", "moving")),
+        *((name, c_int64) for name in ("half", "dim", "legs", "closed", "groups", "limits")),
+        *((name, c_int64) for name in ("divisions", "moving", "rough")),
         ("parts", c_void_p),
         *((name, c_double) for name in ("worthwhile", "inwards", "tightened")),
         *((name, c_void_p) for name in ("pinned", "free", "lengths", "norms")),
@@ -165,6 +166,8 @@ class ShortestQuestion:
         Shares of their widths by which walls are moved inwards, and limits.
     price : float
         Of a second, for the least sum of cost and price; 0 for the least time alone.
+    rough : bool
+        Whether the curve is only one to begin another search from, which may be outside of walls and limits.
     guess : Guess or None
         In place of rest at every waypoint; its pieces are divided then.
     turned : ndarray, shape (waypoints, dim, dim), or None
@@ -184,6 +187,7 @@ class ShortestQuestion:
     inwards: float
     tightened: float = 0.0
     price: float = 0.0
+    rough: bool = False
     guess: Guess | None = None
     turned: FloatArray | None = None
 
@@ -332,7 +336,8 @@ def _request(question: ShortestQuestion, poll: object) -> tuple[_Request, list[o
     held += [table, limits]
     waypoints, half, dim = question.pinned.shape
     request = _Request(
-        *(half, dim, waypoints - 1, question.closed, len(groups), len(limits), len(question.parts), question.moving),
+        *(half, dim, waypoints - 1, question.closed, len(groups), len(limits)),
+        *(len(question.parts), question.moving, question.rough),
         at(question.parts, np.int64),
         *(question.worthwhile, question.inwards, question.tightened),
         *(at(question.pinned, np.float64), at(question.free, np.int64)),

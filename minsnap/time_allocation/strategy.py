@@ -164,7 +164,8 @@ class Strategy:
         if not names:
             return None
         limits = replace(self.limits, **{name: SOFTER * getattr(self.limits, name) for name in names})
-        answer = search_shortest(question_of(replace(self.task, pieces=1), limits, False, heading), self.polled)
+        question = question_of(replace(self.task, pieces=1), limits, False, heading)
+        answer = search_shortest(replace(question, rough=True), self.polled)
         if answer is None or not answer.kept or answer.stopped:
             return None
         return Guess(1, answer.durations, answer.knots, SLOWER)

@@ -129,6 +129,14 @@ inline void look_rate(const double *p, const Real *x, Real *out) {
 struct InstantTerms {
     static constexpr int most = 12, together = Lanes<Quad>::count;
     Quad slope[most], pull[most], bend[most][most];
+
+    // Leave one instant out.
+    void silence(int inputs, int lane) {
+        for (int n = 0; n < inputs; ++n) {
+            slope[n][lane] = pull[n][lane] = 0.0;
+            for (int m = 0; m < inputs; ++m) bend[n][m][lane] = 0.0;
+        }
+    }
 };
 
 // Weights of the rows: of their Hessians, of the outer products of their gradients, of their gradients.

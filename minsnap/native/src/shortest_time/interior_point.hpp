@@ -104,8 +104,8 @@ public:
             stalled = free && std::abs(now - former) < Settings::stalled * objective.unit ? stalled + 1 : 0;
             former = now;
             const bool still = stalled >= Settings::stalls;
-            if (barrier_ > last * 1.0001) {
-                if (!(decrement < gap) && !still) continue;
+            if (barrier_ > last * 1.0001) {  // far outside, a barrier that has fallen lets slacks cut every step short
+                if (!(decrement < gap && infeasibility_ < Settings::infeasibility) && !still) continue;
                 barrier_ = std::max(last, barrier_ * Settings::barrier_fall);
                 filter_.clear();
                 if (barrier_ * rows.regular < Settings::margin_gap) freeze(grown > 0);
@@ -236,6 +236,7 @@ private:
             if (passes || (after < 1e-9 && reached <= merit + 1e-10)) {
                 filter_.add(before, merit);
                 smooth_ = trial;
+                infeasibility_ = after;
                 accept(dual);
                 return halving;
             }
@@ -291,6 +292,7 @@ private:
     Buffer<PieceState<S>> first_states_, second_states_;
     PieceState<S> *states_ = nullptr, *trial_states_ = nullptr;  // at the chain and at what is tried
     double smooth_ = 0.0;                                        // the smooth objective at the chain
+    double infeasibility_ = 0.0;                                 // sum of residuals there
     double barrier_ = 0.0;
     Buffer<double> value_, slack_, multiplier_, outer_, gradient_, slope_, slack_step_, multiplier_step_, trial_value_, trial_slack_,
         frozen_;

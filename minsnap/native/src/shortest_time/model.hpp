@@ -92,7 +92,8 @@ private:
                 rows.inputs(limit, jet, g, u);
                 limit.gather(u, weights.from(row + g), count_at, terms);
                 for (int lane = 0; lane < together; ++lane)
-                    if (g + lane >= first && g + lane < last) put(rows.instants, limit, g + lane, lane, piece, u, terms, sums);
+                    if (g + lane < first || g + lane >= last) terms.silence(limit.inputs(), lane);
+                put(rows.instants, limit, g, piece, u, terms, sums);
             }
             row += limit.functions * count_at;
         }
@@ -104,54 +105,65 @@ private:
             }
     }
 
-    // Bring the terms of a limit at one instant to the ends.
-    void put(const Instants<S::half, S::instants> &instants, const InstantLimit &limit, int g, int lane, const PieceEnds<S> &piece,
-             const Quad *u, const InstantTerms &terms, Sums &sums) {
+    // What the ends make of a derivative at the instants of all lanes.
+    using Factors = double[together][condition_orders][S::ends];
+
+    // Bring the terms of a limit at the instants of all lanes to the ends.
+    MINSNAP_INLINE void put(const Instants<S::half, S::instants> &instants, const InstantLimit &limit, int g, const PieceEnds<S> &piece,
+                            const Quad *u, const InstantTerms &terms, Sums &sums) {
         const int count = limit.inputs(), axes = limit.axes, orders = count / axes;
-        double factor[condition_orders][S::ends];
-        for (int q = 0; q < orders; ++q)
-            for (int a = 0; a < S::ends; ++a) factor[q][a] = instants.by_instant[limit.low + q][g][a] * piece.inverse[limit.low + q];
+        Factors factor;
+        for (int lane = 0; lane < together; ++lane)
+            for (int q = 0; q < orders; ++q)
+                for (int a = 0; a < S::ends; ++a)
+                    factor[lane][q][a] = instants.by_instant[limit.low + q][g + lane][a] * piece.inverse[limit.low + q];
         for (int n = 0; n < count; ++n) {
-            const int q = limit.order(n);
-            const double slope = terms.slope[n][lane], pull = terms.pull[n][lane];
-            double sum = q * pull;
-            for (int m = 0; m < count; ++m) sum += terms.bend[n][m][lane] * limit.order(m) * u[m][lane];
-            own_gradient -= q * u[n][lane] * slope;
-            own += q * u[n][lane] * sum;
+            const double q = limit.order(n);
+            Quad sum = q * terms.pull[n];
+            for (int m = 0; m < count; ++m) sum += terms.bend[n][m] * (static_cast<double>(limit.order(m)) * u[m]);
+            const Quad sloped = q * u[n] * terms.slope[n], bent = q * u[n] * sum;
             auto &mine = sums[n % axes];
-            const double *share = factor[n / axes];
-            for (int a = 0; a < S::ends; ++a) {
-                mine[0][a] += slope * share[a];
-                mine[1][a] += pull * share[a];
-                mine[2][a] -= sum * share[a];
+            for (int lane = 0; lane < together; ++lane) {
+                own_gradient -= sloped[lane];
+                own += bent[lane];
+                const double *share = factor[lane][n / axes];
+                const double slope = terms.slope[n][lane], pull = terms.pull[n][lane], turn = sum[lane];
+                for (int a = 0; a < S::ends; ++a) mine[0][a] += slope * share[a];
+                for (int a = 0; a < S::ends; ++a) mine[1][a] += pull * share[a];
+                for (int a = 0; a < S::ends; ++a) mine[2][a] -= turn * share[a];
             }
         }
         for (int c = 0, t = 0; c < axes; ++c)
             for (int d = 0; d <= c; ++d, ++t) {
-                if (orders == 2) put_bends<2>(factor, axes, c, d, lane, terms, dense[t]);
-                if (orders == 3) put_bends<3>(factor, axes, c, d, lane, terms, dense[t]);
-                if (orders == 4) put_bends<4>(factor, axes, c, d, lane, terms, dense[t]);
+                if (orders == 2) put_bends<2>(factor, axes, c, d, terms, dense[t]);
+                if (orders == 3) put_bends<3>(factor, axes, c, d, terms, dense[t]);
+                if (orders == 4) put_bends<4>(factor, axes, c, d, terms, dense[t]);
             }
     }
 
     // Of two axes.
     template <int orders>
-    static void put_bends(const double (*factor)[S::ends], int axes, int c, int d, int lane, const InstantTerms &terms,
-                          double (*block)[S::ends]) {
-        double line[orders][S::ends];
-        for (int q = 0; q < orders; ++q) {
-            for (int b = 0; b < S::ends; ++b) line[q][b] = 0.0;
-            for (int r = 0; r < orders; ++r) {
-                const double bend = terms.bend[q * axes + c][r * axes + d][lane];
-                for (int b = 0; b < S::ends; ++b) line[q][b] += bend * factor[r][b];
+    static MINSNAP_INLINE void put_bends(const Factors &factor, int axes, int c, int d, const InstantTerms &terms,
+                                         double (*block)[S::ends]) {
+        double line[together][orders][S::ends];
+        for (int lane = 0; lane < together; ++lane)
+            for (int q = 0; q < orders; ++q) {
+                for (int b = 0; b < S::ends; ++b) line[lane][q][b] = 0.0;
+                for (int r = 0; r < orders; ++r) {
+                    const double bend = terms.bend[q * axes + c][r * axes + d][lane];
+                    for (int b = 0; b < S::ends; ++b) line[lane][q][b] += bend * factor[lane][r][b];
+                }
             }
+        for (int a = 0; a < S::ends; ++a) {
+            double sum[S::ends];
+            for (int b = 0; b < S::ends; ++b) sum[b] = block[a][b];
+            for (int lane = 0; lane < together; ++lane)
+                for (int q = 0; q < orders; ++q) {
+                    const double share = factor[lane][q][a];
+                    for (int b = 0; b < S::ends; ++b) sum[b] += share * line[lane][q][b];
+                }
+            for (int b = 0; b < S::ends; ++b) block[a][b] = sum[b];
         }
-        for (int a = 0; a < S::ends; ++a)
-            for (int b = 0; b < S::ends; ++b) {
-                double sum = block[a][b];
-                for (int q = 0; q < orders; ++q) sum += factor[q][a] * line[q][b];
-                block[a][b] = sum;
-            }
     }
 
     static void add_condition(const Condition<S::dim> &condition, const double (&x)[S::dim][count_at], int row, const RowWeights &weights,

@@ -7,7 +7,7 @@ struct ShortestSettings {
     static constexpr int instants = 20;            // per piece at which conditions stand
     static constexpr int more_instants = 40;       // the same where legs are not divided: fewer lose flight time on a long piece
     static constexpr int other_instants = 28;      // with other degrees or numbers of coordinates than usual
-    static constexpr int iterations = 150;         // of one stage
+    static constexpr int iterations = 300;         // of one stage
     static constexpr int tries = 12;               // of a damping, until the matrix is positive definite
     static constexpr int halvings = 8;             // of a step
     static constexpr int failures = 6;             // steps in a row without progress that end a stage
@@ -18,7 +18,7 @@ struct ShortestSettings {
     static constexpr double first_gap = 0.3;       // barrier times number of conditions, relative to the time
     static constexpr double divided_gap = 0.1;     // the same after a division
     static constexpr double coarse_gap = 0.03;     // at which a stage ends that is divided afterwards
-    static constexpr double rough_gap = 0.01;      // at which a divided stage ends that is repeated from a slower curve
+    static constexpr double rough_gap = 0.01;      // at which a stage ends from whose curve a slower one or another search begins
     static constexpr double last_gap = 1e-4;       // of the last stage: time lost is about that share
     static constexpr double barrier_fall = 0.2;    // factor on the barrier
     static constexpr double margin_gap = 0.5;      // below which leaks become margins
@@ -40,7 +40,7 @@ struct ShortestSettings {
     static constexpr double residual = 2e-4;       // of a condition at the end, in widths
     static constexpr double grown = 3e-4;          // growth of margins that counts as none, in widths
     static constexpr double near = 0.3;            // how far inside its bound a sampled peak is looked at, in widths
-    static constexpr double infeasibility = 10.0;  // sum of residuals that a step may reach
+    static constexpr double infeasibility = 10.0;  // sum of residuals that a step may reach, and below which the barrier may fall
     static constexpr double leak = 1e-9;           // excess that counts as none, in widths
 };
 

@@ -78,6 +78,7 @@ MINSNAP_EXPORT std::int32_t minsnap_shortest_layout(std::int64_t *found, std::in
                                   offsetof(ShortestRequest, limits),
                                   offsetof(ShortestRequest, divisions),
                                   offsetof(ShortestRequest, moving),
+                                  offsetof(ShortestRequest, rough),
                                   offsetof(ShortestRequest, parts),
                                   offsetof(ShortestRequest, worthwhile),
                                   offsetof(ShortestRequest, inwards),

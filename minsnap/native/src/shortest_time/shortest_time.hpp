@@ -97,6 +97,7 @@ private:
             prepare();
             if (!point_.begin(gap)) return StageEnd::no_memory;
         }
+        if (request_.rough != 0) return point_.run(Settings::rough_gap, true);
         StageEnd end = point_.run(once ? Settings::coarse_gap : Settings::last_gap, rough);
         for (std::int64_t k = 0; k < request_.divisions && end != StageEnd::stopped; ++k) {
             const double now = point_.chain.total();
@@ -131,6 +132,10 @@ private:
         if (end == StageEnd::no_memory) return Status::no_memory;
         if (end == StageEnd::stopped) return stopped(answer);
         if (end == StageEnd::stuck) return given_up(answer);
+        if (request_.rough != 0) {
+            write(answer);
+            return Status::done;
+        }
         constexpr double enough = 1.1, still_gap = 3.0;
         for (int repair = 0; repair <= Settings::repairs; ++repair) {
             point_.excess(request_.inwards, answer.wall, answer.limit);
