@@ -43,6 +43,14 @@ struct Lanes<Pair> : VectorLanes<Pair, 2> {};
 template <>
 struct Lanes<Quad> : VectorLanes<Quad, 4> {};
 
+// Four numbers that lie in a row, and the sum of four lanes.
+MINSNAP_INLINE Quad four(const double *from) {
+    Quad numbers;
+    __builtin_memcpy(&numbers, from, sizeof numbers);
+    return numbers;
+}
+MINSNAP_INLINE double total(const Quad &numbers) { return (numbers[0] + numbers[1]) + (numbers[2] + numbers[3]); }
+
 // The same number in every lane.
 template <class Real>
 MINSNAP_INLINE Real filled(double number) {

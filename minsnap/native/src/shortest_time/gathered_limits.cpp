@@ -24,8 +24,6 @@ struct GatheredLimit {
     }
 
 private:
-    static MINSNAP_INLINE Quad four(const double *from) { return Quad{from[0], from[1], from[2], from[3]}; }
-
     template <int n>
     MINSNAP_INLINE void directly(const Quad *u, InstantTerms &terms) const {
         sum<n>([this](const auto *x, auto *out) MINSNAP_INLINED { limit.functions_at(x, out); }, u, terms);

@@ -29,15 +29,16 @@ public:
                 for (int c = 0; c < S::dim; ++c) points[q][j][c] = (ends - q) * (points[q - 1][j + 1][c] - points[q - 1][j][c]);
     }
 
-    // The derivative of an order on the unit interval, times a factor.
+    // The derivative of an order on the unit interval, times a factor: Bernstein polynomials by nested multiplication.
     void at(int order, double s, double factor, double *x) const {
-        double values[ends][S::dim];
-        for (int j = 0; j + order < ends; ++j)
-            for (int c = 0; c < S::dim; ++c) values[j][c] = points[order][j][c];
-        for (int last = ends - 1 - order; last > 0; --last)
-            for (int j = 0; j < last; ++j)
-                for (int c = 0; c < S::dim; ++c) values[j][c] += s * (values[j + 1][c] - values[j][c]);
-        for (int c = 0; c < S::dim; ++c) x[c] = order < ends ? factor * values[0][c] : 0.0;
+        const int last = ends - 1 - order;
+        const double left = 1.0 - s;
+        double weight = 1.0;
+        for (int c = 0; c < S::dim; ++c) x[c] = last >= 0 ? factor * points[order][0][c] : 0.0;
+        for (int j = 1; j <= last; ++j) {
+            weight *= s * (last + 1 - j) / j;
+            for (int c = 0; c < S::dim; ++c) x[c] = x[c] * left + factor * weight * points[order][j][c];
+        }
     }
 
 private:

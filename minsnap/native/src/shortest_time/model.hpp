@@ -188,19 +188,18 @@ private:
     // Bring what was gathered at the instants for one order to the ends.
     void put(const Instants<S::half, S::instants> &instants, int q, double inverse, const double (&x)[S::dim][count_at],
              const double (&bend)[S::pairs][count_at], const double (&slope)[S::dim][count_at], const double (&pull)[S::dim][count_at]) {
-        double turn[S::dim][count_at];  // derivative of the gradient in the own duration
-        for (int c = 0; c < S::dim; ++c)
-            for (int g = 0; g < count_at; ++g) {
-                double sum = pull[c][g];
-                for (int d = 0; d < S::dim; ++d) sum += bend[c > d ? c * (c + 1) / 2 + d : d * (d + 1) / 2 + c][g] * x[d][g];
-                turn[c][g] = -q * sum;
-            }
-        for (int g = 0; g < count_at; ++g)
-            for (int c = 0; c < S::dim; ++c) {
-                own_gradient -= q * x[c][g] * slope[c][g];
-                own -= q * x[c][g] * turn[c][g];
-            }
         static_assert(count_at % together == 0, "instants are taken four at a time");
+        Quad turn[S::dim][count_at / together], sloped = {}, turned = {};  // turn: minus the derivative of the gradient in the own duration
+        for (int c = 0; c < S::dim; ++c)
+            for (int g = 0; g < count_at; g += together) {
+                Quad sum = four(pull[c] + g);
+                for (int d = 0; d < S::dim; ++d) sum += four(bend[c > d ? c * (c + 1) / 2 + d : d * (d + 1) / 2 + c] + g) * four(x[d] + g);
+                turn[c][g / together] = sum;
+                sloped += four(x[c] + g) * four(slope[c] + g);
+                turned += four(x[c] + g) * sum;
+            }
+        own_gradient -= q * total(sloped);
+        own += q * q * total(turned);
         for (int t = 0; t < S::pairs; ++t)
             for (int g = 0; g < count_at; g += together) {
                 double weight[together];
@@ -210,21 +209,19 @@ private:
                     blocks[t][k] +=
                         (weight[0] * product[0][k] + weight[1] * product[1][k]) + (weight[2] * product[2][k] + weight[3] * product[3][k]);
             }
-        for (int c = 0; c < S::dim; ++c) {
-            double slopes[S::ends] = {}, pulls[S::ends] = {}, turns[S::ends] = {};
-            for (int g = 0; g < count_at; ++g) {
-                const double *factor = instants.by_instant[q][g];
-                const double along = slope[c][g] * inverse, weighted = pull[c][g] * inverse, turned = turn[c][g] * inverse;
-                for (int a = 0; a < S::ends; ++a) slopes[a] += along * factor[a];
-                for (int a = 0; a < S::ends; ++a) pulls[a] += weighted * factor[a];
-                for (int a = 0; a < S::ends; ++a) turns[a] += turned * factor[a];
-            }
+        for (int c = 0; c < S::dim; ++c)
             for (int a = 0; a < S::ends; ++a) {
-                gradient[a * S::dim + c] += slopes[a];
-                force[a * S::dim + c] += pulls[a];
-                cross[a * S::dim + c] += turns[a];
+                Quad slopes = {}, pulls = {}, turns = {};
+                for (int g = 0; g < count_at; g += together) {
+                    const Quad factor = four(instants.by_end[q][a] + g);
+                    slopes += factor * four(slope[c] + g);
+                    pulls += factor * four(pull[c] + g);
+                    turns += factor * turn[c][g / together];
+                }
+                gradient[a * S::dim + c] += inverse * total(slopes);
+                force[a * S::dim + c] += inverse * total(pulls);
+                cross[a * S::dim + c] -= q * inverse * total(turns);
             }
-        }
     }
 
     void add_knot(const Condition<S::dim> &condition, int a, const double *x, const PieceEnds<S> &piece, int row,
