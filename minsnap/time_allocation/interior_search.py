@@ -102,7 +102,7 @@ class InteriorSearch:
             if excess <= KEPT:
                 if priced or not self._may_be_hastened():
                     return solved, excess
-                return solved_at(self.task, answer, _hastened(self.limits, curve)), excess
+                return solved_at(self.task, answer, _hastened(self.limits, curve, 1.0 + excess)), excess
             if far == NOT_LONGER or not self.task.still:
                 return None, excess
         factor = _rounded(_slowdown(self.limits, curve))
@@ -140,9 +140,9 @@ def _slowdown(limits: Limits, curve: Trajectory) -> float:
     return nearby_factor(limits, curve) or touching_factor(limits, curve)
 
 
-def _hastened(limits: Limits, curve: Trajectory) -> float:
+def _hastened(limits: Limits, curve: Trajectory, use: float) -> float:
     """Factor on time, at most one, with which limits are touched that the last barrier has kept away from."""
-    nearby = nearby_factor(limits, curve)
+    nearby = nearby_factor(limits, curve, use)
     return 1.0 if nearby is None else min(_rounded(nearby), 1.0)
 
 

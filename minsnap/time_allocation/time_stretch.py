@@ -90,15 +90,21 @@ def _by_bracket(over: Callable[..., float], limits: Limits) -> float:
     return root
 
 
-def nearby_factor(limits: Limits, trajectory: Trajectory) -> float | None:
+def nearby_factor(limits: Limits, trajectory: Trajectory, use: float | None = None) -> float | None:
     """Return the same factor where it is near one, by a few steps of the secant method; None if they do not find it.
 
     They end where more time means more use.
+
+    Parameters
+    ----------
+    use : float, optional
+        Share of the most used limit as the trajectory is, where it is known.
     """
     place, slope, best, last = 0.0, -2.0, np.inf, (np.nan, np.nan)
     for _ in range(SECANTS):
-        used = most_used(limits, trajectory.stretched(float(np.exp(place)))).fraction
-        excess = float(np.log(np.clip(used, 1e-3, 1e3)))
+        if use is None:
+            use = most_used(limits, trajectory.stretched(float(np.exp(place)))).fraction
+        excess, use = float(np.log(np.clip(use, 1e-3, 1e3))), None
         if excess <= KEPT:
             best = min(best, place)
             if excess >= -LIMIT_MET:

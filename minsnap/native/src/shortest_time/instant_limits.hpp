@@ -124,17 +124,40 @@ inline void look_rate(const double *p, const Real *x, Real *out) {
     out[0] = 0.5 * (turn * turn) - 0.5;
 }
 
+// Orders of derivatives, none where the last is below the first.
+struct Span {
+    int low, high;
+
+    int count() const { return high - low + 1; }
+};
+
 // Weighted sums over the functions of a limit at four instants: of gradients, of gradients weighted as Hessians are, and of Hessians with the outer
 // products.
 struct InstantTerms {
     static constexpr int most = 12, together = Lanes<Quad>::count;
     Quad slope[most], pull[most], bend[most][most];
 
+    void clear(int inputs) {
+        for (int n = 0; n < inputs; ++n) {
+            slope[n] = pull[n] = Quad{};
+            for (int m = 0; m < inputs; ++m) bend[n][m] = Quad{};
+        }
+    }
+
     // Leave one instant out.
     void silence(int inputs, int lane) {
         for (int n = 0; n < inputs; ++n) {
             slope[n][lane] = pull[n][lane] = 0.0;
             for (int m = 0; m < inputs; ++m) bend[n][m][lane] = 0.0;
+        }
+    }
+
+    // Add those of fewer inputs, of which `before` are missing in front.
+    void add(const InstantTerms &other, int inputs, int before) {
+        for (int n = 0; n < inputs; ++n) {
+            slope[before + n] += other.slope[n];
+            pull[before + n] += other.pull[n];
+            for (int m = 0; m < inputs; ++m) bend[before + n][before + m] += other.bend[n][m];
         }
     }
 };
@@ -151,17 +174,17 @@ struct InstantLimit {
 
     LimitKind kind;
     const double *parameters;
-    int low, high, axes, functions,
-        products = 0;  // first and last derivative, coordinates of each; products that it is a function of, 0 for none
+    Span span;                          // of the derivatives that it depends on
+    int axes, functions, products = 0;  // coordinates of each; products that it is a function of, 0 for none
 
     explicit InstantLimit(const MomentaryLimit &asked) : kind(static_cast<LimitKind>(asked.kind)), parameters(asked.parameters) {
         const bool turns = kind == LimitKind::heading_rate || kind == LimitKind::look_rate;
         const bool drag = !turns && Medium(parameters).drag();
         axes = turns ? 2 : 3;
         functions = kind == LimitKind::tilt ? 2 : kind == LimitKind::unspun_rotors ? 2 : kind == LimitKind::yawed_rotors ? 8 : 1;
-        low = kind == LimitKind::look_rate ? 0 : 1;
-        high = kind == LimitKind::look_rate ? 1 : kind == LimitKind::body_rate ? 3 : rotors() ? 4 : 2;
-        if (!drag && (kind == LimitKind::body_rate || rotors())) low = 2;
+        span.low = kind == LimitKind::look_rate ? 0 : 1;
+        span.high = kind == LimitKind::look_rate ? 1 : kind == LimitKind::body_rate ? 3 : rotors() ? 4 : 2;
+        if (!drag && (kind == LimitKind::body_rate || rotors())) span.low = 2;
         if (!drag && kind == LimitKind::body_rate) products = 3;
         if (!drag && kind == LimitKind::unspun_rotors) products = 6;
     }
@@ -173,8 +196,8 @@ struct InstantLimit {
     }
 
     bool rotors() const { return kind == LimitKind::unspun_rotors || kind == LimitKind::yawed_rotors; }
-    int inputs() const { return (high - low + 1) * axes; }
-    int order(int input) const { return low + input / axes; }
+    int inputs() const { return span.count() * axes; }
+    int order(int input) const { return span.low + input / axes; }
 
     // All functions from the derivatives, by order, then by axis.
     template <class Real>
@@ -191,7 +214,7 @@ private:
         if (kind == LimitKind::heading_rate) return heading_rate(parameters, u, out);
         if (kind == LimitKind::look_rate) return look_rate(parameters, u, out);
         Space<Real> x[4];
-        for (int q = low; q <= high; ++q) x[q - 1] = {u[(q - low) * 3], u[(q - low) * 3 + 1], u[(q - low) * 3 + 2]};
+        for (int q = span.low; q <= span.high; ++q, u += 3) x[q - 1] = {u[0], u[1], u[2]};
         switch (kind) {
             case LimitKind::least_thrust: return least_thrust(parameters, x, out);
             case LimitKind::most_thrust: return most_thrust(parameters, x, out);
@@ -200,9 +223,9 @@ private:
             default: break;
         }
         const Medium m(parameters);
-        const Lift<Real> f(m, x, high - 2);
+        const Lift<Real> f(m, x, span.high - 2);
         Real found[6] = {};
-        products_of(f, high - 2, found);
+        products_of(f, span.high - 2, found);
         of_products(found, rotors() ? f.thrust(m, root(found[0] + m.floor()), x[0]) : Real(0.0), out);
     }
 

@@ -81,9 +81,9 @@ private:
 
     double limited(const InstantLimit &limit, int function, double s) const {
         double u[InstantLimit::most_inputs], out[InstantLimit::most_functions], x[S::dim];
-        for (int q = limit.low; q <= limit.high; ++q) {
+        for (int q = limit.span.low; q <= limit.span.high; ++q) {
             curve_.at(q, s, piece_.inverse[q], x);
-            for (int c = 0; c < limit.axes; ++c) u[(q - limit.low) * limit.axes + c] = x[c < S::dim ? c : 0];
+            for (int c = 0; c < limit.axes; ++c) u[(q - limit.span.low) * limit.axes + c] = x[c < S::dim ? c : 0];
         }
         limit.at(u, out);
         return out[function];

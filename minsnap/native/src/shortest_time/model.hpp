@@ -83,20 +83,28 @@ private:
             for (auto &line : block)
                 for (double &entry : line) entry = 0.0;
         Sums sums = {};
-        for (int k = 0; k < rows.limit_count; ++k) {
-            const InstantLimit &limit = rows.limits[k];
-            const int first = rows.pinned(chain, i, 0, limit) ? 1 : 0, last = count_at - (rows.pinned(chain, i, 1, limit) ? 1 : 0);
+        for (const int axes : {2, 3}) {
+            const Span span = rows.limited(axes);
+            if (span.high < span.low) continue;
             for (int g = 0; g < count_at; g += together) {
                 Quad u[InstantLimit::most_inputs];
-                InstantTerms terms;
-                rows.inputs(limit, jet, g, u);
-                limit.gather(u, weights.from(row + g), count_at, terms);
-                for (int lane = 0; lane < together; ++lane)
-                    if (g + lane < first || g + lane >= last) terms.silence(limit.inputs(), lane);
-                put(rows.instants, limit, g, piece, u, terms, sums);
+                InstantTerms own, all;
+                all.clear(span.count() * axes);
+                int from = row + g;
+                for (int k = 0; k < rows.limit_count; from += rows.limits[k++].functions * count_at) {
+                    const InstantLimit &limit = rows.limits[k];
+                    if (limit.axes != axes) continue;
+                    rows.inputs(limit.span, axes, jet, g, u);
+                    limit.gather(u, weights.from(from), count_at, own);
+                    if (g == 0 && rows.pinned(chain, i, 0, limit)) own.silence(limit.inputs(), 0);
+                    if (g + together == count_at && rows.pinned(chain, i, 1, limit)) own.silence(limit.inputs(), together - 1);
+                    all.add(own, limit.inputs(), (limit.span.low - span.low) * axes);
+                }
+                rows.inputs(span, axes, jet, g, u);
+                put(rows.instants, span, axes, g, piece, u, all, sums);
             }
-            row += limit.functions * count_at;
         }
+        for (int k = 0; k < rows.limit_count; ++k) row += rows.limits[k].functions * count_at;
         for (int c = 0; c < S::dim; ++c)
             for (int a = 0; a < S::ends; ++a) {
                 gradient[a * S::dim + c] += sums[c][0][a];
@@ -108,19 +116,19 @@ private:
     // What the ends make of a derivative at the instants of all lanes.
     using Factors = double[together][condition_orders][S::ends];
 
-    // Bring the terms of a limit at the instants of all lanes to the ends.
-    MINSNAP_INLINE void put(const Instants<S::half, S::instants> &instants, const InstantLimit &limit, int g, const PieceEnds<S> &piece,
+    // Bring terms at the instants of all lanes to the ends.
+    MINSNAP_INLINE void put(const Instants<S::half, S::instants> &instants, const Span &span, int axes, int g, const PieceEnds<S> &piece,
                             const Quad *u, const InstantTerms &terms, Sums &sums) {
-        const int count = limit.inputs(), axes = limit.axes, orders = count / axes;
+        const int orders = span.count(), count = orders * axes;
         Factors factor;
         for (int lane = 0; lane < together; ++lane)
             for (int q = 0; q < orders; ++q)
                 for (int a = 0; a < S::ends; ++a)
-                    factor[lane][q][a] = instants.by_instant[limit.low + q][g + lane][a] * piece.inverse[limit.low + q];
+                    factor[lane][q][a] = instants.by_instant[span.low + q][g + lane][a] * piece.inverse[span.low + q];
         for (int n = 0; n < count; ++n) {
-            const double q = limit.order(n);
+            const double q = span.low + n / axes;
             Quad sum = q * terms.pull[n];
-            for (int m = 0; m < count; ++m) sum += terms.bend[n][m] * (static_cast<double>(limit.order(m)) * u[m]);
+            for (int m = 0; m < count; ++m) sum += terms.bend[n][m] * (static_cast<double>(span.low + m / axes) * u[m]);
             const Quad sloped = q * u[n] * terms.slope[n], bent = q * u[n] * sum;
             auto &mine = sums[n % axes];
             for (int lane = 0; lane < together; ++lane) {

@@ -44,7 +44,7 @@ public:
         for (std::int64_t k = 0; k < request.groups; ++k) used[request.cones[k].order] |= request.cones[k].at_knots == 0;
         for (int k = 0; k < limit_count; ++k) {
             limits[k] = InstantLimit(request.momentary[k]);
-            for (int q = limits[k].low; q <= limits[k].high; ++q) used[q] = true;
+            for (int q = limits[k].span.low; q <= limits[k].span.high; ++q) used[q] = true;
         }
         return legs.build(request, false) && knots.build(request, true);
     }
@@ -159,15 +159,25 @@ public:
 
     // What a limit depends on at an instant.
     static void inputs(const InstantLimit &limit, const Jets &jet, int g, double *u) {
-        for (int q = limit.low; q <= limit.high; ++q)
+        for (int q = limit.span.low; q <= limit.span.high; ++q)
             for (int c = 0; c < limit.axes; ++c) *u++ = jet[q][c][g];
     }
 
     // The same at as many instants as there are lanes.
-    static void inputs(const InstantLimit &limit, const Jets &jet, int g, Quad *u) {
-        for (int q = limit.low; q <= limit.high; ++q)
-            for (int c = 0; c < limit.axes; ++c)
-                for (int lane = 0; lane < InstantTerms::together; ++lane) u[(q - limit.low) * limit.axes + c][lane] = jet[q][c][g + lane];
+    static MINSNAP_INLINE void inputs(const Span &span, int axes, const Jets &jet, int g, Quad *u) {
+        for (int q = span.low; q <= span.high; ++q)
+            for (int c = 0; c < axes; ++c) *u++ = four(jet[q][c] + g);
+    }
+
+    // Derivatives that limits on so many coordinates depend on.
+    Span limited(int axes) const {
+        Span span = {condition_orders, -1};
+        for (int k = 0; k < limit_count; ++k) {
+            if (limits[k].axes != axes) continue;
+            span.low = std::min(span.low, limits[k].span.low);
+            span.high = std::max(span.high, limits[k].span.high);
+        }
+        return span;
     }
 
     // Gradients of a condition at all instants.
@@ -239,8 +249,8 @@ public:
     }
     // Whether all that a limit depends on is pinned at one end of a piece.
     bool pinned(const Chain<S> &chain, int i, int right, const InstantLimit &limit) const {
-        bool found = limit.high < S::half && (i + right) % chain.per_leg == 0;
-        for (int q = limit.low; found && q <= limit.high; ++q) found = !chain.course.any_free((i + right) / chain.per_leg, q);
+        bool found = limit.span.high < S::half && (i + right) % chain.per_leg == 0;
+        for (int q = limit.span.low; found && q <= limit.span.high; ++q) found = !chain.course.any_free((i + right) / chain.per_leg, q);
         return found;
     }
 
