@@ -177,6 +177,31 @@ class ExactRows:
         left, side = self._sum(multipliers)
         return sum((abs(value) * self.largest(place) for place, value in left.items()), Fraction(0)), side
 
+    def eliminated(self) -> list[Fraction] | None:
+        """Multipliers with which nothing is left of the unknowns and the bound is below 0; None where there are none.
+
+        LateError is raised after the deadline: twelve legs of three coordinates take a second.
+        """
+        pivots: dict[Unknown, tuple[dict[Unknown, Fraction], list[Fraction]]] = {}
+        for number, (row, _) in enumerate(self.rows):
+            self.task.deadline.require()
+            left, multipliers = dict(row), [Fraction(i == number) for i in range(len(self.rows))]
+            for place, (other, others) in pivots.items():
+                share = left.get(place, Fraction(0))
+                if share:
+                    for key, value in other.items():
+                        left[key] = left.get(key, Fraction(0)) - share * value
+                    multipliers = [m - share * o for m, o in zip(multipliers, others, strict=True)]
+            pivot = next((place for place, value in left.items() if value), None)
+            if pivot is not None:
+                scale = 1 / left[pivot]
+                pivots[pivot] = {key: v * scale for key, v in left.items() if v}, [m * scale for m in multipliers]
+                continue
+            side = self._sum(multipliers)[1]
+            if side:
+                return multipliers if side < 0 else [-m for m in multipliers]
+        return None
+
     def refined(self, multipliers: list[Fraction]) -> list[Fraction]:
         """Return multipliers of which less is left, by least squares relative to them; a sum below 0 stays."""
         index = {place: i for i, place in enumerate(self.places)}
@@ -325,13 +350,25 @@ def find_contradiction(
     return None
 
 
-def contradicting_joints(task: Task, durations: FloatArray, problem: ReducedProblem) -> Contradiction | None:
-    """Return continuity and planes of gates that contradict each other and the pins; None where that is not proved."""
+def contradicting_joints(
+    task: Task, durations: FloatArray, problem: ReducedProblem, exactly: bool = False
+) -> Contradiction | None:
+    """Return continuity and planes of gates that contradict each other and the pins; None where that is not proved.
+
+    Parameters
+    ----------
+    exactly : bool
+        Whether by exact elimination, which finds what least squares leave open; it takes longer.
+    """
     joints = [(joint, Fraction(0)) for joint in _joints(problem)]
     if not joints:
         return None
     planes = _planes(native_walls(task)) if problem.planes else []
     exact = ExactRows(task, durations, planes, joints)
+    asked = Contradiction(task, durations, tuple(planes), tuple(joints))
+    if exactly:
+        found = exact.eliminated()
+        return None if found is None else asked.with_multipliers(found)
     index = {place: i for i, place in enumerate(exact.places)}
     matrix, sides = np.zeros((len(exact.rows), len(index) + 1)), np.array([float(side) for _, side in exact.rows])
     for number, (row, _) in enumerate(exact.rows):
@@ -346,8 +383,7 @@ def contradicting_joints(task: Task, durations: FloatArray, problem: ReducedProb
         left[~alone] = 0.0
     if np.abs(left).max() <= EXACT * np.abs(sides).max():
         return None
-    multipliers = [Fraction(-value) for value in (left / sizes).tolist()]
-    return Contradiction(task, durations, tuple(planes), tuple(joints)).with_multipliers(multipliers).refined()
+    return asked.with_multipliers([Fraction(-value) for value in (left / sizes).tolist()]).refined()
 
 
 def _planes(walls: WallArrays) -> list[PressedRow]:

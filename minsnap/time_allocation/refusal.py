@@ -35,16 +35,21 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
         return refused
     if not any(wall.order for wall in task.walls):
         problem, _, compiled = normalised(task, durations)
-        return leg_on_wall(task, Curve(problem, compiled, problem.values)) or SolverError(
-            "the solvers failed on a problem that has a solution: try another solver="
+        on_wall = leg_on_wall(task, Curve(problem, compiled, problem.values))
+        if on_wall is None and problem.size > DENSE // 2:
+            return SolverError(f"{UNPROVED}try another solver=, or lower continuity={task.continuity}")
+        return (
+            on_wall
+            or _joined_by_nothing(task, durations, True)
+            or SolverError("the solvers failed on a problem that has a solution: try another solver=")
         )
     return _too_fast(task, durations)
 
 
-def _joined_by_nothing(task: Task, durations: FloatArray) -> InfeasibleError | None:
+def _joined_by_nothing(task: Task, durations: FloatArray, exactly: bool = False) -> InfeasibleError | None:
     """Return the error where pins, gates and continuity contradict each other, whatever the walls are."""
     task = replace(task, touching=False)
-    broken = contradicting_joints(task, durations, normalised(task, durations)[0])
+    broken = contradicting_joints(task, durations, normalised(task, durations)[0], exactly)
     if broken is None:
         return None
     return InfeasibleError(

@@ -190,6 +190,16 @@ def test_multipliers_of_the_slack_prove_what_least_squares_do_not_find(monkeypat
     assert CASES["pieces"]().verify()
 
 
+def test_continuity_that_least_squares_cannot_tell_from_a_solution_is_refused_by_elimination():
+    """One equation too many among derivatives up to the tenth, of pieces of 0.1 and of 2.3 s."""
+    points = [-0.9693203, 1.45015834, 0.07401514, -0.00914524, 2.33489319, 1.6862182]
+    durations = [2.30616198, 1.80099956, 0.10279688, 1.74167231, 0.68488325]
+    asked = {"end": {"jerk": [-0.87198031]}, "pins": {4: {"velocity": [0.0022526]}}}
+    error = refusal(np.reshape(points, (6, 1)), durations, degree=11, continuity=10, **asked)
+    assert "pins and continuity ask for more" in str(error) and error.verify()
+    assert not error.contradiction.rows and len(error.contradiction.joints) == 20
+
+
 def test_the_proof_of_a_refusal_ends_at_the_deadline():
     proof = CASES["pieces"]().contradiction
     late = replace(proof, task=replace(proof.task, deadline=Deadline(0.0)))
