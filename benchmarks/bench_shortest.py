@@ -26,7 +26,7 @@ from minsnap import Limits, Polytopes
 CHAINS = (3, 5, 8, 12, 20, 30)
 AGILE = Limits(speed=4.0, tilt=np.radians(60.0), body_rate=2.1, min_thrust=0.33, max_thrust=2.0)
 QUICK = Limits(speed=3.0, acceleration=6.0)
-AXIS_PROBLEMS, BATCH = 200, 100
+AXIS_PROBLEMS, BATCH, RANDOM_CHAINS = 200, 100, 60
 
 
 def least(call: Callable[[], Any], seconds: float = 1.0, most: int = 15) -> tuple[float, Any]:
@@ -42,9 +42,9 @@ def least(call: Callable[[], Any], seconds: float = 1.0, most: int = 15) -> tupl
     return spent, found
 
 
-def chain(count: int) -> dict[str, Any]:
+def chain(count: int, seed: int) -> dict[str, Any]:
     """Arguments of ``plan`` through overlapping polytopes: turned boxes of 2 m around legs of 2 to 4 m."""
-    draw = np.random.default_rng(count)
+    draw = np.random.default_rng(seed)
     steps = draw.normal(size=(count, 3)) * (1.0, 1.0, 0.3)
     steps *= draw.uniform(2.0, 4.0, count)[:, None] / np.linalg.norm(steps, axis=1)[:, None]
     points = np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
@@ -66,7 +66,7 @@ def calls() -> Iterator[tuple[str, Callable[[], minsnap.Trajectory]]]:
     for pieces in (1, 3, "auto"):
         yield f"rectangle, {pieces}", planned(**read_course("rectangle").arguments, pieces=pieces)
     for count in CHAINS:
-        yield f"chain of {count} polytopes, 1", planned(**chain(count))
+        yield f"chain of {count} polytopes, 1", planned(**chain(count, count))
     for name, pieces in (("split_s", 3), ("slalom", 1), ("maze", 3), ("gates", 1)):
         yield f"{name}, {pieces}", planned(**read_course(name).arguments, pieces=pieces)
 
@@ -121,6 +121,13 @@ def at_random(count: int) -> Iterator[tuple[str, ...]]:
     yield f"{count} random courses, auto, median", f"{1e3 * np.median(spent):.2f}", "", ""
 
 
+def of_chains() -> Iterator[tuple[str, ...]]:
+    asked = [chain(CHAINS[number % 5], 1000 + number) for number in range(RANDOM_CHAINS)]
+    spent, paths = zip(*(least(planned(**one), 0.0) for one in asked), strict=True)
+    flown = sum(path.duration for path in paths)
+    yield f"{RANDOM_CHAINS} random chains, 1, median; all", f"{1e3 * np.median(spent):.2f}", f"{flown:.2f}", ""
+
+
 def in_batches() -> Iterator[tuple[str, ...]]:
     points = np.cumsum(np.random.default_rng(0).normal(size=(BATCH, 6, 3)) * 2.0, axis=1)
     for name, limits in (("speed and acceleration", QUICK), ("tilt, rate, thrust", AGILE)):
@@ -140,6 +147,7 @@ def main() -> None:
     asked = parser.parse_args()
     rows = list(single(asked.words))
     rows += at_random(asked.random) if chosen("random courses", asked.words) else ()
+    rows += of_chains() if chosen("random chains", asked.words) else ()
     rows += along_one_axis() if chosen("axis", asked.words) else ()
     rows += in_batches() if chosen("plan_many", asked.words) else ()
     print(*machine(), sep="\n")

@@ -177,7 +177,6 @@ def plan(
         free = _all_none((durations, total_time, limits, how.time_weight))
         durations = table.durations if free else durations
     # The quick path takes a few microseconds: it runs before the imports and checks below, and knows their defaults.
-    # The native path takes microseconds: it is tried before the imports and the checks below, which take longer.
     others = limits, continuity, yaw, start, end, pins, waypoint_tolerance, avoid
     if (
         (search is None or replace(how, on_interrupt="raise") == USUAL)

@@ -7,7 +7,7 @@ struct ShortestSettings {
     static constexpr int instants = 20;            // per piece at which conditions stand
     static constexpr int more_instants = 40;       // the same where legs are not divided: fewer lose flight time on a long piece
     static constexpr int other_instants = 28;      // with other degrees or numbers of coordinates than usual
-    static constexpr int iterations = 300;         // of one stage
+    static constexpr int iterations = 200;         // of one stage
     static constexpr int tries = 12;               // of a damping, until the matrix is positive definite
     static constexpr int halvings = 8;             // of a step
     static constexpr int failures = 6;             // steps in a row without progress that end a stage
