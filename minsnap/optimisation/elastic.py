@@ -299,15 +299,17 @@ class Elastic:
         return best.knots, best.slacks
 
     def _ways_in_turn(self) -> list[Backend]:
-        """Return ways: dense coordinates where few, and first where equations leave less than a third of them free."""
-        sparse: list[Backend] = [(False, by_clarabel)]
-        dense: list[Backend] = []
-        if self.linear.size <= 2 * DENSE:
-            dense = [(True, by_native_core), (True, by_clarabel)]
-        if self.linear.equations is None:
-            return [(False, by_native_core), *sparse, *dense[1:]]
-        few = 3 * len(self.linear.equations.sides) > 2 * self.linear.size
-        return [*dense[:1], *sparse, *dense[1:]] if few else [*sparse, *dense]
+        """Return ways: Clarabel, dense for few unknowns too, and the native core, for equations in dense coordinates.
+
+        The native core is first without equations, and where they leave less than a third of the unknowns free.
+        """
+        size, equations = self.linear.size, self.linear.equations
+        sparse, dense = (False, by_clarabel), [(True, by_clarabel)] if size <= 2 * DENSE else []
+        if equations is None:
+            return [(False, by_native_core), sparse, *dense]
+        native = [(True, by_native_core)] if dense else []
+        few = 3 * len(equations.sides) > 2 * size
+        return [*native, sparse, *dense] if few else [sparse, *native, *dense]
 
     def _coordinates(self, dense: bool) -> Coordinates:
         if dense not in self._made:

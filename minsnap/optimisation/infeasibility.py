@@ -48,8 +48,8 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
         return None
     groups, names = _leg_groups(corridor, compiled)
     give = Relaxation(groups, np.ones(len(groups)), len(names))
+    inward = 4.0 * WIDTH_ROOM
     try:
-        inward = 4.0 * WIDTH_ROOM
         relaxed = Elastic(problem, compiled, give, accuracy=NOTICEABLE, inward=inward, deadline=task.deadline).run()
     except LateError:
         raise

@@ -36,12 +36,12 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
     if not any(wall.order for wall in task.walls):
         problem, _, compiled = normalised(task, durations)
         on_wall = leg_on_wall(task, Curve(problem, compiled, problem.values))
-        if on_wall is None and problem.size > DENSE // 2:
+        if on_wall is not None:
+            return on_wall
+        if problem.jumps and problem.size > DENSE // 2:
             return SolverError(f"{UNPROVED}try another solver=, or lower continuity={task.continuity}")
-        return (
-            on_wall
-            or _joined_by_nothing(task, durations, True)
-            or SolverError("the solvers failed on a problem that has a solution: try another solver=")
+        return _joined_by_nothing(task, durations, exactly=True) or SolverError(
+            "the solvers failed on a problem that has a solution: try another solver="
         )
     return _too_fast(task, durations)
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from time import monotonic
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import LATE, Deadline, LateError
+from minsnap.basics.deadline import Deadline
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
@@ -86,9 +85,8 @@ def _smoother(
     if task.still and timing.limits is not None:
         tried.append(shortest_scaled(replace(task, pieces=pieces), timing, timing.limits, finish, durations))
     shortest = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
-    if shortest is None and monotonic() > timing.due:
-        raise LateError(LATE)
     if shortest is None:
+        bounded.deadline.require()
         raise explain(bounded, durations)
     return shortest
 

@@ -47,7 +47,7 @@ def test_a_moving_start_through_boxes(pieces, most):
 
 @pytest.mark.slow
 def test_a_race_with_every_rotor_within_its_thrust():
-    """The first lap of a published course; the rotors recomputed from position, whichever way the body points."""
+    """The first lap of a published course; the rotors recomputed from position, and from axes carried without spin."""
     points = np.array([(-5, 4.5, 1.2), *LOOP], dtype=float)
     limits, ball = Limits.of(RACER, reserve=0.0, body_rate=15.0, yaw_rate=3.0), minsnap.Ball(0.3)
     path = minsnap.plan(points, limits=limits, yaw="tilt", waypoint_tolerance=ball, pieces=2)
@@ -59,10 +59,15 @@ def test_a_race_with_every_rotor_within_its_thrust():
     pull = (axis * jerk).sum(axis=1, keepdims=True)
     across = jerk - axis * pull
     turn = (snap - axis * (axis * snap).sum(axis=1, keepdims=True) - 2.0 * across * pull / size) / size
-    torque = 0.001 * np.linalg.norm(turn, axis=1) / (2.0 * 0.15)
-    mean = 0.85 * size[:, 0] / 4.0
-    # A bound for rotors in any direction: the certificate has them where they are.
-    assert (mean + torque).max() <= 6.879 * (1.0 + 1e-4) and (mean - torque).min() >= -1e-6
+    forward = np.tile([1.0, 0.0, 0.0], (len(t), 1))
+    for i in range(1, len(t)):
+        both = axis[i - 1] + axis[i]
+        forward[i] = forward[i - 1] - both * (forward[i - 1] @ axis[i]) / (1.0 + axis[i - 1] @ axis[i])
+    torques = 0.001 / (2.0 * 0.15) * np.stack([(turn * arm).sum(axis=1) for arm in (forward, np.cross(axis, forward))])
+    diagonals = np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]) / np.sqrt(2.0)
+    rotors = 0.85 * size[:, 0] / 4.0 + diagonals @ torques
+    assert rotors.max() <= 6.879 + 1e-6 and rotors.min() >= -1e-6
+    assert rotors.max() >= 0.9998 * 6.879 and np.abs((forward * axis).sum(axis=1)).max() <= 1e-9
     assert (np.linalg.norm(across, axis=1) / size[:, 0]).max() <= 15.0 + 1e-6
 
 
