@@ -8,36 +8,24 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.batch.run import Watch
 
 
-@app.command()
+@command()
 def batch(
-    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="YAML: a generator with ranges and a seed, or a table.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder of the dataset.")],
-    workers: Annotated[
-        int | None,
-        typer.Option("--workers", metavar="N", help="Processes on this machine; by default all processors."),
-    ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="A Dask scheduler instead: tcp://host:8786.")
-    ] = None,
-    problem_timeout: Annotated[
-        float, typer.Option("--problem-timeout", metavar="S", help="Processor time of a problem that is too slow [s].")
-    ] = 60.0,
-    format: Annotated[
-        str, typer.Option("--format", metavar="NAME", help="parquet: a row per plan; lerobot: LeRobot v3 episodes.")
-    ] = "parquet",
-    rate: Annotated[int, typer.Option("--rate", metavar="HZ", help="Frames a second of LeRobot episodes.")] = 20,
-    resume: Annotated[
-        bool, typer.Option("--resume/--no-resume", help="Continue in a folder that has results, or refuse it.")
-    ] = True,
+    spec: Annotated[Path, "SPEC", "YAML: a generator with ranges and a seed, or a table."],
+    *,
+    output: Annotated[Path, "--output", "-o", "FOLDER", "Folder of the dataset."],
+    workers: Annotated[int | None, "N", "Processes on this machine; by default all processors."] = None,
+    scheduler: Annotated[str | None, "ADDRESS", "A Dask scheduler instead: tcp://host:8786."] = None,
+    problem_timeout: Annotated[float, "S", "Processor time of a problem that is too slow [s]."] = 60.0,
+    format: Annotated[str, "NAME", "parquet: a row per plan; lerobot: LeRobot v3 episodes."] = "parquet",
+    rate: Annotated[int, "HZ", "Frames a second of LeRobot episodes."] = 20,
+    resume: Annotated[bool, "--resume/--no-resume", "Continue in a folder that has results, or refuse it."] = True,
 ) -> None:
     """Plan many problems, and write them as a Parquet dataset that can go on after it was killed.
 

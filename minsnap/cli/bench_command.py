@@ -12,7 +12,7 @@ import typer
 
 from minsnap.basics.storage.text_columns import labelled
 from minsnap.cli import options
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 
 if TYPE_CHECKING:
     from minsnap.basics.arrays import FloatArray
@@ -25,8 +25,9 @@ MANY = 1000
 """Problems of one call of plan_many."""
 
 
-@app.command()
+@command()
 def bench(
+    *,
     seconds: Annotated[
         float, typer.Option("--seconds", metavar="S", min=0.0, max=600.0, help="Least time of each measurement [s].")
     ] = 0.5,

@@ -7,11 +7,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from minsnap.basics.storage.text_columns import aligned, labelled
 from minsnap.cli import options
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,24 +43,16 @@ class ExactProof:
     exceeded: tuple[Utilisation, ...]
 
 
-@app.command()
+@command()
 def check(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, or any file of a path.")],
+    file: Annotated[Path, "FILE", "Setpoint CSV, or any file of a path."],
+    *,
     frame: options.ReadFrame = None,
-    waypoints: Annotated[
-        Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints of the corridor, as for plan.")
-    ] = None,
+    waypoints: Annotated[Path | None, "FILE", "Waypoints of the corridor, as for plan."] = None,
     corridor: options.Corridor = None,
-    exact: Annotated[
-        bool,
-        typer.Option("--exact", help="Prove a plan's margin and maxima again in exact rational arithmetic; slow."),
-    ] = False,
-    separation: Annotated[
-        float | None, typer.Option("--separation", metavar="M", help="Of a fleet: how far apart any two must stay [m].")
-    ] = None,
-    downwash: Annotated[
-        float, typer.Option("--downwash", metavar="W", help="Vehicles above each other must be W times as far apart.")
-    ] = 1.0,
+    exact: Annotated[bool, "Prove a plan's margin and maxima again in exact rational arithmetic; slow."] = False,
+    separation: Annotated[float | None, "M", "Of a fleet: how far apart any two must stay [m]."] = None,
+    downwash: Annotated[float, "W", "Vehicles above each other must be W times as far apart."] = 1.0,
     json: options.Json = False,
 ) -> int:
     """Check a setpoint file: uniform rate, consistent derivatives and, if given, the corridor; figures for each axis.

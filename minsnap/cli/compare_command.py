@@ -8,10 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from minsnap.cli import options
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.cli.output import check_figure
 from minsnap.errors import InputError
 
@@ -21,33 +19,21 @@ if TYPE_CHECKING:
     from minsnap.trajectory.samples import Samples
 
 
-@app.command()
+@command()
 def compare(
-    reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="Setpoint CSV, or a log to take it from.")],
-    flights: Annotated[
-        list[Path], typer.Argument(metavar="FLIGHT...", help="CSV, ULog (.ulg), dataflash log (.bin), log of a stream.")
-    ],
+    reference: Annotated[Path, "REFERENCE", "Setpoint CSV, or a log to take it from."],
+    flights: Annotated[list[Path], "FLIGHT...", "CSV, ULog (.ulg), dataflash log (.bin), log of a stream."],
+    *,
     align: Annotated[
-        bool,
-        typer.Option(
-            "--align",
-            help="For flights without setpoints: estimate the clocks' offset; the delay is then not measured.",
-        ),
+        bool, "For flights without setpoints: estimate the clocks' offset; the delay is then not measured."
     ] = False,
-    max_delay: Annotated[float, typer.Option("--max-delay", metavar="S", help="Longest delay looked for [s].")] = 2.0,
+    max_delay: Annotated[float, "S", "Longest delay looked for [s]."] = 2.0,
     lead: options.FlownLead = None,
-    sent: Annotated[
-        list[Path] | None,
-        typer.Option("--sent", metavar="FILE", help="What was sent for REFERENCE, as tune wrote it; once a flight."),
-    ] = None,
+    sent: Annotated[list[Path] | None, "FILE", "What was sent for REFERENCE, as tune wrote it; once a flight."] = None,
     frame: options.ReadFrame = None,
-    waypoints: Annotated[
-        Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints of the corridor, as for plan.")
-    ] = None,
+    waypoints: Annotated[Path | None, "FILE", "Waypoints of the corridor, as for plan."] = None,
     corridor: options.Corridor = None,
-    max_speed: Annotated[
-        float | None, typer.Option("--max-speed", metavar="M/S", help="Limit on speed to compare with.")
-    ] = None,
+    max_speed: Annotated[float | None, "M/S", "Limit on speed to compare with."] = None,
     plot: options.Plot = None,
     view: options.View = None,
     report: options.FlightReport = None,

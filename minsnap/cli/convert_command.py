@@ -7,27 +7,19 @@ import warnings
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from minsnap.cli import options
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 
 
-@app.command()
+@command()
 def convert(
-    source: Annotated[Path, typer.Argument(metavar="IN", help=".csv, .yaml, .npz, .parquet, .ulg or .bin.")],
-    target: Annotated[Path, typer.Argument(metavar="OUT", help=".csv, .yaml, .npz, .parquet, .npy or .json.")],
-    to: Annotated[
-        str | None,
-        typer.Option("--to", help="setpoints, crazyflie, mav, npz, parquet, px4 or multidof; else by the ending."),
-    ] = None,
+    source: Annotated[Path, "IN", ".csv, .yaml, .npz, .parquet, .ulg or .bin."],
+    target: Annotated[Path, "OUT", ".csv, .yaml, .npz, .parquet, .npy or .json."],
+    *,
+    to: Annotated[str | None, "setpoints, crazyflie, mav, npz, parquet, px4 or multidof; else by the ending."] = None,
     rate: options.Rate = 20.0,
-    frame: Annotated[
-        str, typer.Option("--to-frame", "--frame", help="Axes of the setpoints or table written.")
-    ] = "enu",
-    from_frame: Annotated[
-        str | None, typer.Option("--from-frame", help="Axes of a setpoint CSV, if it does not say so itself.")
-    ] = None,
+    frame: Annotated[str, "--to-frame", "--frame", "Axes of the setpoints or table written."] = "enu",
+    from_frame: Annotated[str | None, "Axes of a setpoint CSV, if it does not say so itself."] = None,
     no_clobber: options.NoClobber = False,
 ) -> int:
     """Convert trajectories, setpoints and logs to another format, and to another frame.

@@ -5,37 +5,31 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from minsnap.cli import options
-from minsnap.cli.app import app
-from minsnap.cli.groups import grouped
+from minsnap.cli.command import command
 from minsnap.cli.output import check_figure, on_terminal
 from minsnap.cli.vehicles import SimulatedVehicle
 from minsnap.errors import InputError
 
 
-@app.command()
-@grouped
+@command()
 def experiment(
     simulated: SimulatedVehicle,
-    course: Annotated[str, typer.Argument(help="circle, line or rect.")] = "circle",
-    repeat: Annotated[int, typer.Option("--repeat", help="Repetitions of the course.")] = 10,
-    compensate: Annotated[str, typer.Option("--compensate", help="Drag compensation: off, on or both.")] = "both",
+    course: Annotated[str, "circle, line or rect."] = "circle",
+    *,
+    repeat: Annotated[int, "Repetitions of the course."] = 10,
+    compensate: Annotated[str, "Drag compensation: off, on or both."] = "both",
     model: Annotated[
-        list[str] | None,
-        typer.Option("--model", help="What is compensated: published, consistent (f330 only) or exact; repeatable."),
+        list[str] | None, "What is compensated: published, consistent (f330 only) or exact; repeatable."
     ] = None,
     literal: Annotated[
-        bool, typer.Option("--literal/--smooth", help="Start and repeat as published, or from rest, without jumps.")
+        bool, "--literal/--smooth", "Start and repeat as published, or from rest, without jumps."
     ] = True,
     references: options.References = "velocity",
     rate: options.Rate = 20.0,
-    pose_rate: Annotated[float, typer.Option("--pose-rate", metavar="HZ", help="Poses per second.")] = 50.0,
-    delay: Annotated[float, typer.Option("--delay", metavar="S", help="Age of each pose, not compensated [s].")] = 0.0,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Write reference and flights as CSV there.")
-    ] = None,
+    pose_rate: Annotated[float, "HZ", "Poses per second."] = 50.0,
+    delay: Annotated[float, "S", "Age of each pose, not compensated [s]."] = 0.0,
+    output: Annotated[Path | None, "--output", "-o", "FOLDER", "Write reference and flights as CSV there."] = None,
     plot: options.Plot = None,
     view: options.View = None,
     json: options.Json = False,

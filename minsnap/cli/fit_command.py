@@ -5,10 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from minsnap.cli import options
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,31 +14,19 @@ if TYPE_CHECKING:
     from minsnap.flight.tracking.flight_fit import FlightFit
 
 
-@app.command()
+@command()
 def fit(
-    file: Annotated[
-        Path,
-        typer.Argument(metavar="FILE", help="Log of a flight (.ulg, .bin, of stream --log), or a CSV with --form."),
-    ],
+    file: Annotated[Path, "FILE", "Log of a flight (.ulg, .bin, of stream --log), or a CSV with --form."],
+    *,
     form: Annotated[
         str | None,
-        typer.Option(
-            "--form",
-            help="For a CSV with a header: thrust, torque (columns speed_rpm and thrust [N] or torque [N m]); "
-            "parasitic, reduced, linear, propeller, consistent (columns pitch_deg, velocity [m/s], speed_rpm as the "
-            "form needs, and drag [N]).",
-        ),
+        "For a CSV with a header: thrust, torque (columns speed_rpm and thrust [N] or torque [N m]); "
+        "parasitic, reduced, linear, propeller, consistent (columns pitch_deg, velocity [m/s], speed_rpm as the "
+        "form needs, and drag [N]).",
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Vehicle YAML with the drag of a flight.")
-    ] = None,
-    base: Annotated[
-        Path | None,
-        typer.Option(
-            "--base", metavar="FILE", help="Vehicle YAML with all else; by default PX4's simulated quadrotor."
-        ),
-    ] = None,
-    mass: Annotated[float | None, typer.Option("--mass", metavar="KG", help="By default the base's.")] = None,
+    output: Annotated[Path | None, "--output", "-o", "FILE", "Vehicle YAML with the drag of a flight."] = None,
+    base: Annotated[Path | None, "FILE", "Vehicle YAML with all else; by default PX4's simulated quadrotor."] = None,
+    mass: Annotated[float | None, "KG", "By default the base's."] = None,
     lead: options.FlownLead = None,
     plot: options.Plot = None,
     json: options.Json = False,

@@ -11,7 +11,7 @@ import typer
 
 from minsnap.basics.storage.text_columns import labelled
 from minsnap.cli import options
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.cli.output import on_terminal
 
 if TYPE_CHECKING:
@@ -21,17 +21,14 @@ if TYPE_CHECKING:
     from minsnap.shows.show import Show
 
 
-@app.command()
+@command()
 def fleet(
-    show: Annotated[Path, typer.Argument(metavar="SHOW", help="YAML: vehicles, separation, limits, home, acts.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder of the show.")],
-    to: Annotated[str, typer.Option("--to", help="csv, crazyswarm2, skyb, traj (compressed) or skyc.")] = "csv",
-    report: Annotated[
-        Path | None, typer.Option("--report", metavar="FILE", help="HTML page of what was proved, to print and sign.")
-    ] = None,
-    animate: Annotated[
-        Path | None, typer.Option("--animate", metavar="FILE", help="Seen from above: .gif; .mp4, .webm with ffmpeg.")
-    ] = None,
+    show: Annotated[Path, "SHOW", "YAML: vehicles, separation, limits, home, acts."],
+    *,
+    output: Annotated[Path, "--output", "-o", "FOLDER", "Folder of the show."],
+    to: Annotated[str, "csv, crazyswarm2, skyb, traj (compressed) or skyc."] = "csv",
+    report: Annotated[Path | None, "FILE", "HTML page of what was proved, to print and sign."] = None,
+    animate: Annotated[Path | None, "FILE", "Seen from above: .gif; .mp4, .webm with ffmpeg."] = None,
     no_clobber: options.NoClobber = False,
 ) -> int:
     """Plan the flights of a show, write them, and prove of what was written how far apart the vehicles stay.

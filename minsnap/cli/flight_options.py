@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 if TYPE_CHECKING:
     from minsnap.flight.mavlink.stream_options import StreamOptions
 
@@ -15,21 +13,14 @@ if TYPE_CHECKING:
 class FlightOptions:
     """How a flight begins, ends and stops."""
 
-    trigger: Annotated[
-        str, typer.Option("--trigger", help="enter, mode (when the vehicle enters OFFBOARD or GUIDED) or now.")
-    ] = "enter"
+    trigger: Annotated[str, "enter, mode (when the vehicle enters OFFBOARD or GUIDED) or now."] = "enter"
     abort_distance: Annotated[
-        float | None,
-        typer.Option(
-            "--abort-distance",
-            metavar="M",
-            help="Distance of the vehicle from the plan at which the flight stops; by default fits its lag.",
-        ),
+        float | None, "M", "Distance of the vehicle from the plan at which the flight stops; by default fits its lag."
     ] = None
-    arm: Annotated[bool, typer.Option("--arm", help="Change the mode and arm. Never done without this.")] = False
-    land: Annotated[bool, typer.Option("--land", help="Land at the end instead of holding.")] = False
+    arm: Annotated[bool, "Change the mode and arm. Never done without this."] = False
+    land: Annotated[bool, "Land at the end instead of holding."] = False
     preflight: Annotated[
-        bool, typer.Option("--preflight/--no-preflight", help="Check parameters and state first; refuse what must end.")
+        bool, "--preflight/--no-preflight", "Check parameters and state first; refuse what must end."
     ] = True
 
     def settings(self, max_start_distance: float = 1.0, **others: Any) -> StreamOptions:

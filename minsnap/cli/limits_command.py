@@ -5,23 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from minsnap.cli import options
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.cli.vehicles import vehicle_of
 
 
-@app.command()
+@command()
 def limits(
+    *,
     connect: options.Connect,
-    drag: Annotated[float, typer.Option("--drag", metavar="K", help="Drag over mass of the vehicle [1/s].")] = 0.0,
+    drag: Annotated[float, "K", "Drag over mass of the vehicle [1/s]."] = 0.0,
     vehicle: options.OffsetVehicle = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="YAML to add waypoints to, for plan.")
-    ] = None,
-    autopilot: Annotated[str, typer.Option("--autopilot", help="auto, px4 or ardupilot.")] = "auto",
-    wait: Annotated[float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat.")] = 30.0,
+    output: Annotated[Path | None, "--output", "-o", "FILE", "YAML to add waypoints to, for plan."] = None,
+    autopilot: Annotated[str, "auto, px4 or ardupilot."] = "auto",
+    wait: Annotated[float, "S", "For the vehicle's heartbeat."] = 30.0,
     json: options.Json = False,
 ) -> None:
     """Read what a vehicle can follow from its own parameters, and print it as limits of a plan.

@@ -6,8 +6,6 @@ from math import degrees, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from minsnap.basics.limit_kinds import KINDS, Kind
 from minsnap.cli.vehicles import VEHICLE_HELP
 from minsnap.errors import InputError, LimitError
@@ -17,63 +15,33 @@ if TYPE_CHECKING:
 
 Output = Annotated[
     Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FILE",
-        help="File to write, in the format of its ending: .csv, .json, .yaml, .npz, .traj; - is standard output.",
-    ),
+    "--output",
+    "-o",
+    "FILE",
+    "File to write, in the format of its ending: .csv, .json, .yaml, .npz, .traj; - is standard output.",
 ]
-Rate = Annotated[float, typer.Option("--rate", metavar="HZ", help="Setpoints per second.")]
-Frame = Annotated[str, typer.Option("--frame", help="Axes of the file: enu, ned, flu, frd or optitrack.")]
-Format = Annotated[
-    str | None, typer.Option("--format", metavar="NAME", help="Format of the file, where its ending does not tell.")
-]
-ReadFrame = Annotated[
-    str | None, typer.Option("--from-frame", "--frame", help="Axes of a CSV that does not say so itself: enu, ned, …")
-]
-Plot = Annotated[
-    Path | None, typer.Option("--plot", metavar="FILE", help="Figure to write: PNG, SVG or PDF, by its ending.")
-]
-View = Annotated[
-    str | None,
-    typer.Option("--view", help="Of the figure: xy (unless given), xz, yz or 3d; xy shows climbs from the side."),
-]
-LINK = typer.Option("--connect", metavar="LINK", help="udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD.")
-Connect = Annotated[str, LINK]
-FlightReport = Annotated[
-    Path | None,
-    typer.Option("--report", metavar="FILE", help="HTML page: maps, error against time, legs, lag, wind."),
-]
-ColourBy = Annotated[
-    str | None, typer.Option("--colour-by", metavar="speed", help="Draw the path in the colours of its speed.")
-]
-Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
-NoClobber = Annotated[bool, typer.Option("--no-clobber", help="Refuse to replace a file that is there.")]
+Rate = Annotated[float, "HZ", "Setpoints per second."]
+Frame = Annotated[str, "Axes of the file: enu, ned, flu, frd or optitrack."]
+Format = Annotated[str | None, "NAME", "Format of the file, where its ending does not tell."]
+ReadFrame = Annotated[str | None, "--from-frame", "--frame", "Axes of a CSV that does not say so itself: enu, ned, …"]
+Plot = Annotated[Path | None, "FILE", "Figure to write: PNG, SVG or PDF, by its ending."]
+View = Annotated[str | None, "Of the figure: xy (unless given), xz, yz or 3d; xy shows climbs from the side."]
+LINKS = "udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD."
+Connect = Annotated[str, "LINK", LINKS]
+FlightReport = Annotated[Path | None, "FILE", "HTML page: maps, error against time, legs, lag, wind."]
+ColourBy = Annotated[str | None, "speed", "Draw the path in the colours of its speed."]
+Json = Annotated[bool, "Print the summary as JSON."]
+NoClobber = Annotated[bool, "Refuse to replace a file that is there."]
 
-OffsetDrag = Annotated[
-    float, typer.Option("--drag", metavar="K", help="Feed-forward of K times the velocity [1/s]: offsets drag.")
-]
-OffsetVehicle = Annotated[
-    str | None, typer.Option("--vehicle", metavar="NAME", help="Vehicle whose drag is offset instead: " + VEHICLE_HELP)
-]
-Lead = Annotated[
-    float, typer.Option("--lead", metavar="S", help="Send setpoints earlier by this: compensates the vehicle's delay.")
-]
+OffsetDrag = Annotated[float, "K", "Feed-forward of K times the velocity [1/s]: offsets drag."]
+OffsetVehicle = Annotated[str | None, "NAME", "Vehicle whose drag is offset instead: " + VEHICLE_HELP]
+Lead = Annotated[float, "S", "Send setpoints earlier by this: compensates the vehicle's delay."]
 
-FlownLead = Annotated[
-    float | None,
-    typer.Option("--lead", metavar="S", help="How much earlier than planned the flight's setpoints were sent."),
-]
+FlownLead = Annotated[float | None, "S", "How much earlier than planned the flight's setpoints were sent."]
 
-Time = Annotated[float | None, typer.Option("--time", metavar="S", help="Duration of the whole [s].")]
-Split = Annotated[
-    str | None, typer.Option("--split", help="How --time is split over the legs: optimal, distance or trapezoid.")
-]
-TimeWeight = Annotated[
-    float | None,
-    typer.Option("--time-weight", metavar="W", help="Least cost + W * time, instead of a duration [cost/s]."),
-]
+Time = Annotated[float | None, "S", "Duration of the whole [s]."]
+Split = Annotated[str | None, "How --time is split over the legs: optimal, distance or trapezoid."]
+TimeWeight = Annotated[float | None, "W", "Least cost + W * time, instead of a duration [cost/s]."]
 
 
 def limit_fields() -> list[tuple[str, Any, None]]:
@@ -102,11 +70,8 @@ def limit_values(options: Any) -> dict[str, Any]:
 
 NoLimit = Annotated[
     str | None,
-    typer.Option(
-        "--no-limit",
-        metavar="NAME",
-        help="Take off what holds beside the limits named: speed, acceleration, tilt, altitude; several with commas.",
-    ),
+    "NAME",
+    "Take off what holds beside the limits named: speed, acceleration, tilt, altitude; several with commas.",
 ]
 
 
@@ -131,51 +96,23 @@ def taken_off(text: str | None) -> list[str]:
 def _limit_option(kind: Kind) -> Any:
     metavar = "RATIO" if kind.unit == "of the weight" else kind.typed_unit.upper().replace("^", "")
     what = f"Shortest time within [{kind.typed_unit}]."
-    return Annotated[float | None, typer.Option(kind.option, metavar=metavar, help=what)]
+    return Annotated[float | None, metavar, what]
 
 
-Corridor = Annotated[
-    str | None,
-    typer.Option("--corridor", metavar="M", help="Half-width around each leg [m]: one, or one per leg with commas."),
-]
-Avoid = Annotated[
-    list[str] | None,
-    typer.Option("--avoid", metavar="X,Y,R", help="Upright cylinder to keep out of [m]; or X,Y,R,LOW,HIGH."),
-]
-References = Annotated[
-    str, typer.Option("--references", help="What the cascade follows: position, velocity or acceleration.")
-]
-Yaw = Annotated[
-    str | None, typer.Option("--yaw", help="Heading [degrees]; 'velocity' to look where it flies; 'tilt' not to spin.")
-]
-LookAtPoint = Annotated[
-    tuple[float, float] | None, typer.Option("--look-at", metavar="X Y", help="Point that the nose points at [m].")
-]
-YawRate = Annotated[
-    float | None,
-    typer.Option("--yaw-rate", metavar="RAD/S", help="With --yaw velocity: largest rate of a held heading [rad/s]."),
-]
-HoldBelow = Annotated[
-    float | None,
-    typer.Option("--hold-below", metavar="M/S", help="With --yaw velocity: held below this horizontal speed [m/s]."),
-]
-Degree = Annotated[int, typer.Option("--degree", help="Degree of the polynomials: 3, 5, 7, 9 or 11.")]
-Continuity = Annotated[int | None, typer.Option("--continuity", help="Derivatives continuous at the waypoints.")]
+Corridor = Annotated[str | None, "M", "Half-width around each leg [m]: one, or one per leg with commas."]
+Avoid = Annotated[list[str] | None, "X,Y,R", "Upright cylinder to keep out of [m]; or X,Y,R,LOW,HIGH."]
+References = Annotated[str, "What the cascade follows: position, velocity or acceleration."]
+Yaw = Annotated[str | None, "Heading [degrees]; 'velocity' to look where it flies; 'tilt' not to spin."]
+LookAtPoint = Annotated[tuple[float, float] | None, "X Y", "Point that the nose points at [m]."]
+YawRate = Annotated[float | None, "RAD/S", "With --yaw velocity: largest rate of a held heading [rad/s]."]
+HoldBelow = Annotated[float | None, "M/S", "With --yaw velocity: held below this horizontal speed [m/s]."]
+Degree = Annotated[int, "Degree of the polynomials: 3, 5, 7, 9 or 11."]
+Continuity = Annotated[int | None, "Derivatives continuous at the waypoints."]
 Pieces = Annotated[
-    str | None,
-    typer.Option(
-        "--pieces",
-        metavar="N|auto",
-        help="Polynomials per leg; by default 1. auto: with limits, as many as shorten the flight.",
-    ),
+    str | None, "N|auto", "Polynomials per leg; by default 1. auto: with limits, as many as shorten the flight."
 ]
-TimeLimit = Annotated[
-    float | None,
-    typer.Option("--time-limit", metavar="S", help="Seconds of search, after which the best plan so far is taken."),
-]
-Solver = Annotated[
-    str, typer.Option("--solver", help="auto, or a solver's name: daqp, clarabel, osqp, or another of qpsolvers.")
-]
+TimeLimit = Annotated[float | None, "S", "Seconds of search, after which the best plan so far is taken."]
+Solver = Annotated[str, "auto, or a solver's name: daqp, clarabel, osqp, or another of qpsolvers."]
 
 
 def parse_corridor(text: str | None) -> float | list[float] | None:

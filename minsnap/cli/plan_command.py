@@ -6,10 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from minsnap.cli.app import app
-from minsnap.cli.groups import grouped
+from minsnap.cli.command import command
 from minsnap.cli.missions import course_of, fly_course
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Planning, altitudes_of, gain_of_auto_pieces, standing
@@ -20,24 +17,19 @@ if TYPE_CHECKING:
     from minsnap.paths.missions.course import Course
 
 
-@app.command()
-@grouped
+@command()
 def plan(
     planning: Planning,
     destination: Destination,
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="x,y,z[,yaw][,duration] in CSV; YAML; .plan; a plan.")],
+    file: Annotated[Path, "FILE", "x,y,z[,yaw][,duration] in CSV; YAML; .plan; a plan."],
+    *,
     closed: Annotated[
-        bool,
-        typer.Option(
-            "--closed", help="A closed lap without a stop; appends the first waypoint where the last is another."
-        ),
+        bool, "A closed lap without a stop; appends the first waypoint where the last is another."
     ] = False,
-    laps: Annotated[int | None, typer.Option("--laps", help="How often the course is flown.")] = None,
-    from_frame: Annotated[
-        str | None, typer.Option("--from-frame", help="Axes of the waypoints: by default enu, or ned, …")
-    ] = None,
-    takeoff: Annotated[bool, typer.Option("--takeoff", help="Climb from the ground below the first waypoint.")] = False,
-    land: Annotated[bool, typer.Option("--land", help="Descend to the ground below the last waypoint.")] = False,
+    laps: Annotated[int | None, "How often the course is flown."] = None,
+    from_frame: Annotated[str | None, "Axes of the waypoints: by default enu, or ned, …"] = None,
+    takeoff: Annotated[bool, "Climb from the ground below the first waypoint."] = False,
+    land: Annotated[bool, "Descend to the ground below the last waypoint."] = False,
 ) -> None:
     """Plan through the waypoints of a file; at 1 m/s on average unless times or limits are given.
 

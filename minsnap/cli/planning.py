@@ -7,8 +7,6 @@ from dataclasses import asdict, dataclass, make_dataclass
 from math import radians
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from minsnap.cli import options
 from minsnap.cli.summary import STANDING
 from minsnap.errors import InputError, MinsnapError, TimingError
@@ -18,24 +16,18 @@ if TYPE_CHECKING:
     from minsnap.trajectory.path import Path
     from minsnap.trajectory.trajectory import Trajectory
 
-Center = Annotated[tuple[float, float], typer.Option("--center", metavar="X Y", help="Center [m].")]
-Altitude = Annotated[float, typer.Option("--altitude", metavar="M", help="z [m].")]
-StartAltitude = Annotated[float, typer.Option("--altitude", metavar="M", help="z at the start [m].")]
-Clockwise = Annotated[bool, typer.Option("--clockwise", help="Turn clockwise seen from above.")]
-Laps = Annotated[float, typer.Option("--laps", help="Turns, spin-up and spin-down included.")]
-Period = Annotated[float | None, typer.Option("--period", metavar="S", help="Seconds per lap at full speed; 6 [s].")]
-Speed = Annotated[float | None, typer.Option("--speed", metavar="M/S", help="Full speed, instead of the period [m/s].")]
+Center = Annotated[tuple[float, float], "X Y", "Center [m]."]
+Altitude = Annotated[float, "M", "z [m]."]
+StartAltitude = Annotated[float, "M", "z at the start [m]."]
+Clockwise = Annotated[bool, "Turn clockwise seen from above."]
+Laps = Annotated[float, "Turns, spin-up and spin-down included."]
+Period = Annotated[float | None, "S", "Seconds per lap at full speed; 6 [s]."]
+Speed = Annotated[float | None, "M/S", "Full speed, instead of the period [m/s]."]
 RectangleCorridor = Annotated[
-    str | None,
-    typer.Option(
-        "--corridor", metavar="M", help="Half-width around each side [m]; 0.3. One, or one per side with commas."
-    ),
+    str | None, "M", "Half-width around each side [m]; 0.3. One, or one per side with commas."
 ]
-NoCorridor = Annotated[bool, typer.Option("--no-corridor", help="Plan without a corridor.")]
-Ramp = Annotated[
-    float | None,
-    typer.Option("--ramp", metavar="DEG", help="Angle of spin-up and spin-down [degrees]; 90. 0 starts at speed."),
-]
+NoCorridor = Annotated[bool, "Plan without a corridor."]
+Ramp = Annotated[float | None, "DEG", "Angle of spin-up and spin-down [degrees]; 90. 0 starts at speed."]
 
 
 QUICK = 1000.0
@@ -51,21 +43,24 @@ RECTANGLE_WALLS = 0.3
 """Half-width around the sides of a rectangle, by default [m]."""
 
 
-@dataclass(frozen=True)
-class Span:
-    """The duration of a plan, as a time or as a weight on time."""
-
-    no_limit: options.NoLimit = None
-    time: options.Time = None
-    time_weight: options.TimeWeight = None
-
-
 if TYPE_CHECKING:
 
-    class LimitOptions(Span):
-        """One option for each limit of :data:`minsnap.basics.limit_kinds.KINDS`."""
+    class LimitFields:
+        """An option for each limit of :data:`minsnap.basics.limit_kinds.KINDS`."""
 else:
-    LimitOptions = make_dataclass("LimitOptions", options.limit_fields(), bases=(Span,), frozen=True)
+    LimitFields = make_dataclass("LimitFields", options.limit_fields(), frozen=True)
+
+
+@dataclass(frozen=True)
+class LimitOptions(LimitFields):
+    """The limits of a path."""
+
+    no_limit: options.NoLimit = None
+
+    @property
+    def limits(self) -> Limits | None:
+        """The limits of the options, or None."""
+        return limits_of(self)
 
 
 def limits_of(planning: Any) -> Limits | None:
@@ -144,7 +139,15 @@ def standing(plan: Callable[[], Path], path: Trajectory) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class TimingOptions(LimitOptions):
+class Span:
+    """The duration of a plan, as a time or as a weight on time: first in the help."""
+
+    time: options.Time = None
+    time_weight: options.TimeWeight = None
+
+
+@dataclass(frozen=True)
+class TimingOptions(LimitOptions, Span):
     """The duration of a plan: a total time, a weight on time, or the shortest time within limits."""
 
     split: options.Split = None
@@ -156,11 +159,6 @@ class TimingOptions(LimitOptions):
     def __post_init__(self) -> None:
         if self.time is not None and self.time_weight is not None:
             raise TimingError("--time and --time-weight exclude each other: give the duration or the price of time")
-
-    @property
-    def limits(self) -> Limits | None:
-        """The limits of the options, or None."""
-        return limits_of(self)
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that the options name."""
@@ -234,20 +232,8 @@ class RectanglePlanning(Planning):
         return ordinary_limits()
 
 
-if TYPE_CHECKING:
-
-    class PaceOptions:
-        """The same without a duration."""
-
-        no_limit: str | None
-else:
-    PaceOptions = make_dataclass(
-        "PaceOptions", [("no_limit", options.NoLimit, None), *options.limit_fields()], frozen=True
-    )
-
-
 @dataclass(frozen=True)
-class Turning(PaceOptions):
+class Turning(LimitOptions):
     """Options of a circle, a helix or a figure of eight."""
 
     period: Period = None
@@ -272,11 +258,6 @@ class Turning(PaceOptions):
             if name not in options.limit_options() | {"look_at", "no_limit"}
         }
         return options.present(**own | angles | {"limits": self.limits})
-
-    @property
-    def limits(self) -> Limits | None:
-        """The limits of the options, or None."""
-        return limits_of(self)
 
 
 @dataclass(frozen=True)

@@ -5,29 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 from minsnap.cli import options
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.cli.output import on_terminal
 from minsnap.errors import InputError
 
 
-@app.command()
+@command()
 def plot(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, any file of a path, or a fleet.")],
-    output: Annotated[
-        Path,
-        typer.Option("--output", "-o", metavar="FILE", help="PNG, SVG or PDF; an animation: .gif, .mp4."),
-    ],
+    file: Annotated[Path, "FILE", "Setpoint CSV, any file of a path, or a fleet."],
+    *,
+    output: Annotated[Path, "--output", "-o", "FILE", "PNG, SVG or PDF; an animation: .gif, .mp4."],
     view: options.View = None,
     colour_by: options.ColourBy = None,
     frame: options.ReadFrame = None,
-    waypoints: Annotated[
-        Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints to draw too, as for plan.")
-    ] = None,
+    waypoints: Annotated[Path | None, "FILE", "Waypoints to draw too, as for plan."] = None,
     corridor: options.Corridor = None,
-    title: Annotated[str | None, typer.Option("--title", help="Written above; by default the file's name.")] = None,
+    title: Annotated[str | None, "Written above; by default the file's name."] = None,
     no_clobber: options.NoClobber = False,
 ) -> None:
     """Draw a file: the path, and its position, derivatives and heading against time; or the flight, moving."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import typer
 from typer.core import TyperCommand
 
 from minsnap.errors import InputError
@@ -55,8 +54,3 @@ def _is_number(word: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def point_option(name: str, what: str) -> Any:
-    """Return an option that takes a point."""
-    return typer.Option(name, metavar="X Y [Z]", help=f"{what} [m].")

@@ -6,10 +6,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from minsnap.cli import options
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.errors import InputError, LinkError
 
 if TYPE_CHECKING:
@@ -17,24 +15,16 @@ if TYPE_CHECKING:
     from minsnap.flight.mavlink.preflight import Finding
 
 
-@app.command()
+@command()
 def preflight(
+    file: Annotated[Path | None, "[FILE]", "Setpoint CSV that is to be flown: its speeds count."] = None,
+    *,
     connect: options.Connect,
-    file: Annotated[
-        Path | None, typer.Argument(metavar="[FILE]", help="Setpoint CSV that is to be flown: its speeds count.")
-    ] = None,
-    change: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter first; may be repeated.")
-    ] = None,
+    change: Annotated[list[str] | None, "--set", "NAME=VALUE", "Set a parameter first; may be repeated."] = None,
     frame: options.ReadFrame = None,
-    autopilot: Annotated[str, typer.Option("--autopilot", help="auto, px4 or ardupilot.")] = "auto",
-    events: Annotated[
-        Path | None,
-        typer.Option(
-            "--events", metavar="FILE", help="all_events.json of the vehicle's build of PX4: texts of checks."
-        ),
-    ] = None,
-    wait: Annotated[float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat.")] = 30.0,
+    autopilot: Annotated[str, "auto, px4 or ardupilot."] = "auto",
+    events: Annotated[Path | None, "FILE", "all_events.json of the vehicle's build of PX4: texts of checks."] = None,
+    wait: Annotated[float, "S", "For the vehicle's heartbeat."] = 30.0,
     json: options.Json = False,
 ) -> int:
     """Read the parameters and the state of a vehicle that matter to a flight, and say what does not fit it and why.

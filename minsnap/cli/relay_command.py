@@ -6,27 +6,22 @@ import signal
 import sys
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 
 if TYPE_CHECKING:
     from minsnap.flight.mocap.relay import RelayReport
 
 
-@app.command()
+@command()
 def relay(
-    source: Annotated[
-        str, typer.Option("--from", metavar="SOURCE", help="natnet:SERVER[,LOCAL], udp:[HOST:]PORT or csv:FILE.")
-    ],
-    target: Annotated[str, typer.Option("--to", metavar="LINK", help="MAVLink connection, as for stream.")],
-    message: Annotated[
-        str, typer.Option("--message", help="vision (VISION_POSITION_ESTIMATE), odometry, odometry-mocap or mocap.")
-    ] = "vision",
-    frame: Annotated[str, typer.Option("--frame", help="Of the source: optitrack, flu, enu …")] = "optitrack",
-    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Poses per second at most.")] = 50.0,
-    max_age: Annotated[float, typer.Option("--max-age", metavar="S", help="Older poses are not sent.")] = 0.1,
-    body: Annotated[str | None, typer.Option("--body", help="Which body, where there are several.")] = None,
+    *,
+    source: Annotated[str, "--from", "SOURCE", "natnet:SERVER[,LOCAL], udp:[HOST:]PORT or csv:FILE."],
+    target: Annotated[str, "--to", "LINK", "MAVLink connection, as for stream."],
+    message: Annotated[str, "vision (VISION_POSITION_ESTIMATE), odometry, odometry-mocap or mocap."] = "vision",
+    frame: Annotated[str, "Of the source: optitrack, flu, enu …"] = "optitrack",
+    rate: Annotated[float, "HZ", "Poses per second at most."] = 50.0,
+    max_age: Annotated[float, "S", "Older poses are not sent."] = 0.1,
+    body: Annotated[str | None, "Which body, where there are several."] = None,
 ) -> int:
     """Pass motion-capture poses on to an autopilot's estimator, until Ctrl-C or the end of a file.
 

@@ -7,43 +7,28 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from minsnap.cli import options
-from minsnap.cli.app import app
-from minsnap.cli.groups import grouped
+from minsnap.cli.command import command
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import TimingOptions, gain_of_auto_pieces
-from minsnap.cli.points import PointCommand, parse_point, point_option
+from minsnap.cli.points import PointCommand, parse_point
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.paths.routes.plan_route import Route
-
-START, GOAL = point_option("--start", "Where to fly from"), point_option("--goal", "Where to fly to")
 
 
 @dataclass(frozen=True)
 class MapOptions:
     """How a map is read."""
 
-    clearance: Annotated[
-        float, typer.Option("--clearance", metavar="M", help="Least distance to all that is occupied [m].")
-    ] = 0.3
-    resolution: Annotated[
-        float | None, typer.Option("--resolution", metavar="M", help="Side of a cell of an array or a cloud [m].")
-    ] = None
-    origin: Annotated[
-        str | None, typer.Option("--origin", metavar="X,Y[,Z]", help="Corner of an array [m]; by default zero.")
-    ] = None
-    threshold: Annotated[
-        float | None, typer.Option("--threshold", metavar="P", help="Probability from which a cell is occupied.")
-    ] = None
-    unknown: Annotated[str, typer.Option("--unknown", help="Unknown cells are occupied or free.")] = "occupied"
-    altitudes: Annotated[
-        tuple[float, float] | None, typer.Option("--altitudes", metavar="LOW HIGH", help="Cells to fly through [m].")
-    ] = None
-    transpose: Annotated[bool, typer.Option("--transpose", help="The first axis of the array is y.")] = False
+    clearance: Annotated[float, "M", "Least distance to all that is occupied [m]."] = 0.3
+    resolution: Annotated[float | None, "M", "Side of a cell of an array or a cloud [m]."] = None
+    origin: Annotated[str | None, "X,Y[,Z]", "Corner of an array [m]; by default zero."] = None
+    threshold: Annotated[float | None, "P", "Probability from which a cell is occupied."] = None
+    unknown: Annotated[str, "Unknown cells are occupied or free."] = "occupied"
+    altitudes: Annotated[tuple[float, float] | None, "LOW HIGH", "Cells to fly through [m]."] = None
+    transpose: Annotated[bool, "The first axis of the array is y."] = False
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a route that the options name."""
@@ -52,17 +37,15 @@ class MapOptions:
         return chosen | options.present(origin=corner) | {"clearance": self.clearance, "unknown": self.unknown}
 
 
-@app.command(cls=PointCommand)
-@grouped
+@command(cls=PointCommand)
 def route(
     reading: MapOptions,
     timing: TimingOptions,
     destination: Destination,
-    map_file: Annotated[
-        Path, typer.Argument(metavar="MAP", help="map_server YAML, .npy (axes x, y[, z]), .pcd, .ply or .xyz.")
-    ],
-    start: Annotated[str, START],
-    goal: Annotated[str, GOAL],
+    map_file: Annotated[Path, "MAP", "map_server YAML, .npy (axes x, y[, z]), .pcd, .ply or .xyz."],
+    *,
+    start: Annotated[str, "X Y [Z]", "Where to fly from [m]."],
+    goal: Annotated[str, "X Y [Z]", "Where to fly to [m]."],
 ) -> None:
     """Plan from a start to a goal through the free cells of a map, at a distance from all that is occupied.
 

@@ -6,10 +6,7 @@ from functools import partial
 from math import radians
 from typing import Annotated, Any
 
-import typer
-
-from minsnap.cli.app import app
-from minsnap.cli.groups import grouped
+from minsnap.cli.command import command
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import (
     Altitude,
@@ -23,20 +20,20 @@ from minsnap.cli.planning import (
     gain_of_auto_pieces,
 )
 
-StartAngle = Annotated[float, typer.Option("--start-angle", metavar="DEG", help="Where it begins [degrees].")]
+StartAngle = Annotated[float, "DEG", "Where it begins [degrees]."]
 Point = tuple[float, float, float]
 
 
-@app.command()
-@grouped
+@command()
 def rect(
     planning: RectanglePlanning,
     destination: Destination,
-    width: Annotated[float, typer.Option("--width", metavar="M", help="Side along x [m].")] = 6.0,
-    length: Annotated[float, typer.Option("--length", metavar="M", help="Side along y [m].")] = 4.0,
+    *,
+    width: Annotated[float, "M", "Side along x [m]."] = 6.0,
+    length: Annotated[float, "M", "Side along y [m]."] = 4.0,
     altitude: Altitude = 1.5,
-    laps: Annotated[int, typer.Option("--laps", help="Number of laps, without a stop between them.")] = 1,
-    start_corner: Annotated[int, typer.Option("--start-corner", help="0 to 3, from the least x and y.")] = 0,
+    laps: Annotated[int, "Number of laps, without a stop between them."] = 1,
+    start_corner: Annotated[int, "0 to 3, from the least x and y."] = 0,
     clockwise: Clockwise = False,
     center: Center = (0.0, 0.0),
 ) -> None:
@@ -62,14 +59,14 @@ def rect(
     )
 
 
-@app.command()
-@grouped
+@command()
 def line(
     timing: TimingOptions,
     destination: Destination,
-    start: Annotated[Point, typer.Option("--start", metavar="X Y Z", help="First end [m].")] = (0.0, 1.0, 1.5),
-    goal: Annotated[Point, typer.Option("--goal", metavar="X Y Z", help="Other end [m].")] = (7.0, 1.0, 1.5),
-    constant_speed: Annotated[bool, typer.Option("--constant-speed", help="Equal steps from end to end.")] = False,
+    *,
+    start: Annotated[Point, "X Y Z", "First end [m]."] = (0.0, 1.0, 1.5),
+    goal: Annotated[Point, "X Y Z", "Other end [m]."] = (7.0, 1.0, 1.5),
+    constant_speed: Annotated[bool, "Equal steps from end to end."] = False,
 ) -> None:
     """Plan a straight line, from rest to rest or at constant speed."""
     from minsnap.files.plan_arguments import plan_arguments
@@ -84,12 +81,12 @@ def line(
     destination.deliver(path, limits=timing.limits, further=figures)
 
 
-@app.command()
-@grouped
+@command()
 def circle(
     turning: Turning,
     destination: Destination,
-    radius: Annotated[float, typer.Option("--radius", metavar="M", help="Radius [m].")] = 3.0,
+    *,
+    radius: Annotated[float, "M", "Radius [m]."] = 3.0,
     start_angle: StartAngle = 0.0,
 ) -> None:
     """Trace a circle, from rest to rest unless the ramp is 0."""
@@ -98,13 +95,13 @@ def circle(
     destination.deliver(trace(radius, start_angle=radians(start_angle), **turning.arguments()), limits=turning.limits)
 
 
-@app.command()
-@grouped
+@command()
 def helix(
     turning: Climbing,
     destination: Destination,
-    radius: Annotated[float, typer.Option("--radius", metavar="M", help="Radius [m].")] = 1.0,
-    pitch: Annotated[float, typer.Option("--pitch", metavar="M", help="Climb per lap [m].")] = 0.5,
+    *,
+    radius: Annotated[float, "M", "Radius [m]."] = 1.0,
+    pitch: Annotated[float, "M", "Climb per lap [m]."] = 0.5,
     start_angle: StartAngle = 0.0,
 ) -> None:
     """Trace a helix from an altitude upwards, or downwards with a negative pitch."""
@@ -115,13 +112,13 @@ def helix(
     )
 
 
-@app.command()
-@grouped
+@command()
 def eight(
     turning: Turning,
     destination: Destination,
-    length: Annotated[float, typer.Option("--length", metavar="M", help="Extent along x [m].")] = 6.0,
-    width: Annotated[float, typer.Option("--width", metavar="M", help="Extent along y [m].")] = 3.0,
+    *,
+    length: Annotated[float, "M", "Extent along x [m]."] = 6.0,
+    width: Annotated[float, "M", "Extent along y [m]."] = 3.0,
 ) -> None:
     """Trace a figure of eight (a lemniscate) from its crossing."""
     from minsnap.paths.shapes import lemniscate

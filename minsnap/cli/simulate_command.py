@@ -6,12 +6,9 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from minsnap.basics.storage.text_columns import labelled
 from minsnap.cli import options
-from minsnap.cli.app import app
-from minsnap.cli.groups import grouped
+from minsnap.cli.command import command
 from minsnap.cli.output import check_figure, on_terminal
 from minsnap.cli.vehicles import SimulatedVehicle
 from minsnap.errors import InputError
@@ -20,28 +17,20 @@ if TYPE_CHECKING:
     from minsnap.flight.simulation.flight_record import Flight
 
 
-@app.command()
-@grouped
+@command()
 def simulate(
     simulated: SimulatedVehicle,
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, or any file of a path.")],
+    file: Annotated[Path, "FILE", "Setpoint CSV, or any file of a path."],
+    *,
     references: options.References = "acceleration",
-    compensate: Annotated[bool, typer.Option("--compensate", help="Offset the vehicle's own drag.")] = False,
-    delay: Annotated[
-        float, typer.Option("--delay", metavar="S", help="Time until a setpoint reaches the controller [s].")
-    ] = 0.0,
+    compensate: Annotated[bool, "Offset the vehicle's own drag."] = False,
+    delay: Annotated[float, "S", "Time until a setpoint reaches the controller [s]."] = 0.0,
     frame: options.ReadFrame = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="CSV of what was flown, 50 rows per second.")
-    ] = None,
-    log: Annotated[
-        Path | None, typer.Option("--log", metavar="FILE", help="The flight as PX4 would log it (.ulg), for fit.")
-    ] = None,
+    output: Annotated[Path | None, "--output", "-o", "FILE", "CSV of what was flown, 50 rows per second."] = None,
+    log: Annotated[Path | None, "FILE", "The flight as PX4 would log it (.ulg), for fit."] = None,
     plot: options.Plot = None,
     view: options.View = None,
-    animate: Annotated[
-        Path | None, typer.Option("--animate", metavar="FILE", help="Animation: .gif, or .mp4 with ffmpeg.")
-    ] = None,
+    animate: Annotated[Path | None, "FILE", "Animation: .gif, or .mp4 with ffmpeg."] = None,
     json: options.Json = False,
 ) -> None:
     """Simulate a flight along a path: how far the vehicle was from it, and what it took of the vehicle."""

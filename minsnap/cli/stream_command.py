@@ -7,13 +7,10 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from minsnap.cli import options
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.cli.flight_options import FlightOptions
 from minsnap.cli.flying import flight_summary, fly, fly_fleet, one_of
-from minsnap.cli.groups import grouped
 from minsnap.cli.vehicles import vehicle_of
 from minsnap.errors import FlightError, InputError
 
@@ -21,71 +18,38 @@ if TYPE_CHECKING:
     from minsnap.cli.companion import Listening
 
 
-@app.command()
-@grouped
+@command()
 def stream(
     flying: FlightOptions,
     file: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FILE", help="Setpoint CSV or a file of polynomials; a folder of a fleet; with --listen a course."
-        ),
+        Path, "FILE", "Setpoint CSV or a file of polynomials; a folder of a fleet; with --listen a course."
     ],
+    *,
     connect: options.Connect,
-    rate: Annotated[float | None, typer.Option("--rate", metavar="HZ", help="By default the file's own.")] = None,
-    fields: Annotated[
-        str | None, typer.Option("--fields", help="Fields to send, of position,velocity,acceleration,yaw,yaw_rate.")
-    ] = None,
+    rate: Annotated[float | None, "HZ", "By default the file's own."] = None,
+    fields: Annotated[str | None, "Fields to send, of position,velocity,acceleration,yaw,yaw_rate."] = None,
     frame: options.ReadFrame = None,
-    laps: Annotated[int, typer.Option("--laps", help="How often to fly it.")] = 1,
-    autopilot: Annotated[str, typer.Option("--autopilot", help="auto, px4, ardupilot or generic.")] = "auto",
+    laps: Annotated[int, "How often to fly it."] = 1,
+    autopilot: Annotated[str, "auto, px4, ardupilot or generic."] = "auto",
     origin: Annotated[
-        str,
-        typer.Option(
-            "--origin", help="file; current: start at the vehicle's x and y; current-height: at its height as well."
-        ),
+        str, "file; current: start at the vehicle's x and y; current-height: at its height as well."
     ] = "file",
     max_start_distance: Annotated[
-        float,
-        typer.Option(
-            "--max-start-distance",
-            metavar="M",
-            help="Largest distance of the vehicle from the start; inf: not checked.",
-        ),
+        float, "M", "Largest distance of the vehicle from the start; inf: not checked."
     ] = 1.0,
-    delay: Annotated[
-        float | None,
-        typer.Option("--delay", metavar="S", help="The vehicle's delay, as fit finds it; --vehicle has one."),
-    ] = None,
-    on_abort: Annotated[
-        str, typer.Option("--on-abort", help="hold, land or rtl: what to do when a rule stops the flight.")
-    ] = "hold",
-    give_up: Annotated[
-        float, typer.Option("--give-up", metavar="S", help="End a hold when the vehicle is silent for so long.")
-    ] = 30.0,
-    system: Annotated[int | None, typer.Option("--system", help="The vehicle's MAVLink system id.")] = None,
-    signing_key: Annotated[
-        Path | None, typer.Option("--signing-key", metavar="FILE", help="MAVLink 2 signing key: 32 bytes or 64 hex.")
-    ] = None,
-    wait: Annotated[
-        float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat, its position, and its arming.")
-    ] = 30.0,
+    delay: Annotated[float | None, "S", "The vehicle's delay, as fit finds it; --vehicle has one."] = None,
+    on_abort: Annotated[str, "hold, land or rtl: what to do when a rule stops the flight."] = "hold",
+    give_up: Annotated[float, "S", "End a hold when the vehicle is silent for so long."] = 30.0,
+    system: Annotated[int | None, "The vehicle's MAVLink system id."] = None,
+    signing_key: Annotated[Path | None, "FILE", "MAVLink 2 signing key: 32 bytes or 64 hex."] = None,
+    wait: Annotated[float, "S", "For the vehicle's heartbeat, its position, and its arming."] = 30.0,
     drag: options.OffsetDrag = 0.0,
     vehicle: options.OffsetVehicle = None,
     lead: options.Lead = 0.0,
-    log: Annotated[
-        Path | None, typer.Option("--log", metavar="FILE", help="CSV of all messages sent and received.")
-    ] = None,
-    listen: Annotated[
-        bool, typer.Option("--listen", help="Plan a course and take orders as lines of JSON from the standard input.")
-    ] = False,
-    room: Annotated[
-        str | None,
-        typer.Option("--room", metavar="X,Y,Z,X,Y,Z", help="With --listen: two corners of where orders may lead."),
-    ] = None,
-    port: Annotated[
-        str | None, typer.Option("--port", metavar="[HOST:]PORT", help="With --listen: orders by UDP instead.")
-    ] = None,
+    log: Annotated[Path | None, "FILE", "CSV of all messages sent and received."] = None,
+    listen: Annotated[bool, "Plan a course and take orders as lines of JSON from the standard input."] = False,
+    room: Annotated[str | None, "X,Y,Z,X,Y,Z", "With --listen: two corners of where orders may lead."] = None,
+    port: Annotated[str | None, "[HOST:]PORT", "With --listen: orders by UDP instead."] = None,
 ) -> int:
     """Fly a setpoint file over MAVLink, by PX4's offboard or ArduPilot's guided mode.
 

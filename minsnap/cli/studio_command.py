@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,24 +24,17 @@ if TYPE_CHECKING:
     """A fleet, and the lights of its vehicles if the file has them."""
 
 
-@app.command()
+@command()
 def studio(
-    file: Annotated[
-        Path | None,
-        typer.Argument(metavar="[FILE]", help="Scene (YAML, CSV, .plan), show, or fleet (folder, .skyc)."),
-    ] = None,
+    file: Annotated[Path | None, "[FILE]", "Scene (YAML, CSV, .plan), show, or fleet (folder, .skyc)."] = None,
+    *,
     port: Annotated[int, typer.Option("--port", metavar="N", min=0, max=65535, help="0: any that is free.")] = 8080,
-    host: Annotated[str, typer.Option("--host", metavar="ADDRESS", help="Address to listen on.")] = "127.0.0.1",
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open the browser.")] = False,
-    obstacles: Annotated[
-        Path | None,
-        typer.Option("--obstacles", metavar="FILE", help="Grid or points: .npz, CSV; floor: map YAML."),
-    ] = None,
-    folder: Annotated[Path, typer.Option("--folder", metavar="DIR", help="Where files are saved.")] = Path("."),
-    separation: Annotated[
-        float | None, typer.Option("--separation", metavar="M", help="Of a fleet: pairs that come near are red [m].")
-    ] = None,
-    downwash: Annotated[float, typer.Option("--downwash", help="Heights are divided by it.")] = 1.0,
+    host: Annotated[str, "ADDRESS", "Address to listen on."] = "127.0.0.1",
+    no_browser: Annotated[bool, "Do not open the browser."] = False,
+    obstacles: Annotated[Path | None, "FILE", "Grid or points: .npz, CSV; floor: map YAML."] = None,
+    folder: Annotated[Path, "DIR", "Where files are saved."] = Path("."),
+    separation: Annotated[float | None, "M", "Of a fleet: pairs that come near are red [m]."] = None,
+    downwash: Annotated[float, "Heights are divided by it."] = 1.0,
 ) -> None:
     """Draw, drag and fly plans in the browser; on this machine only, unless --host says otherwise.
 

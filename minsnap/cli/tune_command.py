@@ -7,12 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from minsnap.cli import options
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.cli.flight_options import FlightOptions
-from minsnap.cli.groups import grouped
 from minsnap.errors import FlightError, InputError, LinkError
 
 if TYPE_CHECKING:
@@ -22,29 +19,19 @@ if TYPE_CHECKING:
 _DISARMED = 60.0  # how long a vehicle may take to land and disarm, which closes its log [s]
 
 
-@app.command()
-@grouped
+@command()
 def tune(
     flying: FlightOptions,
-    plan: Annotated[Path, typer.Argument(metavar="PLAN", help="Setpoint CSV of what is to be flown.")],
-    flight: Annotated[
-        Path | None, typer.Argument(metavar="[FLIGHT]", help="Log of a flight: .ulg, .bin, or of stream --log.")
-    ] = None,
-    output: Annotated[
-        Path,
-        typer.Option("--output", "-o", metavar="FILE", help="Setpoint CSV of the next flight."),
-    ] = Path("tuned.csv"),
-    sent: Annotated[
-        Path | None, typer.Option("--sent", metavar="FILE", help="What was sent in that flight; by default the plan.")
-    ] = None,
-    gain: Annotated[float, typer.Option("--gain", help="Share of the error that is corrected.")] = 0.8,
+    plan: Annotated[Path, "PLAN", "Setpoint CSV of what is to be flown."],
+    flight: Annotated[Path | None, "[FLIGHT]", "Log of a flight: .ulg, .bin, or of stream --log."] = None,
+    *,
+    output: Annotated[Path, "--output", "-o", "FILE", "Setpoint CSV of the next flight."] = Path("tuned.csv"),
+    sent: Annotated[Path | None, "FILE", "What was sent in that flight; by default the plan."] = None,
+    gain: Annotated[float, "Share of the error that is corrected."] = 0.8,
     frame: options.ReadFrame = None,
-    connect: Annotated[str | None, options.LINK] = None,
-    flights: Annotated[int, typer.Option("--flights", help="With --connect: how often to fly.")] = 2,
-    logs: Annotated[
-        Path | None,
-        typer.Option("--logs", metavar="FOLDER", help="Where the autopilot's logs appear; else fetched by MAVLink."),
-    ] = None,
+    connect: Annotated[str | None, "LINK", options.LINKS] = None,
+    flights: Annotated[int, "With --connect: how often to fly."] = 2,
+    logs: Annotated[Path | None, "FOLDER", "Where the autopilot's logs appear; else fetched by MAVLink."] = None,
     report: options.FlightReport = None,
 ) -> None:
     """Write setpoints whose flight misses the plan by less: what the last flight missed, filtered, is added earlier.

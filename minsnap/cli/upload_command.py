@@ -6,21 +6,17 @@ import sys
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
-from minsnap.cli.app import app
+from minsnap.cli.command import command
 from minsnap.errors import FileError
 
 
-@app.command()
+@command()
 def upload(
-    folder: Annotated[Path, typer.Argument(metavar="FLEET", help="Folder of a fleet, or a .skyc.")],
-    uri: Annotated[
-        list[str] | None,
-        typer.Option("--uri", metavar="URI", help="Of each vehicle, in order; else from crazyflies.yaml in FLEET."),
-    ] = None,
-    start: Annotated[bool, typer.Option("--start", help="Take off, fly it, and land.")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be written, without a link.")] = False,
+    folder: Annotated[Path, "FLEET", "Folder of a fleet, or a .skyc."],
+    *,
+    uri: Annotated[list[str] | None, "URI", "Of each vehicle, in order; else from crazyflies.yaml in FLEET."] = None,
+    start: Annotated[bool, "Take off, fly it, and land."] = False,
+    dry_run: Annotated[bool, "Say what would be written, without a link."] = False,
 ) -> int:
     """Write a fleet into the trajectory memories of Crazyflies, read it back, and with --start fly it.
 

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -43,12 +41,12 @@ def vehicle_of(name: str) -> Quadrotor:
 class SimulatedVehicle:
     """Options of a simulated flight: the vehicle, its controller, the noise of its poses, and the wind."""
 
-    vehicle: Annotated[str, typer.Option("--vehicle", help=VEHICLE_HELP)] = "f330"
-    controller: Annotated[str, typer.Option("--controller", help="cascade (PX4's), lee or mellinger.")] = "cascade"
-    noise: Annotated[float, typer.Option("--noise", metavar="M", help="Standard deviation of a pose [m].")] = 0.0
-    wind: Annotated[Triple, typer.Option("--wind", metavar="X Y Z", help="Mean wind [m/s].")] = (0.0, 0.0, 0.0)
-    gust: Annotated[float, typer.Option("--gust", metavar="M/S", help="Intensity of Dryden gusts [m/s].")] = 0.0
-    seed: Annotated[int, typer.Option("--seed", help="Seed: the same number gives the same noise and gusts.")] = 0
+    vehicle: Annotated[str, VEHICLE_HELP] = "f330"
+    controller: Annotated[str, "cascade (PX4's), lee or mellinger."] = "cascade"
+    noise: Annotated[float, "M", "Standard deviation of a pose [m]."] = 0.0
+    wind: Annotated[Triple, "X Y Z", "Mean wind [m/s]."] = (0.0, 0.0, 0.0)
+    gust: Annotated[float, "M/S", "Intensity of Dryden gusts [m/s]."] = 0.0
+    seed: Annotated[int, "Seed: the same number gives the same noise and gusts."] = 0
 
     @property
     def craft(self) -> Quadrotor:
