@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import minsnap
-from minsnap.files.formats.px4 import offboard_control_mode, px4_setpoints, write_px4
+from minsnap.files.formats.robot_messages import offboard_control_mode, px4_setpoints, write_px4
 
 RATE = 20.0
 OFFBOARD = 14

@@ -67,7 +67,7 @@ def check(
     """
     from minsnap.files.consistency import check_samples
     from minsnap.files.convert import read_samples, resolution_of
-    from minsnap.files.sidecar import frame_of, origin_of
+    from minsnap.files.setpoint_csv import frame_of, origin_of
     from minsnap.shows.fleet_files import is_fleet
 
     if is_fleet(file):

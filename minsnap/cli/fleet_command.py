@@ -37,7 +37,7 @@ def fleet(
     search for one flight with the best so far. Exit status 1 if the files do not keep the show's conditions.
     """
     from minsnap.basics.storage.atomic import check_destination
-    from minsnap.files.formats.cubic_segments import worst_distance
+    from minsnap.files.formats.skybrush import worst_distance
     from minsnap.plot.animation import animate_fleet, check_animation_name
     from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, write_fleet
     from minsnap.shows.safety_report import SafetyReport, write_report

@@ -178,7 +178,7 @@ class Destination:
 
             frame = format_of(self.output, self.format).frame or frame
         elif self.output != STANDARD_OUTPUT:
-            from minsnap.files.sidecar import noted_beside
+            from minsnap.files.setpoint_csv import noted_beside
 
             beside = noted_beside(self.output)
         return {"frame": frame, "beside": beside}

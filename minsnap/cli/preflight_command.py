@@ -31,8 +31,7 @@ def preflight(
 
     Nothing is written unless ``--set`` names it. Exit status 1 if something does not fit.
     """
-    from minsnap.files.setpoint_csv import read_csv
-    from minsnap.files.sidecar import frame_of
+    from minsnap.files.setpoint_csv import frame_of, read_csv
     from minsnap.flight.mavlink.autopilot import get_autopilot
     from minsnap.flight.mavlink.link import open_link
     from minsnap.flight.mavlink.parameters import Parameters

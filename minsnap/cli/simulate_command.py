@@ -59,7 +59,7 @@ def simulate(
         progress=shown,
     )
     if log is not None:
-        from minsnap.files.logs.ulog_writer import write_ulog
+        from minsnap.files.logs.ulog import write_ulog
         from minsnap.flight.tracking.simulated_log import simulated_log
 
         write_ulog(simulated_log(craft, flight, path, seed=simulated.seed), log)

@@ -40,8 +40,7 @@ def tune(
     that flight, and the next one's with --sent. Three flights took 84 to 94 % off the error in simulation.
     """
     from minsnap.basics.storage.atomic import refuse_source
-    from minsnap.files.setpoint_csv import read_csv, write_csv
-    from minsnap.files.sidecar import frame_of
+    from minsnap.files.setpoint_csv import frame_of, read_csv, write_csv
     from minsnap.flight.tracking.flight_page import write_flight_page
     from minsnap.flight.tracking.learning import LearningSettings
     from minsnap.flight.tracking.tuning import best_to_fly, learn_from, tune_in_flight

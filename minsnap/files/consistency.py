@@ -141,13 +141,12 @@ def _overdone(feed_forward: float | None, largest: float) -> list[str]:
 def _columns(samples: Samples) -> list[tuple[str, FloatArray]]:
     """Every column of the samples, named as in a setpoint file."""
     named = [("t", samples.t)]
-    for prefix, values in (("", samples.position), ("v", samples.velocity), ("a", samples.acceleration)):
+    for prefix, quantity in {"": "position", "v": "velocity", "a": "acceleration", "ff": "feed_forward"}.items():
+        values = getattr(samples, quantity)
         if values is not None:
             named += [(prefix + name, values[:, i]) for i, name in enumerate(axis_names(values.shape[1]))]
-    if samples.feed_forward is not None:
-        named += [(f"ff{name}", samples.feed_forward[:, i]) for i, name in enumerate(axis_names(samples.dim))]
-    named += [("yaw", samples.yaw)] if samples.yaw is not None else []
-    return named + ([("yaw_rate", samples.yaw_rate)] if samples.yaw_rate is not None else [])
+    headings = {"yaw": samples.yaw, "yaw_rate": samples.yaw_rate}
+    return named + [(name, values) for name, values in headings.items() if values is not None]
 
 
 def axis_names(dim: int) -> list[str]:

@@ -37,8 +37,7 @@ def formats() -> dict[str, Format]:
     modules = [
         importlib.import_module(name) for name in ("minsnap.files.setpoint_csv", "minsnap.files.flights", *names)
     ]
-    declared = [getattr(module, "FORMAT", None) for module in modules]
-    return {entry.name: entry for entry in declared if entry is not None}
+    return {entry.name: entry for module in modules for entry in getattr(module, "FORMATS", ())}
 
 
 def read_any(path: str | os.PathLike[str], frame: str | None = None) -> Content:
@@ -63,7 +62,7 @@ def read_any(path: str | os.PathLike[str], frame: str | None = None) -> Content:
     """
     chosen = _reader(path)
     assert chosen.read is not None
-    return chosen.read(path, frame)
+    return chosen.read(path, frame) if chosen.reads_frame else chosen.read(path)
 
 
 def _reader(path: str | os.PathLike[str]) -> Format:
@@ -80,9 +79,9 @@ def _reader(path: str | os.PathLike[str]) -> Format:
 def resolution_of(path: str | os.PathLike[str], rate: float = RATE) -> float:
     """Return the rounding error of a difference of two samples of a file [m, m/s, rad]; 0.001 at least."""
     chosen = _reader(path)
-    if chosen.rounding is None or chosen.read is None:
+    if chosen.rounding is None:
         return RESOLUTION
-    content = chosen.read(path, None)
+    content = read_any(path)
     return max(RESOLUTION, chosen.rounding(content, 1.0 / rate)) if isinstance(content, Trajectory) else RESOLUTION
 
 
@@ -145,11 +144,12 @@ def written(
     if not isinstance(content, Samples) and not (isinstance(content, Trajectory) and chosen.holds != "samples"):
         content = content.sample(rate)
     if chosen.holds == "polynomials" and isinstance(content, Samples):
-        from minsnap.files.formats.refit import refit
+        from minsnap.files.formats.pieces import refit
 
         content = refit(content, chosen.most_pieces)
-    sentences = [sentence for sentence in (note, chosen.write(content, path, writing)) if sentence]
-    return chosen.name, "; ".join(sentences) or None
+    how = {"frame": writing.frame} if not chosen.frame else dict(writing.facts) if chosen.facts else {}
+    lost = chosen.write(content, path, clobber=writing.clobber, **how)
+    return chosen.name, "; ".join(sentence for sentence in (note, lost) if sentence) or None
 
 
 def check_frame(chosen: Format, frame: str) -> None:

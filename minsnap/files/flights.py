@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from minsnap.errors import FileError
 from minsnap.files.format import Format
+from minsnap.files.logs.dataflash import read_dataflash
+from minsnap.files.logs.flight_log import FlightLog
+from minsnap.files.logs.stream_log_file import is_stream_log, read_stream_log
+from minsnap.files.logs.ulog import read_ulog
+from minsnap.files.setpoint_csv import read_csv
 from minsnap.trajectory.samples import Samples
-
-if TYPE_CHECKING:
-    from minsnap.files.logs.flight_log import FlightLog
 
 ENDINGS = (".csv", ".ulg", ".bin")
 """Endings of the files that hold a flight."""
@@ -58,45 +59,29 @@ def load_log(path: str | os.PathLike[str]) -> FlightLog | None:
 
     Warns and raises as :func:`load_flight`.
     """
-    ending = Path(path).suffix.lower()
-    if ending == ".csv":
-        from minsnap.files.logs.stream_log_file import is_stream_log, read_stream_log
-
-        return read_stream_log(path) if is_stream_log(path) else None
-    if ending == ".ulg":
-        from minsnap.files.logs.ulog import read_ulog
-
-        return _warned(read_ulog(path))
-    if ending == ".bin":
-        from minsnap.files.logs.dataflash import read_dataflash
-
-        return _warned(read_dataflash(path))
-    raise FileError(f"{path} is no flight by its ending: it must be one of {', '.join(ENDINGS)}")
-
-
-def _warned(log: FlightLog) -> FlightLog:
-    if log.damage is not None:
-        warnings.warn(log.damage, stacklevel=4)
+    if Path(path).suffix.lower() not in ENDINGS:
+        raise FileError(f"{path} is no flight by its ending: it must be one of {', '.join(ENDINGS)}")
+    log = read_log(path)
+    if log is not None and log.damage is not None:
+        warnings.warn(log.damage, stacklevel=3)
     return log
+
+
+def read_log(path: str | os.PathLike[str], inertial: bool = False) -> FlightLog | None:
+    """Read a log as :func:`load_log`, of any ending and without a warning; ``inertial``: what was felt too."""
+    ending = Path(path).suffix.lower()
+    if ending in (".ulg", ".bin"):
+        return (read_ulog if ending == ".ulg" else read_dataflash)(path, inertial)
+    return read_stream_log(path) if is_stream_log(path) else None
 
 
 def _load(path: str | os.PathLike[str], part: str, frame: str | None) -> Samples:
     log = load_log(path)
-    if log is not None:
-        return _part(log, part, path)
-    from minsnap.files.setpoint_csv import read_csv
-
-    return read_csv(path, frame)
-
-
-def _part(log: FlightLog, part: str, path: str | os.PathLike[str]) -> Samples:
-    """Return the reference or the flight of a log, or raise an error if it holds none."""
-    samples: Samples | None = getattr(log, part)
+    samples: Samples | None = read_csv(path, frame) if log is None else getattr(log, part)
     if samples is None:
-        raise FileError(
-            f"{path} holds no {'setpoints' if part == 'reference' else 'position'}: log them, or give a CSV"
-        )
+        missing = "setpoints" if part == "reference" else "position"
+        raise FileError(f"{path} holds no {missing}: log them, or give a CSV")
     return samples
 
 
-FORMAT = Format("logs", "samples", reads=(".ulg", ".bin"), read=load_flight)
+FORMATS = (Format("logs", "samples", reads=(".ulg", ".bin"), read=load_flight),)

@@ -38,7 +38,7 @@ class Writing:
 
 @dataclass(frozen=True)
 class Format:
-    """One file format. A module of ``minsnap.files.formats`` adds a format by defining ``FORMAT``.
+    """One file format. A module of ``minsnap.files.formats`` adds formats by defining ``FORMATS``.
 
     Parameters
     ----------
@@ -49,15 +49,17 @@ class Format:
     endings : tuple of str
         Endings that mean this format when a file is written; none where only its name chooses it.
     write : callable or None
-        ``write(content, path, writing)``; returns a sentence on what was lost, or None.
+        ``write(content, path, clobber=)``; returns a sentence on what was lost, or None.
     reads : tuple of str
         Endings of the files that ``read`` takes.
     read : callable or None
-        ``read(path, frame)``.
+        ``read(path)``.
     recognises : callable or None
         Whether a file with such an ending is of this format; None: any is that no other recognises.
     frame : str
-        Axes that it is written in; empty where they are chosen.
+        Axes that it is written in; empty where they are chosen, so that ``write`` takes ``frame`` too.
+    reads_frame, facts : bool
+        Whether ``read`` takes the frame as well, and ``write`` the facts of :class:`Writing`.
     most_pieces : int or None
         Polynomials that it holds at most.
     rounding : callable or None
@@ -68,10 +70,12 @@ class Format:
     name: str
     holds: Literal["samples", "polynomials", "either"]
     endings: tuple[str, ...] = ()
-    write: Callable[[Any, PathLike, Writing], str | None] | None = None
+    write: Callable[..., Any] | None = None
     reads: tuple[str, ...] = ()
-    read: Callable[[PathLike, str | None], Content] | None = None
+    read: Callable[..., Content] | None = None
     recognises: Callable[[PathLike], bool] | None = None
     frame: str = "enu"
+    reads_frame: bool = False
+    facts: bool = False
     most_pieces: int | None = None
     rounding: Callable[[Trajectory, float], float] | None = None

@@ -1,10 +1,22 @@
-"""Setpoint CSV: a path sampled at a uniform rate, one row per instant, with numbers that read back exactly."""
+"""Setpoints as text: CSV with one header line, written atomically, and what such a file says of itself.
+
+A CSV in another frame than ENU has a last column ``frame_ned`` of ones, which stays with the numbers wherever they go
+and which readers of columns by name, and of the first twelve, do not notice. Further data are in ``NAME.csv.meta``:
+JSON with frame, units and rate, the origin where it is known, how much earlier than planned its rows are to be sent,
+and a checksum of the CSV to which it belongs. A CSV that says nothing is in the frame that the reader names, by default
+ENU.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import json
+import math
 import os
-from collections.abc import Iterator, Sequence
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
@@ -13,13 +25,175 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.reading import check_regular, reading
 from minsnap.basics.storage.table import read_table
+from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError, FrameError
-from minsnap.files.format import Format, Writing
-from minsnap.files.frames import get_frame, map_samples
-from minsnap.files.sidecar import COLUMN, FRAME_COLUMNS, frame_of, lead_of, note_frame, said_frame
+from minsnap.files.format import Format
+from minsnap.files.frames import FRAMES, get_frame, map_samples
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
+
+ENDING = ".meta"
+UNITS = "m, s, rad"
+LARGEST = 10_000
+"""Bytes of the largest such file."""
+
+COLUMN = "frame_"
+"""How the name of the column begins that says a frame."""
+
+FRAME_COLUMNS = tuple(COLUMN + name for name in FRAMES)
+"""The names of that column."""
+
+_HEADER = 4096
+"""Bytes of a CSV in which its header is sought."""
+
+
+def note_frame(
+    path: str | os.PathLike[str], frame: str, rate: float, origin: Sequence[float] | None = None, lead: float = 0.0
+) -> None:
+    """Write frame, origin and lead of a CSV that has just been written; where there is nothing to say remove a note.
+
+    Parameters
+    ----------
+    path : str or path
+    frame : str
+    rate : float
+        [Hz].
+    origin : sequence of 3 float, optional
+        WGS 84 latitude and longitude [degrees] and altitude [m] of the point (0, 0, 0).
+    lead : float
+        How much earlier than planned the rows are to be sent [s].
+    """
+    if not FilePath(path).is_file():
+        return
+    beside = _beside(path)
+    if frame == "enu" and origin is None and not lead:
+        with contextlib.suppress(OSError):  # a file with so long a name can have no note
+            beside.unlink(missing_ok=True)
+        return
+    facts = {"frame": frame, "units": UNITS, "rate": rate, "crc32": _checksum(path)}
+    if origin is not None:
+        facts["origin"] = [float(value) for value in origin]
+    if lead:
+        facts["lead"] = lead
+    with atomic_write(beside) as file:
+        file.write(json.dumps(facts) + "\n")
+
+
+def frame_of(path: str | os.PathLike[str], wanted: str | None = None) -> str:
+    """Return the frame of a CSV: that of its header or its note, else the requested one, else ENU.
+
+    Raises
+    ------
+    FrameError
+        If the caller, the file and the note name different frames.
+    FileError
+        If the note is damaged, or the CSV was changed after it was written.
+    """
+    name = get_frame("enu" if wanted is None else wanted).name
+    kept = said_frame(path) or name
+    if wanted is not None and kept != name:
+        where = "its header" if _headed(path) else _beside(path)
+        raise FrameError(f"{path} is in {kept}, as {where} says, not in {name}: leave the frame out")
+    return kept
+
+
+def said_frame(path: str | os.PathLike[str]) -> str | None:
+    """Return the frame that a CSV says in its header, or in its note; None where neither does.
+
+    Raises
+    ------
+    FrameError
+        If they say different ones.
+    FileError
+        If the note is damaged, or the CSV was changed after it was written.
+    """
+    inside, beside = _headed(path), _noted(path).get("frame")
+    if inside is not None and beside is not None and inside != beside:
+        raise FrameError(f"{path} is in {inside} as its header says, and in {beside} as {_beside(path)} says")
+    return inside or beside
+
+
+def _headed(path: str | os.PathLike[str]) -> str | None:
+    """Return the frame that the header of a CSV says, or None; what is wrong with a file is said by its reader."""
+    check_regular(path)
+    try:
+        if not FilePath(path).is_file():  # a pipe would be waited for
+            return None
+        with open(path, "rb") as file:
+            header = file.readline(_HEADER).decode("utf-8", "replace")
+    except (OSError, ValueError, TypeError):
+        return None
+    names = [cell.strip().strip('"') for cell in header.split(",")]
+    return next((cell.removeprefix(COLUMN) for cell in names if cell in FRAME_COLUMNS), None)
+
+
+def origin_of(path: str | os.PathLike[str]) -> tuple[float, ...] | None:
+    """Return latitude and longitude [degrees] and altitude [m] of the origin of a CSV; None where its note has none.
+
+    Raises
+    ------
+    FileError
+        If the note is damaged, or the CSV was changed after it was written.
+    """
+    return _noted(path).get("origin")
+
+
+def lead_of(path: str | os.PathLike[str]) -> float:
+    """Return how much earlier than planned the rows of a CSV are to be sent [s]; 0 where its note does not say.
+
+    Raises
+    ------
+    FileError
+        If the note is damaged, or the CSV was changed after it was written.
+    """
+    return float(_noted(path).get("lead", 0.0))
+
+
+def _noted(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return frame, origin and lead from the note of a CSV, as far as it has them; nothing without a note."""
+    beside = _beside(path)
+    try:
+        if not beside.is_file():
+            return {}
+    except (OSError, ValueError):
+        return {}
+    with reading(beside, "a note on a setpoint file"):
+        facts = json.loads(read_text(beside, LARGEST))
+        facts_read: dict[str, Any] = {"frame": get_frame(facts["frame"]).name, "lead": float(facts.get("lead", 0.0))}
+        if facts.get("origin") is not None:
+            latitude, longitude, altitude = map(float, facts["origin"])
+            facts_read["origin"] = (latitude, longitude, altitude)
+        checksum, units = int(facts["crc32"]), facts.get("units")
+    if not 0.0 <= facts_read["lead"] < math.inf:
+        raise FileError(f"{beside} says a lead of {facts_read['lead']} s: it must be 0 or more")
+    if units != UNITS or checksum != _checksum(path):
+        raise FileError(f"{path} is not the file that {beside} was written for: write it again, or remove {beside}")
+    return facts_read
+
+
+def noted_beside(path: str | os.PathLike[str]) -> str | None:
+    """Return the name of the note of a CSV, or None where it has none."""
+    beside = _beside(path)
+    return str(beside) if beside.is_file() else None
+
+
+def _beside(path: str | os.PathLike[str]) -> FilePath:
+    try:
+        return FilePath(f"{os.fspath(path)}{ENDING}")
+    except TypeError:
+        raise FileError(f"{shown(path)} is no name of a file") from None
+
+
+def _checksum(path: str | os.PathLike[str]) -> int:
+    """Return the CRC-32 of a file."""
+    total = 0
+    with reading(path, "a file"), open(path, "rb") as file:
+        while chunk := file.read(1 << 20):
+            total = zlib.crc32(chunk, total)
+    return total
+
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "position": ("x", "y", "z"),
@@ -31,7 +205,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
 }
 """Columns of each quantity of :class:`~minsnap.trajectory.samples.Samples`, in the order of the file, after ``t``."""
 
-HEADER = ("t", *(name for quantity, group in GROUPS.items() if quantity != "feed_forward" for name in group))
+COLUMNS = ("t", *(name for group in GROUPS.values() for name in group))
 """The columns of a file of a path; those of feed-forward follow where it is stated."""
 
 _CHUNK = 4096
@@ -112,15 +286,25 @@ def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") ->
     samples = source if isinstance(source, Samples) else source.sample(rate)
     axes, flat = get_frame(frame), in_space(samples)
     mapped = map_samples(flat, "enu", axes)
-    names, values = ["t"], [mapped.t[:, None]]
-    for quantity, columns in GROUPS.items():
-        array = getattr(mapped, quantity)
-        if array is not None:
-            names += columns
-            values.append(array.reshape(len(mapped), len(columns)))
+    columns = columns_of(mapped)
     if axes.name != "enu" or _below_ground(flat.position[:, 2]):
-        names, values = [*names, COLUMN + axes.name], [*values, np.ones((len(mapped), 1))]
-    return _lines(names, _checked(names, np.hstack(values)))
+        columns[COLUMN + axes.name] = np.ones(len(mapped))
+    return _lines(list(columns), _checked(list(columns), np.column_stack(list(columns.values()))))
+
+
+def columns_of(samples: Samples) -> dict[str, FloatArray]:
+    """Return the columns of samples of three coordinates by name, each of shape (m,)."""
+    held = {names: getattr(samples, quantity) for quantity, names in GROUPS.items()}
+    arrays = {names: values.reshape(len(samples), -1) for names, values in held.items() if values is not None}
+    return {"t": samples.t} | {name: array[:, k] for names, array in arrays.items() for k, name in enumerate(names)}
+
+
+def samples_of(columns: Mapping[str, FloatArray], lead: float) -> Samples:
+    """Return the samples of columns by name, without the quantities that lack one."""
+    known = {quantity: names for quantity, names in GROUPS.items() if all(name in columns for name in names)}
+    stacks = {quantity: np.column_stack([columns[name] for name in names]) for quantity, names in known.items()}
+    arrays = {quantity: stack[:, 0] if len(known[quantity]) == 1 else stack for quantity, stack in stacks.items()}
+    return Samples(columns["t"], **arrays, lead=lead)
 
 
 def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
@@ -132,8 +316,7 @@ def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
         A file with a header: ``t,x,y,z`` and, each wholly or not at all, ``vx,vy,vz``, ``ax,ay,az``, ``yaw``,
         ``yaw_rate`` and ``ffx,ffy,ffz``.
     frame : str or None
-        Axes of the file; None: those that its header or the note beside it says (:mod:`minsnap.files.sidecar`), else
-        ENU.
+        Axes of the file; None: those that its header or the note beside it says, else ENU.
 
     Returns
     -------
@@ -150,7 +333,7 @@ def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
         throughout.
     """
     axes = get_frame(frame_of(path, frame))
-    table = read_table(path, HEADER[:4], (*HEADER[4:], *GROUPS["feed_forward"], *FRAME_COLUMNS))
+    table = read_table(path, COLUMNS[:4], (*COLUMNS[4:], *FRAME_COLUMNS))
     _check_frame_column(path, table)
     if frame is None and _below_ground(table["z"]) and said_frame(path) is None:
         low, high = table["z"].min(), table["z"].max()
@@ -160,9 +343,7 @@ def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
         )
     _check_groups(path, table)
     _check_increasing(path, table["t"])
-    stacks = {q: np.stack([table[n] for n in names], axis=-1) for q, names in GROUPS.items() if names[0] in table}
-    squeezed = {q: stack[:, 0] if len(GROUPS[q]) == 1 else stack for q, stack in stacks.items()}
-    return map_samples(Samples(table["t"], **squeezed, lead=lead_of(path)), axes, "enu")
+    return map_samples(samples_of(table, lead_of(path)), axes, "enu")
 
 
 def in_space(samples: Samples) -> Samples:
@@ -218,8 +399,4 @@ def _check_increasing(path: str | os.PathLike[str], t: FloatArray) -> None:
         raise FileError(f"{path}, line {i + 2}: t is {t[i]}, not after the {t[i - 1]} of the line before")
 
 
-def _write(content: Samples, path: str | os.PathLike[str], writing: Writing) -> None:
-    write_csv(content, path, frame=writing.frame, clobber=writing.clobber)
-
-
-FORMAT = Format("setpoints", "samples", (".csv",), _write, (".csv",), read_csv, frame="")
+FORMATS = (Format("setpoints", "samples", (".csv",), write_csv, (".csv",), read_csv, frame="", reads_frame=True),)

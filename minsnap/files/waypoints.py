@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, ReadOnly
+from minsnap.basics.arrays import FloatArray, ReadOnly, own_arrays
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.loose_table import LooseColumns, read_loose_table
 from minsnap.basics.storage.reading import finite_number
@@ -52,12 +52,7 @@ class Waypoints(ReadOnly):
     durations: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        for name in ("points", "yaw", "durations"):
-            value = getattr(self, name)
-            if value is not None:
-                owned = np.array(value, dtype=np.float64)
-                owned.flags.writeable = False
-                object.__setattr__(self, name, owned)
+        own_arrays(self)
 
     def closed(self) -> Waypoints:
         """Return the waypoints of a lap: those that do not end where they begin go on to the first one again.

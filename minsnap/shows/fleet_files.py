@@ -18,8 +18,13 @@ from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any
-from minsnap.files.formats.crazyflie import MAX_PIECES, read_crazyflie, write_crazyflie
-from minsnap.files.formats.crazyflie_compressed import rounding_bounds, write_compressed
+from minsnap.files.formats.crazyflie import (
+    MAX_PIECES,
+    read_crazyflie,
+    rounding_bounds,
+    write_compressed,
+    write_crazyflie,
+)
 from minsnap.files.formats.light_programme import Lights
 from minsnap.files.formats.skybrush import write_skybrush
 from minsnap.fleet.common_clock import Fleet

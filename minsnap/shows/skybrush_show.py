@@ -21,8 +21,8 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import FileError
-from minsnap.files.formats.cubic_segments import CubicSegments, cubic_segments, is_line
 from minsnap.files.formats.light_programme import Lights, light_bytes, lights_of
+from minsnap.files.formats.skybrush import CubicSegments, cubic_segments, is_line
 from minsnap.fleet.common_clock import Fleet
 from minsnap.polynomials.bernstein import elevate
 from minsnap.trajectory.trajectory import Trajectory

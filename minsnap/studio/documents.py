@@ -14,7 +14,6 @@ from minsnap.corridors.gates import Gate
 from minsnap.errors import FileError, WaypointError, YawError
 from minsnap.files.convert import RATE, written
 from minsnap.files.format import Writing
-from minsnap.files.formats.headings import heading_rule
 from minsnap.files.plan_request import Opening, PlanRequest
 from minsnap.files.request_yaml import is_request, read_request, write_request
 from minsnap.files.setpoint_csv import write_csv
@@ -211,7 +210,7 @@ def _heading(curve: Trajectory) -> float | str | tuple[float, ...] | None:
     """
     if curve.yaw.constant is not None:
         return curve.yaw.constant or None
-    rule = heading_rule(curve)
+    rule = curve.yaw.rule(curve)
     if rule is None:
         return tuple(curve.yaw(curve.leg_breaks).tolist())
     if rule["rule"] in ("velocity", "tilt"):

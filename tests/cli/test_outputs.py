@@ -7,7 +7,7 @@ import pytest
 
 import minsnap
 from minsnap.files.convert import read_any
-from minsnap.files.formats.crazyflie_compressed import MEMORY
+from minsnap.files.formats.crazyflie import MEMORY
 from minsnap.files.formats.polynomials import read_polynomials
 
 RECT = ("rect", "--corridor", "0.4", "--time", "14")

@@ -6,7 +6,7 @@ import pytest
 from flown_logs import Measured, ulog_of
 
 import minsnap
-from minsnap.files.logs.ulog_writer import write_ulog
+from minsnap.files.logs.ulog import write_ulog
 from minsnap.flight import CascadeController, compare, simulate
 from minsnap.flight.tracking.simulated_log import simulated_log
 from minsnap.trajectory.samples import Samples

@@ -9,7 +9,7 @@ import minsnap
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any, write_any, written
 from minsnap.files.format import Writing
-from minsnap.files.formats.refit import refit
+from minsnap.files.formats.pieces import refit
 from minsnap.trajectory.samples import Samples
 
 NAMES = {"setpoints": "a.csv", "crazyflie": "cf.csv", "mav": "a.yaml", "npz": "a.npz", "parquet": "a.parquet",

@@ -11,7 +11,7 @@ from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.text import LARGEST_YAML, load_yaml
 from minsnap.errors import FileError, TimingError
 from minsnap.files.convert import read_any
-from minsnap.files.formats.npz import read_npz, write_npz
+from minsnap.files.formats.tables import read_npz, write_npz
 
 PATH = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1)], [2.0, 1.5], yaw=[0.0, 0.5, 0.0])
 

@@ -9,7 +9,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError, FrameError, MinsnapError
-from minsnap.files.sidecar import origin_of
+from minsnap.files.setpoint_csv import origin_of
 
 PATH = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1.5)], [2.0, 1.5], yaw=0.3)
 

@@ -17,7 +17,7 @@ import minsnap
 from minsnap.files.convert import write_any
 from minsnap.files.frames import map_vectors
 from minsnap.files.logs.flight_log import FlightLog
-from minsnap.files.logs.ulog_writer import write_ulog
+from minsnap.files.logs.ulog import write_ulog
 from minsnap.flight import CascadeController, simulate
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor

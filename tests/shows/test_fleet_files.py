@@ -10,9 +10,8 @@ import yaml
 import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FileError
-from minsnap.files.formats.cubic_segments import cubic_segments
 from minsnap.files.formats.light_programme import Lights
-from minsnap.files.formats.skybrush import read_skybrush
+from minsnap.files.formats.skybrush import cubic_segments, read_skybrush
 from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, write_fleet
 from minsnap.shows.skybrush_show import read_skyc
 

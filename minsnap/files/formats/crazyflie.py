@@ -1,4 +1,8 @@
-"""Crazyflie and Crazyswarm: one row per piece, 8 ascending powers of x, y, z and yaw (uav_trajectories, crazyswarm2).
+"""Trajectories of the Crazyflie.
+
+A start of 4 int16 (x, y, z in millimetres, yaw in tenths of a degree), then the pieces (``bezier_segments``), then the
+header of a piece that lasts 0 ms: the firmware ends there and nowhere else, and flies on without it into what lies
+behind in its memory. World axes, z up.
 
 World axes, z up; metres, radians, seconds from each piece's start. The firmware evaluates degree 7 in float32 and
 keeps 4096 bytes, which is 31 pieces of 132 bytes (TRAJECTORY_MEMORY_SIZE).
@@ -8,21 +12,214 @@ from __future__ import annotations
 
 import math
 import os
+import struct
+import warnings
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.reading import reading
+from minsnap.basics.storage.reading import check_size, reading
 from minsnap.basics.storage.text import read_text
-from minsnap.errors import FileError, MinsnapError
-from minsnap.files.format import Format, Writing
-from minsnap.files.formats.crazyflie_compressed import pieces_that_fit
+from minsnap.errors import FileError, FirmwareWarning, MinsnapError
+from minsnap.files.format import Format
+from minsnap.files.formats.bezier_segments import DEGREE, LONGEST, check_range, distance_bounds, packed, unpacked
 from minsnap.files.formats.pieces import check_spatial, from_powers, polynomials_of, position_powers, yaw_powers
+from minsnap.polynomials.bernstein import elevate, powers_to_points
 from minsnap.trajectory.path import Path
+from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory
 
-DEGREE = 7
+MEMORY = 4096
+"""Bytes of the firmware's memory of trajectories."""
+
+END = bytes(3)
+"""The header of a piece of 0 ms, which ends a trajectory."""
+
+UNITS = np.array([1e-3, 1e-3, 1e-3, np.pi / 1800.0])
+"""What one unit of x, y, z and yaw is worth [m], [rad]."""
+
+REACH = "32767: that is 32.767 m or 3276.7 degrees from the origin"
+
+EVEN = 1e-6
+"""Difference of control points, in units, below which a polynomial is of a lower degree."""
+
+MOST_PIECES = (MEMORY - 8 - len(END)) // 31
+"""Pieces that fit at constant height and yaw."""
+
+FIXED_YAW = "2026.08"
+"""First firmware that flies a compressed yaw as it is written; older ones divide it wrongly."""
+
+
+@dataclass(frozen=True)
+class Rounding:
+    """Bounds of the difference between the stored and the planned curve, at any instant.
+
+    Parameters
+    ----------
+    position, velocity, acceleration : float
+        Upper bounds of the distances [m], [m/s], [m/s^2].
+    """
+
+    position: float
+    velocity: float
+    acceleration: float
+
+
+def compressed(trajectory: Trajectory) -> bytes:
+    """Return a trajectory as the firmware's bytes.
+
+    Every control point is rounded by half a unit at most, and shared knots stay shared; instants of knots are rounded
+    by half a millisecond at most. An axis whose curve is a line or a cubic is stored as one.
+
+    Raises
+    ------
+    FileError
+        If it has other than 3 coordinates or too high a degree, leaves the range of int16, has a piece of under a
+        millisecond or over 65.5 s, or does not fit the memory; says by how much.
+    YawError
+        If its heading is no polynomial.
+
+    Warns
+    -----
+    FirmwareWarning
+        If the yaw is not 0 throughout.
+    """
+    content, pieces = _content(trajectory)
+    if len(content) > MEMORY:
+        fits = pieces_that_fit(trajectory)
+        raise FileError(
+            f"{pieces} pieces take {len(content)} bytes, {len(content) - MEMORY} above the memory's {MEMORY}: "
+            f"the first {fits} would fit; fly it in parts"
+        )
+    if unpacked(content[8:], struct.unpack_from("<4h", content))[1][:, 3].any():
+        warnings.warn(f"firmware before {FIXED_YAW} flies a compressed yaw wrongly: update it, or plan with yaw=0",
+                      FirmwareWarning, stacklevel=2)  # fmt: skip
+    return content
+
+
+def pieces_that_fit(trajectory: Trajectory) -> int:
+    """Return how many of its first pieces the memory holds in this form."""
+    sizes = 8 + len(END) + np.cumsum([len(piece) for piece in _pieces(trajectory)[1]])
+    return int(np.searchsorted(sizes, MEMORY, side="right"))
+
+
+def _content(trajectory: Trajectory) -> tuple[bytes, int]:
+    start, pieces = _pieces(trajectory)
+    return start + b"".join(pieces) + END, len(pieces)
+
+
+def _pieces(trajectory: Trajectory) -> tuple[bytes, list[bytes]]:
+    """Return the bytes of the start and those of each piece."""
+    exact = _control_points(trajectory) / UNITS[:, None]
+    points, degrees = _lowest_degrees(exact)
+    check_range(points, REACH)
+    points[1:, :, 0] = np.take_along_axis(points, degrees[..., None], 2)[:-1, :, 0]
+    milliseconds = np.diff(np.round(trajectory.breaks * 1e3)).astype(np.int64)
+    if milliseconds.min() < 1 or milliseconds.max() > LONGEST:
+        raise FileError(
+            f"a piece of {milliseconds.min()} to {milliseconds.max()} ms: this format holds 1 to {LONGEST} ms"
+        )
+    pieces = [packed(int(time), *piece) for time, *piece in zip(milliseconds, points, degrees, strict=True)]
+    return struct.pack("<4h", *points[0, :, 0].tolist()), pieces
+
+
+def _lowest_degrees(exact: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return rounded control points (pieces, 4, 8) in the least degree of the format, and that degree (pieces, 4)."""
+    shown = np.round(exact)
+    degrees = np.full(exact.shape[:2], DEGREE)
+    slopes = (exact[..., [1, -2]] - exact[..., [0, -1]]) * DEGREE / 3.0
+    for degree in (3, 1):
+        lower = np.abs(np.diff(exact, degree + 1)).max(axis=2) < EVEN
+        inner = exact[..., [0, -1]] + slopes if degree == 3 else exact[..., :0]
+        row = np.concatenate([exact[..., :1], inner, exact[..., -1:]], axis=2)
+        shown[..., : degree + 1][lower] = np.round(row[lower])
+        degrees[lower] = degree
+    within = np.arange(DEGREE + 1) <= degrees[..., None]
+    degrees[(np.where(within, shown, shown[..., :1]) == shown[..., :1]).all(axis=2)] = 0
+    return shown.astype(np.int64), degrees
+
+
+def rounding_bounds(trajectory: Trajectory) -> Rounding:
+    """Return upper bounds of the distance between what the file holds and the trajectory, and of their derivatives.
+
+    From the control points of the difference, at equal instants: rounded times are part of it. The bound of the
+    acceleration grows with the inverse square of the pieces' durations, 0.15 m/s^2 at 1 s and 15 m/s^2 at 0.1 s for
+    three axes of degree 7: long pieces and low degrees are stored best.
+    """
+    return Rounding(*distance_bounds(trajectory, _unpacked(_content(trajectory)[0]), 3).tolist())
+
+
+def write_compressed(trajectory: Path, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+    """Write a trajectory or a shape as the firmware's bytes in one atomic step; errors as of :func:`compressed`."""
+    content = compressed(polynomials_of(trajectory, MOST_PIECES)[0])
+    with atomic_write(path, "wb", clobber=clobber) as file:
+        file.write(content)
+
+
+def read_compressed(path: str | os.PathLike[str]) -> Trajectory:
+    """Read a compressed trajectory.
+
+    Raises
+    ------
+    FileError
+        If it is none: too short, with a piece that is cut off, or without an end.
+    """
+    check_size(path)
+    with reading(path, "a compressed trajectory"):
+        with open(path, "rb") as file:
+            content = file.read(16 * MEMORY + 1)
+        return _unpacked(content, str(path))
+
+
+def _unpacked(content: bytes, where: str = "the trajectory") -> Trajectory:
+    """Return the trajectory of the firmware's bytes."""
+    start = struct.unpack_from("<4h", content)
+    milliseconds, points, length = unpacked(content[8:], start)
+    if content[8 + length : 8 + length + len(END)] != END:
+        raise FileError(
+            f"{where} does not end with a piece of 0 ms (three zero bytes), and the vehicle would fly on into what "
+            "lies behind it in memory: append them"
+        )
+    if not len(milliseconds):
+        raise FileError(f"{where} is not a compressed trajectory: it has no piece")
+    values = (points * UNITS[:, None]).transpose(0, 2, 1)
+    durations = milliseconds / 1e3
+    return Trajectory(values[:, :, :3], durations, PlannedHeading(Trajectory(values[:, :, 3:], durations)))
+
+
+def _control_points(trajectory: Trajectory) -> FloatArray:
+    """Return control points of degree 7 of x, y, z and yaw, shape (pieces, 4, 8)."""
+    check_spatial(trajectory, "a Crazyflie file")
+    position_powers(trajectory, DEGREE)  # refuses a higher degree
+    place = elevate(trajectory.control_points.transpose(0, 2, 1), DEGREE + 1)
+    powers = yaw_powers(trajectory, DEGREE) * trajectory.durations[:, None] ** np.arange(DEGREE + 1)
+    return np.concatenate([place, (powers @ powers_to_points(DEGREE).T)[:, None]], axis=1)
+
+
+def _write(content: Trajectory, path: str | os.PathLike[str], *, clobber: bool) -> str:
+    write_compressed(content, path, clobber=clobber)
+    error = rounding_bounds(content)
+    return (
+        f"rounding moves the curve by {1e3 * error.position:.2g} mm at most, its velocity by {error.velocity:.2g} m/s "
+        f"and its acceleration by {error.acceleration:.2g} m/s^2"
+    )
+
+
+def _resolution(content: Trajectory, step: float) -> float:
+    """Return the rounding error of a difference of two values a step apart [m], [m/s], [rad].
+
+    Two values of the velocity are each off by 2 n units over the shortest piece at most and by what a millisecond is of
+    a piece; those of the acceleration by 4 n (n - 1) units over its square.
+    """
+    shortest = float(content.durations.min())
+    faster = (2 * DEGREE + content.max_norm(1)[0]) / shortest
+    harder = 2 * DEGREE * (DEGREE - 1) / shortest**2
+    return float(2e-3 * (1.0 + faster + harder * step))
+
+
 MAX_PIECES = 31
 """Pieces that fit the firmware's memory."""
 
@@ -126,12 +323,25 @@ def _is_crazyflie(path: str | os.PathLike[str]) -> bool:
     return bool(second) and len(second[0].rstrip().rstrip(",").split(",")) == len(COLUMNS)
 
 
-def _write(content: Trajectory, path: str | os.PathLike[str], writing: Writing) -> None:
-    write_crazyflie(content, path, clobber=writing.clobber)
-
-
-def _read(path: str | os.PathLike[str], frame: str | None) -> Trajectory:
-    return read_crazyflie(path)
-
-
-FORMAT = Format("crazyflie", "polynomials", (), _write, (".csv",), _read, _is_crazyflie, most_pieces=MAX_PIECES)
+FORMATS = (
+    Format(
+        "crazyflie",
+        "polynomials",
+        (),
+        write_crazyflie,
+        (".csv",),
+        read_crazyflie,
+        _is_crazyflie,
+        most_pieces=MAX_PIECES,
+    ),
+    Format(
+        "crazyflie-compressed",
+        "polynomials",
+        (".traj",),
+        _write,
+        (".traj",),
+        read_compressed,
+        most_pieces=MOST_PIECES,
+        rounding=_resolution,
+    ),
+)

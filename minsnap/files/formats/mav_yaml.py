@@ -16,7 +16,7 @@ from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import load_yaml
 from minsnap.errors import FileError
-from minsnap.files.format import Format, Writing
+from minsnap.files.format import Format
 from minsnap.files.formats.pieces import from_powers, polynomials_of, position_powers, yaw_powers
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
@@ -57,17 +57,13 @@ def _powers(trajectory: Trajectory, yaw: bool | None) -> FloatArray:
     """Return the coefficients, shape (pieces, dimensions, N)."""
     if trajectory.dim > 3:
         raise FileError(f"a segment file holds 3 coordinates and yaw, and the trajectory has {trajectory.dim}")
-    wanted = not _is_zero(trajectory) if yaw is None else yaw
+    wanted = trajectory.yaw.constant != 0.0 if yaw is None else yaw
     axes = position_powers(trajectory, trajectory.degree).transpose(0, 2, 1)
     if not wanted:
         return axes
     if trajectory.dim != 3:
         raise FileError("a segment file with yaw needs 3 coordinates")
     return np.concatenate([axes, yaw_powers(trajectory, trajectory.degree)[:, None]], axis=1)
-
-
-def _is_zero(trajectory: Trajectory) -> bool:
-    return trajectory.yaw.constant == 0.0
 
 
 def _segment(duration: float, piece: FloatArray) -> str:
@@ -114,12 +110,4 @@ def _read_segment(where: str, segment: Any) -> tuple[float, FloatArray]:
     return time * 1e-9, piece
 
 
-def _write(content: Trajectory, path: str | os.PathLike[str], writing: Writing) -> None:
-    write_mav_yaml(content, path, clobber=writing.clobber)
-
-
-def _read(path: str | os.PathLike[str], frame: str | None) -> Trajectory:
-    return read_mav_yaml(path)
-
-
-FORMAT = Format("mav", "polynomials", (), _write, (".yaml", ".yml"), _read)
+FORMATS = (Format("mav", "polynomials", (), write_mav_yaml, (".yaml", ".yml"), read_mav_yaml),)

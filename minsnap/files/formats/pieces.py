@@ -1,6 +1,9 @@
-"""Trajectories as rows of power coefficients in seconds, heading included, the form of other programs' files."""
+"""Polynomials and headings of a trajectory as formats hold them."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -8,10 +11,14 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FileError, YawError
 from minsnap.polynomials.bernstein import points_to_powers, powers_to_points
 from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.polynomial_form import as_polynomials
+from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.velocity_heading import VelocityHeading
 
 YAW_TOLERANCE = 1e-3
 """Greatest difference of a heading from its written polynomial [rad]."""
@@ -129,3 +136,122 @@ def _points(durations: FloatArray, powers: FloatArray) -> FloatArray:
         scaled = powers * durations[:, None, None] ** np.arange(degree + 1)[None, :, None]
     points: FloatArray = np.einsum("ji,mid->mjd", powers_to_points(degree), scaled)
     return points
+
+
+def yaw_description(trajectory: Trajectory) -> dict[str, Any]:
+    """Return the heading of a trajectory as plain numbers, text and lists.
+
+    Raises
+    ------
+    YawError
+        If it is no constant, follows from the curve by no rule, and is no polynomial to a milliradian.
+    """
+    heading = trajectory.yaw
+    if heading.constant is not None:
+        return {"angle": heading.constant}
+    rule = heading.rule(trajectory)
+    if rule is not None:
+        return rule
+    planned = heading.polynomial
+    if planned is None:
+        powers = yaw_powers(trajectory, max(trajectory.degree, 7))
+        planned = from_powers(trajectory.durations, powers[:, :, None], None)
+    return {"durations": planned.durations.tolist(), "control_points": planned.control_points.tolist()}
+
+
+def headed(curve: Trajectory, content: Mapping[str, Any]) -> Trajectory:
+    """Give a curve the heading that a file describes."""
+    if "rule" not in content:
+        return curve.with_yaw(_heading(content))
+    if content["rule"] == "velocity":
+        return curve.with_yaw(VelocityHeading(curve, content["yaw_rate"], content["hold_below"]))
+    if content["rule"] == "tilt":
+        linear, quadratic = content.get("drag", (0.0, 0.0))
+        drag = float(linear), float(quadratic)
+        return curve.with_yaw(TiltHeading(curve, float(content["angle_at_start"]), float(content["gravity"]), drag))
+    if content["rule"] == "look at":
+        return curve.with_yaw(LookAt(content["point"]).heading(curve))
+    raise FileError(f"no heading is called {str(content['rule'])[:40]!r}: there are velocity, tilt and look at")
+
+
+def _heading(content: Mapping[str, Any]) -> Heading:
+    if "control_points" not in content:
+        angle = float(content["angle"])
+        if not np.isfinite(angle):
+            raise FileError(f"the yaw is {angle}: it must be finite")
+        return ConstantHeading(angle)
+    points, durations = (np.array(content[name], dtype=np.float64) for name in ("control_points", "durations"))
+    return PlannedHeading(Trajectory(points, durations))
+
+
+TOLERANCE = 1e-3
+"""Greatest distance of the curve from a sample [m]."""
+
+
+def refit(samples: Samples, max_pieces: int | None = None, tolerance: float = TOLERANCE) -> Trajectory:
+    """Return quintics through some of the samples that pass within a tolerance of all of them.
+
+    Each piece meets position, velocity and acceleration of the samples at its ends (Hermite), so the curve is twice
+    continuously differentiable; the number of pieces is the smallest that suffices, and they are of nearly equal
+    length.
+
+    Parameters
+    ----------
+    samples : Samples
+        With velocities and accelerations.
+    max_pieces : int or None
+        No more than this.
+    tolerance : float
+        [m], and [rad] for the heading.
+
+    Raises
+    ------
+    FileError
+        If there are no accelerations, or too few pieces are allowed; says what they would reach.
+    """
+    if samples.velocity is None or samples.acceleration is None:
+        raise FileError("polynomials need samples with velocities and accelerations")
+    most = min(len(samples) - 1, max_pieces or len(samples) - 1)
+    for pieces in _growing(most):
+        knots = np.unique(np.round(np.linspace(0, len(samples) - 1, pieces + 1)).astype(int))
+        trajectory = _through(samples, knots)
+        error = _deviation(trajectory, samples)
+        if error <= tolerance:
+            return trajectory
+    raise FileError(f"{most} pieces are {error:.3g} m from the samples, more than {tolerance:g} m: fly it in parts")
+
+
+def _growing(most: int) -> list[int]:
+    """Numbers of pieces to try: 1, 2, 3, … while this is fast, then by factors of 1.2, up to the maximum."""
+    counts = [1]
+    while counts[-1] < most:
+        counts.append(min(most, max(counts[-1] + 1, counts[-1] * 6 // 5)))
+    return counts
+
+
+def _through(samples: Samples, knots: FloatArray) -> Trajectory:
+    from scipy.interpolate import BPoly
+
+    t = samples.t[knots] - samples.t[0]
+    orders = (samples.position, samples.velocity, samples.acceleration)
+    curve = BPoly.from_derivatives(t, np.stack([values[knots] for values in orders if values is not None], axis=1))
+    return Trajectory.from_bpoly(curve, _fitted_heading(samples, knots, t))
+
+
+def _fitted_heading(samples: Samples, knots: FloatArray, t: FloatArray) -> Heading:
+    from scipy.interpolate import BPoly
+
+    if samples.yaw is None or np.ptp(samples.yaw) == 0.0:
+        return ConstantHeading(0.0 if samples.yaw is None else float(samples.yaw[0]))
+    known = [samples.yaw] if samples.yaw_rate is None else [samples.yaw, samples.yaw_rate]
+    columns = np.stack([values[knots] for values in known], axis=1)[:, :, None]
+    return PlannedHeading(Trajectory.from_bpoly(BPoly.from_derivatives(t, columns)))
+
+
+def _deviation(trajectory: Trajectory, samples: Samples) -> float:
+    """Return the greatest deviation of the curve from a sample, in position or heading."""
+    t = np.minimum(samples.t - samples.t[0], trajectory.duration)
+    error = float(np.linalg.norm(trajectory(t) - samples.position, axis=1).max())
+    if samples.yaw is not None:
+        error = max(error, float(np.abs(trajectory.yaw(t) - samples.yaw).max()))
+    return error

@@ -25,9 +25,8 @@ from minsnap.corridors.gate_passages import numbered_passages
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.named_constraints import CONSTRAINTS
 from minsnap.errors import FileError
-from minsnap.files.format import Format, Writing
-from minsnap.files.formats.headings import headed, yaw_description
-from minsnap.files.formats.pieces import polynomials_of
+from minsnap.files.format import Format
+from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
 from minsnap.files.limits_in_files import limits_of
 from minsnap.files.plan_request import besides_rotors, preset_of
 from minsnap.limits.limits import Limits, VehicleLimits
@@ -79,49 +78,32 @@ class PlanFile:
         """Certify the plan anew: the certificate, and a sentence for all that it keeps less than its file says."""
         from minsnap.certificate import certify
 
-        certificate, stated = (
-            certify(self.trajectory, self.waypoints, self.corridor, self.limits),
-            _said(self.certificate),
-        )
-        margin, missed, tiny = (
-            certificate.corridor_margin,
-            certificate.waypoint_error,
-            EXACT * np.abs(self.trajectory.control_points).max(),
-        )
+        certificate = certify(self.trajectory, self.waypoints, self.corridor, self.limits)
+        said_margin, said_missed, said_smooth, said_used = _said(self.certificate)
+        margin, missed = certificate.corridor_margin, certificate.waypoint_error
+        tiny = EXACT * np.abs(self.trajectory.control_points).max()
         problems = []
-        if margin is not None and margin < min(0.0, stated.margin - tiny):
+        if margin is not None and margin < min(0.0, said_margin - tiny):
             problems.append(f"the plan leaves its corridor: its exact margin is {margin:.3g} m")
-        if missed is not None and missed > stated.missed + tiny:
-            problems.append(f"the plan misses a waypoint by {missed:.3g} m, and its file says {stated.missed:.3g} m")
-        if certificate.continuity < stated.smooth:
-            problems.append(
-                f"the plan has {certificate.continuity} continuous derivatives, and its file says {stated.smooth}"
-            )
-        exceeded = [used for used in certificate.utilisation if not used.kept]
+        if missed is not None and missed > said_missed + tiny:
+            problems.append(f"the plan misses a waypoint by {missed:.3g} m, and its file says {said_missed:.3g} m")
+        smooth = certificate.continuity
+        if smooth < said_smooth:
+            problems.append(f"the plan has {smooth} continuous derivatives, and its file says {said_smooth}")
         problems += [
             f"the plan exceeds its limit {used.name}: {used.value:.6g} of {used.limit:.6g} on leg {used.leg} "
             f"at {used.instant:.4g} s"
-            for used in exceeded
-            if used.fraction > (1.0 + EXACT) * stated.used.get(used.name, 1.0)
+            for used in certificate.utilisation
+            if not used.kept and used.fraction > (1.0 + EXACT) * said_used.get(used.name, 1.0)
         ]
         return certificate, problems
 
 
-@dataclass(frozen=True)
-class _Said:
-    """What the certificate of a file says: margin and largest distance to a waypoint [m], continuity, use of limits."""
-
-    margin: float
-    missed: float
-    smooth: int
-    used: Mapping[str, float]
-
-
-def _said(certificate: Mapping[str, Any] | None) -> _Said:
-    """Read a certificate; what it does not say binds nothing."""
+def _said(certificate: Mapping[str, Any] | None) -> tuple[float, float, int, dict[str, float]]:
+    """Read margin and largest distance to a waypoint [m], continuity, use of limits; what is not said binds nothing."""
     stated = certificate or {}
     margin, missed, smooth = (stated.get(name) for name in ("corridor_margin", "waypoint_error", "continuity"))
-    return _Said(
+    return (
         0.0 if margin is None else float(margin),
         inf if missed is None else float(missed),
         -1 if smooth is None else int(smooth),
@@ -320,20 +302,11 @@ def is_polynomials(path: str | os.PathLike[str]) -> bool:
         return False
 
 
-def _write(content: Trajectory, path: str | os.PathLike[str], writing: Writing) -> None:
-    write_polynomials(content, path, clobber=writing.clobber, **writing.facts)
-
-
-def _read(path: str | os.PathLike[str], frame: str | None) -> Trajectory:
+def _read(path: str | os.PathLike[str]) -> Trajectory:
     return read_polynomials(path).trajectory
 
 
-FORMAT = Format(
-    "polynomials",
-    "polynomials",
-    (".json", ".yaml", ".yml"),
-    _write,
-    (".json", ".yaml", ".yml"),
-    _read,
-    is_polynomials,
+ENDINGS = (".json", ".yaml", ".yml")
+FORMATS = (
+    Format("polynomials", "polynomials", ENDINGS, write_polynomials, ENDINGS, _read, is_polynomials, facts=True),
 )

@@ -15,8 +15,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import FileError
-from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
-from minsnap.files.logs.inertial_log import InertialLog, from_euler, inertial_log
+from minsnap.files.logs.flight_log import FlightLog, InertialLog, Track, flight_log, from_euler, inertial_log
 
 AXES = {"PSCN": "N", "PSCE": "E", "PSCD": "D"}
 """Messages of the position controller; their fields end in the axis (metres, ArduPilot's log messages)."""

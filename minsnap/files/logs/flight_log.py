@@ -1,16 +1,104 @@
-"""The content of a flight log: reference and flight, on one clock, in z-up world axes."""
+"""The content of a flight log: reference, flight and what the body felt, on one clock, in z-up axes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
-from minsnap.files.frames import map_samples
-from minsnap.files.logs.inertial_log import InertialLog
+from minsnap.basics.arrays import BoolArray, FloatArray, own_arrays
+from minsnap.files.frames import FRAMES, map_samples
 from minsnap.trajectory.samples import Samples
+
+WORLD, BODY = FRAMES["ned"].matrix, FRAMES["ned"].body_matrix
+"""From NED to ENU, and from forward-right-down to forward-left-up."""
+
+
+@dataclass(frozen=True, eq=False)
+class InertialLog:
+    """Attitude, specific force and throttle of a flight, on the clock of its :class:`FlightLog`.
+
+    Parameters
+    ----------
+    attitude_t : ndarray, shape (m,)
+        [s].
+    quaternion : ndarray, shape (m, 4)
+        From body (forward, left, up) to world (z up), w, x, y, z; continuous in sign.
+    force_t : ndarray, shape (n,)
+        [s].
+    specific_force : ndarray, shape (n, 3)
+        What the accelerometer measured, in the body: gravity is not in it [m/s^2].
+    throttle_t, throttle : ndarray, shape (k,), or None
+        Collective thrust that was commanded, 0 to 1; None where none was logged.
+    hover_throttle : float or None
+        The autopilot's own estimate of the throttle in hover.
+    """
+
+    attitude_t: FloatArray
+    quaternion: FloatArray
+    force_t: FloatArray
+    specific_force: FloatArray
+    throttle_t: FloatArray | None = None
+    throttle: FloatArray | None = None
+    hover_throttle: float | None = None
+
+    def __post_init__(self) -> None:
+        own_arrays(self)
+
+
+def inertial_log(
+    attitude: tuple[FloatArray, FloatArray],
+    force: tuple[FloatArray, FloatArray],
+    throttle: tuple[FloatArray, FloatArray] | None,
+    hover: float | None,
+    start: float,
+) -> InertialLog:
+    """Convert from z-down axes and time since boot.
+
+    Parameters
+    ----------
+    attitude : tuple
+        Instants (m,) and quaternions (m, 4) from forward-right-down to NED.
+    force : tuple
+        Instants (n,) and specific forces (n, 3) in forward-right-down.
+    throttle : tuple or None
+        Instants (k,) and values (k,).
+    hover : float or None
+        The autopilot's estimate of the throttle in hover.
+    start : float
+        Time since boot that is 0 in the log [s].
+    """
+    from scipy.spatial.transform import Rotation
+
+    from minsnap.vehicle.rotation import quaternions
+
+    (t, turns), (force_t, pulls) = _finite(*attitude), _finite(*force)
+    matrices = Rotation.from_quat(np.roll(turns, -1, axis=1)).as_matrix()
+    turned = quaternions(WORLD @ matrices @ BODY)
+    felt = pulls @ BODY
+    thrust_t, thrust = (None, None) if throttle is None else _finite(throttle[0] - start, throttle[1])
+    return InertialLog(t - start, turned, force_t - start, felt, thrust_t, thrust, hover)
+
+
+def from_euler(roll: FloatArray, pitch: FloatArray, yaw: FloatArray) -> FloatArray:
+    """Return quaternions w, x, y, z of turns by yaw, then pitch, then roll [rad], shape (m, 4)."""
+    from scipy.spatial.transform import Rotation
+
+    return np.roll(Rotation.from_euler("ZYX", np.stack([yaw, pitch, roll], axis=1)).as_quat(), 1, axis=1)
+
+
+def _finite(t: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Leave out rows that are not finite, or whose time does not rise."""
+    good = _good(t, values)
+    return t[good], values[good]
+
+
+def _good(t: FloatArray, values: FloatArray) -> BoolArray:
+    """Tell the rows of finite values at times that rise."""
+    good = np.isfinite(t) & np.isfinite(values).reshape(len(t), -1).all(axis=1)
+    latest = np.maximum.accumulate(np.where(good, t, -np.inf))
+    good[1:] &= t[1:] > latest[:-1]
+    return good
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,16 +164,14 @@ def flight_log(reference: Track | None, flight: Track | None, damage: str | None
 
 def _cleaned(track: Track) -> Track | None:
     """Drop rows without position or with decreasing times, then quantities with any non-finite value."""
-    good = np.isfinite(track.position).all(axis=1) & np.isfinite(track.t)
-    latest = np.maximum.accumulate(np.where(good, track.t, -np.inf))
-    good[1:] &= track.t[1:] > latest[:-1]
+    good = _good(track.t, track.position)
     if not good.any():
         return None
     rest = (track.velocity, track.acceleration, track.yaw, track.yaw_rate)
     return Track(track.t[good], track.position[good], *(_controlled(values, good) for values in rest))
 
 
-def _controlled(values: FloatArray | None, good: npt.NDArray[np.bool_]) -> FloatArray | None:
+def _controlled(values: FloatArray | None, good: BoolArray) -> FloatArray | None:
     kept = None if values is None else np.asarray(values, dtype=np.float64)[good]
     return kept if kept is not None and np.isfinite(kept).all() else None
 

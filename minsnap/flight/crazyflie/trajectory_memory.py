@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.errors import FileError, FlightError
-from minsnap.files.formats.crazyflie import MAX_PIECES, crazyflie_rows
-from minsnap.files.formats.crazyflie_compressed import compressed
+from minsnap.files.formats.crazyflie import MAX_PIECES, compressed, crazyflie_rows
 from minsnap.flight.crazyflie.crtp_link import CrtpLink, ask
 from minsnap.trajectory.trajectory import Trajectory
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.errors import FlightError
 from minsnap.files.consistency import ConsistencyReport, check_samples
-from minsnap.files.sidecar import frame_of
+from minsnap.files.setpoint_csv import frame_of
 from minsnap.flight.mavlink.link import Link, open_link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback
 from minsnap.flight.mavlink.schedule import Clock

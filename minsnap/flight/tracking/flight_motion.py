@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, interpolated, own_arrays
 from minsnap.basics.storage.reading import check_size
 from minsnap.errors import FileError, FitError
-from minsnap.files.logs.dataflash import read_dataflash
-from minsnap.files.logs.flight_log import FlightLog
-from minsnap.files.logs.inertial_log import InertialLog
-from minsnap.files.logs.stream_log_file import is_stream_log, read_stream_log
-from minsnap.files.logs.ulog import read_ulog
+from minsnap.files.flights import read_log
+from minsnap.files.logs.flight_log import FlightLog, InertialLog
 from minsnap.trajectory.samples import Samples
 
 RATE = 50.0
@@ -69,14 +65,10 @@ def read_flight_log(path: str | os.PathLike[str]) -> FlightLog:
         If the file is none of these.
     """
     check_size(path)
-    ending = Path(path).suffix.lower()
-    if ending == ".ulg":
-        return read_ulog(path, inertial=True)
-    if ending == ".bin":
-        return read_dataflash(path, inertial=True)
-    if is_stream_log(path):
-        return read_stream_log(path)
-    raise FileError(f"{path} is no log of a flight: give a .ulg, a .bin, or the CSV that stream --log wrote")
+    log = read_log(path, inertial=True)
+    if log is None:
+        raise FileError(f"{path} is no log of a flight: give a .ulg, a .bin, or the CSV that stream --log wrote")
+    return log
 
 
 def flown_span(flight: Samples) -> tuple[float, float]:

@@ -10,8 +10,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_kind, check_seed, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
-from minsnap.files.logs.flight_log import FlightLog
-from minsnap.files.logs.inertial_log import InertialLog
+from minsnap.files.logs.flight_log import FlightLog, InertialLog
 from minsnap.flight.simulation.closed_loop import STEP
 from minsnap.flight.simulation.flight_record import Flight
 from minsnap.flight.simulation.reference import tabulate

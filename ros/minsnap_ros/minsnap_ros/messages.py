@@ -12,7 +12,7 @@ from nav_msgs.msg import Path
 from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from minsnap import Samples
-from minsnap.files.formats.multidof import multidof
+from minsnap.files.formats.robot_messages import multidof
 
 ELEMENTS = {
     "points": MultiDOFJointTrajectoryPoint,
@@ -63,7 +63,7 @@ def position_of(stamped: PoseStamped) -> list[float]:
 
 
 def setpoint_message(message: Any, row: np.void, microseconds: int) -> Any:
-    """Return a px4_msgs/TrajectorySetpoint with one row of :func:`minsnap.files.formats.px4.px4_setpoints`."""
+    """Return a px4_msgs/TrajectorySetpoint with a row of :func:`minsnap.files.formats.robot_messages.px4_setpoints`."""
     for name in row.dtype.names:
         setattr(message, name, microseconds if name == "timestamp" else np.asarray(row[name]).tolist())
     return message

@@ -10,14 +10,14 @@ import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FileError, FirmwareWarning
 from minsnap.files.convert import write_any
-from minsnap.files.formats.crazyflie import write_crazyflie
-from minsnap.files.formats.crazyflie_compressed import (
+from minsnap.files.formats.crazyflie import (
     END,
     MEMORY,
     compressed,
     read_compressed,
     rounding_bounds,
     write_compressed,
+    write_crazyflie,
 )
 from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.trajectory import Trajectory

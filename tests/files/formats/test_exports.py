@@ -9,11 +9,10 @@ from curves import curve
 
 import minsnap
 from minsnap.errors import FileError, InputError, YawError
-from minsnap.files.formats.crazyflie import read_crazyflie, write_crazyflie
-from minsnap.files.formats.crazyflie_compressed import read_compressed, write_compressed
+from minsnap.files.formats.crazyflie import read_compressed, read_crazyflie, write_compressed, write_crazyflie
 from minsnap.files.formats.mav_yaml import read_mav_yaml, write_mav_yaml
-from minsnap.files.formats.npz import read_npz, write_npz
 from minsnap.files.formats.polynomials import read_polynomials, write_polynomials
+from minsnap.files.formats.tables import read_npz, write_npz
 from minsnap.trajectory.trajectory import Trajectory
 
 

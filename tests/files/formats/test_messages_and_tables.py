@@ -9,10 +9,14 @@ from curves import curve
 
 import minsnap
 from minsnap.errors import FileError, FrameError
-from minsnap.files.formats.dataframes import from_dataframe, read_parquet, to_dataframe, write_parquet
-from minsnap.files.formats.multidof import multidof, write_multidof
-from minsnap.files.formats.npz import read_npz, write_npz
-from minsnap.files.formats.px4 import offboard_control_mode, px4_setpoints, write_px4
+from minsnap.files.formats.robot_messages import (
+    multidof,
+    offboard_control_mode,
+    px4_setpoints,
+    write_multidof,
+    write_px4,
+)
+from minsnap.files.formats.tables import from_dataframe, read_npz, read_parquet, to_dataframe, write_npz, write_parquet
 from minsnap.trajectory.samples import Samples
 
 

@@ -8,9 +8,15 @@ import pytest
 import minsnap
 from minsnap.errors import FileError
 from minsnap.files.formats.bezier_segments import packed, unpacked
-from minsnap.files.formats.cubic_segments import TOLERANCE, cubic_segments
 from minsnap.files.formats.light_programme import Lights, light_bytes, lights_of
-from minsnap.files.formats.skybrush import checksum, read_skybrush, skybrush_bytes, write_skybrush
+from minsnap.files.formats.skybrush import (
+    TOLERANCE,
+    checksum,
+    cubic_segments,
+    read_skybrush,
+    skybrush_bytes,
+    write_skybrush,
+)
 from minsnap.trajectory.trajectory import Trajectory
 
 CORNERS = [(0, 0, 1), (3, 0, 2), (3, 2, 4), (0, 2, 1)]

@@ -6,8 +6,7 @@ import pytest
 import minsnap
 from minsnap.errors import InputError
 from minsnap.files.logs.flight_log import FlightLog
-from minsnap.files.logs.ulog import read_ulog
-from minsnap.files.logs.ulog_writer import write_ulog
+from minsnap.files.logs.ulog import read_ulog, write_ulog
 from minsnap.flight import CascadeController, simulate, simulated_log
 from minsnap.vehicle import Quadrotor
 

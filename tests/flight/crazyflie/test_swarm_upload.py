@@ -9,7 +9,7 @@ from crtp_vehicle import CrtpVehicle
 import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FleetError, FlightError, LinkError
-from minsnap.files.formats.crazyflie_compressed import compressed
+from minsnap.files.formats.crazyflie import compressed
 from minsnap.flight.crazyflie import crtp_link
 from minsnap.flight.crazyflie.swarm_upload import FlightTimes, upload, uploads
 from minsnap.flight.crazyflie.trajectory_memory import upload_of

@@ -10,7 +10,7 @@ import minsnap
 from minsnap.errors import FileError, InputError
 from minsnap.files.consistency import check_samples
 from minsnap.files.convert import read_any, write_any
-from minsnap.files.formats.px4 import px4_setpoints
+from minsnap.files.formats.robot_messages import px4_setpoints
 from minsnap.flight import CascadeController, simulate
 from minsnap.flight.mavlink.compensation import FeedForward
 from minsnap.flight.mavlink.offboard import prepare

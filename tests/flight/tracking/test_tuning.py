@@ -6,7 +6,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import InputError
-from minsnap.files.logs.ulog_writer import write_ulog
+from minsnap.files.logs.ulog import write_ulog
 from minsnap.flight import CascadeController, simulate
 from minsnap.flight.tracking.flight_page import leg_instants, write_flight_page
 from minsnap.flight.tracking.simulated_log import simulated_log

@@ -1,0 +1,205 @@
+"""NumPy archives, pandas' tables and Parquet."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.archive import read_archive
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.reading import check_size, reading
+from minsnap.errors import FileError
+from minsnap.files.format import Format
+from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
+from minsnap.files.frames import get_frame, map_samples
+from minsnap.files.setpoint_csv import COLUMNS, GROUPS, columns_of, samples_of
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import ARRAYS, VECTORS, Samples
+from minsnap.trajectory.trajectory import Trajectory
+
+
+def checked_samples(samples: Samples) -> Samples:
+    """Return samples unchanged.
+
+    Raises
+    ------
+    FileError
+        If an array has another shape than the instants and the position ask for, a number is not finite, or the
+        instants do not increase.
+    """
+    count, dim = np.shape(samples.t), np.shape(samples.position)[1:]
+    if len(count) != 1 or not count[0] or len(dim) != 1 or not dim[0]:
+        raise FileError(f"samples have instants (m,) and positions (m, dim), not {count} and {samples.position.shape}")
+    if not (np.isfinite(samples.lead) and samples.lead >= 0.0):
+        raise FileError(f"the lead is {samples.lead} s: it must be 0 or more")
+    for name in ARRAYS:
+        values = getattr(samples, name)
+        if values is None:
+            continue
+        wanted = (*count, *dim) if name in VECTORS else count
+        if values.shape != wanted:
+            raise FileError(f"{name} has the shape {values.shape}, and the instants ask for {wanted}")
+        if not np.isfinite(values).all():
+            raise FileError(f"{name} holds a number that is not finite")
+    late = np.flatnonzero(np.diff(samples.t) <= 0.0)
+    if late.size:
+        raise FileError(f"instant {late[0] + 1} is not after the one before: instants must increase")
+    return samples
+
+
+def to_dataframe(samples: Samples, frame: str = "enu") -> Any:
+    """Return a pandas.DataFrame; its ``attrs["frame"]`` names the frame, ``attrs["lead"]`` a lead.
+
+    Parameters
+    ----------
+    samples : Samples
+        Three coordinates, z-up world axes.
+    frame : str
+        Of the table.
+
+    Raises
+    ------
+    ImportError
+        If pandas is not installed.
+    FileError
+        If the samples have another number of coordinates.
+    """
+    pandas = _pandas()
+    if samples.position.shape[1] != 3:
+        dim = samples.position.shape[1]
+        raise FileError(f"a table has x, y and z, and the samples have {dim} coordinates: write them with an altitude")
+    table = pandas.DataFrame(columns_of(map_samples(samples, "enu", frame)))
+    table.attrs["frame"] = get_frame(frame).name
+    if samples.lead:
+        table.attrs["lead"] = samples.lead
+    return table
+
+
+def from_dataframe(table: Any) -> Samples:
+    """Return the samples of a table, in the frame that its ``attrs`` name, else ENU.
+
+    Raises
+    ------
+    FileError
+        If a column is missing.
+    """
+    missing = [name for name in ("t", *GROUPS["position"]) if name not in table.columns]
+    if missing:
+        raise FileError(f"the table has no column {', '.join(missing)}")
+    columns = {name: table[name].to_numpy(np.float64) for name in COLUMNS if name in table.columns}
+    samples = samples_of(columns, float(table.attrs.get("lead", 0.0)))
+    return map_samples(samples, table.attrs.get("frame", "enu"), "enu")
+
+
+def write_parquet(samples: Samples, path: str | os.PathLike[str], frame: str = "enu", *, clobber: bool = True) -> None:
+    """Write samples as a Parquet file that names its frame.
+
+    Raises
+    ------
+    ImportError
+        If pandas or pyarrow is not installed.
+    """
+    table = to_dataframe(samples, frame)
+    with atomic_write(path, "wb", clobber=clobber) as file:
+        table.to_parquet(file, engine="pyarrow", index=False)
+
+
+def read_parquet(path: str | os.PathLike[str]) -> Samples:
+    """Read such a file, or any Parquet file with its columns.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read or lacks columns.
+    ImportError
+        If pandas or pyarrow is not installed.
+    """
+    pandas = _pandas()
+    check_size(path)
+    with reading(path, "a Parquet file"):
+        return checked_samples(from_dataframe(pandas.read_parquet(path, engine="pyarrow")))
+
+
+def _pandas() -> Any:
+    try:
+        import pandas
+        import pyarrow  # noqa: F401 - asked for by name below
+    except ImportError:
+        raise ImportError("tables need pandas and pyarrow: pip install minsnap[tables]") from None
+    return pandas
+
+
+_HEADING = ("angle", "control_points", "durations")
+_KNOWN = (*ARRAYS, "lead", "control_points", "durations", *(f"yaw_{name}" for name in _HEADING), "yaw_rule", "frame")
+
+
+def write_npz(source: Path | Samples, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+    """Write a trajectory or samples, in z-up world axes (the archive's ``frame`` says ``enu``).
+
+    A shape is written as polynomials within 1e-6 m of it.
+    A constant or planned heading, one along the velocity, from the tilt or towards a point is kept exactly. Any other
+    is approximated by polynomials within one milliradian, or refused.
+
+    Raises
+    ------
+    YawError
+        If a heading is no polynomial.
+    """
+    arrays = _of_samples(source) if isinstance(source, Samples) else _of_trajectory(polynomials_of(source)[0])
+    with atomic_write(path, "wb", clobber=clobber) as file:
+        np.savez_compressed(file, frame=np.array("enu"), **arrays)  # type: ignore[arg-type]
+
+
+def _of_samples(samples: Samples) -> dict[str, FloatArray]:
+    arrays = {name: getattr(samples, name) for name in ARRAYS if getattr(samples, name) is not None}
+    return arrays | ({"lead": np.array(samples.lead)} if samples.lead else {})
+
+
+def _of_trajectory(trajectory: Trajectory) -> dict[str, FloatArray]:
+    arrays = {"control_points": trajectory.control_points, "durations": trajectory.durations}
+    heading = yaw_description(trajectory)
+    if "rule" in heading:
+        return arrays | {"yaw_rule": np.array(json.dumps(heading))}
+    return arrays | {f"yaw_{name}": np.array(value) for name, value in heading.items()}
+
+
+def read_npz(path: str | os.PathLike[str]) -> Trajectory | Samples:
+    """Read what :func:`write_npz` wrote.
+
+    Raises
+    ------
+    FileError
+        If it is no such archive.
+    """
+    arrays = read_archive(path)
+    unknown = sorted(set(arrays) - set(_KNOWN))
+    if unknown:
+        raise FileError(f"{path} holds {shown(unknown[0])}, which neither a trajectory nor samples have")
+    with reading(path, "a trajectory or samples"):
+        if "control_points" in arrays and "durations" in arrays:
+            curve = Trajectory(arrays["control_points"], arrays["durations"])
+            return headed(curve, _heading(arrays))
+        if "t" in arrays and "position" in arrays:
+            lead = float(arrays.get("lead", np.array(0.0)))
+            return checked_samples(Samples(**{name: arrays[name] for name in ARRAYS if name in arrays}, lead=lead))
+    raise FileError(f"{path} holds neither a trajectory (control_points, durations) nor samples (t, position)")
+
+
+def _heading(arrays: dict[str, FloatArray]) -> dict[str, Any]:
+    """Return the heading as :func:`yaw_description` does; archives without a frame may lack it."""
+    if "yaw_rule" in arrays:
+        return dict(json.loads(str(arrays["yaw_rule"])))
+    if "frame" in arrays and not {"yaw_angle", "yaw_control_points"} & arrays.keys():
+        raise FileError("its heading is missing")
+    return {"angle": 0.0} | {name: arrays[f"yaw_{name}"] for name in _HEADING if f"yaw_{name}" in arrays}
+
+
+FORMATS = (
+    Format("npz", "either", (".npz",), write_npz, (".npz",), read_npz),
+    Format("parquet", "samples", (".parquet",), write_parquet, (".parquet",), read_parquet, frame=""),
+)
