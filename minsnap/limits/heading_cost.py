@@ -28,9 +28,8 @@ def fixed_yaw_notes(limits: Limits | None, traj: Trajectory) -> tuple[str, ...]:
     """
     if not isinstance(limits, VehicleLimits):
         return ()
-    medium = limits.medium
-    spinless = TiltHeading(traj, 0.0, medium.gravity, (medium.linear, medium.quadratic))
-    fixed, free = (_used(limits, curve) for curve in (traj, traj.with_yaw(spinless)))
+    spinless = traj.with_yaw(TiltHeading(traj, medium=limits.medium))
+    fixed, free = (_used(limits, curve) for curve in (traj, spinless))
     if fixed - free <= NOTICEABLE:
         return ()
     return (

@@ -17,7 +17,7 @@ from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, wrap
 from minsnap.trajectory.look_at import LookAt, heading_at
-from minsnap.trajectory.medium import Medium
+from minsnap.trajectory.medium import AIRLESS
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
@@ -25,9 +25,6 @@ from minsnap.trajectory.velocity_heading import Velocity
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
-
-AIRLESS = Medium()
-"""Gravity without drag."""
 
 MANY_TURNS = 4.0 * np.pi
 """Angle beyond which a yaw looks like degrees [rad]."""
@@ -70,9 +67,8 @@ def chosen_heading(yaw: Yaw, legs: int, closed: bool, limits: Limits | None = No
     if isinstance(yaw, str):
         if yaw not in ("velocity", "tilt"):
             raise _unknown(yaw)
-        drag = medium.linear, medium.quadratic
         if yaw == "tilt":
-            return lambda curve: TiltHeading(curve, 0.0, medium.gravity, drag)
+            return lambda curve: TiltHeading(curve, medium=medium)
         yaw = Velocity()
     if isinstance(yaw, Velocity):
         return yaw.within(limit).heading

@@ -8,9 +8,8 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.margins import margin_to
 from minsnap.corridors.tubes import Tube
 from minsnap.optimisation.solved_task import NATIVE
-from minsnap.trajectory.report import Report, steps_of
+from minsnap.trajectory.report import Report, steps_of, unlimited_notes
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.unlimited import unlimited_notes
 
 
 @dataclass(frozen=True, eq=False)

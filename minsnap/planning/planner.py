@@ -41,9 +41,8 @@ from minsnap.optimisation.task import Task
 from minsnap.time_allocation.resting import resting_plan
 from minsnap.time_allocation.search_options import USUAL, Search, check_search
 from minsnap.time_allocation.timing import Timed, Timing
-from minsnap.trajectory.report import Progress, Report
+from minsnap.trajectory.report import Progress, Report, unlimited_notes
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.unlimited import unlimited_notes
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits

@@ -9,9 +9,10 @@ retrospective", Computer Aided Geometric Design 29 (2012).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
-from math import comb, factorial
+from math import comb, perm
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,65 +20,52 @@ from numpy.typing import NDArray
 
 from minsnap.basics.arrays import FloatArray
 
-Rational = list[list[Fraction]]
+Rational = NDArray[Any]
+"""A matrix of exact rationals: objects, whose sums and products numpy leaves to them."""
 Floating = TypeVar("Floating", np.float64, np.longdouble)
 
 
+def _exact(rows: int, columns: int, entry: Callable[[int, int], Any]) -> Rational:
+    """Return the matrix of an entry for each row and column."""
+    return np.array([[Fraction(entry(i, j)) for j in range(columns)] for i in range(rows)])
+
+
 def _rounded(matrix: Rational) -> FloatArray:
-    constant = np.array([[float(value) for value in row] for row in matrix])
+    constant = matrix.astype(np.float64)
     constant.flags.writeable = False
     return constant
 
 
-def _product(left: Rational, right: Rational) -> Rational:
-    columns = list(zip(*right, strict=True))
-    return [[sum((a * b for a, b in zip(row, col, strict=True)), Fraction(0)) for col in columns] for row in left]
-
-
-def _transpose(matrix: Rational) -> Rational:
-    return [list(row) for row in zip(*matrix, strict=True)]
-
-
 def _difference(degree: int, order: int) -> Rational:
     """Control points of a degree-n polynomial to those of its derivative of that order."""
-    size = degree - order + 1
-    factor = Fraction(factorial(degree), factorial(degree - order))
-    return [
-        [
-            factor * (-1) ** (order - j + i) * comb(order, j - i) if 0 <= j - i <= order else Fraction(0)
-            for j in range(degree + 1)
-        ]
-        for i in range(size)
-    ]
+
+    def entry(i: int, j: int) -> Any:
+        return (-1) ** (order - j + i) * comb(order, j - i) if 0 <= j - i <= order else 0
+
+    return perm(degree, order) * _exact(degree - order + 1, degree + 1, entry)
 
 
 def _bernstein_gram(degree: int) -> Rational:
     r"""Return :math:`\int_0^1 B_i B_j = \binom{n}{i}\binom{n}{j} / ((2n+1)\binom{2n}{i+j})`."""
-    return [
-        [
-            Fraction(comb(degree, i) * comb(degree, j), (2 * degree + 1) * comb(2 * degree, i + j))
-            for j in range(degree + 1)
-        ]
-        for i in range(degree + 1)
-    ]
+
+    def entry(i: int, j: int) -> Fraction:
+        return Fraction(comb(degree, i) * comb(degree, j), (2 * degree + 1) * comb(2 * degree, i + j))
+
+    return _exact(degree + 1, degree + 1, entry)
 
 
 def _exact_gram(degree: int, order: int) -> Rational:
     difference = _difference(degree, order)
-    return _product(_product(_transpose(difference), _bernstein_gram(degree - order)), difference)
-
-
-def _exact_start_map(degree: int) -> Rational:
-    half = (degree + 1) // 2
-    return [[Fraction(comb(j, i) * factorial(degree - i), factorial(degree)) for i in range(half)] for j in range(half)]
+    return difference.T @ _bernstein_gram(degree - order) @ difference
 
 
 def _exact_ends_map(degree: int) -> Rational:
+    """End derivatives to control points: a block for the start, and its mirror image for the end."""
     half = (degree + 1) // 2
-    start = _exact_start_map(degree)
-    zeros = [Fraction(0)] * half
-    lower = [[(-1) ** i * value for i, value in enumerate(row)] for row in reversed(start)]
-    return [row + zeros for row in start] + [zeros + row for row in lower]
+    start = _exact(half, half, lambda j, i: Fraction(comb(j, i), perm(degree, i)))
+    whole = np.full((2 * half, 2 * half), Fraction(0))
+    whole[:half, :half], whole[half:, half:] = start, start[::-1] * (-1) ** np.arange(half)
+    return whole
 
 
 @cache
@@ -115,7 +103,7 @@ def gram(degree: int, order: int) -> FloatArray:
 def exact_ends_gram(degree: int) -> Rational:
     """Gram matrix of the k-th derivative in end derivatives, degree 2k - 1: 2k rows of 2k rationals."""
     ends = _exact_ends_map(degree)
-    return _product(_product(_transpose(ends), _exact_gram(degree, (degree + 1) // 2)), ends)
+    return ends.T @ _exact_gram(degree, (degree + 1) // 2) @ ends
 
 
 @cache
@@ -127,8 +115,7 @@ def ends_gram(degree: int) -> FloatArray:
 @cache
 def ends_to_highest(degree: int) -> FloatArray:
     """Matrix from end derivatives to the control points of the k-th derivative, degree 2k - 1: shape (k, 2k)."""
-    half = (degree + 1) // 2
-    return _rounded(_product(_difference(degree, half), _exact_ends_map(degree)))
+    return _rounded(_difference(degree, (degree + 1) // 2) @ _exact_ends_map(degree))
 
 
 @cache
@@ -147,21 +134,17 @@ def gram_root(degree: int) -> FloatArray:
 @cache
 def points_to_powers(degree: int) -> FloatArray:
     """Matrix from control points to the coefficients of 1, s, s², …: shape (degree + 1, degree + 1)."""
-    return _rounded(
-        [
-            [
-                Fraction((-1) ** (i - j) * comb(degree, i) * comb(i, j)) if j <= i else Fraction(0)
-                for j in range(degree + 1)
-            ]
-            for i in range(degree + 1)
-        ]
-    )
+
+    def entry(i: int, j: int) -> Any:
+        return (-1) ** (i + j) * comb(degree, i) * comb(i, j)
+
+    return _rounded(_exact(degree + 1, degree + 1, entry))
 
 
 @cache
 def powers_to_points(degree: int) -> FloatArray:
     """Matrix from the coefficients of 1, s, s², … to control points: shape (degree + 1, degree + 1)."""
-    return _rounded([[Fraction(comb(j, i), comb(degree, i)) for i in range(degree + 1)] for j in range(degree + 1)])
+    return _rounded(_exact(degree + 1, degree + 1, lambda j, i: Fraction(comb(j, i), comb(degree, i))))
 
 
 @cache

@@ -18,12 +18,7 @@ from minsnap.limits.vehicle_drag import medium_of
 from minsnap.native.shortest_time import InstantKind, InstantLimit
 from minsnap.time_allocation.initial_guess import stop_and_go_times
 from minsnap.trajectory.heading import Heading
-from minsnap.trajectory.look_at import LookAtHeading
-from minsnap.trajectory.velocity_heading import SLOW, SLOW_SHARE, VelocityHeading
 from minsnap.vehicle.quadrotor import Quadrotor
-
-HELD_ROOM = 10.0
-"""Allowance of a turn where a heading along the velocity is held, for rest; in units of the limit at typical speed."""
 
 
 def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray) -> list[InstantLimit]:
@@ -51,21 +46,9 @@ def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray)
     if isinstance(limits, VehicleLimits):
         entries.append(_rotors(limits.vehicle, limits.reserve, None if heading is None else heading.constant))
     if limits.yaw_rate is not None and heading is not None:
-        typical = float(lengths.mean()), float((lengths / stop_and_go_times(lengths, limits)).mean())
-        entries += _turns(limits.yaw_rate, heading, typical)
+        speed = float((lengths / stop_and_go_times(lengths, limits)).mean())
+        entries += heading.rate_limits(limits.yaw_rate, float(lengths.mean()), speed)
     return [replace(one, parameters=tuple(float(f"{value:.13g}") for value in one.parameters)) for one in entries]
-
-
-def _turns(limit: float, heading: Heading, typical: tuple[float, float]) -> list[InstantLimit]:
-    """Rate of a heading along the velocity or towards a point; what is typical is a length and a speed [m], [m/s]."""
-    length, speed = typical
-    if isinstance(heading, VelocityHeading):
-        held = min(SLOW, SLOW_SHARE * speed) if heading.hold_below is None else heading.hold_below
-        return [InstantLimit(InstantKind.HEADING_RATE, (limit, speed, held, HELD_ROOM))]
-    if isinstance(heading, LookAtHeading):
-        east, north = map(float, heading.target.point[:2])
-        return [InstantLimit(InstantKind.LOOK_RATE, (limit, east, north, length))]
-    return []
 
 
 def _rotors(vehicle: Quadrotor, reserve: float, yaw: float | None) -> InstantLimit:

@@ -45,11 +45,8 @@ from minsnap.time_allocation.timing import AttachHeading, Run, Timing
 from minsnap.time_allocation.yaw_pace import paced
 from minsnap.trajectory.cut_pieces import LONGEST_PIECE
 from minsnap.trajectory.heading import Heading
-from minsnap.trajectory.look_at import LookAtHeading
-from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.velocity_heading import VelocityHeading
 
 VANISHING = 1e-6
 """Share of the first total below which nothing limits the time."""
@@ -129,7 +126,7 @@ class Strategy:
     def solve(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
         """Search, for a price of time or for the least time, with the rate of the yaw where it matters."""
         heading = self._heading()
-        turns = self.limits.yaw_rate is not None and isinstance(heading, VelocityHeading | PlannedHeading)
+        turns = self.limits.yaw_rate is not None and heading is not None and heading.limited_last
         known = heading is None or heading.constant is not None or heading.medium is not None
         far = NOT_LONGER if known or self.limits.yaw_rate is not None else ANY
         question = replace(question_of(self.task, self.limits, self.timing.refine, heading, guess), price=price)
@@ -160,7 +157,8 @@ class Strategy:
     def _softer(self, heading: Heading | None) -> Guess | None:
         """Search with higher rates first: from rest the way around free fall, or around a point, is hard to find."""
         names = ["body_rate"] if self.limits.body_rate is not None else []
-        names += ["yaw_rate"] if isinstance(heading, LookAtHeading) and self.limits.yaw_rate is not None else []
+        soft = self.limits.yaw_rate is not None and heading is not None and heading.limited_softly
+        names += ["yaw_rate"] if soft else []
         if not names:
             return None
         limits = replace(self.limits, **{name: SOFTER * getattr(self.limits, name) for name in names})
@@ -185,7 +183,7 @@ class Strategy:
         task = replace(self.task, pieces=solved.task.pieces)
         guess = guess_of(solved.trajectory, task)
         assert guess is not None and self.limits.yaw_rate is not None
-        if isinstance(heading, PlannedHeading):
+        if heading is not None and heading.polynomial is not None:
             curve = self.finish(solved.trajectory)
             least = paced(curve, self.finish, self.limits.yaw_rate)
             if least is None:

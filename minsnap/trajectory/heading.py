@@ -13,6 +13,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import YawError
+from minsnap.native.shortest_time import InstantLimit
 from minsnap.trajectory.instants import as_instants, check_order
 from minsnap.trajectory.medium import Medium
 
@@ -35,6 +36,12 @@ class Heading:
 
     medium: Medium | None = None
     """Gravity and drag from which the yaw follows, where the body never spins about its thrust axis."""
+
+    limited_last: bool = False
+    """Whether a search for times keeps a limit on its rate only from a curve on that keeps all others."""
+
+    limited_softly: bool = False
+    """Whether such a search begins with a higher limit: from rest at every waypoint its rate is hard to keep."""
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Yaw (order 0) or its derivative at ``t``: any shape in, the same shape out."""
@@ -73,6 +80,18 @@ class Heading:
     def largest_rate(self, start: float, end: float) -> Largest | None:
         """Return the largest rate between two instants [s], exact; None where it has no exact measure."""
         return None
+
+    def rate_limits(self, most: float, length: float, speed: float) -> list[InstantLimit]:
+        """Return what keeps its rate in a search for times; none where that does not depend on the curve alone.
+
+        Parameters
+        ----------
+        most : float
+            [rad/s].
+        length, speed : float
+            What is typical of a leg [m], [m/s].
+        """
+        return []
 
     @property
     def largest_jerk(self) -> float:

@@ -1,6 +1,8 @@
-"""Checks of the instants and orders of derivatives at which paths and headings are evaluated."""
+"""Instants at which paths and headings are evaluated, and checks of these and of the orders of derivatives."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +28,15 @@ def within(t: FloatArray, duration: float) -> FloatArray:
     if np.isnan(flat).any():
         raise IntervalError("an instant is not a number: give seconds")
     return np.asarray(np.clip(flat, 0.0, duration))
+
+
+def parted_instants(path: Any, parts: int, otherwise: int) -> FloatArray:
+    """Return instants that cut every polynomial, or the whole of another path, into equal parts, both ends included."""
+    breaks = getattr(path, "breaks", None)
+    if breaks is None:
+        return np.linspace(0.0, path.duration, otherwise + 1)
+    inner = breaks[:-1, None] + np.diff(breaks)[:, None] * (np.arange(parts) / parts)
+    return np.append(inner.reshape(-1), path.duration)
 
 
 def check_instants(t: FloatArray, duration: float) -> None:

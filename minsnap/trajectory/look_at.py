@@ -14,14 +14,15 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, bounded, numbers
 from minsnap.basics.checks import check_array
 from minsnap.errors import YawError
+from minsnap.native.shortest_time import InstantKind, InstantLimit
 from minsnap.trajectory.heading import Heading, Largest, nearest_turn
-from minsnap.trajectory.instants import as_instants, check_order, within
+from minsnap.trajectory.instants import as_instants, check_order, parted_instants, within
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_look_rate
 
-TURN_SAMPLES = 256
-"""Instants a polynomial piece, or a 64th of another path, at which turns around the point are counted at least."""
+TURN_SAMPLES, PARTS = 256, 64
+"""Instants a polynomial piece at which turns around the point are counted at least, and parts of another path."""
 
 NEAREST = 1e-3
 """Least horizontal distance from which a point can be looked at [m]."""
@@ -83,6 +84,8 @@ class LookAtHeading(Heading):
         If the path has one coordinate, or passes nearer than a millimetre to the point.
     """
 
+    limited_softly = True
+
     def __init__(self, path: Path, target: LookAt) -> None:
         if path.dim < 2:
             raise YawError("a yaw towards a point needs at least two coordinates, this path has one")
@@ -111,6 +114,11 @@ class LookAtHeading(Heading):
         """Return that at which the vector to the point turns along a trajectory."""
         path = self.path
         return largest_look_rate(path, self.target.point, start, end) if isinstance(path, Trajectory) else None
+
+    def rate_limits(self, most: float, length: float, speed: float) -> list[InstantLimit]:
+        """Return the limit on the turns of the vector to the point."""
+        east, north = map(float, self.target.point[:2])
+        return [InstantLimit(InstantKind.LOOK_RATE, (most, east, north, length))]
 
     def rule(self, curve: Path) -> dict[str, Any] | None:
         """Return the rule with its point."""
@@ -144,7 +152,7 @@ class LookAtHeading(Heading):
     @cached_property
     def _table(self) -> tuple[FloatArray, Any, FloatArray]:
         """Instants between which the yaw turns by less than a quarter, the vectors there, and the yaw."""
-        grid = _instants(self.path)
+        grid = parted_instants(self.path, TURN_SAMPLES, PARTS * TURN_SAMPLES)
         while True:
             w = self._spoke(grid, 0)
             if np.abs(w).min() == 0.0:
@@ -155,14 +163,6 @@ class LookAtHeading(Heading):
                 break
             grid = np.sort(np.concatenate((grid, (grid[wide] + grid[wide + 1]) / 2.0)))
         return grid, w, np.angle(w[0]) + np.concatenate(([0.0], np.cumsum(step)))
-
-
-def _instants(path: Path) -> FloatArray:
-    """Return instants that divide every polynomial, or the whole of another path, into small parts."""
-    breaks = getattr(path, "breaks", None)
-    knots = np.linspace(0.0, path.duration, 65) if breaks is None else np.asarray(breaks)
-    parts = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(TURN_SAMPLES) / TURN_SAMPLES
-    return np.append(parts.reshape(-1), path.duration)
 
 
 def heading_at(function: Callable[[Any], Any], t: FloatArray) -> FloatArray:

@@ -85,6 +85,10 @@ class Medium:
         return np.asarray(size + share * inner(force, velocity) / np.where(size == 0.0, np.inf, size))
 
 
+AIRLESS = Medium()
+"""Gravity without drag."""
+
+
 def norm(vectors: FloatArray, floor: float = 0.0) -> FloatArray:
     """Euclidean norm over the last axis, analytic, so that complex steps pass through it."""
     return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1) + floor))

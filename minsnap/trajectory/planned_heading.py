@@ -23,6 +23,7 @@ class PlannedHeading(Heading):
     """
 
     trajectory: Trajectory
+    limited_last = True
 
     @property
     def polynomial(self) -> Trajectory:

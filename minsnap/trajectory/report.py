@@ -1,19 +1,27 @@
-"""Records of a plan: how durations were searched, how far limits are used, how the plan was made."""
+"""Records of a plan: how durations were searched, how far limits are used, how it was made, what is out of the way."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from math import degrees
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.cards import card, strip_svg
 from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.basics.tolerances import EXACT
-from minsnap.trajectory.unlimited import Spatial, unlimited_notes
+
+NOTED = (
+    ("speed", 1, 15.0, "m/s", frozenset({"speed"})),
+    ("acceleration", 2, 2.0 * GRAVITY, "m/s²", frozenset({"acceleration", "max_thrust", "rotor_thrust"})),
+)
+"""Quantity, order of the derivative, greatest value that is left unsaid, unit, and the limits that bound it."""
+
+SPANS = 2.0
+"""Greatest extent of a path, over that of its waypoints, that is left unsaid."""
 
 
 @dataclass(frozen=True)
@@ -161,7 +169,7 @@ class Report:
     notes: tuple[str, ...] = ()
     limits_from: float = 0.0
 
-    def report(self, curve: HasCost) -> Report:
+    def report(self, curve: Any) -> Report:
         """Return itself: what makes the report of a curve may be one."""
         return self
 
@@ -194,14 +202,6 @@ class Report:
         return card("Report", [("cost", f"{self.cost:.6g}"), *self.facts()], search)
 
 
-class HasCost(Spatial, Protocol):
-    """A curve that knows its cost."""
-
-    def cost(self) -> float:
-        """Return the integral of the squared norm of the derivative that its plan minimises."""
-        ...
-
-
 class LinearSystem(NamedTuple):
     """What is known of a plan without walls when it is made; its report is made when somebody asks for it.
 
@@ -220,8 +220,47 @@ class LinearSystem(NamedTuple):
     core: str
     history: FloatArray | None = None
 
-    def report(self, curve: HasCost) -> Report:
+    def report(self, curve: Any) -> Report:
         """Return the report of the plan."""
         milliseconds, steps = 1e3 * (self.ended - self.began), steps_of(self.history)
         notes = unlimited_notes(curve)
         return Report("banded", 0, 0, curve.cost(), None, milliseconds, steps=steps, core=self.core, notes=notes)
+
+
+def unlimited_notes(curve: Any, limited: Collection[str] = ()) -> tuple[str, ...]:
+    """Return sentences about greatest values that no limit bounds: beyond 15 m/s, 2 g, twice the span of the waypoints.
+
+    Parameters
+    ----------
+    curve : Trajectory
+        Its waypoints are taken where its legs begin and end.
+    limited : collection of str
+        Names of the limits that it was planned with.
+
+    Returns
+    -------
+    tuple of str
+        Empty for an ordinary path, and for one of more than three coordinates, which need not be metres.
+    """
+    if curve.dim > 3:
+        return ()
+    open_ = [noted for noted in NOTED if not noted[-1].intersection(limited)]
+    reached = [curve.max_norm(order)[0] for _, order, *_ in open_]
+    notes = [
+        f"the {name} is not limited and reaches {value:.4g} {unit}"
+        for (name, _, most, unit, _), value in zip(open_, reached, strict=True)
+        if value > most
+    ]
+    return (*notes, *_extent_note(curve))
+
+
+def _extent_note(curve: Any) -> list[str]:
+    """Return a sentence if the path goes far beyond its waypoints along an axis."""
+    points = curve(curve.leg_breaks)
+    span = float(np.ptp(points, axis=0).max())
+    reach = max(np.subtract(*curve.extent(axis)[::-1]) for axis in np.eye(curve.dim))
+    if not reach > SPANS * span > 0.0:
+        return []
+    return [
+        f"the path goes over {reach:.4g} m along an axis, and its waypoints over {span:.4g} m: limit it, or give a Room"
+    ]

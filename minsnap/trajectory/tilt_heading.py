@@ -8,19 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import GRAVITY, FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.errors import YawError
 from minsnap.trajectory.heading import Heading, Largest, nearest_turn
 from minsnap.trajectory.instants import as_instants, check_order, within
-from minsnap.trajectory.medium import Medium
+from minsnap.trajectory.medium import AIRLESS, Medium
 from minsnap.trajectory.path import Path
-from minsnap.trajectory.transport import (
-    Frame,
-    Transport,
-    carried,
-    least_rotation,
-    lift_of,
-)
+from minsnap.trajectory.transport import Frame, Transport, carried, least_rotation, lift_of
 
 CELL_SAMPLES = 16
 """Instants a cell at which the turns of the yaw are counted."""
@@ -46,10 +40,8 @@ class TiltHeading(Heading):
         Of two or three coordinates, z up.
     angle : float
         Turn about the thrust axis at the start, from the least rotation from upright [rad].
-    gravity : float
-        [m/s^2].
-    drag : tuple of 2 floats
-        Linear and quadratic drag per mass across the thrust axis [1/s], [1/m]; see :mod:`minsnap.trajectory.medium`.
+    medium : Medium
+        Gravity, and drag across the thrust axis; drag along it does not matter.
 
     Raises
     ------
@@ -57,13 +49,12 @@ class TiltHeading(Heading):
         If the path has one coordinate, or more than three.
     """
 
-    def __init__(
-        self, path: Path, angle: float = 0.0, gravity: float = GRAVITY, drag: tuple[float, float] = (0.0, 0.0)
-    ) -> None:
+    medium: Medium
+
+    def __init__(self, path: Path, angle: float = 0.0, medium: Medium = AIRLESS) -> None:
         if path.dim not in (2, 3):
             raise YawError(f"a heading from the tilt needs two or three coordinates, this path has {path.dim}")
-        self.path, self.angle, self.gravity = path, float(angle), float(gravity)
-        self.drag = float(drag[0]), float(drag[1])
+        self.path, self.angle, self.medium = path, float(angle), Medium(*medium.values[:3])
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Yaw, yaw rate or yaw acceleration (order 0, 1, 2) at ``t``, in the shape of ``t``.
@@ -92,12 +83,12 @@ class TiltHeading(Heading):
     def on(self, curve: Path, start: float = 0.0, rate: float = 1.0) -> TiltHeading:
         """Return the heading of another path that begins as this one is turned at an instant [s]."""
         if start == 0.0:
-            return TiltHeading(curve, self.angle, self.gravity, self.drag)
+            return TiltHeading(curve, self.angle, self.medium)
         at, upright = np.array([start]), np.zeros(1, dtype=np.bool_)
         level = least_rotation(lift_of(self.path, self.medium, at)[0], upright)
         x = self.axes(at)[0]
         angle = np.arctan2((x * level[1]).sum(), (x * level[0]).sum())
-        return TiltHeading(curve, float(angle), self.gravity, self.drag)
+        return TiltHeading(curve, float(angle), self.medium)
 
     def by_rule(self, curve: Path) -> TiltHeading:
         """Return the heading from the tilt of another path that begins with the same turn."""
@@ -115,12 +106,8 @@ class TiltHeading(Heading):
         """Return the rule with gravity and drag."""
         if not curve.is_like(self.path):
             return None
-        return {"rule": "tilt", "angle_at_start": self.angle, "gravity": self.gravity, "drag": list(self.drag)}
-
-    @property
-    def medium(self) -> Medium:  # type: ignore[override]
-        """Gravity and drag from which the yaw follows."""
-        return Medium(self.gravity, *self.drag)
+        gravity, *drag = self.medium.values[:3]
+        return {"rule": "tilt", "angle_at_start": self.angle, "gravity": gravity, "drag": drag}
 
     @cached_property
     def _transport(self) -> Transport:

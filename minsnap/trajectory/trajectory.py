@@ -29,7 +29,6 @@ from minsnap.trajectory.heading import ConstantHeading, Heading, YawFunction, as
 from minsnap.trajectory.instants import check_order
 from minsnap.trajectory.norm_maxima import extent_along, norm_maxima
 from minsnap.trajectory.path import Path
-from minsnap.trajectory.scipy_forms import bpoly_of, pieces_of_bpoly, pieces_of_ppoly, ppoly_of
 
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly, PPoly
@@ -365,21 +364,30 @@ class Trajectory(ReadOnly, Path):
 
     def to_ppoly(self) -> PPoly:
         """Return the same curve as scipy.interpolate.PPoly: local powers of seconds, descending."""
-        return ppoly_of(self.control_points, self.durations, self.breaks)
+        from scipy.interpolate import PPoly
+
+        return PPoly.from_bernstein_basis(self.to_bpoly())
 
     @classmethod
     def from_ppoly(cls, ppoly: PPoly, yaw: Heading | None = None) -> Trajectory:
         """Take over a scipy.interpolate.PPoly of one trailing dimension; its first break becomes time 0."""
-        return cls(*pieces_of_ppoly(ppoly), yaw or ConstantHeading())
+        from scipy.interpolate import BPoly
+
+        return cls.from_bpoly(BPoly.from_power_basis(ppoly), yaw)
 
     def to_bpoly(self) -> BPoly:
         """Return the same curve as scipy.interpolate.BPoly: the control points as they are."""
-        return bpoly_of(self.control_points, self.breaks)
+        from scipy.interpolate import BPoly
+
+        return BPoly(self.control_points.transpose(1, 0, 2), self.breaks)
 
     @classmethod
     def from_bpoly(cls, bpoly: BPoly, yaw: Heading | None = None) -> Trajectory:
         """Take over a scipy.interpolate.BPoly of one trailing dimension; its first break becomes time 0."""
-        return cls(*pieces_of_bpoly(bpoly), yaw or ConstantHeading())
+        points = bpoly.c
+        if points.ndim not in (2, 3):
+            raise WaypointError(f"a piecewise polynomial must have one trailing dimension, not {points.ndim - 2}")
+        return cls(points.reshape(*points.shape[:2], -1).swapaxes(0, 1), np.diff(bpoly.x), yaw or ConstantHeading())
 
 
 def costs_of_pieces(points: FloatArray, durations: FloatArray, order: int) -> FloatArray:

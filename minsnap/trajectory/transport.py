@@ -26,6 +26,7 @@ from functools import cache
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.trajectory.instants import parted_instants
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
 
@@ -105,8 +106,7 @@ def carried(path: Path, angle: float, medium: Medium) -> Transport:
         About the thrust axis at the start, from the least rotation [rad].
     medium : Medium
     """
-    breaks = getattr(path, "breaks", None)
-    grid = np.linspace(0.0, path.duration, CELLS + 1) if breaks is None else np.asarray(breaks)
+    grid = parted_instants(path, 1, CELLS)
     start, width, done = grid[:-1], np.diff(grid), []
     for depth in range(DEPTH + 1):
         below, series, rough = _series(path, medium, start, width)

@@ -12,9 +12,10 @@ import numpy.typing as npt
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.checks import check_positive
 from minsnap.errors import YawError
+from minsnap.native.shortest_time import InstantKind, InstantLimit
 from minsnap.trajectory.heading import Heading, Largest, nearest_turn
 from minsnap.trajectory.held_turns import HeadingTable, Turns, turns_of
-from minsnap.trajectory.instants import as_instants, check_order, within
+from minsnap.trajectory.instants import as_instants, check_order, parted_instants, within
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_turn_within
@@ -24,6 +25,9 @@ HELD_RATE = 2.0
 
 SLOW, SLOW_SHARE = 0.5, 0.1
 """Horizontal speed below which the heading is held, by default: 0.5 m/s, or that share of the top one if less."""
+
+HELD_ROOM = 10.0
+"""Allowance of a turn in a search where the heading is held, for rest; in units of the limit at typical speed."""
 
 RESTING = 1e-6
 """Share of the top speed, climbing included, that no horizontal speed exceeds where a path only climbs."""
@@ -95,13 +99,15 @@ class VelocityHeading(Heading):
         If the path has fewer than two coordinates or never moves horizontally, or a parameter is not positive.
     """
 
+    limited_last = True
+
     def __init__(self, path: Path, yaw_rate: float | None = None, hold_below: float | None = None) -> None:
         if path.dim < 2:
             raise YawError("a yaw along the velocity needs at least two coordinates, this path has one")
         self.path = path
         self.yaw_rate = HELD_RATE if yaw_rate is None else check_positive("yaw_rate", yaw_rate, "rad/s", YawError)
         self.hold_below = None if hold_below is None else check_positive("hold_below", hold_below, "m/s", YawError)
-        self._grid = _turning_grid(path)
+        self._grid = parted_instants(path, TURN_SAMPLES, 4095)
         velocity = path(self._grid, 1)
         speed = np.linalg.norm(velocity[:, :2], axis=1)
         if not speed.max() > RESTING * np.linalg.norm(velocity, axis=1).max():
@@ -147,6 +153,11 @@ class VelocityHeading(Heading):
             return None
         start, end = max(start, 0.0), min(end, path.duration)
         return max(self.held_rate(start, end), largest_turn_within(path, self.followed.clip(start, end)))
+
+    def rate_limits(self, most: float, length: float, speed: float) -> list[InstantLimit]:
+        """Return the limit on the turns of the velocity, at speed."""
+        held = min(SLOW, SLOW_SHARE * speed) if self.hold_below is None else self.hold_below
+        return [InstantLimit(InstantKind.HEADING_RATE, (most, speed, held, HELD_ROOM))]
 
     def rule(self, curve: Path) -> dict[str, Any] | None:
         """Return the rule with its rate and speed."""
@@ -199,11 +210,3 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def _angle(velocity: FloatArray) -> FloatArray:
     return np.arctan2(velocity[:, 1], velocity[:, 0])
-
-
-def _turning_grid(path: Path) -> FloatArray:
-    breaks = getattr(path, "breaks", None)
-    if breaks is None:
-        return np.linspace(0.0, path.duration, 4096)
-    inner = breaks[:-1, None] + np.diff(breaks)[:, None] * (np.arange(TURN_SAMPLES) / TURN_SAMPLES)
-    return np.append(inner.reshape(-1), path.duration)

@@ -34,7 +34,7 @@ def random_legs(seed, legs=None, dim=3):
 def spinless(path, vehicle):
     """Give a path the heading of a vehicle that never spins about its thrust axis, drag included."""
     medium = medium_of(vehicle)
-    return path.with_yaw(TiltHeading(path, 0.0, medium.gravity, (medium.linear, medium.quadratic)))
+    return path.with_yaw(TiltHeading(path, medium=medium))
 
 
 def many_legs(count, seed=0):

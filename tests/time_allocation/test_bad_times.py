@@ -8,6 +8,7 @@ from minsnap.corridors.boxes import Boxes
 from minsnap.errors import CorridorError, DegreeError, LimitError, SolverError, WaypointError, YawError
 from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.vehicle import Quadrotor
 
@@ -65,4 +66,4 @@ def test_a_heading_from_the_tilt_of_another_planet_is_refused():
     path = minsnap.plan(REFERENCE, total_time=20.0)
     assert minsnap.certify(path.with_yaw(TiltHeading(path)), limits=limits).ok
     with pytest.raises(LimitError, match=r"gravity of 1.62 m/s\^2, the vehicle's is 9.80665"):
-        minsnap.certify(path.with_yaw(TiltHeading(path, gravity=1.62)), limits=limits)
+        minsnap.certify(path.with_yaw(TiltHeading(path, medium=Medium(1.62))), limits=limits)

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 import minsnap
 from minsnap.basics.arrays import GRAVITY
 from minsnap.errors import YawError
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.tilt_heading import TiltHeading
 
 COURSE = [(0, 0, 1), (3, 1, 3), (5, -2, 2), (1, -3, 1), (-2, 0, 2)]
@@ -148,7 +149,7 @@ def test_slower_flight_tilts_less_and_so_turns_less():
 
 
 def test_it_knows_of_other_gravity():
-    moon = TiltHeading(minsnap.plan(COURSE, TIMES), gravity=1.62)
+    moon = TiltHeading(minsnap.plan(COURSE, TIMES), medium=Medium(1.62))
     t = np.linspace(0.0, sum(TIMES), 20)
     z = np.stack(moon.axes(t))[2]
     force = moon.path(t, 2) + [0.0, 0.0, 1.62]

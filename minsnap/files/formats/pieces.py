@@ -12,6 +12,7 @@ from minsnap.errors import FileError, YawError
 from minsnap.polynomials.bernstein import points_to_powers, powers_to_points
 from minsnap.trajectory.heading import ConstantHeading, Heading
 from minsnap.trajectory.look_at import LookAt
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.polynomial_form import as_polynomials
@@ -167,8 +168,8 @@ def headed(curve: Trajectory, content: Mapping[str, Any]) -> Trajectory:
         return curve.with_yaw(VelocityHeading(curve, content["yaw_rate"], content["hold_below"]))
     if content["rule"] == "tilt":
         linear, quadratic = content.get("drag", (0.0, 0.0))
-        drag = float(linear), float(quadratic)
-        return curve.with_yaw(TiltHeading(curve, float(content["angle_at_start"]), float(content["gravity"]), drag))
+        medium = Medium(float(content["gravity"]), float(linear), float(quadratic))
+        return curve.with_yaw(TiltHeading(curve, float(content["angle_at_start"]), medium))
     if content["rule"] == "look at":
         return curve.with_yaw(LookAt(content["point"]).heading(curve))
     raise FileError(f"no heading is called {str(content['rule'])[:40]!r}: there are velocity, tilt and look at")
