@@ -78,6 +78,14 @@ def single(words: list[str]) -> Iterator[tuple[str, ...]]:
             yield name, f"{1e3 * spent:.2f}", f"{path.duration:.4f}", ""
 
 
+def reading(words: list[str]) -> Iterator[tuple[str, ...]]:
+    """Rows of reading polytopes, and of finding the passages between them."""
+    for count in (3, 30):
+        rows = chain(count, count)["corridor"].half_spaces
+        if chosen(name := f"reading {count} polytopes", words):
+            yield name, f"{1e3 * least(lambda rows=rows: Polytopes(list(rows)).passages())[0]:.2f}", "", ""
+
+
 def axis_problem(number: int) -> tuple[float, float, float, float, float]:
     """Distance, start velocity, largest speed, acceleration and jerk of a motion along one axis to rest."""
     draw = np.random.default_rng(number)
@@ -145,7 +153,7 @@ def main() -> None:
     parser.add_argument("words", nargs="*")
     parser.add_argument("--random", type=int, default=200)
     asked = parser.parse_args()
-    rows = list(single(asked.words))
+    rows = [*single(asked.words), *reading(asked.words)]
     rows += at_random(asked.random) if chosen("random courses", asked.words) else ()
     rows += of_chains() if chosen("random chains", asked.words) else ()
     rows += along_one_axis() if chosen("axis", asked.words) else ()

@@ -1,7 +1,7 @@
-r"""Inner balls and bounding boxes of sets of half-spaces :math:`A r \le b`.
+r"""Inner balls and reach of sets of half-spaces :math:`A r \le b`.
 
-Both come from linear programmes; those of all sets are solved at once, as one block-diagonal programme
-(S. Boyd and L. Vandenberghe, "Convex Optimization", 2004, section 4.3.1, for the largest ball).
+Both come from linear programmes of the native core (S. Boyd and L. Vandenberghe, "Convex Optimization", 2004, section
+4.3.1, for the largest ball).  Without it HiGHS solves those of all sets at once, as one block-diagonal programme.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import SolverError
+from minsnap.native.half_space_sets import largest_balls, least_products
 
 HalfSpaceRows = tuple[FloatArray, FloatArray]
 """A (m, dim) with rows of unit length, and b (m,)."""
@@ -25,6 +26,9 @@ PRECISE = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 
 
 def inner_balls(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
     """Return the largest ball in each set: centers (m, dim) and radii (m,); negative radii where a set is empty."""
+    balls = largest_balls(sets, UNBOUNDED)
+    if balls is not None:
+        return balls
     dim = sets[0][0].shape[1]
     with_radius = [(np.column_stack([A, np.ones(len(b))]), b) for A, b in sets]
     bounds = [limit for _, b in sets for limit in [(None, None)] * dim + [(None, UNBOUNDED * _size(b))]]
@@ -32,16 +36,22 @@ def inner_balls(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
     return solution[:, :dim], solution[:, dim].copy()
 
 
+def reach(along: FloatArray, sets: Sequence[HalfSpaceRows]) -> FloatArray:
+    """Return how far sets reach along directions (n, dim) of unit length: (m, n), possibly infinite."""
+    far = UNBOUNDED * np.array([_size(b) for _, b in sets])
+    least = least_products(-along, sets, UNBOUNDED)
+    if least is None:
+        bounds = [(-size, size) for size in far for _ in range(along.size)]
+        found = _minimum(np.tile(-along, (len(sets), 1)), [rows for rows in sets for _ in along], bounds)
+        least = -(found.reshape(len(sets), *along.shape) * along).sum(axis=2)
+    return np.where(-least > 0.99 * far[:, None], np.inf, -least)
+
+
 def bounding_boxes(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
     """Return the corners (m, dim) of the boxes around sets, infinite where these are unbounded."""
-    dim = sets[0][0].shape[1]
-    ways = np.concatenate((np.eye(dim), -np.eye(dim)))
-    bounds = [(-UNBOUNDED * _size(b), UNBOUNDED * _size(b)) for _, b in sets for _ in range(ways.size)]
-    least = _minimum(np.tile(ways, (len(sets), 1)), [rows for rows in sets for _ in ways], bounds)
-    reach = least.reshape(len(sets), 2, dim, dim).diagonal(axis1=2, axis2=3)
-    low, high = reach[:, 0], reach[:, 1]
-    far = 0.99 * UNBOUNDED * np.array([_size(b) for _, b in sets])[:, None]
-    return np.where(low < -far, -np.inf, low), np.where(high > far, np.inf, high)
+    axes = np.eye(sets[0][0].shape[1])
+    far = reach(np.concatenate((-axes, axes)), sets)
+    return -far[:, : len(axes)], far[:, len(axes) :]
 
 
 def flatness(rows: HalfSpaceRows) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,8 @@ from minsnap.basics.checks import DERIVATIVES, point_text
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import Placement
-from minsnap.errors import CorridorError, WaypointError
+from minsnap.corridors.linear_programmes import flatness, inner_balls, reach
+from minsnap.errors import CorridorError, SolverError, WaypointError
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
 
@@ -131,20 +131,18 @@ def _planes_at(planes: Sequence[Walls], legs: Sequence[int], dim: int) -> tuple[
 
 def _meets(placement: Placement, planes: Sequence[Walls], waypoint: int) -> bool:
     """Whether some point of a waypoint's box, ball or gate is inside all planes of its legs."""
-    from scipy.optimize import linprog
-
     point, region = placement.points[waypoint], placement.regions.get(waypoint)
     normals, bounds = _planes_at(planes, (waypoint - 1, waypoint), len(point))
     bounds = bounds - normals @ point
-    box = np.column_stack((placement.lower[waypoint], placement.upper[waypoint]))
     if region is not None and np.isfinite(region.radius):
         return _distance(normals, bounds) <= region.radius
-    flat: Any = (None, None)
+    axes = np.eye(len(point))
+    rows = [(normals, bounds), (axes, placement.upper[waypoint]), (-axes, -placement.lower[waypoint])]
     if region is not None:
-        normals, bounds = np.concatenate((normals, region.normals)), np.concatenate((bounds, region.bounds))
-        flat = flat if region.plane is None else (region.plane[None, :], np.zeros(1))
-    solution: Any = linprog(np.zeros(len(point)), normals, bounds, *flat, bounds=box)
-    return bool(solution.status != 2)
+        rows.append((region.normals, region.bounds))
+        rows += [(side * region.plane[None], np.zeros(1)) for side in (1.0, -1.0) if region.plane is not None]
+    stacked = np.concatenate([normal for normal, _ in rows]), np.concatenate([bound for _, bound in rows])
+    return float(inner_balls([stacked])[1][0]) >= -flatness(stacked)
 
 
 def _distance(normals: FloatArray, bounds: FloatArray) -> float:
@@ -181,8 +179,10 @@ def _check_crossing(placement: Placement, planes: Sequence[Walls], waypoint: int
 
 def _reach(planes: Sequence[Walls], leg: int, direction: FloatArray, point: FloatArray) -> float:
     """Distance from a point along a direction to a leg's planes [m]; infinite if none is in the way."""
-    from scipy.optimize import linprog
-
     normals, bounds = _planes_at(planes, (leg,), len(point))
-    solution: Any = linprog(-direction, normals, bounds - normals @ point, bounds=(None, None))
-    return float(-solution.fun) if solution.status == 0 else np.inf
+    if not len(bounds):
+        return np.inf
+    try:
+        return float(reach(direction[None], [(normals, bounds - normals @ point)])[0, 0])
+    except SolverError:  # planes that only touch: other checks refuse these
+        return np.inf

@@ -204,3 +204,17 @@ class VehicleRecord(Record):
         *_arrays("medium", "inertia", "mixer", "points", "half", "yaw", "axes", "bounds"),
     )
     arrays: ClassVar = dict.fromkeys(("medium", "inertia", "mixer", "points", "half", "yaw", "axes", "bounds"), NUMBERS)
+
+
+class SetsRecord(Record):
+    """Sets of half-spaces, and where their largest balls or their reach are written; see ``half_space_sets.py``."""
+
+    _fields_ = (
+        *_integers("sets", "dim", "ways"),
+        *_floats("far"),
+        *_arrays("first", "normals", "bounds", "along", "centers", "radii", "least"),
+    )
+    arrays: ClassVar = {
+        **dict.fromkeys(("normals", "bounds", "along", "centers", "radii", "least"), NUMBERS),
+        **{"first": INTEGERS},
+    }

@@ -7,21 +7,9 @@ import pytest
 
 from minsnap.native import library, records
 from minsnap.native.library import NativeCoreError, address
-from minsnap.native.records import (
-    ChainRecord,
-    CorridorAnswerRecord,
-    CorridorRecord,
-    ExcessRecord,
-    ManyRecord,
-    Record,
-    SplitRecord,
-    ValuesRecord,
-    VehicleRecord,
-    WallsRecord,
-)
+from minsnap.native.records import CorridorRecord, Record, SplitRecord, WallsRecord
 
-EVERY = [WallsRecord, CorridorRecord, CorridorAnswerRecord, ChainRecord, SplitRecord, ManyRecord, VehicleRecord]
-EVERY += [ExcessRecord, ValuesRecord]
+EVERY = [value for value in vars(records).values() if isinstance(value, type) and Record in value.__bases__]
 
 
 @pytest.fixture

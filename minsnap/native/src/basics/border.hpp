@@ -129,6 +129,18 @@ struct ValuesRecord {
     std::int32_t *statuses;       // (count,)
 };
 
+// Sets of half-spaces, one after the other: set i has the rows first[i] ... first[i + 1] - 1. And what is written of them: their largest balls where
+// ways is 0, else the least products of their points with directions.
+struct SetsRecord {
+    std::int64_t sets, dim, ways;
+    double far;                      // largest radius and reach, over 1 m and the largest bound of a set
+    const std::int64_t *first;       // (sets + 1,)
+    const double *normals, *bounds;  // (rows, dim) of unit length, (rows,) [m]
+    const double *along;             // (ways, dim), or null
+    double *centers, *radii;         // (sets, dim), (sets,) negative where a set is empty [m]; or null
+    double *least;                   // (sets, ways), or null
+};
+
 struct BorderField {
     const char *record, *name;
     std::int64_t offset, size;
@@ -259,6 +271,17 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(ValuesRecord, t),
     MINSNAP_FIELD(ValuesRecord, values),
     MINSNAP_FIELD(ValuesRecord, statuses),
+    MINSNAP_FIELD(SetsRecord, sets),
+    MINSNAP_FIELD(SetsRecord, dim),
+    MINSNAP_FIELD(SetsRecord, ways),
+    MINSNAP_FIELD(SetsRecord, far),
+    MINSNAP_FIELD(SetsRecord, first),
+    MINSNAP_FIELD(SetsRecord, normals),
+    MINSNAP_FIELD(SetsRecord, bounds),
+    MINSNAP_FIELD(SetsRecord, along),
+    MINSNAP_FIELD(SetsRecord, centers),
+    MINSNAP_FIELD(SetsRecord, radii),
+    MINSNAP_FIELD(SetsRecord, least),
 };
 
 #undef MINSNAP_FIELD
