@@ -10,8 +10,8 @@ from pathlib import Path
 
 import minsnap
 from minsnap.flight.simulation import DrydenWind, GeometricController, simulate
-from minsnap.flight.tracking.comparison_plot import plot_comparison
-from minsnap.flight.tracking.simulated import compared, flight_figures
+from minsnap.flight.tracking.simulated_log import compared, flight_figures
+from minsnap.flight.tracking.tracking_plot import plot_comparison
 from minsnap.plot import save_figure
 from minsnap.vehicle import Quadrotor
 

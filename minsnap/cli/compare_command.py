@@ -50,7 +50,7 @@ def compare(
     compared = _compared(reference, flights, frame, align, max_delay, lead, sent or [])
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in compared.items()}
     if plot is not None:
-        from minsnap.flight.tracking.comparison_plot import plot_comparison
+        from minsnap.flight.tracking.tracking_plot import plot_comparison
         from minsnap.plot.figures import save_figure
 
         save_figure(plot_comparison(compared, view or "xy"), plot)

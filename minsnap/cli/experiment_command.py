@@ -61,7 +61,7 @@ def experiment(
 
         write_flights(result, output)
     if plot is not None:
-        from minsnap.flight.thesis.experiment_plot import plot_experiment
+        from minsnap.flight.thesis.experiment_report import plot_experiment
         from minsnap.plot.figures import save_figure
 
         save_figure(plot_experiment(result, view or "xy"), plot)

@@ -68,7 +68,7 @@ def _fit_flight(
     refuse_source(plot, file, base)
     flight_fit = fit_flight(file, lead)
     if plot is not None:
-        from minsnap.flight.tracking.flight_fit_plot import plot_flight_fit
+        from minsnap.flight.tracking.tracking_plot import plot_flight_fit
         from minsnap.plot.figures import save_figure
 
         save_figure(plot_flight_fit(flight_fit), plot)

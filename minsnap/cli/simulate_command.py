@@ -38,7 +38,7 @@ def simulate(
     from minsnap.files.convert import read_any
     from minsnap.flight.simulation.closed_loop import simulate as fly
     from minsnap.flight.simulation.sensors import Sensors
-    from minsnap.flight.tracking.simulated import flight_figures
+    from minsnap.flight.tracking.simulated_log import flight_figures
 
     check_figure(plot, view if plot else None)
     _check_files(output, log, plot, animate, view)
@@ -102,8 +102,8 @@ def _write(
 
         write_csv(flight.at_rate(50.0), output)
     if plot is not None:
-        from minsnap.flight.tracking.comparison_plot import plot_comparison
-        from minsnap.flight.tracking.simulated import compared
+        from minsnap.flight.tracking.simulated_log import compared
+        from minsnap.flight.tracking.tracking_plot import plot_comparison
         from minsnap.plot.figures import save_figure
 
         save_figure(plot_comparison({"simulated": compared(flight)}, view), plot)

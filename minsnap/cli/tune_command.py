@@ -42,8 +42,7 @@ def tune(
     from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.setpoint_csv import frame_of, read_csv, write_csv
     from minsnap.flight.tracking.flight_page import write_flight_page
-    from minsnap.flight.tracking.learning import LearningSettings
-    from minsnap.flight.tracking.tuning import best_to_fly, learn_from, tune_in_flight
+    from minsnap.flight.tracking.tuning import LearningSettings, best_to_fly, learn_from, tune_in_flight
 
     if (flight is None) == (connect is None):
         raise InputError("give the log of a flight, or --connect to fly: one of them")

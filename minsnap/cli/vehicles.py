@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.flight.simulation.controllers.controller import Controller
+    from minsnap.flight.simulation.controller import Controller
     from minsnap.flight.simulation.wind import Wind
     from minsnap.vehicle.quadrotor import Quadrotor
 
@@ -63,8 +63,8 @@ class SimulatedVehicle:
 
     def pilot(self, references: str) -> Controller:
         """Return the controller; ``references`` is what the cascade follows."""
-        from minsnap.flight.simulation.controllers.cascade import CascadeController
-        from minsnap.flight.simulation.controllers.geometric import GeometricController
+        from minsnap.flight.simulation.cascade import CascadeController
+        from minsnap.flight.simulation.geometric import GeometricController
 
         if self.controller == "cascade":
             return CascadeController(references=references)

@@ -60,6 +60,12 @@ class Samples(ReadOnly):
     def __len__(self) -> int:
         return len(self.t)
 
+    def __getitem__(self, rows: Any) -> Samples:
+        """Return the samples of some rows: a slice, a mask or indices."""
+        known = {name: getattr(self, name) for name in ARRAYS}
+        taken: dict[str, Any] = {name: values[rows] for name, values in known.items() if values is not None}
+        return replace(self, **taken)
+
     def to_dataframe(self) -> Any:
         """Return a pandas.DataFrame: columns t, x, y, z, vx, …, ax, …, jx, …, sx, …, ffx, …, yaw, yaw_rate if known.
 

@@ -24,7 +24,7 @@ def dji_f330_parameters() -> dict[str, Any]:
     """Return the parameters of the DJI F330 of the thesis.
 
     Measured there (section 4.6, in N/RPM^2 and N m/RPM^2): thrust coefficient 7.456e-8 and torque coefficient 2.278e-9
-    of the 8045 propeller; drag from its wind tunnel, see :mod:`minsnap.flight.thesis.consistent`.
+    of the 8045 propeller; drag from its wind tunnel, see :mod:`minsnap.flight.thesis.drag_fits`.
 
     From the name of the frame: arms of 165 mm, half of the 330 mm between opposite hubs.
 

@@ -37,7 +37,7 @@ def test_a_plan_is_flown_and_everything_is_written(call, path, tmp_path):
 def test_the_figure_names_the_flight_simulated(call, path, monkeypatch):
     names = []
     monkeypatch.setattr(
-        "minsnap.flight.tracking.comparison_plot.plot_comparison",
+        "minsnap.flight.tracking.tracking_plot.plot_comparison",
         lambda flights, view: names.extend(flights) or Figure(),
     )
     assert call("simulate", "path.json", "--plot", "flown.png").returncode == 0 and names == ["simulated"]

@@ -14,7 +14,7 @@ import numpy as np
 
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
-from minsnap.flight.simulation.controllers.feed_forward import drag_feed_forward
+from minsnap.flight.simulation.reference import drag_feed_forward
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.quadrotor import Quadrotor
 

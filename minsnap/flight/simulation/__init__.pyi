@@ -1,10 +1,10 @@
+from .cascade import CascadeController as CascadeController
 from .closed_loop import simulate as simulate
-from .controllers.cascade import CascadeController as CascadeController
-from .controllers.controller import Controller as Controller
-from .controllers.feed_forward import drag_feed_forward as drag_feed_forward
-from .controllers.geometric import GeometricController as GeometricController
+from .controller import Controller as Controller
 from .flight_record import Flight as Flight
+from .geometric import GeometricController as GeometricController
 from .open_loop import simulate_open_loop as simulate_open_loop
+from .reference import drag_feed_forward as drag_feed_forward
 from .sensors import Sensors as Sensors
 from .wind import ConstantWind as ConstantWind
 from .wind import DrydenWind as DrydenWind

@@ -13,7 +13,7 @@ from minsnap.basics.checks import check_able, check_kind, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import progress_line
 from minsnap.errors import DivergenceError, TimingError
-from minsnap.flight.simulation.controllers.controller import Command, Controller
+from minsnap.flight.simulation.controller import Command, Controller
 from minsnap.flight.simulation.flight_record import Flight
 from minsnap.flight.simulation.reference import ReferenceTable, check_steps, tabulate
 from minsnap.flight.simulation.sensors import Sensors, StateEstimator

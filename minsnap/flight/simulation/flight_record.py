@@ -66,9 +66,7 @@ class Flight:
         """Return the flight as samples at a lower rate [Hz]: those instants that are nearest to its grid."""
         wanted = np.arange(int(self.duration * rate) + 1) / rate
         index = np.clip(np.round(np.interp(wanted, self.t, np.arange(len(self)))), 0, len(self) - 1).astype(np.intp)
-        samples = self.samples
-        yaw = None if samples.yaw is None else samples.yaw[index]
-        return Samples(self.t[index], self.position[index], self.velocity[index], yaw=yaw)
+        return self.samples[index]
 
     @property
     def error(self) -> FloatArray:

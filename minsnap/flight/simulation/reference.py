@@ -1,4 +1,4 @@
-"""The reference of a simulation as a table with one row per setpoint; a setpoint is held until the next."""
+"""What a simulated vehicle is to follow: setpoints as a table, with states from flatness and feed-forward of drag."""
 
 from __future__ import annotations
 
@@ -9,15 +9,74 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, interpolated
+from minsnap.basics.checks import check_able, check_kind
 from minsnap.errors import InputError, TimingError
-from minsnap.flight.simulation.controllers.controller import Reference
-from minsnap.flight.simulation.controllers.feed_forward import drag_feed_forward, reference_states
+from minsnap.flight.simulation.controller import Reference
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
-from minsnap.vehicle.drag import Drag
+from minsnap.vehicle.drag import BodyDrag, Drag
 from minsnap.vehicle.flatness import spatial
 from minsnap.vehicle.quadrotor import Quadrotor
-from minsnap.vehicle.states import FlatStates
+from minsnap.vehicle.states import FlatStates, flat_states
+
+
+def reference_states(vehicle: Quadrotor, reference: Samples, drag: Drag | None) -> FlatStates:
+    """Return attitude and rates of a reference, with the drag if the motion is flat with it, else without drag.
+
+    Parameters
+    ----------
+    vehicle : Quadrotor
+    reference : Samples
+        What it lacks (a derivative, yaw) is taken as zero.
+    drag : Drag or None
+        The model that is offset.
+
+    Returns
+    -------
+    FlatStates
+    """
+    motion = _motion(reference, "velocity", "acceleration", "jerk", "snap", "yaw", "yaw_rate")
+    return flat_states(vehicle, *motion, drag=drag if isinstance(drag, BodyDrag) else BodyDrag())
+
+
+def _motion(samples: Samples, *names: str) -> list[FloatArray]:
+    """Return quantities of samples in three coordinates; zero where there is none."""
+    zero = {True: np.zeros(len(samples)), False: np.zeros((len(samples), 3))}
+    known = [(name.startswith("yaw"), getattr(samples, name)) for name in names]
+    return [zero[angle] if values is None else values if angle else spatial(values) for angle, values in known]
+
+
+def drag_feed_forward(vehicle: Quadrotor, reference: Samples, drag: Drag | None = None) -> FloatArray:
+    """Return the acceleration that compensates drag along a reference, in still air.
+
+    The reference velocity is rotated into the body frame with the reference attitude from flatness. The drag force is
+    rotated back to the world frame; the result is its negative divided by the mass.
+
+    Parameters
+    ----------
+    vehicle : Quadrotor
+    reference : Samples
+        With velocity; without, nothing can be offset and the answer is zero.
+    drag : Drag or None
+        The model to offset; by default the vehicle's own.
+
+    Returns
+    -------
+    ndarray, shape (m, 3)
+        In the world frame [m/s^2].
+    """
+    check_kind("the vehicle", vehicle, Quadrotor, "a Quadrotor")
+    check_kind("the reference", reference, Samples, "samples")
+    drag = vehicle.drag if drag is None else drag
+    check_able("the drag", drag, "force", "a model of drag")
+    if reference.velocity is None:
+        return np.zeros((len(reference), 3))
+    states = reference_states(vehicle, reference, drag)
+    velocity = np.einsum("mji,mj->mi", states.rotation, spatial(reference.velocity))
+    pitch = -np.arcsin(np.clip(states.rotation[:, 2, 0], -1.0, 1.0))
+    force = drag.force(velocity, pitch=pitch, rotor_speed=states.rotor_speed)
+    return np.asarray(-np.einsum("mij,mj->mi", states.rotation, force) / vehicle.mass)
+
 
 MOST_STEPS = 2_000_000
 """Steps of the longest flight that is simulated."""
@@ -43,18 +102,9 @@ class ReferenceTable:
         self.rows = self._rows()
 
     def _rows(self) -> list[Reference]:
-        samples, still = self.samples, np.zeros((len(self.samples), 3))
-        level = np.zeros(len(samples))
-        columns = (
-            samples.position,
-            still if samples.velocity is None else samples.velocity,
-            still if samples.acceleration is None else samples.acceleration,
-            self.feed_forward,
-            level if samples.yaw is None else samples.yaw,
-            level if samples.yaw_rate is None else samples.yaw_rate,
-            self.states.body_rates,
-            self.states.angular_acceleration,
-        )
+        moved, turned = ("position", "velocity", "acceleration"), ("yaw", "yaw_rate")
+        turning = self.states.body_rates, self.states.angular_acceleration
+        columns = (*_motion(self.samples, *moved), self.feed_forward, *_motion(self.samples, *turned), *turning)
         return [Reference(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
 
     def index(self, t: FloatArray, delay: float = 0.0) -> npt.NDArray[np.intp]:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import VehicleError
-from minsnap.flight.simulation.controllers.feed_forward import drag_feed_forward
+from minsnap.flight.simulation.reference import drag_feed_forward
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, SumOfDrags
 from minsnap.vehicle.flatness import spatial

@@ -9,7 +9,7 @@ import numpy as np
 from minsnap.basics.checks import check_positive, check_seed, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
-from minsnap.flight.simulation.controllers.controller import Estimate, Vector
+from minsnap.flight.simulation.controller import Estimate, Vector
 
 _BANDWIDTH = 5.0
 """Natural frequency with which the estimate follows the measured pose [rad/s]; ours, as slow as autopilots set it."""

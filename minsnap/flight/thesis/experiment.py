@@ -8,14 +8,14 @@ from typing import Any
 
 from minsnap.basics.progress import progress_line
 from minsnap.errors import InputError, VehicleError
+from minsnap.flight.simulation.cascade import CascadeController
 from minsnap.flight.simulation.closed_loop import STEP, simulate
-from minsnap.flight.simulation.controllers.cascade import CascadeController
-from minsnap.flight.simulation.controllers.controller import Controller
-from minsnap.flight.simulation.controllers.feed_forward import reference_states
+from minsnap.flight.simulation.controller import Controller
 from minsnap.flight.simulation.flight_record import Flight
+from minsnap.flight.simulation.reference import reference_states
 from minsnap.flight.simulation.sensors import Sensors
 from minsnap.flight.simulation.wind import Wind
-from minsnap.flight.thesis.consistent import consistent_parasitic_drag
+from minsnap.flight.thesis.drag_fits import consistent_parasitic_drag
 from minsnap.flight.thesis.experiment_course import ExperimentCourse, course
 from minsnap.flight.thesis.published import published_drag
 from minsnap.flight.tracking.comparison import Comparison, compare

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import is_whole
 from minsnap.errors import InputError
 from minsnap.trajectory.path import Path
@@ -114,19 +113,8 @@ def _repeated(paths: list[Path], rate: float, joined: bool) -> Samples:
     """Return the samples of one path after the other; where they join, the end of one is the start of the next."""
     sampled = {id(path): path.sample(rate) for path in paths}
     parts = [sampled[id(path)] for path in paths]
-    kept = [_first(part, len(part) - int(joined)) for part in parts[:-1]]
+    kept = [part[: len(part) - int(joined)] for part in parts[:-1]]
     return _joined([*kept, parts[-1]], rate)
-
-
-def _first(samples: Samples, count: int) -> Samples:
-    return _map(samples, lambda values: values[:count])
-
-
-def _map(samples: Samples, change: Callable[[FloatArray], FloatArray]) -> Samples:
-    names = ("t", "position", "velocity", "acceleration", "jerk", "snap", "yaw", "yaw_rate")
-    held = {name: getattr(samples, name) for name in names}
-    changed: dict[str, Any] = {name: change(value) for name, value in held.items() if value is not None}
-    return replace(samples, **changed)
 
 
 def _joined(parts: list[Samples], rate: float) -> Samples:
@@ -151,6 +139,6 @@ def _framed(name: str, flown: Samples, repetitions: int, slows: bool) -> Experim
 
 def _resting(samples: Samples, index: int, count: int) -> Samples:
     """Return a sample held at rest for a count of steps."""
-    held = _map(samples, lambda values: np.repeat(values[index][None], count, axis=0))
+    held = samples[np.full(count, index)]
     still = np.zeros((count, samples.dim))
     return replace(held, velocity=still, acceleration=still, jerk=still, snap=still, yaw_rate=np.zeros(count))

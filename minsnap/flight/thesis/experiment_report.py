@@ -1,13 +1,17 @@
-"""Results of an experiment in the layout of Tables 1 to 3 of the thesis, as text and as plain numbers."""
+"""Text, figures, files and plain numbers of an experiment."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from minsnap.basics.storage.text_columns import aligned
 from minsnap.flight.thesis.experiment import MEASURED, PUBLISHED_RMSE, Experiment, ExperimentRun
+from minsnap.flight.tracking.tracking_plot import plot_tracking
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 TITLES = {"line": "straight lines", "circle": "circular trajectories", "rect": "rectangular trajectories"}
 """What the tables of the thesis call the courses."""
@@ -96,3 +100,24 @@ def experiment_dict(experiment: Experiment) -> dict[str, Any]:
     ]
     thesis = PUBLISHED_RMSE[course.name] if experiment.vehicle.name == MEASURED else None
     return {"course": course.name, "repetitions": course.repetitions, "runs": runs, "thesis": thesis}
+
+
+def plot_experiment(experiment: Experiment, view: str = "xy") -> Figure:
+    """Draw the planar view and the position and velocity profiles of all flights.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    view : str
+        ``"xy"``, ``"xz"``, ``"yz"`` or ``"3d"``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    flights = {
+        f"with {run.compensation}" if run.compensation else "without compensation": run.flight.samples
+        for run in experiment.runs
+    }
+    title = f"{experiment.course.repetitions} {TITLES[experiment.course.name]}, in simulation"
+    return plot_tracking(experiment.course.samples, flights, title, view)

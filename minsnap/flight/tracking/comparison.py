@@ -13,8 +13,7 @@ from minsnap.basics.checks import SIZE, check_kind, check_switch, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text_columns import aligned
 from minsnap.errors import InputError
-from minsnap.flight.tracking.delay import estimate_delay
-from minsnap.flight.tracking.reference_curve import direction_at, distance_to_curve, position_at
+from minsnap.flight.tracking.reference_curve import direction_at, distance_to_curve, estimate_delay, position_at
 from minsnap.trajectory.samples import Samples
 
 MAX_DELAY = 2.0

@@ -9,14 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FitError
 from minsnap.files.logs.flight_log import FlightLog
-from minsnap.flight.tracking.body_drag_fit import AXES, AxisDrag, fit_drag_of
-from minsnap.flight.tracking.delay import estimate_delay
-from minsnap.flight.tracking.flight_motion import body_motion, flown_span, read_flight_log
-from minsnap.flight.tracking.reference_curve import position_at
-from minsnap.flight.tracking.regression import FittedNumber, fitted
+from minsnap.flight.tracking.body_drag_fit import (
+    AXES,
+    AxisDrag,
+    BodyDragFit,
+    FittedNumber,
+    body_motion,
+    fit_drag_of,
+    fitted,
+    flown_span,
+    read_flight_log,
+)
+from minsnap.flight.tracking.reference_curve import estimate_delay, position_at
 from minsnap.flight.tracking.setpoint_drag import fit_setpoint_drag
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.drag import BodyDrag
@@ -29,42 +36,32 @@ FELT, COMMANDED = "accelerometer, attitude and velocity", "setpoints and velocit
 
 
 @dataclass(frozen=True, eq=False)
-class FlightFit:
+class FlightFit(BodyDragFit):
     """What a log tells of the vehicle; drag is per mass, so that no mass need be known.
 
     Parameters
     ----------
-    source : str
-        What the drag was fitted to.
     axes : tuple of 3 AxisDrag
         Along x (forward), y (left) and z (up) of the body.
     wind : tuple of 2 FittedNumber, or None
         Along x and y of the world [m/s].
     hover : FittedNumber or None
         Throttle in hover, 0 to 1.
-    delay : FittedNumber or None
-        Of the vehicle's position after its setpoint [s].
     notes : tuple of str
         What the flight does not tell, and what was assumed.
     speed, force, model : ndarray, shape (m, axes)
         Velocity [m/s], force per mass and the fit's [m/s^2], for figures.
+    source : str
+        What the drag was fitted to.
+    delay : FittedNumber or None
+        Of the vehicle's position after its setpoint [s].
     lead : float
         How much earlier than planned the setpoints of this flight were sent [s]: so much of the delay is offset.
     """
 
-    source: str
-    axes: tuple[AxisDrag, AxisDrag, AxisDrag]
-    wind: tuple[FittedNumber, FittedNumber] | None
-    hover: FittedNumber | None
-    delay: FittedNumber | None
-    notes: tuple[str, ...]
-    speed: FloatArray
-    force: FloatArray
-    model: FloatArray
+    source: str = FELT
+    delay: FittedNumber | None = None
     lead: float = 0.0
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
     def __str__(self) -> str:
         lines = [f"fitted to {self.source}"]
@@ -167,41 +164,35 @@ def fit_flight(source: str | os.PathLike[str] | FlightLog, lead: float | None = 
         raise FitError("the log has no positions of the vehicle")
     damage = () if log.damage is None else (log.damage,)
     delay = None if log.reference is None else _delay(log.reference, log.flight)
-    hover = None if log.inertial is None or log.inertial.hover_throttle is None else log.inertial.hover_throttle
-    fit = _from_setpoints(log) if log.inertial is None else _from_body(log)
+    hover = None if log.inertial is None else log.inertial.hover_throttle
+    if log.inertial is None:
+        fit = _from_setpoints(log)
+    else:
+        fit = FlightFit(**vars(fit_drag_of(body_motion(log.flight, log.inertial))))
     if fit.hover is None and hover is not None:
         fit = replace(fit, notes=(*fit.notes, f"the autopilot's own estimate of the hover throttle is {hover:.3f}"))
     led = lead if lead is not None else 0.0 if log.reference is None else log.reference.lead
     return replace(fit, delay=delay, lead=led, notes=(*damage, *fit.notes))
 
 
-def _from_body(log: FlightLog) -> FlightFit:
-    assert log.flight is not None and log.inertial is not None
-    fit = fit_drag_of(body_motion(log.flight, log.inertial))
-    curves = (fit.speed, fit.force, fit.model)
-    return FlightFit(FELT, fit.axes, fit.wind, fit.hover, None, fit.notes, *curves)
-
-
 def _from_setpoints(log: FlightLog) -> FlightFit:
     if log.reference is None or log.flight is None:
         raise FitError("the log has neither attitude and accelerometer nor setpoints: log them")
-    fit = fit_setpoint_drag(log.reference, log.flight)
+    drag, speed, force = fit_setpoint_drag(log.reference, log.flight)
     notes = (
         "the log has no attitude and accelerometer: one horizontal drag was fitted to setpoints and velocities, and it "
         "holds for PX4's default gains alone",
         "drag along z, quadratic drag, wind and hover throttle are not told without them",
     )
-    speeds = fit.speed.std(axis=0)
-    sides = [AxisDrag(float(speed), fit.drag) for speed in speeds]
-    axes = (sides[0], sides[1], AxisDrag(0.0))
-    model = -fit.drag.value * fit.speed
-    return FlightFit(COMMANDED, axes, None, None, None, notes, fit.speed, fit.force, model)
+    x, y = (AxisDrag(float(each), drag) for each in speed.std(axis=0))
+    return FlightFit((x, y, AxisDrag(0.0)), None, None, notes, speed, force, -drag.value * speed, COMMANDED)
 
 
 def _delay(reference: Samples, flight: Samples) -> FittedNumber | None:
     """Return the delay of positions after setpoints; None where setpoints do not move while the vehicle flies."""
     first, last = flown_span(flight)
-    setpoints, flown = _within(reference, first - LONGEST_DELAY, last), _within(flight, first, last)
+    setpoints = reference[(reference.t >= first - LONGEST_DELAY) & (reference.t <= last)]
+    flown = flight[(flight.t >= first) & (flight.t <= last)]
     if len(setpoints) < 10 or len(flown) < 10 or np.ptp(setpoints.position, axis=0).max() < 0.5:
         return None
     inside = (flown.t >= setpoints.t[0] + LONGEST_DELAY) & (flown.t <= setpoints.t[-1])
@@ -216,12 +207,6 @@ def _delay(reference: Samples, flight: Samples) -> FittedNumber | None:
         )
 
     return fitted(away, np.array([start, *np.zeros(flown.dim)]), len(t) / (t[-1] - t[0]))[0][0]
-
-
-def _within(samples: Samples, first: float, last: float) -> Samples:
-    kept = (samples.t >= first) & (samples.t <= last)
-    velocity = None if samples.velocity is None else samples.velocity[kept]
-    return Samples(samples.t[kept], samples.position[kept], velocity)
 
 
 def _value(number: FittedNumber | None) -> float:

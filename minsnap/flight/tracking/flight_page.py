@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import MinsnapError
-from minsnap.flight.tracking.comparison_plot import plot_comparison
 from minsnap.flight.tracking.flight_fit import FlightFit, fit_flight
 from minsnap.flight.tracking.log_comparison import ComparedFlight
 from minsnap.flight.tracking.reference_curve import position_at
+from minsnap.flight.tracking.tracking_plot import plot_comparison
 from minsnap.plot.page import picture, table, verdict, write_page
 from minsnap.plot.style import styled
 from minsnap.trajectory.samples import Samples

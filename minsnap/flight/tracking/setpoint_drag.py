@@ -12,16 +12,14 @@ others are given.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, interpolated, own_arrays
+from minsnap.basics.arrays import FloatArray, interpolated
 from minsnap.errors import FitError
-from minsnap.flight.simulation.controllers.cascade_settings import CascadeSettings
-from minsnap.flight.tracking.flight_motion import flown_span
-from minsnap.flight.tracking.regression import FittedNumber, fitted
+from minsnap.flight.simulation.cascade import CascadeController
+from minsnap.flight.tracking.body_drag_fit import FittedNumber, fitted, flown_span
 from minsnap.trajectory.samples import Samples
 
 RATE = 50.0
@@ -38,30 +36,7 @@ MODEL_ERROR = 0.1
 """Error by taking a delay for the attitude's response, from simulated flights [1/s]."""
 
 
-@dataclass(frozen=True, eq=False)
-class SetpointDrag:
-    """One linear drag per mass along all horizontal directions.
-
-    Parameters
-    ----------
-    drag : FittedNumber
-        [1/s]; its standard error has :data:`MODEL_ERROR` in it.
-    delay : float
-        Of link and attitude together, at which the fit is best [s].
-    speed, force : ndarray, shape (m, 2)
-        Mean velocity over windows [m/s], and the commanded acceleration that is missing [m/s^2].
-    """
-
-    drag: FittedNumber
-    delay: float
-    speed: FloatArray
-    force: FloatArray
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
-
-
-def fit_setpoint_drag(reference: Samples, flight: Samples, settings: CascadeSettings | None = None) -> SetpointDrag:
+def fit_setpoint_drag(reference: Samples, flight: Samples) -> tuple[FittedNumber, FloatArray, FloatArray]:
     """Fit one linear drag per mass along all horizontal directions.
 
     Parameters
@@ -70,12 +45,13 @@ def fit_setpoint_drag(reference: Samples, flight: Samples, settings: CascadeSett
         Setpoints with velocities, each held until the next.
     flight : Samples
         Positions and velocities of the vehicle, on the same clock.
-    settings : CascadeSettings, optional
-        Gains of the vehicle's loops; by default PX4's defaults.
 
     Returns
     -------
-    SetpointDrag
+    drag : FittedNumber
+        Per mass [1/s].
+    speed, force : ndarray, shape (m, 2)
+        Velocity [m/s] and drag per mass [m/s^2] along x and y of the world, for figures.
 
     Raises
     ------
@@ -84,19 +60,19 @@ def fit_setpoint_drag(reference: Samples, flight: Samples, settings: CascadeSett
     """
     if reference.velocity is None:
         raise FitError("the setpoints of the log have no velocities, so the goal of the controller is not known")
-    series = _Series(reference, flight, settings or CascadeSettings())
+    series = _Series(reference, flight, CascadeController())
     rest = {pair: series.rest(*pair) for pair in product(DELAYS, DELAYS)}
     best = min(rest, key=lambda pair: series.squares(rest[pair]))
     numbers, _ = fitted(lambda values: series.residuals(rest[best], values), np.zeros(3), RATE)
     drag = FittedNumber(numbers[0].value, float(np.hypot(numbers[0].error, MODEL_ERROR)))
     force = rest[best] / WINDOW - [each.value for each in numbers[1:]]
-    return SetpointDrag(drag, sum(best) / RATE, series.moved / WINDOW, force)
+    return drag, np.asarray(series.moved / WINDOW), np.asarray(force)
 
 
 class _Series:
     """Both sides of the equation of motion, at equal steps, horizontal axes only."""
 
-    def __init__(self, reference: Samples, flight: Samples, settings: CascadeSettings) -> None:
+    def __init__(self, reference: Samples, flight: Samples, settings: CascadeController) -> None:
         first, last = flown_span(flight)
         assert flight.velocity is not None
         t = np.arange(max(first, reference.t[0]), min(last, reference.t[-1], flight.t[-1]), 1.0 / RATE)

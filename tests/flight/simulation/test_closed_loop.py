@@ -16,7 +16,7 @@ from minsnap.flight import (
     simulate,
     simulate_open_loop,
 )
-from minsnap.flight.simulation.controllers.controller import Command
+from minsnap.flight.simulation.controller import Command
 from minsnap.flight.simulation.sensors import StateEstimator
 from minsnap.vehicle import BodyDrag, Quadrotor, RigidBody, flatness_of
 

@@ -12,7 +12,7 @@ from minsnap.flight import compare, fit_flight, simulate
 from minsnap.flight.mavlink.setpoints import tabulate
 from minsnap.flight.mavlink.stream_log import StreamLog
 from minsnap.flight.mavlink.vehicle_state import VehicleState
-from minsnap.flight.simulation.controllers.cascade import CascadeController
+from minsnap.flight.simulation.cascade import CascadeController
 from minsnap.flight.tracking.log_comparison import compare_in_log
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor

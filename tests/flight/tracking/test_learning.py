@@ -9,7 +9,7 @@ import minsnap
 from minsnap.errors import InputError
 from minsnap.files.consistency import check_samples
 from minsnap.flight import CascadeController, compare, simulate
-from minsnap.flight.tracking.learning import LearningSettings, learned
+from minsnap.flight.tracking.tuning import LearningSettings, learned
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor
 

@@ -5,9 +5,8 @@ import pytest
 
 import minsnap
 from minsnap.errors import InputError
-from minsnap.flight.tracking.comparison_plot import plot_comparison
-from minsnap.flight.tracking.log_comparison import compare_in_log
-from minsnap.flight.tracking.log_flights import find_flights
+from minsnap.flight.tracking.log_comparison import compare_in_log, find_flights
+from minsnap.flight.tracking.tracking_plot import plot_comparison
 from minsnap.trajectory.samples import Samples
 
 FILE = minsnap.lemniscate().sample(20.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import cos, sin
 
-from minsnap.flight.simulation.controllers.controller import (
+from minsnap.flight.simulation.controller import (
     Allocator,
     Axes,
     Command,
