@@ -32,8 +32,7 @@ class FlightOptions:
             If the trigger is unknown.
         """
         from minsnap.cli.flying import trigger_of
-        from minsnap.flight.mavlink.safety import SafetyRules
-        from minsnap.flight.mavlink.stream_options import StreamOptions
+        from minsnap.flight.mavlink.stream_options import SafetyRules, StreamOptions
 
         rules = SafetyRules(max_start_distance, self.abort_distance)
         return StreamOptions(trigger=trigger_of(self.trigger), rules=rules, arm=self.arm, land=self.land, **others)

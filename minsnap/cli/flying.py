@@ -75,9 +75,8 @@ def fly_fleet(
     """Fly a fleet from files, each vehicle over its own link; Ctrl-C stops all and holds."""
     from minsnap.cli.companion import Companion
     from minsnap.flight.mavlink.link import open_link
-    from minsnap.flight.mavlink.offboard import prepare
+    from minsnap.flight.mavlink.offboard import prepare, stream_together
     from minsnap.flight.mavlink.schedule import Clock
-    from minsnap.flight.mavlink.stream_together import stream_together
     from minsnap.shows.fleet_files import read_fleet
 
     fleet, clock = read_fleet(folder), Clock()
@@ -142,7 +141,7 @@ def _check(link: Link, clock: Clock, source: Path | Samples | Trajectory, settin
     from minsnap.flight.mavlink.autopilot import get_autopilot
     from minsnap.flight.mavlink.offboard import sampled
     from minsnap.flight.mavlink.setpoints import vehicle_frame
-    from minsnap.flight.mavlink.vehicle_check import check_vehicle
+    from minsnap.flight.mavlink.vehicle_watch import check_vehicle
 
     autopilot = get_autopilot(settings.autopilot, link.wait_for_vehicle(settings.wait))
     samples, frame = sampled(source, settings)

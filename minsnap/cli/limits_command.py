@@ -28,9 +28,8 @@ def limits(
     """
     from minsnap.cli.summary import as_json
     from minsnap.flight.mavlink.autopilot import get_autopilot
-    from minsnap.flight.mavlink.autopilot_limits import PARAMETERS, autopilot_limits
     from minsnap.flight.mavlink.link import open_link
-    from minsnap.flight.mavlink.parameters import Parameters
+    from minsnap.flight.mavlink.parameters import PARAMETERS, Parameters, autopilot_limits
     from minsnap.flight.mavlink.schedule import Clock
 
     lean, clock = drag if vehicle is None else _drag_of(vehicle), Clock()

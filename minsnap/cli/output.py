@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from minsnap.corridors.gates import Gate
     from minsnap.corridors.keep_out import Obstacle
-    from minsnap.flight.mavlink.compensation import FeedForward
+    from minsnap.flight.mavlink.setpoints import FeedForward
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.path import Path
     from minsnap.trajectory.samples import Samples
@@ -54,7 +54,7 @@ class Destination:
     no_clobber : bool
         Refuse to replace files.
     drag, vehicle, lead : float, str or None, float
-        What to offset by feed-forward in setpoints (:class:`~minsnap.flight.mavlink.compensation.FeedForward`).
+        What to offset by feed-forward in setpoints (:class:`~minsnap.flight.mavlink.setpoints.FeedForward`).
 
     Raises
     ------
@@ -117,7 +117,7 @@ class Destination:
         return bool(self.drag) or self.vehicle is not None or bool(self.lead)
 
     def _feed_forward(self) -> FeedForward:
-        from minsnap.flight.mavlink.compensation import FeedForward
+        from minsnap.flight.mavlink.setpoints import FeedForward
 
         return FeedForward(self.drag, None if self.vehicle is None else vehicle_of(self.vehicle), self.lead)
 

@@ -35,10 +35,10 @@ def preflight(
     from minsnap.flight.mavlink.autopilot import get_autopilot
     from minsnap.flight.mavlink.link import open_link
     from minsnap.flight.mavlink.parameters import Parameters
-    from minsnap.flight.mavlink.px4_events import TEXTS, read_events
     from minsnap.flight.mavlink.schedule import Clock
     from minsnap.flight.mavlink.setpoints import vehicle_frame
-    from minsnap.flight.mavlink.vehicle_check import check_vehicle
+    from minsnap.flight.mavlink.vehicle_state import TEXTS, read_events
+    from minsnap.flight.mavlink.vehicle_watch import check_vehicle
 
     samples = None if file is None else read_csv(file, frame)
     axes = "ned" if file is None else vehicle_frame(frame_of(file, frame))

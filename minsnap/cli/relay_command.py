@@ -30,8 +30,8 @@ def relay(
     """
     from minsnap.flight.mavlink.link import open_link
     from minsnap.flight.mavlink.schedule import Clock
-    from minsnap.flight.mocap.opening import open_source
     from minsnap.flight.mocap.relay import Relay
+    from minsnap.flight.mocap.sources import open_source
 
     clock = Clock()
     link = open_link(target, clock)

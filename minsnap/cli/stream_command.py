@@ -57,7 +57,7 @@ def stream(
     is held. Ctrl-C stops and holds until the mode is left; a second one leaves the vehicle to its own failsafe. Exit
     status 1 if the flight was refused or stopped by a rule of safety.
     """
-    from minsnap.flight.mavlink.compensation import FeedForward
+    from minsnap.flight.mavlink.setpoints import FeedForward
 
     craft = None if vehicle is None else vehicle_of(vehicle)
     heard = _listening(file, flying.trigger, port, room) if listen else None

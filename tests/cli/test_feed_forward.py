@@ -8,7 +8,7 @@ from flying import PATH
 
 import minsnap
 from minsnap.files.consistency import check_samples
-from minsnap.flight.mavlink.compensation import FeedForward
+from minsnap.flight.mavlink.setpoints import FeedForward
 from minsnap.vehicle import Quadrotor
 
 STATED = FeedForward(drag=0.4).stated(PATH)

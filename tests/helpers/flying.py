@@ -8,8 +8,7 @@ from clocks import enter, leave
 from minsnap.files.frames import map_vectors
 from minsnap.flight.mavlink.link import open_link
 from minsnap.flight.mavlink.offboard import prepare
-from minsnap.flight.mavlink.safety import SafetyRules
-from minsnap.flight.mavlink.stream_options import StreamOptions
+from minsnap.flight.mavlink.stream_options import SafetyRules, StreamOptions
 from minsnap.flight.mavlink.streaming import Streamer
 from minsnap.trajectory.samples import Samples
 

@@ -5,7 +5,7 @@ import struct
 from standin import mavlink
 
 from minsnap.flight.mavlink.dialect import add_event_to
-from minsnap.flight.mavlink.px4_events import event_id
+from minsnap.flight.mavlink.vehicle_state import event_id
 
 OFFBOARD, POSCTL = 1 << 14, 1 << 2
 

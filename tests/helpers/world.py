@@ -5,9 +5,9 @@ from dataclasses import replace
 from flying import excursion
 
 from minsnap.flight.mavlink.autopilot import AUTOPILOTS
-from minsnap.flight.mavlink.safety import SafetyRules
 from minsnap.flight.mavlink.sequence import Conditions, Sequence
 from minsnap.flight.mavlink.setpoints import tabulate
+from minsnap.flight.mavlink.stream_options import StreamOptions
 from minsnap.flight.mavlink.vehicle_state import VehicleState
 
 RATE = 20.0
@@ -56,7 +56,7 @@ def fly(world, sequence, slots):
 
 def ready(**options):
     world = World()
-    sequence = Sequence(TABLE, PX4, SafetyRules(), 0.0, on_entry=False, **options)
+    sequence = Sequence(TABLE, PX4, StreamOptions(trigger=bool, **options), 0.0)
     world.happen("trigger")
     world.happen("offboard")
     return world, sequence

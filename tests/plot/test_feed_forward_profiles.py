@@ -3,7 +3,7 @@
 import numpy as np
 
 import minsnap
-from minsnap.flight.mavlink.compensation import FeedForward
+from minsnap.flight.mavlink.setpoints import FeedForward
 
 
 def test_the_commanded_acceleration_is_drawn_beside_that_of_the_motion():

@@ -1,10 +1,15 @@
-"""Links to Crazyflies: CRTP packets over UDP, as simulators speak it, or over cflib's drivers for radio and USB.
+"""Links to Crazyflies: packets of CRTP over UDP or radio, requests, and one packet for all of a channel.
 
 A packet is a byte, port << 4 | channel, and at most 30 bytes. Over UDP one datagram is one packet, without a checksum.
+
+Every Crazyflie listens to the address 0xFFE7E7E7E7 beside its own, and acknowledges nothing that comes there (esb.c of
+crazyflie2-nrf-firmware). The dongle therefore sends such a packet as often as it retries one that is not acknowledged,
+four times as cflib sets it. Its retries stay on: without them cflib waits a second for an answer of the dongle.
 """
 
 from __future__ import annotations
 
+import os
 import socket
 import time
 from collections.abc import Callable, Sequence
@@ -142,3 +147,43 @@ def ask(link: CrtpLink, port: int, channel: int, body: bytes, answers: Callable[
             if packet and packet[0] & ~LINK_BITS == head and answers(packet[1:]):
                 return packet[1:]
     raise LinkError(f"{link.name} does not answer: it is off, out of reach, or another program has its link")
+
+
+ADDRESS = (0xFF, 0xE7, 0xE7, 0xE7, 0xE7)
+
+
+def channel_of(uri: str) -> str | None:
+    """Return dongle, channel and data rate of an address, ``radio://0/80/2M``; None where there is no broadcast."""
+    if not uri.startswith("radio://") or os.environ.get("USE_CFLINK") == "cpp":
+        return None
+    dongle, *parts = uri.partition("?")[0].removeprefix("radio://").strip("/").split("/")
+    channel, rate = (*parts[:2], *("2", "2M")[len(parts[:2]) :])
+    return f"radio://{dongle}/{channel}/{rate}"
+
+
+class RadioBroadcast:
+    """The vehicles of a dongle, a channel and a data rate.
+
+    Parameters
+    ----------
+    channel : str
+        From :func:`channel_of`, of links that are open.
+    """
+
+    def __init__(self, channel: str) -> None:
+        from cflib.crtp.radiodriver import RadioDriver, RadioManager
+
+        dongle, number, rate, *_ = RadioDriver.parse_uri(channel)
+        self.name = channel
+        self._radio: Any = RadioManager.open(dongle)
+        self._radio.set_channel(number)
+        self._radio.set_data_rate(rate)
+        self._radio.set_address(ADDRESS)
+
+    def send(self, packet: bytes) -> None:
+        """Send a packet, and return when the dongle has."""
+        self._radio.send_packet(packet)
+
+    def close(self) -> None:
+        """Give the radio back to the links."""
+        self._radio.close()

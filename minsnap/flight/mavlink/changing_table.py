@@ -9,8 +9,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FlightError, InputError, TimingError
-from minsnap.flight.mavlink.compensation import FeedForward
-from minsnap.flight.mavlink.setpoints import Setpoint, SetpointTable, tabulate
+from minsnap.flight.mavlink.setpoints import FeedForward, Setpoint, SetpointTable, tabulate
 from minsnap.flight.mavlink.vehicle_state import Vector
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory

@@ -11,12 +11,10 @@ from typing import Any
 
 from minsnap.basics.storage.reading import check_size
 from minsnap.errors import FileError, LinkError
-from minsnap.flight.mavlink.connection import open_transport
+from minsnap.flight.mavlink._transports import LinkTransport, Peer, open_transport
 from minsnap.flight.mavlink.dialect import Message, load_dialect
-from minsnap.flight.mavlink.link_transport import LinkTransport, Peer
-from minsnap.flight.mavlink.px4_events import TEXTS
 from minsnap.flight.mavlink.schedule import Clock
-from minsnap.flight.mavlink.vehicle_state import VehicleState
+from minsnap.flight.mavlink.vehicle_state import TEXTS, VehicleState
 
 _GROUND_STATION, _COMPANION, _NO_AUTOPILOT, _ACTIVE = 6, 18, 8, 4
 
@@ -37,7 +35,7 @@ class Link:
     signing_key : bytes or None
         32 bytes: sign what is sent, and refuse what is not signed with the same key.
     events : mapping of int to str
-        Texts of PX4's events (:func:`~minsnap.flight.mavlink.px4_events.read_events`).
+        Texts of PX4's events (:func:`~minsnap.flight.mavlink.vehicle_state.read_events`).
 
     Attributes
     ----------
@@ -237,7 +235,7 @@ def open_link(
     signing_key: bytes | str | os.PathLike[str] | None = None,
     events: Mapping[int, str] = TEXTS,
 ) -> Link:
-    """Open a connection string as a link; see :func:`~minsnap.flight.mavlink.link_transport.open_transport`.
+    """Open a connection string as a link; see :func:`~minsnap.flight.mavlink._transports.open_transport`.
 
     Parameters
     ----------

@@ -1,22 +1,25 @@
-"""The function that flies a path, samples or a setpoint file over MAVLink."""
+"""The functions that fly a path, samples, a setpoint file or a whole fleet over MAVLink."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from minsnap.errors import FlightError
+from minsnap.errors import FlightError, InputError
 from minsnap.files.consistency import ConsistencyReport, check_samples
 from minsnap.files.setpoint_csv import frame_of
 from minsnap.flight.mavlink.link import Link, open_link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback
-from minsnap.flight.mavlink.schedule import Clock
+from minsnap.flight.mavlink.schedule import Clock, CommonFlight
 from minsnap.flight.mavlink.setpoints import SetpointTable, tabulate
 from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
 from minsnap.flight.mavlink.streaming import Streamer
+from minsnap.flight.mavlink.undisturbed import undisturbed
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
@@ -38,7 +41,7 @@ def stream(
     source : Path, Samples or path of a setpoint CSV
         In z-up world axes; a file in its own.
     connect : str or Link
-        A connection string (:func:`~minsnap.flight.mavlink.link_transport.open_transport`), or an open link, which
+        A connection string (:func:`~minsnap.flight.mavlink._transports.open_transport`), or an open link, which
         stays open.
     options : StreamOptions, optional
         How; each of its fields is also a keyword.
@@ -112,3 +115,74 @@ def sampled(source: Samples | Path | str | os.PathLike[str], options: StreamOpti
     from minsnap.files.convert import read_samples
 
     return read_samples(source, options.frame, rate), frame_of(source, options.frame) or "enu"
+
+
+def stream_together(
+    tables: Sequence[SetpointTable],
+    links: Sequence[Link],
+    options: Sequence[StreamOptions],
+    names: Sequence[str],
+    clock: Clock,
+    on_event: Callable[[str], None] | None = None,
+    on_status: StatusCallback | None = None,
+    begun: Callable[[Callable[[], None]], None] = lambda stop: None,
+) -> list[StreamReport | FlightError]:
+    """Fly several vehicles, each over its own link, from one instant on; what stops one stops all where they are.
+
+    Parameters
+    ----------
+    tables, links, options, names : sequence
+        One each a vehicle; options with a callable trigger, the first of which lets all go.
+    clock : Clock
+        The same as the links'.
+    on_event : callable, optional
+        Told sentences, each begun by the vehicle's name, from several threads.
+    on_status : callable, optional
+        Called with the status of the first vehicle.
+    begun : callable, optional
+        Called with what stops all, before they fly.
+
+    Returns
+    -------
+    list
+        What each flight reports, or the error that ended it.
+
+    Raises
+    ------
+    InputError
+        If the rates differ.
+    """
+    rates = {table.rate for table in tables}
+    if len(rates) > 1:
+        raise InputError(f"the setpoints of a fleet have one rate, and these have {sorted(rates)}: give --rate")
+    trigger = options[0].trigger
+    common = CommonFlight(names, clock, rates.pop(), trigger if callable(trigger) else lambda: True)
+
+    def said(name: str) -> Callable[[str], None] | None:
+        return None if on_event is None else lambda text: on_event(f"{name}: {text}")
+
+    flights = [
+        Streamer(table, link, option, clock, said(name), None if k else on_status, common=(common, k))
+        for k, (table, link, option, name) in enumerate(zip(tables, links, options, names, strict=True))
+    ]
+
+    def stop() -> None:
+        for flight in flights:
+            flight.stop()
+
+    begun(stop)
+
+    def fly(flight: Streamer, member: int) -> StreamReport | FlightError:
+        try:
+            return flight.run()
+        except FlightError as error:
+            common.tell(member, False, str(error))
+            return error
+        except BaseException as error:
+            common.tell(member, False, str(error))
+            raise
+
+    with undisturbed(type(clock) is Clock) as granted, ThreadPoolExecutor(len(flights)) as pool:
+        if granted and on_event is not None:
+            on_event(granted)
+        return [future.result() for future in [pool.submit(fly, flight, k) for k, flight in enumerate(flights)]]

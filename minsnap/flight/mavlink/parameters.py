@@ -1,17 +1,25 @@
-"""Parameters of an autopilot: read and written by name through MAVLink's parameter protocol."""
+r"""Parameters of an autopilot: read and written by name, and the limits that they set.
+
+At a speed v the thrust leans against the drag k v as well as along the acceleration a, so that
+:math:`a + k v \le g \tan\theta`. Drag may take half of the tilt at the greatest speed; the rest, less a tenth for
+feedback, is what a path may ask for.
+"""
 
 from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
+from minsnap.basics.arrays import GRAVITY
 from minsnap.errors import LinkError
 from minsnap.flight.mavlink.dialect import Message, load_dialect
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.schedule import Clock
 from minsnap.flight.mavlink.vehicle_state import PX4
+from minsnap.limits.limits import Limits
 
 _REAL32 = 9  # MAV_PARAM_TYPE_REAL32
 _FORMATS = {1: "B", 2: "b", 3: "H", 4: "h", 5: "I", 6: "i"}  # MAV_PARAM_TYPE of integers, up to INT32
@@ -69,7 +77,7 @@ class Parameters:
             if not missing:
                 break
             for name in missing:
-                self._request(name)
+                self._send("param_request_read", name, -1)
             self._collect(parameters, set(missing))
         return {name: parameters[name] for name in wanted if name in parameters}
 
@@ -87,26 +95,16 @@ class Parameters:
         if before.kind != _REAL32 and value != int(value):
             raise LinkError(f"{name} is an integer: it cannot be {value:g}")
         for _ in range(_TRIES):
-            self._send_value(name, value, before.kind)
+            self._send("param_set", name, self._encoded(value, before.kind), before.kind)
             answer: dict[str, Parameter] = {}
             self._collect(answer, {name})
             if name in answer and math.isclose(answer[name].value, value, rel_tol=1e-6, abs_tol=1e-9):
                 return answer[name]
         raise LinkError(f"the vehicle did not take {name} = {value:g}: it has {before.value:g}")
 
-    def _request(self, name: str) -> None:
-        vehicle = self._link.vehicle
-        message = load_dialect().MAVLink_param_request_read_message(
-            vehicle.system, vehicle.component, name.encode("ascii"), -1
-        )
-        self._link.send(message)
-
-    def _send_value(self, name: str, value: float, kind: int) -> None:
-        vehicle = self._link.vehicle
-        message = load_dialect().MAVLink_param_set_message(
-            vehicle.system, vehicle.component, name.encode("ascii"), self._encoded(value, kind), kind
-        )
-        self._link.send(message)
+    def _send(self, message: str, name: str, *rest: float) -> None:
+        vehicle, build = self._link.vehicle, getattr(load_dialect(), f"MAVLink_{message}_message")
+        self._link.send(build(vehicle.system, vehicle.component, name.encode("ascii"), *rest))
 
     def _collect(self, parameters: dict[str, Parameter], awaited: set[str]) -> None:
         """Receive until all requested parameters have arrived, for at most one interval."""
@@ -131,3 +129,92 @@ class Parameters:
             return value
         raw = struct.pack(f"<{_FORMATS[kind]}", int(value)).ljust(4, b"\0")
         return float(struct.unpack("<f", raw)[0])
+
+
+FEEDBACK = 0.9
+"""Share of what the controller allows that a path may use: the rest corrects errors."""
+
+DRAG_SHARE = 0.5
+"""Share of the level thrust that drag may take at the greatest speed."""
+
+_SI, _CENTI, _DEGREES = 1.0, 0.01, math.radians(1.0)
+_MEANINGS = {
+    "px4": (
+        ("MPC_XY_VEL_MAX", "horizontal_speed", _SI),
+        ("MPC_Z_VEL_MAX_UP", "climb_speed", _SI),
+        ("MPC_Z_VEL_MAX_DN", "descent_speed", _SI),
+        ("MPC_TILTMAX_AIR", "tilt", _DEGREES),
+        ("MC_YAWRATE_MAX", "yaw_rate", _DEGREES),
+        ("MC_ROLLRATE_MAX", "body_rate", _DEGREES),
+        ("MC_PITCHRATE_MAX", "body_rate", _DEGREES),
+    ),
+    "ardupilot": (
+        ("WPNAV_SPEED", "horizontal_speed", _CENTI),
+        ("WPNAV_SPEED_UP", "climb_speed", _CENTI),
+        ("WPNAV_SPEED_DN", "descent_speed", _CENTI),
+        ("WPNAV_ACCEL", "horizontal_acceleration", _CENTI),
+        ("WPNAV_ACCEL_Z", "vertical_acceleration", _CENTI),
+        ("PSC_JERK_XY", "jerk", _SI),
+        ("ANGLE_MAX", "tilt", _CENTI * _DEGREES),
+        ("PSC_ANGLE_MAX", "tilt", _DEGREES),
+        ("ATC_SLEW_YAW", "yaw_rate", _CENTI * _DEGREES),
+    ),
+}
+"""What each parameter limits, and its unit."""
+
+PARAMETERS = {name: tuple(key for key, _, _ in rows) for name, rows in _MEANINGS.items()}
+"""What is read from each autopilot."""
+
+
+def autopilot_limits(autopilot: str, values: Mapping[str, float], drag: float = 0.0) -> Limits:
+    """Return the limits that an autopilot's parameters leave to a path.
+
+    Parameters
+    ----------
+    autopilot : str
+        ``px4`` or ``ardupilot``.
+    values : mapping of str to float
+        Its parameters, in its own units; those that are missing limit nothing.
+    drag : float
+        Linear drag of the vehicle over its mass [1/s].
+
+    Raises
+    ------
+    LinkError
+        If the autopilot is another, or has neither a speed nor a tilt.
+    """
+    if autopilot not in PARAMETERS:
+        raise LinkError("the autopilot is neither PX4 nor ArduPilot: its limits are not known")
+    limits = _limits_of(_MEANINGS[autopilot], values)
+    if "horizontal_speed" not in limits or "tilt" not in limits:
+        raise LinkError("the vehicle did not answer with its greatest speed and tilt")
+    rounded: dict[str, Any] = {name: _rounded(value) for name, value in _with_drag(limits, drag).items()}
+    return Limits(**rounded)
+
+
+def _limits_of(rows: Iterable[tuple[str, str, float]], values: Mapping[str, float]) -> dict[str, float]:
+    """Return the limits in SI units; the least where several parameters limit the same."""
+    overruled = "ANGLE_MAX" if values.get("PSC_ANGLE_MAX") else None
+    limits: dict[str, float] = {}
+    for key, name, scale in rows:
+        if values.get(key, 0.0) > 0.0 and key != overruled:
+            limits[name] = min(scale * values[key], limits.get(name, math.inf))
+    return limits
+
+
+def _with_drag(values: dict[str, float], drag: float) -> dict[str, Any]:
+    """Return limits with the reserve of feedback taken off, and with room in the tilt for drag."""
+    level = GRAVITY * math.tan(min(values["tilt"], math.radians(85.0)))
+    limits = {name: FEEDBACK * value for name, value in values.items()}
+    if drag > 0.0:
+        limits["horizontal_speed"] = min(limits["horizontal_speed"], DRAG_SHARE * level / drag)
+    left = FEEDBACK * level - drag * limits["horizontal_speed"]
+    limits["horizontal_acceleration"] = min(limits.get("horizontal_acceleration", math.inf), left)
+    limits["tilt"] = min(limits["tilt"], math.atan(left / GRAVITY))
+    return limits
+
+
+def _rounded(value: float) -> float:
+    """Return a limit rounded down to four digits."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 3)
+    return round(math.floor(value / step) * step, 9)

@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY
 from minsnap.flight.mavlink.parameters import Parameter
-from minsnap.flight.mavlink.safety import SafetyRules
+from minsnap.flight.mavlink.stream_options import SafetyRules
 from minsnap.trajectory.samples import Samples
 
 
@@ -119,16 +120,26 @@ class Finding:
         return bool(self.parameters) or self.seen is not None
 
 
-def at_least(name: str, need: Callable[[FlightNeeds], float], unit: str, what: str, scale: float = 1.0) -> Rule:
-    """Return the rule that a parameter, times ``scale`` in SI units, is not below what the flight needs."""
+def allows(
+    names: tuple[str, ...],
+    has: Callable[[Values], float],
+    need: Callable[[FlightNeeds], float],
+    said: str,
+    grave: bool = False,
+) -> Rule:
+    """Return the rule that parameters allow what the flight needs; ``said`` is formatted with both."""
 
     def judge(values: Values, needs: FlightNeeds) -> str | None:
-        has, wants = scale * values[name], need(needs)
-        if has >= wants:
-            return None
-        return f"{what} at {has:.4g} {unit}, and the flight needs {wants:.4g} {unit}"
+        allowed, wanted = has(values), need(needs)
+        return None if allowed >= wanted else said.format(allowed, wanted)
 
-    return Rule((name,), judge)
+    return Rule(names, judge, grave)
+
+
+def at_least(name: str, need: Callable[[FlightNeeds], float], unit: str, what: str, scale: float = 1.0) -> Rule:
+    """Return the rule that a parameter, times ``scale`` in SI units, is not below what the flight needs."""
+    said = f"{what} at {{:.4g}} {unit}, and the flight needs {{:.4g}} {unit}"
+    return allows((name,), lambda values: scale * values[name], need, said)
 
 
 def _loss_time(values: Values, needs: FlightNeeds) -> str | None:
@@ -170,9 +181,12 @@ def _height_source(values: Values, needs: FlightNeeds) -> str | None:
     return f"poses from outside are fused, and the height still follows {source}: 3 takes it from the poses"
 
 
-def _lean_angle(values: Values, needs: FlightNeeds) -> str | None:
-    lean, wants = values["PSC_ANGLE_MAX"] or 0.01 * values["ANGLE_MAX"], math.degrees(needs.tilt)
-    return None if lean >= wants else f"tilt is cut at {lean:.4g} deg, and the flight needs {wants:.4g} deg"
+def _lean_angle(values: Values) -> float:
+    return values["PSC_ANGLE_MAX"] or 0.01 * values["ANGLE_MAX"]
+
+
+def _tilt(needs: FlightNeeds) -> float:
+    return math.degrees(needs.tilt)
 
 
 def _guided_timeout(values: Values, needs: FlightNeeds) -> str | None:
@@ -193,28 +207,24 @@ def jerk_time(name: str, need: Callable[[FlightNeeds], float]) -> Rule:
     return Rule((name,), judge)
 
 
-def _fence_height(values: Values, needs: FlightNeeds) -> str | None:
-    if not int(values["FENCE_ENABLE"]) or not int(values["FENCE_TYPE"]) & 1 or values["FENCE_ALT_MAX"] >= needs.height:
-        return None
-    return f"the fence ends at {values['FENCE_ALT_MAX']:g} m, and the file goes up to {needs.height:.3g} m"
+def copter_fence(name: str, bit: int, need: Callable[[FlightNeeds], float], said: str) -> Rule:
+    """Return the rule that ArduPilot's fence of one type, where it is on, encloses the flight."""
+
+    def has(values: Values) -> float:
+        on = int(values["FENCE_ENABLE"]) and int(values["FENCE_TYPE"]) & bit
+        return values[name] if on else math.inf
+
+    return allows((name, "FENCE_ENABLE", "FENCE_TYPE"), has, need, said, grave=True)
 
 
-def _fence_radius(values: Values, needs: FlightNeeds) -> str | None:
-    if not int(values["FENCE_ENABLE"]) or not int(values["FENCE_TYPE"]) & 2 or values["FENCE_RADIUS"] >= needs.reach:
-        return None
-    radius = values["FENCE_RADIUS"]
-    return f"the fence ends {radius:g} m from home, and the file goes {needs.reach:.3g} m from its start"
-
-
-def _px4_fence(name: str, need: Callable[[FlightNeeds], float], where: str) -> Rule:
+def px4_fence(name: str, need: Callable[[FlightNeeds], float], where: str) -> Rule:
     """Return the rule that PX4's fence by distance, 0 for none, encloses the flight."""
 
-    def judge(values: Values, needs: FlightNeeds) -> str | None:
-        if not int(values["GF_ACTION"]) or values[name] <= 0.0 or values[name] >= need(needs):
-            return None
-        return f"the fence ends {values[name]:g} m {where} home, and the file goes {need(needs):.3g} m"
+    def has(values: Values) -> float:
+        return values[name] if int(values["GF_ACTION"]) and values[name] > 0.0 else math.inf
 
-    return Rule((name, "GF_ACTION"), judge, grave=True)
+    said = f"the fence ends {{:g}} m {where} home, and the file goes {{:.3g}} m"
+    return allows((name, "GF_ACTION"), has, need, said, grave=True)
 
 
 RULES: dict[str, Sequence[Rule]] = {
@@ -222,27 +232,39 @@ RULES: dict[str, Sequence[Rule]] = {
         Rule(("COM_OF_LOSS_T",), _loss_time),
         Rule(("COM_OBL_RC_ACT", "RTL_RETURN_ALT"), _loss_action),
         Rule(("COM_RCL_EXCEPT", "COM_RC_IN_MODE"), _radio_exception),
-        at_least("MPC_XY_VEL_MAX", lambda needs: needs.speed, "m/s", "horizontal speed is cut"),
-        at_least("MPC_Z_VEL_MAX_UP", lambda needs: needs.climb, "m/s", "the speed of climbing is cut"),
-        at_least("MPC_Z_VEL_MAX_DN", lambda needs: needs.sink, "m/s", "the speed of descending is cut"),
-        at_least("MPC_TILTMAX_AIR", lambda needs: math.degrees(needs.tilt), "deg", "tilt is cut"),
-        _px4_fence("GF_MAX_HOR_DIST", lambda needs: needs.reach, "from"),
-        _px4_fence("GF_MAX_VER_DIST", lambda needs: needs.height, "above"),
+        at_least("MPC_XY_VEL_MAX", attrgetter("speed"), "m/s", "horizontal speed is cut"),
+        at_least("MPC_Z_VEL_MAX_UP", attrgetter("climb"), "m/s", "the speed of climbing is cut"),
+        at_least("MPC_Z_VEL_MAX_DN", attrgetter("sink"), "m/s", "the speed of descending is cut"),
+        at_least("MPC_TILTMAX_AIR", _tilt, "deg", "tilt is cut"),
+        px4_fence("GF_MAX_HOR_DIST", attrgetter("reach"), "from"),
+        px4_fence("GF_MAX_VER_DIST", attrgetter("height"), "above"),
         Rule(("EKF2_EV_CTRL",), _external_pose),
         Rule(("EKF2_HGT_REF", "EKF2_EV_CTRL"), _height_source),
     ),
     "ardupilot": (
         Rule(("GUID_TIMEOUT",), _guided_timeout),
-        at_least("WPNAV_SPEED", lambda needs: needs.speed, "m/s", "horizontal speed is cut", 0.01),
-        at_least("WPNAV_SPEED_UP", lambda needs: needs.climb, "m/s", "the speed of climbing is cut", 0.01),
-        at_least("WPNAV_SPEED_DN", lambda needs: needs.sink, "m/s", "the speed of descending is cut", 0.01),
-        at_least("WPNAV_ACCEL", lambda needs: needs.acceleration, "m/s^2", "horizontal acceleration is cut", 0.01),
-        at_least("WPNAV_ACCEL_Z", lambda needs: needs.lift, "m/s^2", "vertical acceleration is cut", 0.01),
-        Rule(("ANGLE_MAX", "PSC_ANGLE_MAX"), _lean_angle),
-        jerk_time("PSC_JERK_XY", lambda needs: needs.acceleration),
-        jerk_time("PSC_JERK_Z", lambda needs: needs.lift),
-        Rule(("FENCE_ALT_MAX", "FENCE_ENABLE", "FENCE_TYPE"), _fence_height, grave=True),
-        Rule(("FENCE_RADIUS", "FENCE_ENABLE", "FENCE_TYPE"), _fence_radius, grave=True),
+        at_least("WPNAV_SPEED", attrgetter("speed"), "m/s", "horizontal speed is cut", 0.01),
+        at_least("WPNAV_SPEED_UP", attrgetter("climb"), "m/s", "the speed of climbing is cut", 0.01),
+        at_least("WPNAV_SPEED_DN", attrgetter("sink"), "m/s", "the speed of descending is cut", 0.01),
+        at_least("WPNAV_ACCEL", attrgetter("acceleration"), "m/s^2", "horizontal acceleration is cut", 0.01),
+        at_least("WPNAV_ACCEL_Z", attrgetter("lift"), "m/s^2", "vertical acceleration is cut", 0.01),
+        allows(
+            ("ANGLE_MAX", "PSC_ANGLE_MAX"),
+            _lean_angle,
+            _tilt,
+            "tilt is cut at {:.4g} deg, and the flight needs {:.4g} deg",
+        ),
+        jerk_time("PSC_JERK_XY", attrgetter("acceleration")),
+        jerk_time("PSC_JERK_Z", attrgetter("lift")),
+        copter_fence(
+            "FENCE_ALT_MAX", 1, attrgetter("height"), "the fence ends at {:g} m, and the file goes up to {:.3g} m"
+        ),
+        copter_fence(
+            "FENCE_RADIUS",
+            2,
+            attrgetter("reach"),
+            "the fence ends {:g} m from home, and the file goes {:.3g} m from its start",
+        ),
     ),
     "generic": (),
 }

@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum
 
 from minsnap.flight.mavlink.autopilot import Autopilot, arm_command, land_command, return_command, takeoff_command
 from minsnap.flight.mavlink.changing_table import ChangingTable
 from minsnap.flight.mavlink.dialect import Message
-from minsnap.flight.mavlink.safety import FRESH, SafetyRules
 from minsnap.flight.mavlink.setpoints import Setpoint, SetpointTable
+from minsnap.flight.mavlink.stream_options import FRESH, Phase, StreamOptions
 from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
 
 LINGER = 1.0
@@ -22,16 +21,6 @@ LINGER = 1.0
 _CLIMBED = 0.5  # a take-off is complete within this distance of the start's height [m]
 _TAKES_EFFECT = 0.3  # a heartbeat may have been on its way for so long [s]
 _RETRY = 1.0  # commands are repeated at this interval until they have had their effect [s]
-
-
-class Phase(Enum):
-    """The phases of a flight."""
-
-    PRESTREAM = "streaming the start"
-    READY = "ready"
-    FLYING = "flying"
-    HOLDING = "holding"
-    DONE = "done"
 
 
 @dataclass(frozen=True)
@@ -93,26 +82,13 @@ class Sequence:
         What to fly.
     autopilot : Autopilot
         Whose conventions apply.
-    rules : SafetyRules
-        When to stop.
+    options : StreamOptions
+        What begins and ends the flight, and when to stop; a flight that the mode begins, and that does not arm, begins
+        when the vehicle enters it, having been outside it before.
     start : float
         When streaming begins [s].
-    prestream : float
-        How long the start is streamed at least [s].
-    on_entry : bool
-        True: the flight begins when the vehicle enters the mode, having been outside it before.
     here : tuple of 3, or None
         Where the vehicle is, for a flight relative to that; it is updated until the vehicle enters the mode.
-    height : bool
-        True: ``here`` counts with its height, else in x and y alone.
-    arm, land : bool
-        Change the mode and arm; land at the end.
-    arm_timeout : float
-        How long arming, and coming near the start, may take [s].
-    on_abort : str
-        ``hold``, ``land`` or ``rtl``: what to ask for when a rule has stopped the flight.
-    give_up : float
-        How long the vehicle may be silent before a hold ends [s].
 
     Attributes
     ----------
@@ -130,23 +106,13 @@ class Sequence:
         self,
         table: SetpointTable | ChangingTable,
         autopilot: Autopilot,
-        rules: SafetyRules,
+        options: StreamOptions,
         start: float,
-        *,
-        prestream: float = 2.0,
-        on_entry: bool = True,
         here: Vector | None = None,
-        height: bool = False,
-        arm: bool = False,
-        land: bool = False,
-        arm_timeout: float = 30.0,
-        on_abort: str = "hold",
-        give_up: float = 30.0,
     ) -> None:
-        self._table, self._autopilot, self._rules = table, autopilot, rules
-        self._prestream_end, self._arm_deadline = start + prestream, start + prestream + arm_timeout
-        self._on_entry, self._relative, self._arm, self._land = on_entry, here is not None, arm, land
-        self._height, self._on_abort, self._give_up = height, on_abort, give_up
+        self._table, self._autopilot, self._options, self._rules = table, autopilot, options, options.rules
+        self._prestream_end = start + options.prestream
+        self._on_entry, self._relative = options.trigger == "mode" and not options.arm, here is not None
         self.phase = Phase.PRESTREAM
         self.reason: str | None = None
         self.completed = self.aborted = self.gave_up = self.led = self.ready = False
@@ -178,7 +144,7 @@ class Sequence:
         self._watch_mode(at)
         self.led |= self._leads(at.vehicle)
         if at.stops and self.phase is not Phase.HOLDING:
-            self._stop(at)
+            self._end("stopped by the user", at, where_it_is=False)
         self._watch_gap(at)
         if self.phase in (Phase.PRESTREAM, Phase.READY):
             self._watch_start(at)
@@ -211,15 +177,12 @@ class Sequence:
 
     def abort(self, reason: str, at: Conditions) -> None:
         """Hold because a rule is broken; if no vehicle follows the setpoints yet, the flight ends."""
-        led = self._leads(at.vehicle) and not self._on_the_ground(at)
-        self.hold(reason, at)
         self.aborted = True
-        if not led:
-            self.phase = Phase.DONE
+        self._end(reason, at)
 
-    def _stop(self, at: Conditions) -> None:
+    def _end(self, reason: str, at: Conditions, where_it_is: bool = True) -> None:
         led = self._leads(at.vehicle) and not self._on_the_ground(at)
-        self.hold("stopped by the user", at, where_it_is=False)
+        self.hold(reason, at, where_it_is)
         if not led:
             self.phase = Phase.DONE
 
@@ -254,7 +217,7 @@ class Sequence:
         """Move a relative start with the vehicle, and refuse a vehicle that is too far from a fixed start."""
         if self._relative and at.vehicle.position is not None and not self._autopilot.follows(at.vehicle):
             self._start_here(at.vehicle.position)
-        refusal = self._rules.start_refusal(at.vehicle, self.setpoint.position, on_the_ground=self._arm)
+        refusal = self._rules.start_refusal(at.vehicle, self.setpoint.position, on_the_ground=self._options.arm)
         if refusal is not None:
             self.abort(refusal, at)
         elif self.phase is Phase.PRESTREAM and at.now >= self._prestream_end:
@@ -263,7 +226,7 @@ class Sequence:
     def _consider_start(self, at: Conditions) -> None:
         """Begin the flight when all conditions hold."""
         self.ready = self.entered and self._autopilot.follows(at.vehicle) and self._is_there(at)
-        if self._arm and at.now > self._arm_deadline and not self.ready:
+        if self._options.arm and at.now > self._prestream_end + self._options.wait and not self.ready:
             self.abort(f"the vehicle was not armed, in its mode and at the start in time: {self._missing(at)}", at)
         elif at.triggered and self.ready:
             self.phase, self._first_slot = Phase.FLYING, at.slot if at.begin is None else at.begin
@@ -284,13 +247,9 @@ class Sequence:
 
     def _is_there(self, at: Conditions) -> bool:
         """Return whether the vehicle is at rest at the start, and armed if this program arms it."""
-        ready = not self._arm or (at.vehicle.armed and not self._takes_off_alone(at.vehicle))
-        return ready and self._settled_since is not None and at.now - self._settled_since >= self._settle_time
-
-    @property
-    def _settle_time(self) -> float:
-        """Return how long the vehicle must be at rest at the start [s]; 0 without bounds on the start."""
-        return 0.0 if math.isinf(self._rules.max_start_distance) else self._rules.settle_time
+        ready = not self._options.arm or (at.vehicle.armed and not self._takes_off_alone(at.vehicle))
+        time = 0.0 if math.isinf(self._rules.max_start_distance) else self._rules.settle_time
+        return ready and self._settled_since is not None and at.now - self._settled_since >= time
 
     def _watch_settling(self, at: Conditions) -> None:
         settled = self._autopilot.follows(at.vehicle) and self.waits_for(at.vehicle) is None
@@ -299,7 +258,7 @@ class Sequence:
     def _start_here(self, place: Vector) -> None:
         first = self._table.start
         x, y, z = (there - here for there, here in zip(place, first.position, strict=True))
-        self.offset = (x, y, z if self._height else 0.0)
+        self.offset = (x, y, z if self._options.relative_height else 0.0)
         self.setpoint = first.shifted(self.offset)
         self.planned = self.setpoint.position
 
@@ -328,7 +287,7 @@ class Sequence:
                     f"{self.reason}; {self._autopilot.mode_name(at.vehicle)} has the vehicle, and it is left to it"
                 )
             return True
-        if at.now - at.vehicle.heard > self._give_up:
+        if at.now - at.vehicle.heard > self._options.give_up:
             self.gave_up = True
             return True
         return self._outside_since is not None and at.now - self._outside_since >= LINGER
@@ -362,10 +321,8 @@ class Sequence:
 
     def _takes_off_alone(self, vehicle: VehicleState) -> bool:
         """Return whether the autopilot performs its own take-off, which setpoints would interrupt."""
-        return self._arm and self._autopilot.takes_off and self._is_below_start(vehicle)
-
-    def _is_below_start(self, vehicle: VehicleState) -> bool:
-        return vehicle.position is None or vehicle.position[2] - self.setpoint.position[2] > _CLIMBED
+        below = vehicle.position is None or vehicle.position[2] - self.setpoint.position[2] > _CLIMBED
+        return self._options.arm and self._autopilot.takes_off and below
 
     def _commands(self, at: Conditions) -> tuple[Message, ...]:
         """Return the command due now; a command is repeated every second until its effect is observed."""
@@ -381,7 +338,7 @@ class Sequence:
         following = self._autopilot.follows(vehicle)
         if self.phase is Phase.HOLDING and following:
             return self._way_down(vehicle)
-        if self.phase is not Phase.READY or not self._arm:
+        if self.phase is not Phase.READY or not self._options.arm:
             return None
         if not following:
             return self._autopilot.mode_command(vehicle)
@@ -393,6 +350,6 @@ class Sequence:
 
     def _way_down(self, vehicle: VehicleState) -> Message | None:
         """Return the command that ends a hold, if one was requested; after a stop by the user there is none."""
-        if (self.completed and self._land) or (self.aborted and self._on_abort == "land"):
+        if (self.completed and self._options.land) or (self.aborted and self._options.on_abort == "land"):
             return land_command(vehicle)
-        return return_command(vehicle) if self.aborted and self._on_abort == "rtl" else None
+        return return_command(vehicle) if self.aborted and self._options.on_abort == "rtl" else None

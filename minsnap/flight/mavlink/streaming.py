@@ -12,15 +12,14 @@ from dataclasses import replace
 from minsnap.errors import FlightError, LinkError
 from minsnap.flight.mavlink.autopilot import Autopilot, get_autopilot, rate_request
 from minsnap.flight.mavlink.changing_table import ChangingTable
-from minsnap.flight.mavlink.common_flight import CommonFlight
 from minsnap.flight.mavlink.dialect import Message
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback, StreamObserver
-from minsnap.flight.mavlink.schedule import Clock
+from minsnap.flight.mavlink.schedule import Clock, CommonFlight
 from minsnap.flight.mavlink.sender import Foreseer, SentSetpoint, open_sender
-from minsnap.flight.mavlink.sequence import Conditions, Phase, Sequence, SetpointStep
+from minsnap.flight.mavlink.sequence import Conditions, Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import SetpointTable, setpoint_message
-from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
+from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamReport
 from minsnap.flight.mavlink.undisturbed import undisturbed
 from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
 from minsnap.replanning.change import Change
@@ -54,7 +53,7 @@ class Streamer:
         callback stops the flight like a broken rule and is raised at the end.
     common : (CommonFlight, int), optional
         What it tells the other flights of a fleet, and which of them it is
-        (:mod:`minsnap.flight.mavlink.common_flight`).
+        (:mod:`minsnap.flight.mavlink.schedule`).
     """
 
     def __init__(
@@ -68,7 +67,7 @@ class Streamer:
         common: tuple[CommonFlight, int] | None = None,
     ) -> None:
         options.check_rate(table.rate)
-        self._first, self._rules = table, options.rules
+        self._first = table
         self._table = ChangingTable(table, options.feed_forward, options.stays)
         self._link, self._options, self._clock, self._common = link, options, clock, common
         self._changing = threading.Lock()
@@ -205,16 +204,18 @@ class Streamer:
         usual = autopilot.delay if craft is None or not craft.delay else craft.delay
         delay = max(0.0, (usual if options.delay is None else options.delay) - table.lead)
         speed = max(table.speed, options.fastest)
-        refusal = self._rules.lag_refusal(speed, delay)
-        if refusal is not None and self._rules.abort_distance is not None:
+        refusal = self._options.rules.lag_refusal(speed, delay)
+        if refusal is not None and self._options.rules.abort_distance is not None:
             raise FlightError(f"{refusal}; nothing was sent")
-        self._rules = self._rules.fitting(speed * delay)
+        self._options = replace(options, rules=options.rules.fitting(speed * delay))
         if refusal is not None:
-            self._say(f"{self._rules.farthest:.1f} m from the plan are allowed: it will lag {speed * delay:.1f} m")
+            self._say(
+                f"{self._options.rules.farthest:.1f} m from the plan are allowed: it will lag {speed * delay:.1f} m"
+            )
 
     def _wait_for_position(self, vehicle: VehicleState) -> None:
         """Wait for the first position, which a vehicle that has just booted does not report for a while."""
-        blind = math.isinf(self._rules.max_start_distance)
+        blind = math.isinf(self._options.rules.max_start_distance)
         deadline = self._clock.now() + (_BLIND_WAIT if blind else self._options.wait)
         request = self._clock.now()
         while self._link.vehicle.position is None and self._clock.now() < deadline and not self._stops:
@@ -233,7 +234,7 @@ class Streamer:
             if vehicle.position is None:
                 raise FlightError("the vehicle does not report LOCAL_POSITION_NED: the flight cannot start where it is")
             return vehicle.position
-        refusal = self._rules.start_refusal(vehicle, self._table.start.position, options.arm)
+        refusal = self._options.rules.start_refusal(vehicle, self._table.start.position, options.arm)
         if refusal is not None:
             advice = "" if vehicle.position is None else ": bring it there, or start where it is (--origin current)"
             raise FlightError(f"{refusal}{advice}; nothing was sent")
@@ -242,27 +243,13 @@ class Streamer:
     def _fly(self, autopilot: Autopilot, here: Vector | None) -> None:
         """Serve slots until the flight is over; after an exception the flight stops and the hold continues."""
         options, self._origin = self._options, self._clock.now()
-        self._sequence = Sequence(
-            self._table,
-            autopilot,
-            self._rules,
-            self._origin,
-            prestream=options.prestream,
-            on_entry=options.trigger == "mode" and not options.arm,
-            here=here,
-            height=options.relative_height,
-            arm=options.arm,
-            land=options.land,
-            arm_timeout=options.wait,
-            on_abort=options.on_abort,
-            give_up=options.give_up,
-        )
+        self._sequence = Sequence(self._table, autopilot, options, self._origin, here)
         self._autopilot, self._remind_at = autopilot, math.inf
         if self._table.note:
             self._say(self._table.note)
         self._say(f"streaming the start at {self._table.rate:g} Hz")
         aligned = None if self._common is None else self._common[0].aligned
-        how = (self._link, self._clock, self._table.rate, self._rules.max_gap, self._message)
+        how = (self._link, self._clock, self._table.rate, self._options.rules.max_gap, self._message)
         self._sender = open_sender(*how, aligned)
         try:
             while not self._is_over(self._sequence):
@@ -418,7 +405,7 @@ class Streamer:
         return report
 
     def _report(self) -> StreamReport:
-        tracking = self._observer.tracking()
+        rmse, worst = self._observer.tracking() or (None, None)
         return StreamReport(
             completed=self._sequence is not None and self._sequence.completed,
             reason=None if self._sequence is None else self._sequence.reason,
@@ -426,8 +413,8 @@ class Streamer:
             missing=self._table.missing,
             schedule=self._sender.departures.lateness(),
             flown=self._observer.flown,
-            rmse=None if tracking is None else tracking[0],
-            worst_error=None if tracking is None else tracking[1],
+            rmse=rmse,
+            worst_error=worst,
             ignored=sum(self._link.ignored.values()),
             refused=self._link.refused,
         )

@@ -1,4 +1,4 @@
-"""State of a vehicle before a flight, from a few seconds of its messages, held against what is to be flown.
+"""Check of a vehicle before a flight: its parameters, and a few seconds of its messages.
 
 Bits are those of MAVLink's ESTIMATOR_STATUS_FLAGS and MAV_SYS_STATUS_SENSOR.
 """
@@ -14,7 +14,8 @@ from minsnap.files.frames import map_vectors
 from minsnap.flight.mavlink.autopilot import Autopilot, command
 from minsnap.flight.mavlink.dialect import Message
 from minsnap.flight.mavlink.link import Link
-from minsnap.flight.mavlink.preflight import Finding
+from minsnap.flight.mavlink.parameters import Parameters
+from minsnap.flight.mavlink.preflight import Finding, FlightNeeds, check_parameters, flight_needs, rule_parameters
 from minsnap.flight.mavlink.schedule import Clock
 from minsnap.trajectory.samples import Samples
 
@@ -173,3 +174,28 @@ class VehicleWatch:
         silence = max(self._silence, self._clock.now() - self._last)
         seen = f"{self._received} messages, {100 * share:.1f} % lost, silent for {silence:.2f} s at most"
         return Finding((), "link", seen if share > LOST or silence > SILENT else None, seen)
+
+
+def check_vehicle(
+    link: Link, clock: Clock, autopilot: Autopilot, samples: Samples | None = None, frame: str = "ned"
+) -> list[Finding]:
+    """Read parameters and listen for three seconds; return one finding for each rule and each part of the state.
+
+    Parameters
+    ----------
+    link : Link
+        With a vehicle that has been heard.
+    clock : Clock
+        The same as the link's.
+    autopilot : Autopilot
+        Whose rules apply.
+    samples : Samples, optional
+        What is to be flown, in z-up world axes, with the feed-forward that is to be sent.
+    frame : str
+        The vehicle's local frame: ``ned`` or ``frd``.
+    """
+    watch = VehicleWatch(link, clock, frame)
+    needs = FlightNeeds() if samples is None else flight_needs(samples)
+    parameters = Parameters(link, clock, watch.take).read(rule_parameters(autopilot.name))
+    watch.listen()
+    return [*check_parameters(autopilot.name, parameters, needs), *watch.findings(autopilot, samples)]

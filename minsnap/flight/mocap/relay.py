@@ -34,28 +34,22 @@ def vision_message(microseconds: int, position: list[float], attitude: list[floa
     )
 
 
-def odometry_message(microseconds: int, position: list[float], attitude: list[float], frame: str) -> Message:
-    """ODOMETRY without velocities, as from vision: PX4 passes it on as visual odometry, which its EKF2 fuses."""
-    return _odometry(microseconds, position, attitude, frame, _VISION)
+def odometry_message(estimator: int) -> Callable[..., Message]:
+    """ODOMETRY without velocities: as from vision, PX4's EKF2 fuses it; as from motion capture, it does not read it."""
 
+    def build(microseconds: int, position: list[float], attitude: list[float], frame: str) -> Message:
+        axes, unknown = _LOCAL_NED if frame == "ned" else _LOCAL_FRD, [math.nan] * 6
+        return load_dialect().MAVLink_odometry_message(
+            microseconds, axes, _BODY_FRD, *position, attitude, *unknown, _UNKNOWN, _UNKNOWN, 0, estimator, 0
+        )
 
-def mocap_odometry_message(microseconds: int, position: list[float], attitude: list[float], frame: str) -> Message:
-    """ODOMETRY without velocities, as from motion capture: PX4 puts it on a topic that its EKF2 does not read."""
-    return _odometry(microseconds, position, attitude, frame, _MOCAP)
-
-
-def _odometry(microseconds: int, position: list[float], attitude: list[float], frame: str, estimator: int) -> Message:
-    axes = _LOCAL_NED if frame == "ned" else _LOCAL_FRD
-    unknown = [math.nan] * 6
-    return load_dialect().MAVLink_odometry_message(
-        microseconds, axes, _BODY_FRD, *position, attitude, *unknown, _UNKNOWN, _UNKNOWN, 0, estimator, 0
-    )
+    return build
 
 
 MESSAGES = {
     "vision": vision_message,
-    "odometry": odometry_message,
-    "odometry-mocap": mocap_odometry_message,
+    "odometry": odometry_message(_VISION),
+    "odometry-mocap": odometry_message(_MOCAP),
     "mocap": mocap_message,
 }
 """What a pose can be sent as."""

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import ipaddress
 import json
 import math
+import os
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from minsnap.errors import LinkError
-from minsnap.flight.mavlink._udp import bind_udp
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.storage.table import read_table
+from minsnap.errors import FileError, LinkError
+from minsnap.flight.mavlink._transports import bind_udp
 from minsnap.flight.mavlink.schedule import Clock
 
 Quaternion = tuple[float, float, float, float]
@@ -193,3 +199,76 @@ class NatNetSource(PoseSource):
                 self.rejected += 1
                 continue
             return
+
+
+class ReplaySource(PoseSource):
+    """Poses of a comma-separated file at their times: columns t,x,y,z and yaw or qw,qx,qy,qz.
+
+    Parameters
+    ----------
+    path : str or path
+        The file; other columns, such as a setpoint file's, are passed over.
+    clock : Clock
+        Whose time it follows, from now on.
+
+    Raises
+    ------
+    FileError
+        If the columns are not there or not numbers.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], clock: Clock) -> None:
+        optional = ("vx", "vy", "vz", "ax", "ay", "az", "yaw", "yaw_rate", "qw", "qx", "qy", "qz")
+        table = read_table(path, ("t", "x", "y", "z"), optional)
+        self._t = table["t"] - table["t"][0]
+        self._positions = np.stack([table[name] for name in "xyz"], axis=1)
+        self._attitudes = _attitudes(path, table)
+        self._clock, self._start = clock, clock.now()
+
+    def latest(self) -> Pose | None:
+        """Return the pose of the file for the present time."""
+        elapsed = self._clock.now() - self._start
+        row = int(np.searchsorted(self._t, elapsed, side="right")) - 1
+        self.ended = row == len(self._t) - 1 and elapsed > self._t[-1] + 1.0
+        x, y, z = self._positions[row].tolist()
+        w, i, j, k = self._attitudes[row].tolist()
+        return Pose(self._start + float(self._t[row]), (x, y, z), (w, i, j, k))
+
+
+def _attitudes(path: str | os.PathLike[str], table: dict[str, FloatArray]) -> FloatArray:
+    quaternion = ("qw", "qx", "qy", "qz")
+    if all(name in table for name in quaternion):
+        stacked = np.stack([table[name] for name in quaternion], axis=1)
+        unit: FloatArray = stacked / np.linalg.norm(stacked, axis=1, keepdims=True)
+        return unit
+    if "yaw" not in table:
+        raise FileError(f"{path}, line 1: no column yaw, nor qw,qx,qy,qz: a pose needs an attitude")
+    half, zero = table["yaw"] / 2, np.zeros_like(table["yaw"])
+    return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1)
+
+
+def open_source(text: str, body: str | None, clock: Clock) -> PoseSource:
+    """Open ``natnet:SERVER[,LOCAL]``, ``udp:[HOST:]PORT`` or ``csv:FILE``.
+
+    Raises
+    ------
+    LinkError
+        If it is none of them or nobody answers.
+    """
+    kind, _, rest = text.partition(":")
+    if kind == "csv" and rest:
+        return ReplaySource(rest, clock)
+    if kind == "udp" and rest.rpartition(":")[2].isdecimal():
+        host, _, port = rest.rpartition(":")
+        return UdpJsonSource(host or "127.0.0.1", int(port), body, clock)
+    if kind == "natnet" and rest:
+        server, _, local = rest.partition(",")
+        return NatNetSource(server, local or "127.0.0.1", body, not _is_loopback(server), clock)
+    raise LinkError(f"cannot understand the source {text!r}: give natnet:SERVER, udp:PORT or csv:FILE", address=text)
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"

@@ -8,10 +8,8 @@ from crtp_vehicle import CrtpVehicle
 
 import minsnap
 from minsnap.errors import FlightError, LinkError
-from minsnap.flight.crazyflie.crtp_link import open_link
-from minsnap.flight.crazyflie.group_start import Volleys, planned_ways, start_group
-from minsnap.flight.crazyflie.radio_broadcast import channel_of
-from minsnap.flight.crazyflie.swarm_upload import FlightTimes, upload
+from minsnap.flight.crazyflie.crtp_link import channel_of, open_link
+from minsnap.flight.crazyflie.swarm_upload import FlightTimes, Volleys, planned_ways, start_group, upload
 from minsnap.flight.crazyflie.trajectory_memory import upload_of
 
 VOLLEYS = Volleys(hearing=0.1)

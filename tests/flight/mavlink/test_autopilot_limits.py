@@ -8,8 +8,8 @@ import pytest
 import minsnap
 from minsnap.errors import LinkError
 from minsnap.flight import CascadeController, compare, simulate
-from minsnap.flight.mavlink.autopilot_limits import autopilot_limits
-from minsnap.flight.mavlink.compensation import FeedForward
+from minsnap.flight.mavlink.parameters import autopilot_limits
+from minsnap.flight.mavlink.setpoints import FeedForward
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor
 

@@ -10,8 +10,8 @@ import minsnap
 from minsnap.errors import InputError
 from minsnap.files.consistency import check_samples
 from minsnap.flight import CascadeController, simulate
-from minsnap.flight.mavlink.compensation import FeedForward
 from minsnap.flight.mavlink.offboard import prepare
+from minsnap.flight.mavlink.setpoints import FeedForward
 from minsnap.flight.mavlink.stream_options import StreamOptions
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor

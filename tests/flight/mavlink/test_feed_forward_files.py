@@ -12,8 +12,8 @@ from minsnap.files.consistency import check_samples
 from minsnap.files.convert import read_any, write_any
 from minsnap.files.formats.robot_messages import px4_setpoints
 from minsnap.flight import CascadeController, simulate
-from minsnap.flight.mavlink.compensation import FeedForward
 from minsnap.flight.mavlink.offboard import prepare
+from minsnap.flight.mavlink.setpoints import FeedForward
 from minsnap.flight.mavlink.stream_options import StreamOptions
 from minsnap.vehicle import BodyDrag, Quadrotor
 

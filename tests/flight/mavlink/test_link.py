@@ -13,10 +13,9 @@ from clocks import SharedClock
 from standin import StandIn, mavutil
 
 from minsnap.errors import FileError, LinkError
-from minsnap.flight.mavlink.connection import open_transport
+from minsnap.flight.mavlink._transports import LinkTransport, open_transport
 from minsnap.flight.mavlink.dialect import load_dialect
 from minsnap.flight.mavlink.link import Link, open_link, read_signing_key
-from minsnap.flight.mavlink.link_transport import LinkTransport
 from minsnap.flight.mavlink.schedule import Clock
 
 

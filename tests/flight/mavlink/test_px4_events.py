@@ -9,7 +9,7 @@ from standin import mavlink
 
 from minsnap.errors import FileError
 from minsnap.flight.mavlink.dialect import load_dialect
-from minsnap.flight.mavlink.px4_events import ArmingReport, event_id, read_events
+from minsnap.flight.mavlink.vehicle_state import ArmingReport, event_id, read_events
 
 
 def heard(messages, **how):

@@ -11,11 +11,11 @@ from standin import OFFBOARD, POSCTL, PointMass, StandIn
 from minsnap.errors import FlightError
 from minsnap.flight.mavlink.link import open_link
 from minsnap.flight.mavlink.offboard import prepare
-from minsnap.flight.mavlink.safety import SafetyRules
 from minsnap.flight.mavlink.schedule import Clock
 from minsnap.flight.mavlink.sender import DirectSender, ThreadedSender, open_sender
 from minsnap.flight.mavlink.sequence import SetpointStep
 from minsnap.flight.mavlink.setpoints import Setpoint, setpoint_message
+from minsnap.flight.mavlink.stream_options import SafetyRules
 from minsnap.native.library import core, using
 
 pytestmark = [

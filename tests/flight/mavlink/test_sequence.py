@@ -10,9 +10,8 @@ from world import HERE, PX4, RATE, TABLE, World, fly, ready
 
 from minsnap.errors import InputError, LinkError, TimingError
 from minsnap.flight.mavlink.autopilot import get_autopilot
-from minsnap.flight.mavlink.safety import SafetyRules
-from minsnap.flight.mavlink.sequence import LINGER, Phase, Sequence
-from minsnap.flight.mavlink.stream_options import StreamOptions
+from minsnap.flight.mavlink.sequence import LINGER, Sequence
+from minsnap.flight.mavlink.stream_options import Phase, SafetyRules, StreamOptions
 
 GIVE_UP = 30.0
 
@@ -29,7 +28,7 @@ EVENTS = st.lists(
 def test_it_ends_only_when_nobody_follows_or_the_user_insists(events, on_entry, relative):
     world = World()
     here = (5.0, 5.0, -5.0) if relative else None
-    sequence = Sequence(TABLE, PX4, SafetyRules(), 0.0, on_entry=on_entry, here=here)
+    sequence = Sequence(TABLE, PX4, StreamOptions(trigger="mode" if on_entry else bool), 0.0, here)
     held, led = None, False
     for steps, event in [*events, (200, "posctl"), (200, "offboard")]:
         world.happen(event)
@@ -55,7 +54,7 @@ def test_it_ends_only_when_nobody_follows_or_the_user_insists(events, on_entry, 
 
 @given(st.integers(1, 60))
 def test_a_mode_left_for_less_than_a_moment_does_not_end_the_hold(steps):
-    sequence, world = Sequence(TABLE, PX4, SafetyRules(), 0.0, on_entry=False), World()
+    sequence, world = Sequence(TABLE, PX4, StreamOptions(trigger=bool), 0.0), World()
     for event, count in (("trigger", 1), ("offboard", 60), ("posctl", min(steps, round(LINGER * RATE) - 1))):
         world.happen(event)
         for _ in range(count):

@@ -9,9 +9,8 @@ from world import World, fly, ready
 
 from minsnap.errors import FlightError
 from minsnap.flight.mavlink.autopilot import AUTOPILOTS
-from minsnap.flight.mavlink.compensation import FeedForward
-from minsnap.flight.mavlink.safety import SafetyRules
-from minsnap.flight.mavlink.sequence import Phase
+from minsnap.flight.mavlink.setpoints import FeedForward
+from minsnap.flight.mavlink.stream_options import Phase, SafetyRules
 from minsnap.vehicle import Quadrotor
 
 FAST = excursion(8.0, reach=13.0)

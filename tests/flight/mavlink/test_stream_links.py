@@ -18,7 +18,7 @@ from minsnap import write_csv
 from minsnap.errors import FileError, FlightError
 from minsnap.files.frames import map_samples
 from minsnap.flight.mavlink.link import open_link
-from minsnap.flight.mavlink.stream_log import COLUMNS
+from minsnap.flight.mavlink.observer import COLUMNS
 
 LENIENT = patient_rules(link_timeout=1e6, heartbeat_timeout=1e6, abort_distance=50.0)
 

@@ -12,9 +12,8 @@ from world import HERE, TABLE, fly, ready
 
 from minsnap.errors import FlightError, InputError
 from minsnap.flight.mavlink.autopilot import AUTOPILOTS
-from minsnap.flight.mavlink.safety import SafetyRules
-from minsnap.flight.mavlink.sequence import Conditions, Phase, Sequence
-from minsnap.flight.mavlink.stream_options import StreamOptions
+from minsnap.flight.mavlink.sequence import Conditions, Sequence
+from minsnap.flight.mavlink.stream_options import Phase, SafetyRules, StreamOptions
 
 COPTER = AUTOPILOTS["ardupilot"]
 
@@ -199,7 +198,7 @@ def test_a_take_off_that_stays_refused_is_reported(clock):
 
 def test_the_rules_do_not_look_at_a_start_that_nobody_bounds():
     blind = SafetyRules(max_start_distance=np.inf)
-    sequence = Sequence(TABLE, COPTER, blind, 0.0, on_entry=False)
+    sequence = Sequence(TABLE, COPTER, StreamOptions(trigger=bool, rules=blind), 0.0)
     unseen = replace(HERE, autopilot=3, custom_mode=4, position=None)
     for slot in range(1, 60):
         seen = replace(unseen, heard=slot / 20, heartbeat=slot / 20)

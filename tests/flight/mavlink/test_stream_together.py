@@ -11,9 +11,8 @@ from standin import POSCTL, PointMass, StandIn
 from minsnap.cli.flying import links_of
 from minsnap.errors import FlightError, InputError
 from minsnap.flight.mavlink.link import open_link
-from minsnap.flight.mavlink.offboard import prepare
+from minsnap.flight.mavlink.offboard import prepare, stream_together
 from minsnap.flight.mavlink.stream_options import StreamOptions
-from minsnap.flight.mavlink.stream_together import stream_together
 from minsnap.flight.mavlink.streaming import Streamer
 
 PATHS = excursion(5.0, reach=2.0), excursion(7.0, reach=2.0)
