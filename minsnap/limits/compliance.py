@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from minsnap.basics.limit_kinds import KIND
 from minsnap.basics.tolerances import EXACT
 from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import leg_at
@@ -51,8 +50,6 @@ def kept_from(limits: Limits, trajectory: Trajectory) -> float:
 
 def keeps(limits: Limits, trajectory: Trajectory, start: float = 0.0) -> bool:
     """Whether a trajectory keeps all limits from an instant on [s]."""
-    if start <= 0.0:
-        return largest_use(limits, trajectory) <= 1.0 + KEPT
     return all(used.fraction <= 1.0 + KEPT for used in use_from(limits, trajectory, start))
 
 
@@ -62,20 +59,11 @@ def turns_within(limits: Limits | None, trajectory: Trajectory) -> bool:
     return most is None or largest_yaw_rate(trajectory)[0] <= most * (1.0 + KEPT)
 
 
-def largest_use(limits: Limits, trajectory: Trajectory) -> float:
-    """Share of the most used limit over all time; limits on norms alone are measured by the native core at once."""
-    shares = shares_of_norms(limits, trajectory)
-    if shares is None:
-        return max((used.fraction for used in limits.utilisation(trajectory)), default=0.0)
-    return max(shares.values())
+def most_used(limits: Limits, trajectory: Trajectory) -> Utilisation:
+    """Return the limit that is used most over all time."""
+    return max(limits.utilisation(trajectory), key=lambda used: used.fraction)
 
 
-def shares_of_norms(limits: Limits, trajectory: Trajectory) -> dict[int, float] | None:
-    """Shares of limits on norms over all time, by order; None where there are others, or none."""
-    limited = limits.given()
-    bounds = {KIND[name].order: limit for name, limit in limited.items() if KIND[name].measure == "norm"}
-    if not bounds or len(bounds) < len(limited) or limits.norm != "euclidean" or type(limits) is not Limits:
-        return None
-    orders = sorted(bounds)
-    norms = trajectory.max_norms(orders)
-    return {order: norm / bounds[order] for order, (norm, _) in zip(orders, norms, strict=True)}
+def largest_use(limits: Limits, trajectory: Trajectory, proved: bool = True) -> float:
+    """Share of the most used limit over all time, 0 without limits; see ``Limits.utilisation``."""
+    return max((used.fraction for used in limits.utilisation(trajectory, proved)), default=0.0)

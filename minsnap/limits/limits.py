@@ -18,8 +18,8 @@ from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
-from minsnap.limits.measures import MEASURES, Extent, Motion, exact_motion
-from minsnap.limits.utilisation import measured
+from minsnap.limits.measures import MEASURES, Extent, Motion
+from minsnap.limits.utilisation import at_instant, measured
 from minsnap.limits.vehicle_drag import medium_of
 from minsnap.limits.vehicle_use import measure_vehicle
 from minsnap.trajectory.medium import Medium
@@ -94,6 +94,7 @@ class Limits:
         for name in ("gravity", *self.given()):
             if isinstance(getattr(self, name), np.generic):  # whose own arithmetic overflows early
                 object.__setattr__(self, name, float(getattr(self, name)))
+        vars(self).pop("_given", None)
         if type(self) is Limits and self.max_thrust is not None and self.max_thrust > STRONG:
             warnings.warn(
                 f"max_thrust is {self.max_thrust:g} times the weight: if it is newtons, divide it by the weight",
@@ -142,19 +143,36 @@ class Limits:
 
     def given(self) -> dict[str, float]:
         """Return the limits that are set, by name."""
+        return dict(self._given)
+
+    @cached_property
+    def _given(self) -> dict[str, float]:
         values = {kind.name: getattr(self, kind.name, None) for kind in KINDS}
         return {name: value for name, value in values.items() if value is not None}
 
-    def utilisation(self, traj: Trajectory) -> tuple[Utilisation, ...]:
+    def utilisation(self, traj: Trajectory, proved: bool = True) -> tuple[Utilisation, ...]:
         """Return the exact utilisation of each limit over all time; 1 is fully used.
+
+        The same trajectory is measured once.
+
+        Parameters
+        ----------
+        traj : Trajectory
+        proved : bool
+            Whether uses between samples count, where limits are proved by bounds.
 
         Raises
         ------
         LimitError
             If a vertical or vehicle limit is set and the trajectory has no vertical coordinate.
         """
+        return (
+            traj.remembered("utilisation", self, lambda: self._used(traj, True)) if proved else self._used(traj, False)
+        )
+
+    def _used(self, traj: Trajectory, proved: bool) -> tuple[Utilisation, ...]:
         self.check_dim(traj.dim)
-        return self._measured(self.given(), traj)
+        return measured(self.given(), traj, self.norm, self.gravity)
 
     def use_of_state(self, derivatives: Mapping[int, FloatArray], dim: int) -> tuple[Utilisation, ...]:
         """Return the utilisation of each limit by the state at a single instant.
@@ -165,13 +183,8 @@ class Limits:
             By order; those missing are zero.
         dim : int
         """
-        instant = Trajectory(np.zeros((1, 1, dim)), np.ones(1))
-        state = Motion(lambda order: derivatives.get(order, np.zeros(dim)).reshape(1, 1, dim), self.norm, self.medium)
-        return measured(self.given(), instant, state)
-
-    def _measured(self, bounds: Mapping[str, float], traj: Trajectory) -> tuple[Utilisation, ...]:
-        """Measure limits exactly, but for the drag."""
-        return measured(bounds, traj, exact_motion(traj, self.norm, self.gravity))
+        state = Motion(lambda order: derivatives.get(order, np.zeros(dim)).reshape(1, dim), self.norm, self.medium)
+        return at_instant(self.given(), state)
 
     def check_dim(self, dim: int) -> None:
         """Raise LimitError for limits that need three coordinates where there are others."""
@@ -238,7 +251,7 @@ class VehicleLimits(Limits):
     vehicle: Any = None
     reserve: float = 0.0
 
-    def utilisation(self, traj: Trajectory) -> tuple[Utilisation, ...]:
+    def _used(self, traj: Trajectory, proved: bool) -> tuple[Utilisation, ...]:
         """Return the utilisation of each limit, and of each side of the rotors' thrust limits.
 
         The rotors' ``method`` is ``"interval"`` where interval bounds prove that no thrust goes beyond the value given
@@ -248,9 +261,9 @@ class VehicleLimits(Limits):
         """
         self.check_dim(traj.dim)
         bounds = self.given()
-        own = measure_vehicle(self.vehicle, self.reserve, bounds, traj)
+        own = measure_vehicle(self.vehicle, self.reserve, bounds, traj, proved)
         others = {name: limit for name, limit in bounds.items() if name not in own}
-        used = {entry.name: entry for entry in self._measured(others, traj)} | own
+        used = {entry.name: entry for entry in measured(others, traj, self.norm, self.gravity)} | own
         return tuple(used[kind.name] for kind in KINDS if kind.name in used)
 
     @cached_property

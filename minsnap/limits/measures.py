@@ -181,7 +181,8 @@ class _Tilt:
 
     def sampled(self, motion: Motion, order: int) -> FloatArray:
         thrust = motion.thrust()
-        return np.asarray(np.arctan2(np.linalg.norm(thrust[:, :2], axis=1), thrust[:, 2]))
+        flat = ~thrust.any(axis=1)  # free fall: no thrust has no direction
+        return np.asarray(np.where(flat, np.pi / 2.0, np.arctan2(np.linalg.norm(thrust[:, :2], axis=1), thrust[:, 2])))
 
     def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
         slope = float(np.tan(limit))
@@ -208,7 +209,10 @@ class _BodyRate:
 
     def sampled(self, motion: Motion, order: int) -> FloatArray:
         thrust, jerk = motion.axis(1)
-        return np.asarray(np.linalg.norm(np.cross(jerk, thrust), axis=1) / (thrust * thrust).sum(axis=1))
+        square = (thrust * thrust).sum(axis=1)
+        turns = square > ROUNDING**2
+        rate = np.linalg.norm(np.cross(jerk, thrust), axis=1) / np.where(turns, square, 1.0)
+        return np.asarray(np.where(turns, rate, np.inf))
 
     def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
         return []

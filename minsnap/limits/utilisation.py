@@ -7,19 +7,25 @@ from collections.abc import Mapping
 import numpy as np
 
 from minsnap.basics.limit_kinds import KIND, Kind
-from minsnap.limits.measures import MEASURES, Motion
+from minsnap.limits.measures import MEASURES, Motion, exact_motion
 from minsnap.limits.yaw_rate import largest_yaw_rate
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
 
-def measured(bounds: Mapping[str, float], traj: Trajectory, motion: Motion) -> tuple[Utilisation, ...]:
-    """Measure limits, by name, over all time of a trajectory with these derivatives."""
+def measured(bounds: Mapping[str, float], traj: Trajectory, norm: str, gravity: float) -> tuple[Utilisation, ...]:
+    """Measure limits, by name, over all time of a trajectory; exactly, but for the drag."""
+    orders = [KIND[name].order for name in bounds if KIND[name].measure == "norm"] if norm == "euclidean" else []
+    norms = dict(zip(orders, traj.max_norms([min(p, traj.degree + 1) for p in orders]) if orders else [], strict=True))
+    motion = exact_motion(traj, norm, gravity)
     used = []
     for name, limit in bounds.items():
         kind = KIND[name]
         if kind.measure == "yaw_rate":
             used.append(used_at(traj, name, limit, *largest_yaw_rate(traj)))
+            continue
+        if kind.order in norms and kind.measure == "norm":
+            used.append(used_at(traj, name, limit, *norms[kind.order]))
             continue
         value, piece, s = MEASURES[kind.measure].largest(motion, kind.order)
         instant = float(traj.breaks[piece] + s * traj.durations[piece])
@@ -27,7 +33,22 @@ def measured(bounds: Mapping[str, float], traj: Trajectory, motion: Motion) -> t
     return tuple(used)
 
 
-def used_at(traj: Trajectory, name: str, limit: float, value: float, instant: float, method: str) -> Utilisation:
+def at_instant(bounds: Mapping[str, float], state: Motion) -> tuple[Utilisation, ...]:
+    """Measure limits, by name, in the state at one instant; the yaw is no part of it."""
+    values = {
+        name: float(MEASURES[KIND[name].measure].sampled(state, KIND[name].order)[0])
+        for name in bounds
+        if KIND[name].measure in MEASURES
+    }
+    return tuple(
+        Utilisation(name, value, bounds[name], _share(KIND[name], value, bounds[name]), 0, 0.0)
+        for name, value in values.items()
+    )
+
+
+def used_at(
+    traj: Trajectory, name: str, limit: float, value: float, instant: float, method: str = "exact"
+) -> Utilisation:
     """Return the utilisation of a limit by a value that is reached at an instant [s]."""
     return Utilisation(name, value, limit, _share(KIND[name], value, limit), leg_at(traj, instant), instant, method)
 

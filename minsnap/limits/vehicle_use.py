@@ -37,7 +37,7 @@ Bound = tuple[float, float, str]
 
 
 def measure_vehicle(
-    vehicle: Quadrotor, reserve: float, bounds: Mapping[str, float], traj: Trajectory
+    vehicle: Quadrotor, reserve: float, bounds: Mapping[str, float], traj: Trajectory, proved: bool = True
 ) -> dict[str, Utilisation]:
     """Return the utilisation of the rotors' thrust range, and with drag of those of ``LIFTED`` that are set, by name.
 
@@ -54,7 +54,7 @@ def measure_vehicle(
         )
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
     lifted = {name: bounds[name] for name in LIFTED if name in bounds} if medium_of(vehicle).drags else {}
-    measured = dict(zip((*lifted, *ROTORS), VehicleBound(vehicle, traj, lifted).run(), strict=True))
+    measured = dict(zip((*lifted, *ROTORS), VehicleBound(vehicle, traj, lifted).run(proved), strict=True))
     used = {
         name: used_at(
             traj, name, limit, -measured[name][0] if KIND[name].least else measured[name][0], *measured[name][1:]
@@ -88,13 +88,13 @@ class VehicleBound:
         self.names, self.hover = (*lifted, *ROTORS), vehicle.hover_thrust
         self.margins = MARGIN * np.array([*lifted.values(), self.hover, self.hover])
 
-    def run(self) -> list[Bound]:
-        """Return the largest value of each quantity, the margin added."""
+    def run(self, prove: bool = True) -> list[Bound]:
+        """Return the largest value of each quantity, the margin added; proved, or only expected to be."""
         provable = self._provable
         t, sampled = self.sampled(PIECE_SAMPLES // 4 if provable.all() else PIECE_SAMPLES)
         values = sampled.max(axis=1) + self.margins
         provable &= np.isfinite(values)
-        if provable.any():
+        if prove and provable.any():
             names = [name for name, proof in zip(self.names, provable, strict=True) if proof]
             values[provable] = proved(values[provable], partial(self.bounds, names), self.traj)
         return [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
-from ctypes import Structure, c_char_p, c_double, c_int64, c_void_p
+from ctypes import CFUNCTYPE, Structure, c_char_p, c_double, c_int64, c_void_p
 from functools import cache
 from typing import Any, ClassVar
 
@@ -18,7 +18,28 @@ Layout = dict[str, dict[str, tuple[int, int]]]
 BOOLEANS, INTEGERS, NUMBERS = (np.uint8, np.bool_), (np.int64,), (np.float64,)
 
 
-class Record(Structure):
+class Layouted(Structure):
+    """A struct of the border, made from numbers and addresses; who makes it keeps alive what stands there."""
+
+    @classmethod
+    def check(cls, library: ctypes.CDLL) -> None:
+        """Compare the layout with that of a library.
+
+        Raises
+        ------
+        NativeCoreError
+            If names, offsets or sizes differ.
+        """
+        own = {name: (getattr(cls, name).offset, getattr(cls, name).size) for name, *_ in cls._fields_}
+        declared = layout(library).get(cls.__name__)
+        if own != declared:
+            raise NativeCoreError(
+                f"the native core has another {cls.__name__} than this minsnap: compile it anew with "
+                "'python -m minsnap.native.build', or set MINSNAP_CORE=python"
+            )
+
+
+class Record(Layouted):
     """A struct of the border, made from numbers, other records, and arrays that it keeps alive.
 
     Parameters
@@ -48,23 +69,6 @@ class Record(Structure):
             wanted = kinds[0].__name__
             raise TypeError(f"{type(self).__name__}.{name} takes a contiguous array of {wanted}, not of {value.dtype}")
         return value.ctypes.data
-
-    @classmethod
-    def check(cls, library: ctypes.CDLL) -> None:
-        """Compare the layout with that of a library.
-
-        Raises
-        ------
-        NativeCoreError
-            If names, offsets or sizes differ.
-        """
-        own = {name: (getattr(cls, name).offset, getattr(cls, name).size) for name, *_ in cls._fields_}
-        declared = layout(library).get(cls.__name__)
-        if own != declared:
-            raise NativeCoreError(
-                f"the native core has another {cls.__name__} than this minsnap: compile it anew with "
-                "'python -m minsnap.native.build', or set MINSNAP_CORE=python"
-            )
 
 
 @cache
@@ -218,3 +222,54 @@ class SetsRecord(Record):
         **dict.fromkeys(("normals", "bounds", "along", "centers", "radii", "least"), NUMBERS),
         **{"first": INTEGERS},
     }
+
+
+POLL = CFUNCTYPE(c_int64, c_double, c_int64)
+"""Called during a search; not 0 ends it."""
+
+
+class ConeGroup(Layouted):
+    """Sets that a derivative stays in, in a search for the shortest time."""
+
+    _fields_ = (
+        *_integers("count", "rows", "order", "outside", "at_knots"),
+        *_arrays("leg", "matrix", "anchor", "slope", "radius", "width"),
+    )
+
+
+class MomentaryLimit(Layouted):
+    """A limit on several derivatives at an instant, in such a search."""
+
+    _fields_ = (*_integers("kind"), *_arrays("parameters"))
+
+
+class ShortestRequest(Layouted):
+    """A search for the shortest time; see ``src/shortest_time/border.hpp``."""
+
+    _fields_ = (
+        *_integers("half", "dim", "legs", "closed", "groups", "limits", "divisions", "moving", "rough"),
+        *_arrays("parts"),
+        *_floats("worthwhile", "inwards", "tightened"),
+        *_arrays("pinned", "free", "lengths", "norms"),
+        *_floats("price", "slower"),
+        *_integers("guessed"),
+        *_arrays("guess_durations", "guess_knots", "least", "turned", "cones", "momentary"),
+        ("poll", POLL),
+    )
+
+    @classmethod
+    def check(cls, library: ctypes.CDLL) -> None:
+        """Compare the layouts of what it points to as well."""
+        super().check(library)
+        ConeGroup.check(library)
+        MomentaryLimit.check(library)
+
+
+class ShortestAnswer(Layouted):
+    """Where a search for the shortest time writes what it finds."""
+
+    _fields_ = (
+        *_integers("pieces", "iterations"),
+        *_floats("total", "wall", "limit"),
+        *_arrays("durations", "points", "knots"),
+    )

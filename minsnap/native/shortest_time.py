@@ -7,64 +7,19 @@ import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from ctypes import POINTER, Structure, byref, c_double, c_int64, c_void_p
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
+from itertools import accumulate, islice
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.native.library import Entry, NativeCoreError
+from minsnap.native.library import Entry
+from minsnap.native.records import POLL, ConeGroup, MomentaryLimit, ShortestAnswer, ShortestRequest
 from minsnap.native.status import Status
 
-_Poll = ctypes.CFUNCTYPE(c_int64, c_double, c_int64)
-
-
-class _Group(Structure):
-    """``ConeGroup`` of ``src/shortest_time/border.hpp``."""
-
-    _fields_ = [(name, c_int64) for name in ("count", "rows", "order", "outside", "at_knots")] + [
-        (name, c_void_p) for name in ("leg", "matrix", "anchor", "slope", "radius", "width")
-    ]
-
-
-class _Limit(Structure):
-    """``MomentaryLimit``."""
-
-    _fields_ = [("kind", c_int64), ("parameters", c_void_p)]
-
-
-class _Request(Structure):
-    """``ShortestRequest``."""
-
-    _fields_ = [
-        *((name, c_int64) for name in ("half", "dim", "legs", "closed", "groups", "limits")),
-        *((name, c_int64) for name in ("divisions", "moving", "rough")),
-        ("parts", c_void_p),
-        *((name, c_double) for name in ("worthwhile", "inwards", "tightened")),
-        *((name, c_void_p) for name in ("pinned", "free", "lengths", "norms")),
-        *((name, c_double) for name in ("price", "slower")),
-        ("guessed", c_int64),
-        *((name, c_void_p) for name in ("guess_durations", "guess_knots", "least", "turned")),
-        ("cones", POINTER(_Group)),
-        ("momentary", POINTER(_Limit)),
-        ("poll", _Poll),
-    ]
-
-
-class _Answer(Structure):
-    """``ShortestAnswer``."""
-
-    _fields_ = [
-        *((name, c_int64) for name in ("pieces", "iterations")),
-        *((name, c_double) for name in ("total", "wall", "limit")),
-        *((name, c_void_p) for name in ("durations", "points", "knots")),
-    ]
-
-
-_SEARCH = Entry("minsnap_shortest_time", POINTER(_Request), POINTER(_Answer))
-_LAYOUT = Entry("minsnap_shortest_layout", c_void_p, c_int64)
+_SEARCH = Entry("minsnap_shortest_time", ShortestRequest, ShortestAnswer)
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,11 +187,6 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool], bo
     search = _SEARCH.function()
     if search is None:
         return None
-    _check_layout()
-    dim, more = question.pinned.shape[2], _missing(question)
-    if more:
-        padded = search_shortest(_padded(question, more), poll)
-        return padded and replace(padded, points=padded.points[..., :dim], knots=padded.knots[..., :dim])
     raised: list[BaseException] = []
     pressed: list[int] = []
     told: list[bool] = []
@@ -250,13 +200,19 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool], bo
             return 1
 
     waypoints, half, dim = question.pinned.shape
+    more = max(0, (2 if half == 4 else 3) - dim)  # to the coordinates that are known for a degree: they are always zero
     most = (waypoints - 1) * int(np.prod(question.parts, dtype=np.int64))
     most *= 1 if question.guess is None else question.guess.pieces
-    arrays = np.empty(most), np.empty((most, 2 * half, dim)), np.empty((most + 1, half, dim))
-    answer = _Answer(0, 0, 0.0, 0.0, 0.0, *(array.ctypes.data for array in arrays))
-    request, _held = _request(question, _Poll(polled))
+    durations, points, knots = (
+        np.empty(most),
+        np.empty((most, 2 * half, dim + more)),
+        np.empty((most + 1, half, dim + more)),
+    )
+    arrays = {"durations": durations, "points": points, "knots": knots}
+    answer = ShortestAnswer(**{name: array.ctypes.data for name, array in arrays.items()})
+    request, _held = _request(question, more, POLL(polled))
     with _noting(pressed):
-        status = Status(search(byref(request), byref(answer)))
+        status = Status(search(request, answer))
     if raised:
         raise raised[0]
     if pressed and not told:
@@ -264,8 +220,8 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool], bo
     if status not in (Status.DONE, Status.SPENT, Status.NO_PROGRESS):
         return None
     count = answer.pieces * (waypoints - 1)
-    ended = status is Status.SPENT, status is not Status.NO_PROGRESS
-    return ShortestCurve(arrays[0][:count], arrays[1][:count], arrays[2][: count + 1], answer.iterations, *ended)
+    found = durations[:count], points[:count, :, :dim], knots[: count + 1, :, :dim]
+    return ShortestCurve(*found, answer.iterations, status is Status.SPENT, status is not Status.NO_PROGRESS)
 
 
 @contextmanager
@@ -282,104 +238,80 @@ def _noting(pressed: list[int]) -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _missing(question: ShortestQuestion) -> int:
-    """How many coordinates are missing to those that the native core knows for a degree."""
-    _, half, dim = question.pinned.shape
-    return max(0, (2 if half == 4 else 3) - int(dim))
+class _Block:
+    """Arrays of one kind one after the other, and the addresses at which the native core reads them."""
 
-
-def _padded(question: ShortestQuestion, more: int) -> ShortestQuestion:
-    """Return the same question with coordinates that are always zero."""
-
-    def wider(values: FloatArray) -> FloatArray:
-        return np.concatenate((values, np.zeros((*values.shape[:-1], more), dtype=values.dtype)), axis=-1)
-
-    sets = [
-        replace(one, matrix=wider(one.matrix), anchor=wider(one.anchor), slope=wider(one.slope))
-        for one in question.sets
-    ]
-    guess = question.guess and replace(question.guess, knots=wider(question.guess.knots))
-    turned = question.turned
-    if turned is not None:
-        turned = np.pad(turned, ((0, 0), (0, more), (0, more)))
-        turned_knots = turned.any(axis=(1, 2))
-        for axis in range(turned.shape[1] - more, turned.shape[1]):
-            turned[turned_knots, axis, axis] = 1.0
-    pinned, free = (
-        wider(question.pinned),
-        np.concatenate((question.free, np.zeros((*question.free.shape[:-1], more), dtype=bool)), axis=-1),
-    )
-    return replace(question, pinned=pinned, free=free, sets=sets, guess=guess, turned=turned)
-
-
-def _request(question: ShortestQuestion, poll: object) -> tuple[_Request, list[object]]:
-    """Return the request, and the arrays that it points to."""
-    held: list[object] = []
-
-    def at(values: object, kind: type) -> int:
-        array: np.ndarray[tuple[int, ...], np.dtype[Any]] = np.ascontiguousarray(values, dtype=kind)
-        held.append(array)
-        return int(array.ctypes.data)
-
-    numbers = (np.float64,) * 5
-    groups = [
-        _Group(
-            *(len(one.place), one.matrix.shape[1], one.order, one.outside, one.at_knots, at(one.place, np.int64)),
-            *(at(getattr(one, name), kind) for name, kind in zip(_NUMBERS, numbers, strict=True)),
+    def __init__(self, kind: type, arrays: Sequence[np.ndarray[Any, Any] | None]) -> None:
+        given = [None if array is None else array.ravel() for array in arrays]
+        self.values: np.ndarray[Any, Any] = np.concatenate(
+            [array for array in given if array is not None], dtype=kind, casting="unsafe"
         )
-        for one in question.sets
+        ends = accumulate((0 if array is None else array.nbytes // array.itemsize * 8 for array in given), initial=0)
+        first = self.values.ctypes.data
+        self.places = (None if array is None else first + end for array, end in zip(given, ends, strict=False))
+
+    def take(self, count: int) -> list[int | None]:
+        """Return the next addresses."""
+        return list(islice(self.places, count))
+
+
+def _request(question: ShortestQuestion, more: int, poll: object) -> tuple[ShortestRequest, object]:
+    """Return the request, with some more coordinates that are zero, and what it points to."""
+
+    def wide(values: Any) -> Any:
+        return values if values is None or not more else np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, more)])
+
+    guess, sets, limits = question.guess, question.sets, question.limits
+    values: list[FloatArray | None] = [
+        wide(question.pinned),
+        question.lengths,
+        np.array(question.norms),
+        _turned(question.turned, more),
     ]
-    table = (_Group * len(groups))(*groups)
-    limits = (_Limit * len(question.limits))(
-        *(_Limit(one.kind, at(one.parameters, np.float64)) for one in question.limits)
-    )
-    held += [table, limits]
+    values += [None] * 3 if guess is None else [guess.durations, wide(guess.knots), guess.least]
+    for one in sets:
+        values += [wide(one.matrix), wide(one.anchor), wide(one.slope), one.radius, one.width]
+    numbers = _Block(np.float64, [*values, *(np.array(one.parameters) for one in limits)])
+    whole = _Block(np.int64, [np.array(question.parts), wide(question.free), *(one.place for one in sets)])
+    (pinned, lengths, norms, turned), (times, knots, least) = numbers.take(4), numbers.take(3)
+    parts, free = whole.take(2)
+    cones = (ConeGroup * len(sets))(*(_group(one, whole, numbers) for one in sets))
+    known = (MomentaryLimit(kind=limit.kind, parameters=numbers.take(1)[0]) for limit in limits)
+    momentary = (MomentaryLimit * len(limits))(*known)
     waypoints, half, dim = question.pinned.shape
-    request = _Request(
-        *(half, dim, waypoints - 1, question.closed, len(groups), len(limits)),
-        *(len(question.parts), question.moving, question.rough),
-        at(question.parts, np.int64),
-        *(question.worthwhile, question.inwards, question.tightened),
-        *(at(question.pinned, np.float64), at(question.free, np.int64)),
-        *(at(question.lengths, np.float64), at(question.norms, np.float64)),
-        question.price,
-        *_guessed(question.guess, at),
-        None if question.turned is None else at(question.turned, np.float64),
-        table,
-        limits,
-        poll,
+    sizes = {"half": half, "dim": dim + more, "legs": waypoints - 1, "groups": len(sets), "limits": len(limits)}
+    at = {"pinned": pinned, "lengths": lengths, "norms": norms, "turned": turned, "parts": parts, "free": free}
+    if guess is not None:
+        sizes |= {"guessed": guess.pieces}
+        at |= {"guess_durations": times, "guess_knots": knots, "least": least}
+    request = ShortestRequest(
+        **sizes,
+        **at,
+        **{name: getattr(question, name) for name in _PASSED},
+        divisions=len(question.parts),
+        slower=1.0 if guess is None else guess.slower,
+        cones=ctypes.addressof(cones),
+        momentary=ctypes.addressof(momentary),
+        poll=poll,
     )
-    return request, held
+    return request, (numbers, whole, cones, momentary)
 
 
-def _guessed(guess: Guess | None, at: Callable[[object, type], int]) -> tuple[float | int | None, ...]:
-    if guess is None:
-        return 1.0, 0, None, None, None
-    least = None if guess.least is None else at(guess.least, np.float64)
-    return guess.slower, guess.pieces, at(guess.durations, np.float64), at(guess.knots, np.float64), least
+_PASSED = ("closed", "moving", "rough", "worthwhile", "inwards", "tightened", "price")
+"""What a request takes over from a question as it is."""
 
 
-_NUMBERS = ("matrix", "anchor", "slope", "radius", "width")
+def _group(sets: ConeSets, whole: _Block, numbers: _Block) -> ConeGroup:
+    kind = {"rows": sets.matrix.shape[1], "order": sets.order, "outside": sets.outside, "at_knots": sets.at_knots}
+    arrays = dict(zip(("matrix", "anchor", "slope", "radius", "width"), numbers.take(5), strict=True))
+    return ConeGroup(count=len(sets.place), leg=whole.take(1)[0], **kind, **arrays)
 
 
-def _check_layout() -> None:
-    """Raise NativeCoreError unless both sides mean the same fields at the same places."""
-    layout = _LAYOUT.function()
-    if layout is None or _Checked.done:
-        return
-    own = [
-        number
-        for struct in (_Group, _Limit, _Request, _Answer)
-        for number in (ctypes.sizeof(struct), *(getattr(struct, field[0]).offset for field in struct._fields_))
-    ]
-    declared = np.zeros(len(own) + 1, dtype=np.int64)
-    count = layout(declared.ctypes.data, len(declared))
-    if declared[:count].tolist() != own:
-        raise NativeCoreError("the native core lays the request of a search out otherwise: compile it anew")
-    _Checked.done = True
-
-
-class _Checked:
-    """Whether the layouts were compared."""
-
-    done = False
+def _turned(axes: FloatArray | None, more: int) -> FloatArray | None:
+    """Return axes of waypoints with further coordinates along themselves."""
+    if axes is None or not more:
+        return axes
+    wider = np.pad(axes, ((0, 0), (0, more), (0, more)))
+    for axis in range(axes.shape[1], axes.shape[1] + more):
+        wider[axes.any(axis=(1, 2)), axis, axis] = 1.0
+    return wider

@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_durations, refuse_repeated
@@ -18,7 +19,6 @@ from minsnap.time_allocation.least_cost import CostSearch, distance_split
 from minsnap.time_allocation.refused_times import by_necessary_walls, explained_by_times, in_other_times
 from minsnap.time_allocation.timing import (
     AttachHeading,
-    Run,
     Timed,
     Timing,
     priced_first_guess,
@@ -88,39 +88,32 @@ def looked_at(planned: Timed, task: Task, timing: Timing, samples: int | None = 
 
 
 def _timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | None = None) -> Timed:
-    if timing.limits is not None:
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what overflows is refused
-            return _within_limits(task, timing, timing.limits, finish, samples)
-    if timing.durations is not None:
-        durations = task.piece_durations(check_durations(timing.durations, task.legs))
-        return timed(solved_or_explained(task, durations, samples), finish)
-    refuse_repeated(task.waypoints, EACH)
-    durations, search = _unlimited(task, timing)
-    return timed(solved_or_explained(task, task.piece_durations(durations), samples), finish, search)
-
-
-def _within_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeading, samples: int | None) -> Timed:
+    if timing.limits is None:
+        return _unlimited(task, timing, finish, samples)
     from minsnap.time_allocation.ways import on_limits
-    from minsnap.time_allocation.within_limits import (
-        check_pinned_limits,
-        limited_plan,
-        require_limits_kept,
-        shortest_plan,
-    )
+    from minsnap.time_allocation.within_limits import check_pinned_limits, limited_plan, shortest_plan
 
-    limits.check_dim(task.dim)
-    mended = task.continuity <= task.half - 1
-    check_pinned_limits(task, limits, mended)
-    if mended and not _shortest(timing) and on_limits(task, limits):
-        return _from_limits(task, _checked(timing, task), limits, finish)
-    if timing.durations is not None:
-        durations = task.piece_durations(check_durations(timing.durations, task.legs))
-        bounded = task.with_walls(limits.walls(task.waypoints))
-        return require_limits_kept(timed(solved_or_explained(bounded, durations, samples), finish), limits)
-    refuse_repeated(task.waypoints, EACH)
-    if _shortest(timing):
-        return shortest_plan(task, timing, limits, finish)
-    return limited_plan(task, timing, limits, finish)
+    limits, shortest = timing.limits, _shortest(timing)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what overflows is refused
+        limits.check_dim(task.dim)
+        mended = task.continuity <= task.half - 1
+        check_pinned_limits(task, limits, mended)
+        if mended and not shortest and on_limits(task, limits):
+            return _from_limits(task, _checked(timing, task), limits, finish)
+        if timing.durations is not None:
+            return _in_durations(task, timing.durations, limits, finish, samples)
+        refuse_repeated(task.waypoints, EACH)
+        return (shortest_plan if shortest else limited_plan)(task, timing, limits, finish)
+
+
+def _in_durations(
+    task: Task, durations: npt.ArrayLike, limits: Limits, finish: AttachHeading, samples: int | None
+) -> Timed:
+    from minsnap.time_allocation.within_limits import require_limits_kept
+
+    checked = task.piece_durations(check_durations(durations, task.legs))
+    bounded = task.with_walls(limits.walls(task.waypoints))
+    return require_limits_kept(timed(solved_or_explained(bounded, checked, samples), finish), limits)
 
 
 def _from_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
@@ -133,21 +126,19 @@ def _from_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeadi
         if keeps(limits, free.trajectory):
             return free
     ways = connect_ends(task, limits)
-    return ways.around(_between(ways, ways.between(timing), limits, finish), limits, finish)
+    return ways.around(_between(ways, ways.between(timing), finish), limits, finish)
 
 
-def _between(ways: EndConnectors, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
+def _between(ways: EndConnectors, timing: Timing, finish: AttachHeading) -> Timed:
     """Plan between two ways with the pieces of the request, then with more."""
     from minsnap.time_allocation.ways import PIECES_BETWEEN
 
     try:
-        return _within_limits(replace(ways.task, explained=False), timing, limits, finish, None)
+        return _timed(replace(ways.task, explained=False), timing, finish)
     except LateError:
         raise
     except (InfeasibleError, SolverError):
-        return _within_limits(
-            replace(ways.task, pieces=max(PIECES_BETWEEN, ways.task.pieces)), timing, limits, finish, None
-        )
+        return _timed(replace(ways.task, pieces=max(PIECES_BETWEEN, ways.task.pieces)), timing, finish)
 
 
 def _checked(timing: Timing, task: Task) -> Timing:
@@ -162,18 +153,19 @@ def _shortest(timing: Timing) -> bool:
     return timing.durations is None and timing.total_time is None and timing.time_weight is None
 
 
-def _unlimited(task: Task, timing: Timing) -> tuple[FloatArray, Run | None]:
-    """Leg durations where nothing limits derivatives."""
-    if timing.time_weight is not None:
+def _unlimited(task: Task, timing: Timing, finish: AttachHeading, samples: int | None) -> Timed:
+    """Plan where nothing limits derivatives."""
+    search = None
+    if timing.durations is not None:
+        durations = check_durations(timing.durations, task.legs)
+    else:
+        refuse_repeated(task.waypoints, EACH)
+        if timing.split == "trapezoid":
+            raise TimingError("split='trapezoid' needs limits on speed or acceleration: give limits=")
         price = timing.time_weight
-        return searched(
-            CostSearch(task, priced_first_guess(task, price), price, timing.progress), timing.best_on_interrupt
-        )
-    if timing.split == "trapezoid":
-        raise TimingError("split='trapezoid' needs limits on speed or acceleration: give limits=")
-    first = distance_split(task, timing.total)
-    return (
-        (check_durations(first, task.legs), None)
-        if timing.split == "distance"
-        else searched(CostSearch(task, first, None, timing.progress), timing.best_on_interrupt)
-    )
+        durations = distance_split(task, timing.total) if price is None else priced_first_guess(task, price)
+        if timing.split == "distance":
+            durations = check_durations(durations, task.legs)
+        else:
+            durations, search = searched(CostSearch(task, durations, price, timing.progress), timing.best_on_interrupt)
+    return timed(solved_or_explained(task, task.piece_durations(durations), samples), finish, search)

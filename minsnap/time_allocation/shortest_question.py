@@ -1,4 +1,10 @@
-"""What is question_of of the native search for the shortest time: waypoints, walls and limits of a task in its form."""
+"""What the native search for the shortest time is asked: waypoints, walls and limits of a task in its form.
+
+The functions of limits on several derivatives at an instant stand in ``src/shortest_time/instant_limits.hpp``.  Rotors
+are limited for a constant yaw; for any other without spin about the thrust axis, however the body is turned: the rotor
+that has most to do has at most the mean thrust, the largest arm's share of the torque, and its share of that about the
+axis, which unequal inertias ask for.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +17,16 @@ from minsnap.basics.checks import SHORTEST
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.regions import KnotRegion
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.native.shortest_time import ConeSets, Guess, ShortestQuestion
+from minsnap.limits.proved_bound import MARGIN
+from minsnap.limits.vehicle_drag import medium_of
+from minsnap.native.shortest_time import ConeSets, Guess, InstantKind, InstantLimit, ShortestQuestion
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits
-from minsnap.time_allocation.instant_limits import instant_limits
+from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits, stop_and_go_times
 from minsnap.time_allocation.recovery import state_at
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.vehicle.quadrotor import Quadrotor
 
 DIVISIONS = (3, 2)
 """Parts into which pieces are divided one time after another where their number is left to the search."""
@@ -33,9 +41,7 @@ DIRECTED = 0.1
 """Share of the weight below which thrust is taken to have no direction: there a small change turns it by any angle."""
 
 
-def question_of(
-    task: Task, limits: Limits, refine: bool, heading: Heading | None = None, guess: Guess | None = None
-) -> ShortestQuestion:
+def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | None = None) -> ShortestQuestion:
     """Return the question for a task within limits.
 
     Parameters
@@ -47,14 +53,9 @@ def question_of(
         Whether the search chooses the number of pieces.
     heading : Heading, optional
         Of any curve of the task, where limits depend on it.
-    guess : Guess, optional
-        To begin from.
     """
     pinned, free, turned = _waypoints(task)
-    sets = [_sets(wall) for wall in _walls(task, limits)]
-    sets += _least_thrust(task, limits)
-    sets += [one for waypoint, region in _regions(task).items() for one in _region_sets(task, waypoint, region)]
-    parts = DIVISIONS if refine else () if task.pieces == 1 else (task.pieces,)
+    sets = [*map(_sets, _walls(task, limits)), *_least_thrust(task, limits), *_region_sets(task)]
     lengths = guessed_lengths(task)
     return ShortestQuestion(
         pinned,
@@ -63,14 +64,25 @@ def question_of(
         norm_limits(limits),
         [one for one in sets if len(one.place)],
         instant_limits(limits, heading, lengths),
-        parts if guess is None or guess.pieces < task.pieces or refine and guess.least is None else (),
+        DIVISIONS if refine else () if task.pieces == 1 else (task.pieces,),
         task.closed,
         not scales(task, limits),
         WORTHWHILE,
         0.0 if task.touches.any() else INWARD,
-        guess=guess,
         turned=turned,
     )
+
+
+def with_rates(question: ShortestQuestion, limits: Limits, heading: Heading | None) -> ShortestQuestion:
+    """Return a question with other limits on the rates of body and yaw, which are in no set."""
+    return replace(question, norms=norm_limits(limits), limits=instant_limits(limits, heading, question.lengths))
+
+
+def begun_from(question: ShortestQuestion, guess: Guess | None) -> ShortestQuestion:
+    """Return a question that begins from a curve; pieces that it has already are not made again."""
+    if guess is None:
+        return question
+    return replace(question, guess=guess, parts=question.parts if guess.pieces == 1 and guess.least is None else ())
 
 
 def coasting_guess(task: Task, times: FloatArray) -> Guess:
@@ -100,7 +112,7 @@ def scales(task: Task, limits: Limits) -> bool:
 
 
 def guess_of(curve: Trajectory, task: Task, slower: float = 1.0) -> Guess | None:
-    """Return a curve through the same legs as a guess; None where its pieces are others than those question_of for."""
+    """Return a curve through the same legs as a guess; None where its pieces are others than those asked for."""
     if curve.legs != task.legs or task.pieces not in (1, curve.pieces):
         return None
     instants = curve.leg_breaks if task.pieces == 1 else curve.breaks
@@ -172,31 +184,81 @@ def _regions(task: Task) -> dict[int, KnotRegion]:
     return regions
 
 
-def _region_sets(task: Task, waypoint: int, region: KnotRegion) -> list[ConeSets]:
-    """Return the flat sides, the ball and the crossing of a region."""
-    center = task.waypoints[waypoint]
-    axes = np.eye(task.dim)[region.upper > region.lower]
-    normals, bounds = region.normals.reshape(-1, task.dim), region.bounds
-    if np.isinf(region.radius):
-        sides = region.upper > region.lower
-        normals = np.concatenate((axes, -axes, normals))
-        bounds = np.concatenate((region.upper[sides], -region.lower[sides], bounds))
-    width = float((region.upper - region.lower).max()) / 2.0
-    sets = [_flat(waypoint, normals, bounds, width, center)]
-    if np.isfinite(region.radius):
-        radius = np.array([region.radius])
-        ball = np.array([waypoint]), np.eye(task.dim)[None], center[None], np.zeros((1, task.dim)), radius, radius
-        sets.append(ConeSets(*ball, 0, at_knots=True))
-    if region.crossing is not None:
-        sets.append(_flat(waypoint, -region.crossing[None], np.zeros(1), 1.0, np.zeros(task.dim), order=1))
-    return sets
+def _region_sets(task: Task) -> list[ConeSets]:
+    """Return the flat sides of all regions, then their balls, then the directions in which they are crossed."""
+    flat: list[tuple[int, list[float], float, float]] = []
+    balls, crossed = flat.copy(), flat.copy()
+    for waypoint, region in _regions(task).items():
+        width = float((region.upper - region.lower).max()) / 2.0
+        if np.isinf(region.radius):
+            axes = np.eye(task.dim)[region.upper > region.lower]
+            flat += [(waypoint, list(-axis), float(axis @ region.upper), width) for axis in axes]
+            flat += [(waypoint, list(axis), float(-axis @ region.lower), width) for axis in axes]
+        else:
+            balls.append((waypoint, [0.0] * task.dim, region.radius, region.radius))
+        flat += [(waypoint, list(-n), bound, width) for n, bound in zip(region.normals, region.bounds, strict=True)]
+        if region.crossing is not None:
+            crossed.append((waypoint, list(region.crossing), 0.0, 1.0))
+    kinds = (flat, 0, 0), (balls, task.dim, 0), (crossed, 0, 1)
+    return [_at_knots(task, *kind) for kind in kinds if kind[0]]
 
 
-def _flat(
-    waypoint: int, normals: FloatArray, bounds: FloatArray, width: float, anchor: FloatArray, order: int = 0
-) -> ConeSets:
-    count, dim = normals.shape
-    none, size = np.zeros((count, 0, dim)), np.full(count, width)
-    return ConeSets(
-        np.full(count, waypoint), none, np.tile(anchor, (count, 1)), -normals, bounds, size, order, at_knots=True
-    )
+def _at_knots(task: Task, rows: list[tuple[int, list[float], float, float]], size: int, order: int) -> ConeSets:
+    """Return sets from waypoint, slope, radius and width of each, with so many rows of the identity."""
+    place, slope, radius, width = (np.array([row[k] for row in rows]) for k in range(4))
+    place = place.astype(np.intp)
+    anchor = task.waypoints[place] if order == 0 else np.zeros((len(rows), task.dim))
+    matrix = np.tile(np.eye(size, task.dim), (len(rows), 1, 1))
+    return ConeSets(place, matrix, anchor, slope, radius, width, order, at_knots=True)
+
+
+def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray) -> list[InstantLimit]:
+    """Return the limits that are no sets of one derivative, to thirteen digits: no rounding of a library may decide.
+
+    Parameters
+    ----------
+    limits : Limits
+    heading : Heading or None
+        Of any curve of the task.
+    lengths : ndarray, shape (legs,)
+        Of the legs, none very short [m].
+    """
+    medium = limits.medium
+    share = 1.0 - MARGIN if medium.drags else 1.0
+    entries = []
+    if medium.drags and limits.min_thrust is not None:
+        entries.append(InstantLimit(InstantKind.LEAST_THRUST, (*medium.values, limits.min_thrust / share)))
+    if medium.drags and limits.max_thrust is not None:
+        entries.append(InstantLimit(InstantKind.MOST_THRUST, (*medium.values, limits.max_thrust * share)))
+    if medium.drags and limits.tilt is not None:
+        entries.append(InstantLimit(InstantKind.TILT, (*medium.values, float(np.tan(limits.tilt * share)))))
+    if limits.body_rate is not None:
+        entries.append(InstantLimit(InstantKind.BODY_RATE, (*medium.values, limits.body_rate * share)))
+    if isinstance(limits, VehicleLimits):
+        entries.append(_rotors(limits.vehicle, limits.reserve, None if heading is None else heading.constant))
+    if limits.yaw_rate is not None and heading is not None:
+        speed = float((lengths / stop_and_go_times(lengths, limits)).mean())
+        entries += heading.rate_limits(limits.yaw_rate, float(lengths.mean()), speed)
+    return [replace(one, parameters=tuple(float(f"{value:.13g}") for value in one.parameters)) for one in entries]
+
+
+def _rotors(vehicle: Quadrotor, reserve: float, yaw: float | None) -> InstantLimit:
+    """Limit the rotors' thrusts to a share of their room around hover, less what its proof needs."""
+    hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
+    below, above = ((1.0 - reserve) * room - MARGIN * hover for room in (hover - least, most - hover))
+    common = (*medium_of(vehicle).values, vehicle.mass, hover - below, hover + above)
+    if yaw is None:
+        return InstantLimit(InstantKind.UNSPUN_ROTORS, (*common, _leverage(vehicle), _gyration(vehicle)))
+    body = (*vehicle.inertia.reshape(-1), *vehicle.inverse_mixer.reshape(-1))
+    return InstantLimit(InstantKind.YAWED_ROTORS, (*common, float(np.cos(yaw)), float(np.sin(yaw)), *map(float, body)))
+
+
+def _leverage(vehicle: Quadrotor) -> float:
+    """Most thrust of a rotor for an angular acceleration of one about any horizontal body axis [N s^2/rad]."""
+    return float(np.linalg.norm(vehicle.inverse_mixer[:, 1:3] @ vehicle.inertia[:2, :2], axis=1).max())
+
+
+def _gyration(vehicle: Quadrotor) -> float:
+    """Most thrust of a rotor for a turn at a rate of one, whose torque comes from unequal inertias [N s^2]."""
+    (first, mixed), (_, second) = vehicle.inertia[:2, :2]
+    return float(np.abs(vehicle.inverse_mixer[:, 3]).max() * np.hypot((second - first) / 2.0, mixed))

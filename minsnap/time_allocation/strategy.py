@@ -1,7 +1,9 @@
 """What is tried for the shortest plan within limits, in which order, and when it ends.
 
-1. One interior point on the whole problem, natively (``interior_search``), from rest at every waypoint or from a curve
-   that is given; a plan that exact extrema certify is the answer.
+1. One interior point on the whole problem, natively, from rest at every waypoint or from a curve that is given.
+   It keeps walls and limits at instants and at the peaks that it sees between them; exact extrema have the last word.
+   A curve outside a wall is searched again with the walls moved further inwards, and the time is scaled until the
+   most used limit is just kept; where that does not help, the limits are tightened.
 2. Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
    limit like others, of a yaw given at the waypoints as least durations of the legs.
 3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
@@ -14,7 +16,8 @@ waypoint will do.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -23,42 +26,84 @@ from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import LATE, Deadline, LateError
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, MinsnapError, SolverError
-from minsnap.limits.compliance import KEPT, keeps
+from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.library import NativeCoreError, core, describe
 from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion, search_shortest
 from minsnap.optimisation.native_solve import in_pieces
-from minsnap.optimisation.optimum import InfeasibleRowsError
+from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
-from minsnap.time_allocation.interior_search import NOT_LONGER, InteriorSearch, solved_at
 from minsnap.time_allocation.least_cost import Log
 from minsnap.time_allocation.longer_times import RESERVES
 from minsnap.time_allocation.recovery import state_at
 from minsnap.time_allocation.refusal import explain
-from minsnap.time_allocation.shortest_question import coasting_guess, guess_of, question_of
-from minsnap.time_allocation.time_scaling import yaw_too_fast
-from minsnap.time_allocation.time_stretch import most_used, nothing_limits, touching_factor
+from minsnap.time_allocation.shortest_question import (
+    INWARD,
+    begun_from,
+    coasting_guess,
+    guess_of,
+    question_of,
+    scales,
+    with_rates,
+)
+from minsnap.time_allocation.time_stretch import (
+    nearby_factor,
+    nothing_limits,
+    paced,
+    powers_factor,
+    touching_factor,
+    yaw_too_fast,
+)
 from minsnap.time_allocation.timing import AttachHeading, Run, Timing
-from minsnap.time_allocation.yaw_pace import paced
 from minsnap.trajectory.cut_pieces import LONGEST_PIECE
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
-VANISHING = 1e-6
-"""Share of the first total below which nothing limits the time."""
 
-SOFTER, SLOWER = 2.0, 1.3
-"""Factor on rates in a first search, and on the time of its curve, from which the search goes on."""
+@dataclass(frozen=True)
+class StrategySettings:
+    """What decides when a search is repeated, and when it ends.
 
-LOOSER = 4.0
-"""Factor on limits for a curve that shows which one is in the way."""
+    Parameters
+    ----------
+    vanishing : float
+        Share of the first total below which nothing limits the time.
+    idle : float
+        Factor on time below which nothing limits it: only that curves should be smooth ended the search.
+    softer, slower : float
+        Factor on rates in a first search, and on the time of its curve, from which the search goes on.
+    looser : float
+        Factor on limits for a curve that shows which one is in the way.
+    tries : int
+        How often is searched until a curve can be certified.
+    inwards : float
+        Factor on the share by which walls are moved inwards, where a curve is outside.
+    seen, enough : float
+        Excess of a limit beyond which the search has not seen it, and by how many of them it is tightened.
+    not_longer : float
+        Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
+    grain : float
+        Factors on time are rounded up to its fractions, so that the last bits of exact extrema do not decide a plan.
+    """
 
-ANY = np.inf
-"""Share by which a plan may be slower than the curve of a search that does not know every limit."""
+    vanishing: float = 1e-6
+    idle: float = 0.8
+    softer: float = 2.0
+    slower: float = 1.3
+    looser: float = 4.0
+    tries: int = 3
+    inwards: float = 10.0
+    seen: float = 0.05
+    enough: float = 2.0
+    not_longer: float = 1e-3
+    grain: float = 2.0**32
+
+
+SETTINGS = StrategySettings()
 
 
 class Strategy:
@@ -92,7 +137,9 @@ class Strategy:
         self.log, self.interrupted, self.longest = Log(timing.progress), False, 0.0
         left = timing.time_limit
         self.due = task.deadline.due if left is None else min(task.deadline.due, task.deadline.clock() + left)
-        self.search = InteriorSearch(task, limits, finish, self.polled)
+        self.answer: ShortestCurve | None = None
+        self._last: tuple[SolvedTask, Trajectory] | None = None
+        self.walled = any(wall.order for wall in task.walls)
 
     def run(self, first: Trajectory | None = None) -> tuple[SolvedTask, Run]:
         """Return the shortest plan, certified, and its search.
@@ -121,110 +168,187 @@ class Strategy:
             solved = self._resting()
         if solved is None:
             raise LateError(LATE) if self.interrupted else self.reason()
-        return solved, Run(tuple(self.log.steps), self.interrupted)
+        return solved, Run(tuple(self.log.steps), self.interrupted, (solved, self._flown(solved)))
 
     def solve(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
         """Search, for a price of time or for the least time, with the rate of the yaw where it matters."""
-        heading = self._heading()
-        turns = self.limits.yaw_rate is not None and heading is not None and heading.limited_last
+        heading, limits = self._heading, self.limits
+        turns = limits.yaw_rate is not None and heading is not None and heading.limited_last
         known = heading is None or heading.constant is not None or heading.medium is not None
-        far = NOT_LONGER if known or self.limits.yaw_rate is not None else ANY
-        question = replace(question_of(self.task, self.limits, self.timing.refine, heading, guess), price=price)
-        first = self._first_guess(heading, turns) if guess is None else None
+        far = SETTINGS.not_longer if known or limits.yaw_rate is not None else np.inf
+        question = replace(self._question, price=price)
+        first = self._first_guess(turns) if guess is None else None
         if first is not None:
-            begun = question_of(self.task, self.limits, self.timing.refine, heading, first)
-            solved = self._run(replace(begun, price=price), far)
+            solved = self._certified(begun_from(question, first), limits, far)
             if solved is not None or self.interrupted:
                 return solved
+        question = begun_from(question, guess)
         if not turns:
-            return self._run(question, far)
-        others = replace(self.limits, yaw_rate=None)
-        free = InteriorSearch(self.task, others, self.finish, self.polled)
-        without = question_of(self.task, others, self.timing.refine, heading, guess)
-        solved = self._run(replace(without, price=price), far, free)
-        self.search.answer = free.answer
-        if solved is None or self.interrupted or keeps(self.limits, self.finish(solved.trajectory)):
+            return self._certified(question, limits, far)
+        free = replace(limits, yaw_rate=None)
+        solved = self._certified(with_rates(question, free, heading), free, far)
+        if solved is None or self.interrupted or keeps(limits, self._flown(solved)):
             return solved
-        return self._turning(solved, heading)
+        return self._turning(solved)
 
-    def _first_guess(self, heading: Heading | None, turns: bool) -> Guess | None:
+    @cached_property
+    def _heading(self) -> Heading | None:
+        """Heading of any curve of the task, where limits depend on it: of that along the straight legs."""
+        if not isinstance(self.limits, VehicleLimits) and self.limits.yaw_rate is None:
+            return None
+        return self.finish(self._straight(self.times).trajectory).yaw
+
+    @cached_property
+    def _question(self) -> ShortestQuestion:
+        return question_of(self.task, self.limits, self.timing.refine, self._heading)
+
+    def _first_guess(self, turns: bool) -> Guess | None:
         """Return a curve to begin from where rest at every waypoint is a poor one, or None."""
-        softer = self._softer(heading)
+        softer = self._softer()
         if softer is not None or turns or self.task.still:
             return softer
         return coasting_guess(self.task, self.times)
 
-    def _softer(self, heading: Heading | None) -> Guess | None:
+    def _softer(self) -> Guess | None:
         """Search with higher rates first: from rest the way around free fall, or around a point, is hard to find."""
         names = ["body_rate"] if self.limits.body_rate is not None else []
+        heading = self._heading
         soft = self.limits.yaw_rate is not None and heading is not None and heading.limited_softly
         names += ["yaw_rate"] if soft else []
         if not names:
             return None
-        limits = replace(self.limits, **{name: SOFTER * getattr(self.limits, name) for name in names})
-        question = question_of(replace(self.task, pieces=1), limits, False, heading)
-        answer = search_shortest(replace(question, rough=True), self.polled)
+        limits = replace(self.limits, **{name: SETTINGS.softer * getattr(self.limits, name) for name in names})
+        question = replace(with_rates(self._question, limits, self._heading), parts=(), rough=True)
+        answer = search_shortest(question, self.polled)
         if answer is None or not answer.kept or answer.stopped:
             return None
-        return Guess(1, answer.durations, answer.knots, SLOWER)
+        return Guess(1, answer.durations, answer.knots, SETTINGS.slower)
 
-    def _run(self, question: ShortestQuestion, far: float, search: InteriorSearch | None = None) -> SolvedTask | None:
+    def _certified(self, question: ShortestQuestion, limits: Limits, far: float) -> SolvedTask | None:
+        """Return a certified plan; None where the search has no curve, or none that can be certified nearby.
+
+        Parameters
+        ----------
+        question : ShortestQuestion
+        limits : Limits
+            Those that the question knows.
+        far : float
+            Share by which the plan may be slower than the curve of the search.
+        """
         self.log.forget()
+        last: tuple[SolvedTask, ShortestCurve] | None = None
         try:
-            return (search or self.search).run(question, far)
+            for _ in range(SETTINGS.tries):
+                self.answer = answer = search_shortest(question, self.polled)
+                if answer is None or not answer.kept or not answer.durations.max() <= LONGEST_PIECE:
+                    break
+                solved = solved_at(self.task, answer, 1.0)
+                if not solved.inside:
+                    question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, INWARD))
+                    continue
+                last = solved, answer
+                kept, excess = self._within(solved, limits, far, question.price > 0.0)
+                if kept is not None or answer.stopped or excess > SETTINGS.seen:
+                    return kept
+                question = replace(question, tightened=question.tightened + SETTINGS.enough * excess)
+            if last is None:
+                return None
+            self.answer = last[1]
+            return self._slowed(last[0], limits)
         except KeyboardInterrupt:
-            if not self.timing.best_on_interrupt:
-                raise
-            self.interrupted = True
+            self._end_at_ctrl_c()
             return None
 
-    def _turning(self, solved: SolvedTask, heading: Heading | None) -> SolvedTask | None:
-        """Search again from a plan with the limit on the rate of its yaw."""
-        task = replace(self.task, pieces=solved.task.pieces)
-        guess = guess_of(solved.trajectory, task)
-        assert guess is not None and self.limits.yaw_rate is not None
-        if heading is not None and heading.polynomial is not None:
-            curve = self.finish(solved.trajectory)
-            least = paced(curve, self.finish, self.limits.yaw_rate)
-            if least is None:
-                raise yaw_too_fast(self.limits, curve)
-            slower = float((least / guess.durations).max())
-            guess = replace(guess, slower=slower, least=least)
-        again = InteriorSearch(task, self.limits, self.finish, self.polled)
-        turned = self._run(question_of(task, self.limits, False, heading, guess), NOT_LONGER, again)
-        return turned or self._slower(solved)
+    def _within(self, solved: SolvedTask, limits: Limits, far: float, priced: bool) -> tuple[SolvedTask | None, float]:
+        """Fly the same path at the speed at which the most used limit is just kept, if that is about its own.
 
-    def _slower(self, solved: SolvedTask) -> SolvedTask | None:
-        """Fly a plan as much more slowly as all limits ask for."""
-        if not self.task.still or self.search.answer is None:
+        Returns
+        -------
+        solved : SolvedTask or None
+        excess : float
+            Of the most used limit, relative.
+        """
+        curve, answer = self._flown(solved), self.answer
+        assert answer is not None
+        if not scales(self.task, limits):
+            use = largest_use(limits, curve, proved=False)
+            if use <= 1.0 + KEPT:
+                quick = solved if priced else self._hastened(solved, limits, use)
+                kept = next((one for one in (quick, solved) if keeps(limits, self._flown(one))), None)
+                return kept, largest_use(limits, curve) - 1.0
+            excess = use - 1.0
+            if far == SETTINGS.not_longer or not self.task.still:
+                return None, excess
+        factor = _rounded(
+            powers_factor(limits, curve) or nearby_factor(limits, curve) or touching_factor(limits, curve)
+        )
+        if priced or self.walled:
+            factor = max(factor, 1.0)
+        elif factor < SETTINGS.idle and not answer.stopped:
+            raise nothing_limits(list(limits.given()))
+        kept = solved_at(self.task, answer, factor) if factor <= 1.0 + far or answer.stopped else None
+        return kept, factor - 1.0
+
+    def _hastened(self, solved: SolvedTask, limits: Limits, use: float) -> SolvedTask:
+        """Touch limits of rotors that the last barrier has kept away from; of others that costs more than it gains."""
+        if self.answer is None or not self.task.still or self.walled or not isinstance(limits, VehicleLimits):
+            return solved
+        factor = nearby_factor(limits, self._flown(solved), use, proved=False)
+        return (
+            solved if factor is None or _rounded(factor) >= 1.0 else solved_at(self.task, self.answer, _rounded(factor))
+        )
+
+    def _slowed(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:
+        """Fly the same path as much more slowly as the limits ask for."""
+        if not self.task.still or self.answer is None:
             return None
         try:
-            factor = touching_factor(self.limits, self.finish(solved.trajectory))
+            return solved_at(self.task, self.answer, touching_factor(limits, self._flown(solved)))
         except MinsnapError:
             return None
-        return solved_at(self.task, self.search.answer, factor)
+
+    def _turning(self, solved: SolvedTask) -> SolvedTask | None:
+        """Search again from a plan with the limit on the rate of its yaw."""
+        guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
+        answer, limit = self.answer, self.limits.yaw_rate
+        assert guess is not None and limit is not None
+        if self._heading is not None and self._heading.polynomial is not None:
+            curve = self._flown(solved)
+            least = paced(curve, self.finish, limit)
+            if least is None:
+                raise yaw_too_fast(self.limits, curve)
+            guess = replace(guess, slower=float((least / guess.durations).max()), least=least)
+        question = replace(begun_from(self._question, guess), parts=())
+        turned = self._certified(question, self.limits, SETTINGS.not_longer)
+        if turned is None:
+            self.answer = answer
+        return turned or self._slowed(solved, self.limits)
+
+    def _flown(self, solved: SolvedTask) -> Trajectory:
+        """Return the curve of a plan with its yaw; the same for the same plan, so that it is measured once."""
+        if self._last is None or self._last[0] is not solved:
+            self._last = solved, self.finish(solved.trajectory)
+        return self._last[1]
 
     def polled(self, total: float, pressed: bool) -> bool:
         """Tell of an iteration, and say whether the search must end: late, or by Ctrl-C."""
         self.longest = max(self.longest, total)
-        if total < VANISHING * self.longest:
+        if total < SETTINGS.vanishing * self.longest:
             raise nothing_limits(list(self.limits.given()))
         try:
             self.log.add(total, total)
             if pressed:
                 raise KeyboardInterrupt
         except KeyboardInterrupt:
-            if not self.timing.best_on_interrupt:
-                raise
-            self.interrupted = True
+            self._end_at_ctrl_c()
         self.interrupted = self.interrupted or self.task.deadline.clock() > self.due
         return self.interrupted
 
-    def _heading(self) -> Heading | None:
-        """Heading of any curve of the task, where limits depend on it: of that along the straight legs."""
-        if not isinstance(self.limits, VehicleLimits) and self.limits.yaw_rate is None:
-            return None
-        return self.finish(self._straight(self.times).trajectory).yaw
+    def _end_at_ctrl_c(self) -> None:
+        """Note that Ctrl-C ends the search, or raise it on; called while it is handled."""
+        if not self.timing.best_on_interrupt:
+            raise  # noqa: PLE0704 - the KeyboardInterrupt of the caller
+        self.interrupted = True
 
     def _straight(self, durations: FloatArray) -> SolvedTask:
         """Return the curve that rests at every waypoint."""
@@ -240,9 +364,9 @@ class Strategy:
         solved = self._straight(self.times)
         if not solved.inside:
             return None
-        factor = touching_factor(self.limits, self.finish(solved.trajectory))
+        factor = touching_factor(self.limits, self._flown(solved))
         slowed = self._straight(self.times * factor)
-        return slowed if keeps(self.limits, self.finish(slowed.trajectory)) else None
+        return slowed if keeps(self.limits, self._flown(slowed)) else None
 
     def _from_one_piece(self) -> SolvedTask | None:
         """Search with one piece a leg where several have no curve, then with several from that curve, or cut it."""
@@ -267,11 +391,11 @@ class Strategy:
         instants = np.minimum(np.append(0.0, np.cumsum(durations)), curve.duration)
         cut = ShortestCurve(durations, points, state_at(curve, instants, task.half), first.optimum.rounds, True, True)
         slower = (solved_at(task, cut, factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
-        return next((each for each in slower if each.inside and keeps(self.limits, self.finish(each.trajectory))), None)
+        return next((each for each in slower if each.inside and keeps(self.limits, self._flown(each))), None)
 
     def _planned(self) -> SolvedTask | None:
         """Plan for the durations of the search, or barely longer ones, with the limits as walls."""
-        answer = self.search.answer
+        answer = self.answer
         if answer is None or not (answer.durations <= LONGEST).all():
             return None
         task = replace(self.task, pieces=len(answer.durations) // self.task.legs)
@@ -282,7 +406,7 @@ class Strategy:
                 solved = solve(bounded, answer.durations * (1.0 + reserve), effort=Effort.TRY)
             except (InfeasibleRowsError, SolverError):
                 continue
-            if keeps(self.limits, self.finish(solved.trajectory)):
+            if keeps(self.limits, self._flown(solved)):
                 return replace(solved, task=task)
         return None
 
@@ -297,7 +421,7 @@ class Strategy:
                 f"{used.value:.6g} on leg {used.leg} at {used.instant:.4g} s where {used.limit:.6g} is allowed; raise "
                 "it or change the path"
             )
-        answer = self.search.answer
+        answer = self.answer
         durations = answer.durations if answer is not None and answer.kept else self.times
         if not (durations <= LONGEST).all():
             return SolverError(f"no plan that keeps the limits was found within {LONGEST:g} s a leg: loosen a limit")
@@ -310,9 +434,32 @@ class Strategy:
     def _exceeded(self) -> Utilisation | None:
         """Return the limit that a curve within looser ones exceeds most; None without such a curve."""
         names = [name for name in self.limits.given() if KIND[name].order or name in ("max_thrust", "body_rate")]
-        looser = replace(self.limits, **{name: LOOSER * getattr(self.limits, name) for name in names})
-        answer = search_shortest(question_of(self.task, looser, False, self._heading()), self.polled)
+        looser = replace(self.limits, **{name: SETTINGS.looser * getattr(self.limits, name) for name in names})
+        answer = search_shortest(question_of(self.task, looser, False, self._heading), self.polled)
         if answer is None or not answer.kept or self.interrupted:
             return None
         used = most_used(self.limits, self.finish(solved_at(self.task, answer, 1.0).trajectory))
         return used if used.fraction > 1.0 + KEPT else None
+
+
+def _rounded(factor: float) -> float:
+    return float(np.ceil(factor * SETTINGS.grain)) / SETTINGS.grain
+
+
+def solved_at(task: Task, answer: ShortestCurve, factor: float) -> SolvedTask:
+    """Wrap the curve of a search, flown more slowly by a factor, as a solved task."""
+    pieces = len(answer.durations) // task.legs
+    continuity = max(task.continuity, task.half - 1)
+    if (pieces, continuity) != (task.pieces, task.continuity):
+        task = replace(task, pieces=pieces, continuity=continuity)
+    durations = answer.durations * factor
+    units = task.units(durations)
+    scale, knots = 1.0, np.empty_like(answer.knots)
+    for order in range(task.half):
+        knots[:, order] = answer.knots[:, order] * (scale / units.of_order(order))
+        scale /= factor
+    knots[:, 0] = (answer.knots[:, 0] - task.positions) / units.length
+    optimum = Optimum(
+        knots, None, np.zeros(0), answer.iterations, "interior point", core="native", points=answer.points
+    )
+    return SolvedTask(task, durations, units, optimum)

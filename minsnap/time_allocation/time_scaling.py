@@ -9,19 +9,17 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Walls
-from minsnap.errors import LimitError, SolverError, TimingError
-from minsnap.limits.compliance import keeps
+from minsnap.errors import SolverError, TimingError
+from minsnap.limits.compliance import keeps, largest_use
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Patience, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.derivative_walls import kept_factor, without_derivative_walls
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
 from minsnap.time_allocation.least_cost import BARRED, Log, distance_split, trapezoid_times
-from minsnap.time_allocation.time_stretch import most_used
+from minsnap.time_allocation.time_stretch import kept_factor, without_derivative_walls, yaw_too_fast
 from minsnap.time_allocation.timing import AttachHeading, Run, Timed, Timing, searched, solved_or_explained, timed
-from minsnap.trajectory.trajectory import Trajectory
 
 SCALED_LEGS = 20
 """Legs up to which the proportions of a plan that is only scaled are searched."""
@@ -77,15 +75,6 @@ def flown_fastest(
     return planned
 
 
-def yaw_too_fast(limits: Limits, curve: Trajectory) -> LimitError:
-    """Say that the yaw is a function of time, which no speed slows."""
-    used = next(used for used in limits.utilisation(curve) if used.name == "yaw_rate")
-    return LimitError(
-        f"the yaw turns at {used.value:.4g} rad/s at {used.instant:.4g} s, however slow the plan, and "
-        f"{used.limit:g} rad/s are allowed: give one that turns more slowly"
-    )
-
-
 def _by_stops(task: Task, limits: Limits) -> FloatArray:
     """Piece durations of stops at all waypoints."""
     return task.piece_durations(stop_and_go_times(task.lengths, limits))
@@ -133,7 +122,7 @@ class _ScaledSearch:
             trajectory = self.finish(self.patience.solve(self.shape, durations).trajectory)
             factor = np.exp(self.best[0]) / trajectory.duration if np.isfinite(barred) else None
             if factor is not None:
-                used = most_used(self.limits, trajectory.stretched(factor)).fraction
+                used = largest_use(self.limits, trajectory.stretched(factor))
                 if used > 1.05:  # slower than the best by about the root of it, which will do
                     return self.best[0] + min(0.5 * float(np.log(used)), BARRED)
             factor = kept_factor(self.limits, self.task.walls, trajectory, factor)

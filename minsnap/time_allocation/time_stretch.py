@@ -1,17 +1,36 @@
-"""The factor on time at which the most used limit is just reached."""
+"""Factors on time: at which the most used limit is just reached, walls on derivatives are kept, the yaw is slow enough.
+
+A derivative of order p is divided by the p-th power of a factor on time.  Walls around zero, such as a greatest
+velocity, are kept by all factors from one on; others, such as a least velocity, may be kept by none.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.limit_kinds import KIND
-from minsnap.errors import LimitError
-from minsnap.limits.compliance import KEPT
+from minsnap.corridors.constraint import Walls
+from minsnap.corridors.margins import nearest_wall
+from minsnap.errors import LimitError, SolverError
+from minsnap.limits.compliance import KEPT, largest_use
 from minsnap.limits.limits import Limits
-from minsnap.trajectory.report import Utilisation
+from minsnap.limits.yaw_rate import largest_yaw_rate
 from minsnap.trajectory.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from minsnap.optimisation.task import Task
+    from minsnap.time_allocation.timing import AttachHeading
+
+WALL_PRECISION, DOUBLINGS = 1e-10, 20
+"""Of a factor with which walls on derivatives are kept, relative, and how often one is doubled until they are."""
+
+ROUNDS, INSTANTS, ENOUGH = 40, 33, 1e-3
+"""How often legs that turn too fast are slowed, at how many instants a piece, and the relative excess that is left."""
 
 LIMIT_MET, SECANTS, TIME_STEP = 2e-7, 6, 0.05
 """How near to 1 it is brought by the secant method, in how many steps, each how far at most."""
@@ -27,11 +46,6 @@ SLOWEST = 40.0
 
 FIRST_STEP, PRECISION = 0.02, 1e-13
 """Of the logarithm of a factor on time."""
-
-
-def most_used(limits: Limits, trajectory: Trajectory) -> Utilisation:
-    """Return the limit that is used most."""
-    return max(limits.utilisation(trajectory), key=lambda used: used.fraction)
 
 
 def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None = None) -> float:
@@ -51,26 +65,28 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None 
     def over(logarithm: float, exact: bool = False) -> float:
         return _most_used_safely(limits, trajectory.stretched(float(np.exp(logarithm))), exact) - 1.0
 
-    orders = [KIND[name].order for name in limits.given()]
-    if guess is not None and not all(orders):
+    if not limits.given():
+        raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
+    powers = powers_factor(limits, trajectory)
+    if guess is not None and powers is None:
         nearby = nearby_factor(limits, trajectory.stretched(guess))
         if nearby is not None:
             return guess * nearby
-    if not orders:
-        raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
-    root = _by_powers(limits, trajectory, orders) if all(orders) else _by_bracket(over, limits)
+    if powers is not None and powers <= np.exp(-SLOWEST):
+        raise nothing_limits(list(limits.given()))
+    root = _by_bracket(over, limits) if powers is None else float(np.log(powers))
     while over(root, True) > 0.0:
         root += PRECISION + abs(root) * 1e-12
     return float(np.exp(root))
 
 
-def _by_powers(limits: Limits, trajectory: Trajectory, orders: Sequence[int]) -> float:
-    """Logarithm of the factor for limits on derivatives, of which the one of order p is divided by its p-th power."""
+def powers_factor(limits: Limits, trajectory: Trajectory) -> float | None:
+    """Return the same factor of limits on derivatives, one of order p divided by its p-th power; None for others."""
+    orders = [KIND[name].order for name in limits.given()]
+    if not orders or not all(orders):
+        return None
     used = limits.utilisation(trajectory)
-    factor = max(entry.fraction ** (1.0 / order) for entry, order in zip(used, orders, strict=True))
-    if factor <= np.exp(-SLOWEST):
-        raise nothing_limits(list(limits.given()))
-    return float(np.log(factor))
+    return max(float(entry.fraction ** (1.0 / order)) for entry, order in zip(used, orders, strict=True))
 
 
 def _by_bracket(over: Callable[..., float], limits: Limits) -> float:
@@ -90,7 +106,9 @@ def _by_bracket(over: Callable[..., float], limits: Limits) -> float:
     return root
 
 
-def nearby_factor(limits: Limits, trajectory: Trajectory, use: float | None = None) -> float | None:
+def nearby_factor(
+    limits: Limits, trajectory: Trajectory, use: float | None = None, proved: bool = True
+) -> float | None:
     """Return the same factor where it is near one, by a few steps of the secant method; None if they do not find it.
 
     They end where more time means more use.
@@ -99,11 +117,13 @@ def nearby_factor(limits: Limits, trajectory: Trajectory, use: float | None = No
     ----------
     use : float, optional
         Share of the most used limit as the trajectory is, where it is known.
+    proved : bool
+        Whether uses between samples count, where limits are proved by bounds.
     """
     place, slope, best, last = 0.0, -2.0, np.inf, (np.nan, np.nan)
     for _ in range(SECANTS):
         if use is None:
-            use = most_used(limits, trajectory.stretched(float(np.exp(place)))).fraction
+            use = largest_use(limits, trajectory.stretched(float(np.exp(place))), proved)
         excess, use = float(np.log(np.clip(use, 1e-3, 1e3))), None
         if excess <= KEPT:
             best = min(best, place)
@@ -149,3 +169,104 @@ def _most_used_safely(limits: Limits, trajectory: Trajectory, exact: bool) -> fl
         least = trajectory.extent((0.0, 0.0, 1.0), 2)[0] / limits.gravity + 1.0
         fractions.append(limits.min_thrust / least if least > 0.0 else OVERUSED)
     return min(max(fractions), OVERUSED)
+
+
+def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray | None:
+    """Return durations of the pieces, none shorter than those of a curve, at which the yaw keeps a limit on its rate.
+
+    Parameters
+    ----------
+    curve : Trajectory
+    finish : callable
+        Gives a curve its yaw.
+    limit : float
+        [rad/s].
+
+    Returns
+    -------
+    ndarray, shape (pieces in all,), or None
+        [s]; None where they take longer than the whole curve flown as slowly, as with a yaw that is a function of time.
+    """
+    durations = curve.durations.copy()
+    most = max(1.0, largest_yaw_rate(curve)[0] / limit) * curve.duration * (1.0 + ENOUGH)
+    for _ in range(ROUNDS):
+        if durations.sum() > most:
+            break
+        slower = finish(Trajectory(curve.control_points, durations, pieces=curve.pieces))
+        t = slower.breaks[:-1, None] + np.linspace(0.0, 1.0, INSTANTS) * slower.durations[:, None]
+        rate = np.abs(slower.yaw(t, 1)).max(axis=1)
+        rate = np.repeat(rate.reshape(curve.legs, -1).max(axis=1), curve.pieces)
+        if rate.max() <= limit * (1.0 + ENOUGH):
+            return durations
+        durations *= np.sqrt(np.maximum(rate / limit, 1.0))
+    return None
+
+
+def yaw_too_fast(limits: Limits, curve: Trajectory) -> LimitError:
+    """Say that the yaw is a function of time, which no speed slows."""
+    used = next(used for used in limits.utilisation(curve) if used.name == "yaw_rate")
+    return LimitError(
+        f"the yaw turns at {used.value:.4g} rad/s at {used.instant:.4g} s, however slow the plan, and "
+        f"{used.limit:g} rad/s are allowed: give one that turns more slowly"
+    )
+
+
+def on_derivatives(walls: Sequence[Walls]) -> list[Walls]:
+    """Return those walls that bound a derivative."""
+    return [wall for wall in walls if wall.order]
+
+
+def without_derivative_walls(task: Task) -> Task:
+    """Return a task with its walls on positions alone, which no change of time breaks."""
+    kept = [wall for wall in task.walls if not wall.order]
+    return task if len(kept) == len(task.walls) else replace(task, walls=kept)
+
+
+def walled_factor(walls: Sequence[Walls], curve: Trajectory, least: float) -> float | None:
+    """Return the least factor on time, from one on, with which a curve keeps walls; None without one.
+
+    Parameters
+    ----------
+    walls : sequence of Walls
+        Those on positions are kept or broken by every factor alike.
+    curve : Trajectory
+    least : float
+        Factor from which on it is looked for.
+    """
+    bounded = on_derivatives(walls)
+
+    def keeps(factor: float) -> bool:
+        nearest = nearest_wall(curve.stretched(factor), bounded)
+        return nearest is None or nearest.value >= 0.0
+
+    if not bounded or keeps(least):
+        return least
+    low = high = least
+    for _ in range(DOUBLINGS):
+        low, high = high, 2.0 * high
+        if keeps(high):
+            break
+    else:
+        return None
+    while high - low > WALL_PRECISION * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if keeps(middle) else (middle, high)
+    return high
+
+
+def kept_factor(limits: Limits, walls: Sequence[Walls], curve: Trajectory, guess: float | None = None) -> float:
+    """Return the least factor on time with which a curve keeps limits and walls on derivatives.
+
+    Parameters are those of :func:`touching_factor`.
+
+    Raises
+    ------
+    LimitError
+        If the path uses none of the limits at any speed.
+    SolverError
+        If walls are kept by no factor with which the limits are.
+    """
+    factor = walled_factor(walls, curve, touching_factor(limits, curve, guess))
+    if factor is None:
+        raise SolverError("no speed was found at which the path keeps its limits and the walls on derivatives")
+    return factor

@@ -163,11 +163,14 @@ AttachHeading = Callable[[Trajectory], Trajectory]
 
 def timed(solved: SolvedTask, finish: AttachHeading, search: Run | None = None, factor: float = 1.0) -> Timed:
     """Wrap a solved task, stretched by a factor on time, with what its search left."""
-    trajectory = solved.trajectory
-    if factor != 1.0:
-        trajectory = trajectory.stretched(factor)
     steps, interrupted = (tuple(search.steps), search.interrupted) if search else ((), False)
-    return Timed(solved, finish(trajectory), steps, interrupted)
+    if factor != 1.0:
+        curve = finish(solved.trajectory.stretched(factor))
+    elif search is not None and search.flown is not None and search.flown[0] is solved:
+        curve = search.flown[1]
+    else:
+        curve = finish(solved.trajectory)
+    return Timed(solved, curve, steps, interrupted)
 
 
 def solved_or_explained(task: Task, durations: FloatArray, samples: int | None = None) -> SolvedTask:
@@ -207,10 +210,11 @@ def priced_factor(solved: SolvedTask, price: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What a search left: its steps, and whether it was interrupted."""
+    """What a search left: its steps, whether it was interrupted, and its plan with the curve that was measured."""
 
     steps: tuple[Step, ...]
     interrupted: bool = False
+    flown: tuple[SolvedTask, Trajectory] | None = None
 
 
 def searched(search: Any, best: bool) -> tuple[FloatArray, Run]:

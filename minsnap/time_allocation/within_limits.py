@@ -10,7 +10,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import Deadline
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, SolverError, UnprovedError
-from minsnap.limits.compliance import KEPT, keeps
+from minsnap.limits.compliance import KEPT, keeps, most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -25,7 +25,7 @@ from minsnap.time_allocation.moving_start import as_timed, moves, shortest_from
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
-from minsnap.time_allocation.time_stretch import most_used, touching_factor
+from minsnap.time_allocation.time_stretch import touching_factor
 from minsnap.time_allocation.timing import (
     AttachHeading,
     Run,

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from math import perm
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from scipy.interpolate import BPoly, PPoly
 
     from minsnap.trajectory.report import Report
+
+T = TypeVar("T")
 
 FARTHEST = 1e150
 """Largest control point [m]: those of a plan whose durations lie far apart are far beyond its waypoints."""
@@ -136,6 +138,13 @@ class Trajectory(ReadOnly, Path):
     def report(self) -> Report | None:
         """How the plan was made; None for other trajectories."""
         return None if self.how is None else self.how.report(self)
+
+    def remembered(self, what: str, by: object, ask: Callable[[], T]) -> T:
+        """Return what was asked of this very curve and by this very object, both compared by identity; asked once."""
+        known = vars(self).get(what)
+        if known is None or known[0] is not by:
+            known = vars(self)[what] = by, ask()
+        return cast(T, known[1])
 
     @cached_property
     def breaks(self) -> FloatArray:

@@ -5,7 +5,6 @@ import pytest
 
 import minsnap
 from minsnap.limits.limits import Limits
-from minsnap.limits.measures import exact_motion
 from minsnap.limits.utilisation import leg_at, measured
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import VelocityHeading
@@ -207,7 +206,7 @@ def test_an_instant_belongs_to_the_leg_that_begins_there():
 
 def test_limits_are_measured_in_the_order_in_which_they_are_given():
     path = minsnap.plan(CORNERS, [4, 2, 4, 2])
-    used = measured({"yaw_rate": 1.0, "speed": 2.0}, path, exact_motion(path, "euclidean", GRAVITY))
+    used = measured({"yaw_rate": 1.0, "speed": 2.0}, path, "euclidean", GRAVITY)
     assert [each.name for each in used] == ["yaw_rate", "speed"]
 
 

@@ -8,11 +8,11 @@ from tasks import REFERENCE, random_legs, spinless
 
 import minsnap
 from minsnap.errors import InfeasibleError, LimitError
+from minsnap.limits.compliance import most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import sampled_motion
 from minsnap.limits.vehicle_drag import flat_drag, lateral_alike
 from minsnap.limits.vehicle_use import VehicleBound
-from minsnap.time_allocation.time_stretch import most_used
 from minsnap.vehicle import BodyDrag, Quadrotor, RotorSpeedDrag, flat_states, flatness_of
 
 VEHICLES = {"f330": Quadrotor.dji_f330(), "crazyflie": Quadrotor.crazyflie()}

@@ -7,9 +7,13 @@ import pytest
 
 from minsnap.native import library, records
 from minsnap.native.library import NativeCoreError, address
-from minsnap.native.records import CorridorRecord, Record, SplitRecord, WallsRecord
+from minsnap.native.records import CorridorRecord, Layouted, Record, ShortestRequest, SplitRecord, WallsRecord
 
-EVERY = [value for value in vars(records).values() if isinstance(value, type) and Record in value.__bases__]
+EVERY = [
+    value
+    for value in vars(records).values()
+    if isinstance(value, type) and {Record, Layouted} & set(value.__bases__) and value is not Record
+]
 
 
 @pytest.fixture
@@ -57,6 +61,13 @@ def test_arrays_that_are_not_contiguous_or_of_another_kind_are_refused(array):
 def test_integers_do_not_pass_for_numbers():
     with pytest.raises(TypeError, match="float64, not of int64"):
         SplitRecord(durations=np.ones(3, dtype=np.int64))
+
+
+def test_what_a_request_points_to_is_compared_as_well(native, monkeypatch):
+    fields = [("limits", c_double), *records.MomentaryLimit._fields_]
+    monkeypatch.setattr(records, "MomentaryLimit", type("MomentaryLimit", (Layouted,), {"_fields_": fields}))
+    with pytest.raises(NativeCoreError, match="another MomentaryLimit"):
+        ShortestRequest.check(native)
 
 
 def test_arrays_live_as_long_as_their_record():

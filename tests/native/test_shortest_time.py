@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from minsnap import Limits, Tube
-from minsnap.native import shortest_time
-from minsnap.native.library import NativeCoreError, core, using
+from minsnap.native.library import core, using
 from minsnap.native.shortest_time import search_shortest
 from minsnap.planning.planner import placed_task
 from minsnap.time_allocation.shortest_question import question_of
@@ -82,11 +81,3 @@ def test_what_is_malformed_or_unknown_is_not_answered():
     assert search_shortest(replace(good, parts=(10**6,)), go_on) is None
     with using("python"):
         assert search_shortest(good, go_on) is None
-
-
-def test_a_library_that_lays_structs_out_otherwise_is_refused(monkeypatch):
-    swapped = type("_Answer", (shortest_time._Answer,), {"_fields_": [("more", shortest_time.c_int64)]})
-    monkeypatch.setattr(shortest_time, "_Answer", swapped)
-    monkeypatch.setattr(shortest_time._Checked, "done", False)
-    with pytest.raises(NativeCoreError, match="compile it anew"):
-        search_shortest(question(), go_on)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.limits.compliance import most_used
 from minsnap.limits.limits import Limits
-from minsnap.time_allocation.time_stretch import most_used, touching_factor
+from minsnap.time_allocation.time_stretch import touching_factor
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 

@@ -18,13 +18,13 @@ from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import SolverError, WaypointError
-from minsnap.limits.compliance import keeps
+from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ACCELERATION, SPEED
 from minsnap.optimisation.planned_yaw import chosen_heading
 from minsnap.paths.missions.course import Course, Stop, knots_of, section_arguments
 from minsnap.planning.planner import plan
-from minsnap.time_allocation.time_stretch import most_used, nearby_factor, touching_factor
+from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.trajectory.trajectory import Trajectory, concatenate
 from minsnap.trajectory.velocity_heading import Velocity
 

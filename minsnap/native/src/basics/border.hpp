@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "shortest_time/border.hpp"
+
 namespace minsnap {
 
 // Walls on pieces, as in walls.hpp.
@@ -282,6 +284,54 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(SetsRecord, centers),
     MINSNAP_FIELD(SetsRecord, radii),
     MINSNAP_FIELD(SetsRecord, least),
+    MINSNAP_FIELD(ConeGroup, count),
+    MINSNAP_FIELD(ConeGroup, rows),
+    MINSNAP_FIELD(ConeGroup, order),
+    MINSNAP_FIELD(ConeGroup, outside),
+    MINSNAP_FIELD(ConeGroup, at_knots),
+    MINSNAP_FIELD(ConeGroup, leg),
+    MINSNAP_FIELD(ConeGroup, matrix),
+    MINSNAP_FIELD(ConeGroup, anchor),
+    MINSNAP_FIELD(ConeGroup, slope),
+    MINSNAP_FIELD(ConeGroup, radius),
+    MINSNAP_FIELD(ConeGroup, width),
+    MINSNAP_FIELD(MomentaryLimit, kind),
+    MINSNAP_FIELD(MomentaryLimit, parameters),
+    MINSNAP_FIELD(ShortestRequest, half),
+    MINSNAP_FIELD(ShortestRequest, dim),
+    MINSNAP_FIELD(ShortestRequest, legs),
+    MINSNAP_FIELD(ShortestRequest, closed),
+    MINSNAP_FIELD(ShortestRequest, groups),
+    MINSNAP_FIELD(ShortestRequest, limits),
+    MINSNAP_FIELD(ShortestRequest, divisions),
+    MINSNAP_FIELD(ShortestRequest, moving),
+    MINSNAP_FIELD(ShortestRequest, rough),
+    MINSNAP_FIELD(ShortestRequest, parts),
+    MINSNAP_FIELD(ShortestRequest, worthwhile),
+    MINSNAP_FIELD(ShortestRequest, inwards),
+    MINSNAP_FIELD(ShortestRequest, tightened),
+    MINSNAP_FIELD(ShortestRequest, pinned),
+    MINSNAP_FIELD(ShortestRequest, free),
+    MINSNAP_FIELD(ShortestRequest, lengths),
+    MINSNAP_FIELD(ShortestRequest, norms),
+    MINSNAP_FIELD(ShortestRequest, price),
+    MINSNAP_FIELD(ShortestRequest, slower),
+    MINSNAP_FIELD(ShortestRequest, guessed),
+    MINSNAP_FIELD(ShortestRequest, guess_durations),
+    MINSNAP_FIELD(ShortestRequest, guess_knots),
+    MINSNAP_FIELD(ShortestRequest, least),
+    MINSNAP_FIELD(ShortestRequest, turned),
+    MINSNAP_FIELD(ShortestRequest, cones),
+    MINSNAP_FIELD(ShortestRequest, momentary),
+    MINSNAP_FIELD(ShortestRequest, poll),
+    MINSNAP_FIELD(ShortestAnswer, pieces),
+    MINSNAP_FIELD(ShortestAnswer, iterations),
+    MINSNAP_FIELD(ShortestAnswer, total),
+    MINSNAP_FIELD(ShortestAnswer, wall),
+    MINSNAP_FIELD(ShortestAnswer, limit),
+    MINSNAP_FIELD(ShortestAnswer, durations),
+    MINSNAP_FIELD(ShortestAnswer, points),
+    MINSNAP_FIELD(ShortestAnswer, knots),
 };
 
 #undef MINSNAP_FIELD

@@ -1,5 +1,4 @@
-// What Python asks of the search for the shortest time, and what it gets: plain numbers and pointers. The layouts of both
-// structs are compared by name when the library is loaded (`minsnap_shortest_layout`).
+// What Python asks of the search for the shortest time, and what it gets: plain numbers and pointers, listed in basics/border.hpp.
 #pragma once
 
 #include <cstdint>

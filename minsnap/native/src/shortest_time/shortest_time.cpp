@@ -4,7 +4,6 @@
 #include "shortest_time/searches.hpp"
 
 #include <algorithm>
-#include <cstddef>
 
 #include "basics/export.hpp"
 
@@ -49,65 +48,4 @@ MINSNAP_EXPORT std::int32_t minsnap_shortest_time(const minsnap::ShortestRequest
     if (status != Status::done) return static_cast<std::int32_t>(status);
     const bool usual = request->half == 4 && (request->dim == 2 || request->dim == 3);
     return static_cast<std::int32_t>(usual ? minsnap::search_usual(*request, *answer) : minsnap::search_other(*request, *answer));
-}
-
-// Sizes of the three structs and offsets of their fields, in order, which Python compares with its own: how many were written.
-MINSNAP_EXPORT std::int32_t minsnap_shortest_layout(std::int64_t *found, std::int64_t room) {
-    using namespace minsnap;
-    const std::size_t layout[] = {sizeof(ConeGroup),
-                                  offsetof(ConeGroup, count),
-                                  offsetof(ConeGroup, rows),
-                                  offsetof(ConeGroup, order),
-                                  offsetof(ConeGroup, outside),
-                                  offsetof(ConeGroup, at_knots),
-                                  offsetof(ConeGroup, leg),
-                                  offsetof(ConeGroup, matrix),
-                                  offsetof(ConeGroup, anchor),
-                                  offsetof(ConeGroup, slope),
-                                  offsetof(ConeGroup, radius),
-                                  offsetof(ConeGroup, width),
-                                  sizeof(MomentaryLimit),
-                                  offsetof(MomentaryLimit, kind),
-                                  offsetof(MomentaryLimit, parameters),
-                                  sizeof(ShortestRequest),
-                                  offsetof(ShortestRequest, half),
-                                  offsetof(ShortestRequest, dim),
-                                  offsetof(ShortestRequest, legs),
-                                  offsetof(ShortestRequest, closed),
-                                  offsetof(ShortestRequest, groups),
-                                  offsetof(ShortestRequest, limits),
-                                  offsetof(ShortestRequest, divisions),
-                                  offsetof(ShortestRequest, moving),
-                                  offsetof(ShortestRequest, rough),
-                                  offsetof(ShortestRequest, parts),
-                                  offsetof(ShortestRequest, worthwhile),
-                                  offsetof(ShortestRequest, inwards),
-                                  offsetof(ShortestRequest, tightened),
-                                  offsetof(ShortestRequest, pinned),
-                                  offsetof(ShortestRequest, free),
-                                  offsetof(ShortestRequest, lengths),
-                                  offsetof(ShortestRequest, norms),
-                                  offsetof(ShortestRequest, price),
-                                  offsetof(ShortestRequest, slower),
-                                  offsetof(ShortestRequest, guessed),
-                                  offsetof(ShortestRequest, guess_durations),
-                                  offsetof(ShortestRequest, guess_knots),
-                                  offsetof(ShortestRequest, least),
-                                  offsetof(ShortestRequest, turned),
-                                  offsetof(ShortestRequest, cones),
-                                  offsetof(ShortestRequest, momentary),
-                                  offsetof(ShortestRequest, poll),
-                                  sizeof(ShortestAnswer),
-                                  offsetof(ShortestAnswer, pieces),
-                                  offsetof(ShortestAnswer, iterations),
-                                  offsetof(ShortestAnswer, total),
-                                  offsetof(ShortestAnswer, wall),
-                                  offsetof(ShortestAnswer, limit),
-                                  offsetof(ShortestAnswer, durations),
-                                  offsetof(ShortestAnswer, points),
-                                  offsetof(ShortestAnswer, knots)};
-    std::int64_t count = 0;
-    for (const std::size_t number : layout)
-        if (count < room) found[count++] = static_cast<std::int64_t>(number);
-    return static_cast<std::int32_t>(count);
 }
