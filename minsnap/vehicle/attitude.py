@@ -14,15 +14,77 @@ rates and angular accelerations as solutions of one 3 x 3 system.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.transport import FREE_FALL
-from minsnap.vehicle.motion import FlatMotion, Triple, cross, dot, norm
 
 PARALLEL = 1e-6
 """Thrust within this angle [rad] of the yaw direction leaves the lateral axis undefined."""
+
+Triple = tuple[FloatArray, FloatArray, FloatArray]
+Quadruple = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class FlatMotion:
+    """Vectors to which the body axes are perpendicular, each with two derivatives, shape (3, m).
+
+    Parameters
+    ----------
+    alpha, beta : tuple of 3 ndarrays
+        What ``x_B`` and ``y_B`` are perpendicular to [m/s^2], [m/s^3], [m/s^4].
+    gamma : ndarray, shape (3, m)
+        Its component along ``z_B`` is the thrust per mass [m/s^2].
+    heading : tuple of 3 ndarrays
+        A direction that ``y_B`` is perpendicular to, and its derivatives: ``x_C`` of the yaw, or a forward axis.
+    spinless : bool
+        Whether it is a forward axis, which turns with the thrust axis and so leaves the sign of ``y_B`` no choice.
+    """
+
+    alpha: Triple
+    beta: Triple
+    gamma: FloatArray
+    heading: Triple
+    spinless: bool = False
+
+
+def flat_motion(motion: Quadruple, heading: Triple, media: Sequence[Medium], spinless: bool = False) -> FlatMotion:
+    """Compute the vectors that determine the attitude.
+
+    Parameters
+    ----------
+    motion : tuple of 4 ndarrays, shape (3, m)
+        Velocity through the air, acceleration, jerk, snap, in the world frame.
+    heading : tuple of 3 ndarrays, shape (3, m)
+        Direction that ``y_B`` is perpendicular to and its two derivatives; of a yaw, see ``heading_of``.
+    media : sequence of 1 or 3 Medium
+        Gravity, and the drag along each of the body's axes; one is that of all.
+    spinless : bool
+        Whether the heading is a forward axis.
+    """
+    alpha, beta, (gamma, *_) = [_lifted(medium, motion) for medium in media] * (3 // len(media))
+    return FlatMotion(alpha, beta, gamma, heading, spinless)
+
+
+def _lifted(medium: Medium, motion: Quadruple) -> Triple:
+    """Vector that a body axis is perpendicular to, with two derivatives."""
+    force, change, bend = (np.ascontiguousarray(part.T) for part in medium.lift(*(part.T for part in motion)))
+    return force, change, bend
+
+
+def heading_of(yaw: Triple) -> Triple:
+    """Return the yaw direction ``(cos, sin, 0)`` and its two derivatives, each of shape (3, m)."""
+    angle, rate, acceleration = yaw
+    zero = np.zeros_like(angle)
+    along = np.stack([np.cos(angle), np.sin(angle), zero])
+    across = np.stack([-along[1], along[0], zero])
+    return along, rate * across, acceleration * across - rate**2 * along
 
 
 def body_frame(motion: FlatMotion) -> tuple[Triple, BoolArray]:
@@ -140,3 +202,19 @@ def _solve(motion: FlatMotion, frame: Triple, known: Triple, singular: BoolArray
     turn = (known[2] * up_beta - known[1] * up_heading) / determinant
     pitch = (turn * dot(lateral, alpha) + known[0]) / np.where(singular, np.inf, dot(vertical, alpha))
     return np.stack([roll, pitch, turn])
+
+
+def dot(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the scalar product of each column, shape (m,)."""
+    return np.asarray(left[0] * right[0] + left[1] * right[1] + left[2] * right[2])
+
+
+def norm(vectors: FloatArray) -> FloatArray:
+    """Return the length of each column, shape (m,)."""
+    return np.sqrt(dot(vectors, vectors))
+
+
+def cross(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the vector product of each column, shape (3, m)."""
+    (x, y, z), (u, v, w) = left, right
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u])

@@ -44,13 +44,7 @@ class HubDrag(Drag, Protocol):
     """Drag that acts at each rotor's hub: it depends on the body rates and also exerts a torque."""
 
     def wrench(
-        self,
-        velocity: npt.ArrayLike,
-        body_rates: npt.ArrayLike,
-        hubs: FloatArray,
-        *,
-        pitch: npt.ArrayLike = 0.0,
-        rotor_speed: npt.ArrayLike = 0.0,
+        self, velocity: npt.ArrayLike, body_rates: npt.ArrayLike, hubs: FloatArray, **air: npt.ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
         """Return force [N] and torque [N m] in the body frame, each of shape (..., 3).
 
@@ -60,8 +54,8 @@ class HubDrag(Drag, Protocol):
             Through the air, and about the body's axes [m/s], [rad/s].
         hubs : ndarray, shape (4, 3)
             Where the rotors are in the body frame [m].
-        pitch, rotor_speed
-            As for :meth:`Drag.force`.
+        **air
+            Pitch and rotor speeds, as :meth:`Drag.force` takes them.
         """
         ...
 
@@ -156,18 +150,12 @@ class RotorSpeedDrag:
         return -np.asarray(total)[..., None] * self.coefficient * np.asarray(velocity, dtype=np.float64)
 
     def wrench(
-        self,
-        velocity: npt.ArrayLike,
-        body_rates: npt.ArrayLike,
-        hubs: FloatArray,
-        *,
-        pitch: npt.ArrayLike = 0.0,
-        rotor_speed: npt.ArrayLike = 0.0,
+        self, velocity: npt.ArrayLike, body_rates: npt.ArrayLike, hubs: FloatArray, **air: npt.ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
         """Return force and torque of the drag at every hub; see :class:`HubDrag`."""
         rates = np.asarray(body_rates, dtype=np.float64)[..., None, :]
         local = np.asarray(velocity, dtype=np.float64)[..., None, :] + np.cross(rates, hubs)
-        forces = -np.asarray(rotor_speed, dtype=np.float64)[..., None] * self.coefficient * local
+        forces = -np.asarray(air["rotor_speed"], dtype=np.float64)[..., None] * self.coefficient * local
         return forces.sum(axis=-2), np.cross(hubs, forces).sum(axis=-2)
 
     def at(self, rotor_speed: float) -> BodyDrag:
@@ -187,30 +175,22 @@ class SumOfDrags:
 
     parts: tuple[Drag, ...]
 
-    def force(
-        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
-    ) -> FloatArray:
+    def force(self, velocity: npt.ArrayLike, **air: npt.ArrayLike) -> FloatArray:
         """Return the force in the body frame, shape (..., 3) [N]; see :class:`Drag`."""
         none = np.zeros(np.shape(velocity))
-        return sum((part.force(velocity, pitch=pitch, rotor_speed=rotor_speed) for part in self.parts), start=none)
+        return sum((part.force(velocity, **air) for part in self.parts), start=none)
 
     def wrench(
-        self,
-        velocity: npt.ArrayLike,
-        body_rates: npt.ArrayLike,
-        hubs: FloatArray,
-        *,
-        pitch: npt.ArrayLike = 0.0,
-        rotor_speed: npt.ArrayLike = 0.0,
+        self, velocity: npt.ArrayLike, body_rates: npt.ArrayLike, hubs: FloatArray, **air: npt.ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
         """Return force and torque of all parts; parts that do not act at the hubs add no torque."""
         force, torque = np.zeros(np.shape(velocity)), np.zeros(np.shape(velocity))
         for part in self.parts:
             if isinstance(part, HubDrag):
-                more = part.wrench(velocity, body_rates, hubs, pitch=pitch, rotor_speed=rotor_speed)
+                more = part.wrench(velocity, body_rates, hubs, **air)
                 force, torque = force + more[0], torque + more[1]
             else:
-                force = force + part.force(velocity, pitch=pitch, rotor_speed=rotor_speed)
+                force = force + part.force(velocity, **air)
         return force, torque
 
 

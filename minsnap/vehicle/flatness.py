@@ -10,7 +10,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import GRAVITY, FloatArray
+from minsnap.basics.arrays import GRAVITY as GRAVITY
+from minsnap.basics.arrays import FloatArray
+from minsnap.trajectory.medium import Medium
 
 
 def thrust_vector(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
@@ -115,14 +117,13 @@ def body_rates(
         Roll, pitch and yaw rate about the body's axes [rad/s]; zero at singular instants (see
         :func:`minsnap.vehicle.attitude.body_frame`).
     """
-    from minsnap.vehicle.attitude import body_frame, rates_of
-    from minsnap.vehicle.motion import flat_motion, heading_of
+    from minsnap.vehicle.attitude import body_frame, flat_motion, heading_of, rates_of
 
     lift, change = np.atleast_2d(spatial(acceleration)).T, np.atleast_2d(spatial(jerk)).T
     zero = np.zeros(lift.shape[1])
     still = np.zeros_like(lift)
     turning = (zero + np.asarray(yaw, dtype=np.float64), zero + np.asarray(yaw_rate, dtype=np.float64), zero)
-    motion = flat_motion((still, lift, change, still), heading_of(turning), gravity)
+    motion = flat_motion((still, lift, change, still), heading_of(turning), [Medium(gravity)])
     frame, singular = body_frame(motion)
     return rates_of(motion, frame, singular).T
 

@@ -1,4 +1,9 @@
-"""A quadrotor as an immutable value: body, rotors, drag, and the quantities derived from them."""
+"""A quadrotor as an immutable value: body, rotors, drag, and the quantities derived from them.
+
+Rotors are numbered counter-clockwise seen from above. In the + layout they are left, rear, right and front; in the x
+layout front-left, rear-left, rear-right and front-right. Rotors 1 and 3 turn the body counter-clockwise (+), 2 and 4
+clockwise.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +11,27 @@ import math
 import os
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import GRAVITY, FloatArray, ReadOnly
+from minsnap.basics.arrays import GRAVITY, SMALLEST, FloatArray, ReadOnly, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.errors import VehicleError
 from minsnap.vehicle.drag import BodyDrag, Drag
-from minsnap.vehicle.mixer import mixer_matrix, rotor_positions
-from minsnap.vehicle.parameter_checks import checked_inertia, non_negative, positive
+
+LAYOUTS: dict[str, tuple[float, float, float, float]] = {
+    "x": (45.0, 135.0, 225.0, 315.0),
+    "+": (90.0, 180.0, 270.0, 0.0),
+}
+"""Angle of each rotor's arm from the forward axis [deg]."""
+
+SPINS = np.array([1.0, -1.0, 1.0, -1.0])
+"""Sign of each rotor's reaction torque on the body about z."""
+
+_SLACK = 1e-9
+"""Relative rounding allowed in the symmetry and the triangle inequality of an inertia."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +54,7 @@ class Quadrotor(ReadOnly):
     rotor_speed_max, rotor_speed_min : float
         [rad/s].
     layout : {"x", "+"}
-        See :mod:`minsnap.vehicle.mixer` for the numbering.
+        See :mod:`minsnap.vehicle.quadrotor` for the numbering.
     drag : Drag
         Force of the air; none by default.
     motor_time_constant : float
@@ -72,11 +88,11 @@ class Quadrotor(ReadOnly):
 
     def __post_init__(self) -> None:
         for name in ("mass", "arm_length", "thrust_coefficient", "torque_coefficient", "rotor_speed_max", "gravity"):
-            object.__setattr__(self, name, positive(name, getattr(self, name)))
+            object.__setattr__(self, name, _positive(name, getattr(self, name)))
         for name in ("rotor_speed_min", "motor_time_constant", "delay"):
-            object.__setattr__(self, name, non_negative(name, getattr(self, name)))
-        object.__setattr__(self, "inertia", checked_inertia(self.inertia))
-        rotor_positions(self.layout, self.arm_length)
+            object.__setattr__(self, name, _non_negative(name, getattr(self, name)))
+        object.__setattr__(self, "inertia", _checked_inertia(self.inertia))
+        _hubs(self.layout, self.arm_length)
         if self.rotor_speed_min >= self.rotor_speed_max:
             limits = f"{self.rotor_speed_min} and {self.rotor_speed_max} rad/s"
             raise VehicleError(f"the rotor speed limits are {limits}: the lower must be below the upper")
@@ -86,12 +102,12 @@ class Quadrotor(ReadOnly):
     @cached_property
     def rotor_positions(self) -> FloatArray:
         """Rotor hubs in the body frame, shape (4, 3) [m]."""
-        return _read_only(rotor_positions(self.layout, self.arm_length))
+        return _read_only(_hubs(self.layout, self.arm_length))
 
     @cached_property
     def mixer(self) -> FloatArray:
         """Matrix from rotor thrusts to thrust and torques, shape (4, 4)."""
-        return _read_only(mixer_matrix(self.rotor_positions, self.torque_coefficient / self.thrust_coefficient))
+        return _read_only(_mixer_matrix(self.rotor_positions, self.torque_coefficient / self.thrust_coefficient))
 
     @cached_property
     def inverse_mixer(self) -> FloatArray:
@@ -189,3 +205,98 @@ class Quadrotor(ReadOnly):
 def _read_only(array: FloatArray) -> FloatArray:
     array.flags.writeable = False
     return array
+
+
+def _hubs(layout: str, arm_length: float) -> FloatArray:
+    """Return the positions of the rotors in the body frame, shape (4, 3) [m].
+
+    Raises
+    ------
+    VehicleError
+        If the layout is not known.
+    """
+    if layout not in LAYOUTS:
+        raise VehicleError(f"the layout is {shown(layout)}: it must be one of {', '.join(LAYOUTS)}")
+    angle = np.radians(LAYOUTS[layout])
+    unit = np.round(np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1), 15)
+    return np.asarray(arm_length * unit)
+
+
+def _mixer_matrix(positions: FloatArray, torque_per_thrust: float) -> FloatArray:
+    """Return the matrix from rotor thrusts to total thrust and torques about x, y, z.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (4, 3)
+        Rotor hubs in the body frame [m].
+    torque_per_thrust : float
+        Torque coefficient over thrust coefficient [m].
+
+    Returns
+    -------
+    ndarray, shape (4, 4)
+        Rows: thrust [1], torques [m]; columns: rotors.
+    """
+    return np.stack([np.ones(4), positions[:, 1], -positions[:, 0], SPINS * torque_per_thrust])
+
+
+def _positive(name: str, value: Any) -> float:
+    """Return a finite number above 0, or raise VehicleError."""
+    number = _number(name, value)
+    if not number >= SMALLEST:
+        raise VehicleError(f"{name} is {shown(value)}: it must be a number above 0")
+    return number
+
+
+def _non_negative(name: str, value: Any) -> float:
+    """Return a finite number not below 0, or raise VehicleError."""
+    number = _number(name, value)
+    if number < 0:
+        raise VehicleError(f"{name} is {shown(value)}: it must be 0 or more")
+    return number
+
+
+def _number(name: str, value: Any) -> float:
+    number = numbers(value)
+    if number is None or number.ndim or not bounded(number):
+        raise VehicleError(f"{name} is {shown(value)}: it must be a finite number")
+    return float(number)
+
+
+def _checked_inertia(value: npt.ArrayLike) -> FloatArray:
+    """Return an inertia as a read-only matrix, shape (3, 3), or raise VehicleError.
+
+    A rigid body's matrix is symmetric and positive definite, and none of its principal moments exceeds the sum of the
+    other two.
+    """
+    values = numbers(value)
+    if values is None or values.shape not in ((3,), (3, 3)) or not bounded(values).all():
+        raise VehicleError(f"inertia is {shown(value)}: give 3 finite moments or a finite 3 x 3 matrix")
+    matrix = np.diag(values) if values.ndim == 1 else values
+    _check_body(matrix)
+    matrix = 0.5 * (matrix + matrix.T)
+    matrix.flags.writeable = False
+    return matrix
+
+
+def _check_body(matrix: FloatArray) -> None:
+    if np.abs(matrix - matrix.T).max() > _SLACK * np.abs(matrix).max():
+        raise VehicleError("the inertia matrix is not symmetric: check its off-diagonal entries")
+    least, middle, most = np.linalg.eigvalsh(matrix)
+    if least <= 0:
+        raise VehicleError(f"the inertia is not positive definite: its smallest principal moment is {least:g} kg m^2")
+    if most > (least + middle) * (1 + _SLACK):
+        raise VehicleError(
+            f"the principal moments {least:g}, {middle:g} and {most:g} kg m^2 cannot be those of a rigid body: "
+            "the largest must not exceed the sum of the others"
+        )
+
+
+def read_vehicle(path: str | os.PathLike[str]) -> Quadrotor:
+    """Read a vehicle from YAML; see :func:`minsnap.vehicle.yaml.read_described` for the fields and the errors."""
+    return Quadrotor.from_yaml(path)
+
+
+def write_vehicle(vehicle: Quadrotor, path: str | os.PathLike[str]) -> None:
+    """Write a vehicle as YAML in one atomic step; reading it returns exactly the same numbers."""
+    vehicle.to_yaml(path)

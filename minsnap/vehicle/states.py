@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import BoolArray, FloatArray, own_arrays
 from minsnap.errors import ThrustError, VehicleError
-from minsnap.vehicle.attitude import angular_accelerations_of, body_frame, rates_of
+from minsnap.trajectory.medium import Medium
+from minsnap.trajectory.path import Path
+from minsnap.vehicle.attitude import (
+    FlatMotion,
+    angular_accelerations_of,
+    body_frame,
+    dot,
+    flat_motion,
+    heading_of,
+    rates_of,
+)
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.flatness import spatial
-from minsnap.vehicle.motion import FlatMotion, Quadruple, Triple, dot, flat_motion, heading_of
 from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.rotation import quaternions
-
-if TYPE_CHECKING:
-    from minsnap.trajectory.path import Path
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,25 +109,19 @@ def flat_states(
     zero = np.zeros(air.shape[1])
     turning = tuple(zero + np.asarray(value, dtype=np.float64) for value in (yaw, yaw_rate, yaw_acceleration))
     heading = heading_of(turning)  # type: ignore[arg-type]
-    return _states(vehicle, _motion(vehicle, (air, *columns), heading, _flat_drag(vehicle, drag)))  # type: ignore[arg-type]
+    return _states(vehicle, flat_motion((air, *columns), heading, _media(vehicle, drag)))  # type: ignore[arg-type]
 
 
-def _motion(
-    vehicle: Quadrotor, motion: Quadruple, heading: Triple, drag: BodyDrag, spinless: bool = False
-) -> FlatMotion:
-    if drag.absent:
-        return flat_motion(motion, heading, vehicle.gravity, spinless=spinless)
-    linear, quadratic = drag.linear / vehicle.mass, drag.quadratic / vehicle.mass
-    return flat_motion(motion, heading, vehicle.gravity, linear, quadratic, spinless)
-
-
-def _flat_drag(vehicle: Quadrotor, drag: BodyDrag | None) -> BodyDrag:
-    """Return the drag to invert, or raise VehicleError if motion is not flat with it."""
+def _media(vehicle: Quadrotor, drag: BodyDrag | None) -> list[Medium]:
+    """Return gravity and the drag to invert, or raise VehicleError if motion is not flat with it."""
     chosen = vehicle.drag if drag is None else drag
     if not isinstance(chosen, BodyDrag):
         kind = type(chosen).__name__
         raise VehicleError(f"motion is not flat with drag of kind {kind}: give drag=BodyDrag(...) in its place")
-    return chosen
+    if chosen.absent:
+        return [Medium(vehicle.gravity)]
+    sides = zip(chosen.linear / vehicle.mass, chosen.quadratic / vehicle.mass, strict=True)
+    return [Medium(vehicle.gravity, linear, quadratic) for linear, quadratic in sides]
 
 
 def _states(vehicle: Quadrotor, motion: FlatMotion) -> FlatStates:
@@ -169,7 +168,7 @@ def flatness_of(
         return flat_states(vehicle, *derivatives, *turning, wind=wind, drag=drag)
     columns = [np.ascontiguousarray(spatial(value).T) for value in derivatives]
     columns[0] = columns[0] - np.asarray(wind, dtype=np.float64)[:, None]
-    return _states(vehicle, _motion(vehicle, tuple(columns), forward, _flat_drag(vehicle, drag), True))  # type: ignore[arg-type]
+    return _states(vehicle, flat_motion(tuple(columns), forward, _media(vehicle, drag), True))  # type: ignore[arg-type]
 
 
 def check_rotor_limits(vehicle: Quadrotor, states: FlatStates, t: npt.ArrayLike) -> None:

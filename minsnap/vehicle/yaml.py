@@ -148,13 +148,10 @@ def _describe(drag: Drag) -> dict[str, Any]:
             return {"linear": drag.linear.tolist(), "quadratic": drag.quadratic.tolist()}
         case RotorSpeedDrag():
             return {"per_rotor_speed": drag.coefficient.tolist()}
-        case SurfaceDrag():
-            surface = {entry.name: getattr(drag.surface, entry.name) for entry in fields(Surface)}
-            surface |= {
-                "variables": list(drag.surface.variables),
-                "exponents": [list(e) for e in drag.surface.exponents],
-            }
-            surface |= {"coefficients": drag.surface.coefficients.tolist()}
-            surface |= {"measured": {name: list(span) for name, span in drag.surface.measured.items()}}
-            return {"surface": surface, "count": drag.count}
+        case SurfaceDrag(surface=surface):
+            plain = {entry.name: getattr(surface, entry.name) for entry in fields(Surface)}
+            plain |= {"variables": list(surface.variables), "exponents": [list(e) for e in surface.exponents]}
+            measured = {name: list(span) for name, span in surface.measured.items()}
+            plain |= {"coefficients": surface.coefficients.tolist(), "measured": measured}
+            return {"surface": plain, "count": drag.count}
     raise VehicleError(f"drag of kind {type(drag).__name__} has no description: set it in Python")
