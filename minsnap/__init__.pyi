@@ -7,6 +7,7 @@ from .basics.version import __version__ as __version__
 from .certificate import Certificate as Certificate
 from .certificate import certify as certify
 from .corridors.boxes import Boxes as Boxes
+from .corridors.boxes import Room as Room
 from .corridors.gates import Ball as Ball
 from .corridors.gates import Gate as Gate
 from .corridors.half_spaces import HalfSpaces as HalfSpaces
@@ -15,7 +16,6 @@ from .corridors.keep_out import Cylinder as Cylinder
 from .corridors.keep_out import Ellipsoid as Ellipsoid
 from .corridors.occupancy_grid import corridor_from_grid as corridor_from_grid
 from .corridors.polytopes import Polytopes as Polytopes
-from .corridors.room import Room as Room
 from .corridors.sampled import Sampled as Sampled
 from .corridors.tubes import RoundTube as RoundTube
 from .corridors.tubes import Tube as Tube

@@ -92,14 +92,19 @@ def interpolated(t: FloatArray, known: FloatArray, values: FloatArray) -> FloatA
     return np.stack([np.interp(t, known, column) for column in values.T], axis=1)
 
 
+def set_fields(value: Any, **entries: Any) -> None:
+    """Set fields of a frozen dataclass while it is made; its arrays, which must be its own, become read-only."""
+    for name, entry in entries.items():
+        _freeze(entry)
+        object.__setattr__(value, name, entry)
+
+
 def own_arrays(value: Any) -> None:
     """Replace every array field of a frozen dataclass by a read-only copy; called from ``__post_init__``."""
     for field in fields(value):
         array = getattr(value, field.name)
         if isinstance(array, np.ndarray):
-            owned = array.copy()
-            owned.flags.writeable = False
-            object.__setattr__(value, field.name, owned)
+            set_fields(value, **{field.name: array.copy()})
 
 
 class ReadOnly:

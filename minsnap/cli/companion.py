@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
 
 if TYPE_CHECKING:
-    from minsnap.corridors.room import Room
+    from minsnap.corridors.boxes import Room
     from minsnap.flight.mavlink.stream_options import StreamStatus
     from minsnap.flight.mavlink.streaming import Streamer
     from minsnap.limits.limits import Limits

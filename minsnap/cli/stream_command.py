@@ -95,7 +95,7 @@ def _listening(file: Path, trigger: str, port: str | None, room: str | None) -> 
     import numpy as np
 
     from minsnap.cli.companion import Listening
-    from minsnap.corridors.room import Room
+    from minsnap.corridors.boxes import Room
     from minsnap.paths.missions.course_file import read_course
     from minsnap.paths.missions.mission import plan_mission
 

@@ -1,4 +1,5 @@
 from .boxes import Boxes as Boxes
+from .boxes import Room as Room
 from .constraint import Constraint as Constraint
 from .constraint import Walls as Walls
 from .gate_passages import GatePassage as GatePassage
@@ -11,7 +12,6 @@ from .keep_out import Cylinder as Cylinder
 from .keep_out import Ellipsoid as Ellipsoid
 from .occupancy_grid import corridor_from_grid as corridor_from_grid
 from .polytopes import Polytopes as Polytopes
-from .room import Room as Room
 from .sampled import Sampled as Sampled
 from .tubes import RoundTube as RoundTube
 from .tubes import Tube as Tube

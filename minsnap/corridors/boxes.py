@@ -1,4 +1,4 @@
-"""Boxes: a sequence of axis-aligned boxes, one per leg, each overlapping the next."""
+"""Boxes of free space: one per leg, each overlapping the next, or one room for all legs."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers
+from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.checks import SIZE
-from minsnap.corridors.constraint import Walls, leg_scales
+from minsnap.corridors.constraint import Constraint, Walls, leg_scales
 from minsnap.errors import CorridorError
 
 AXES = "xyz"
@@ -39,8 +39,7 @@ class Boxes(ReadOnly):
         lower, upper = check_bounds(self.lower, self.upper, "boxes", 2)
         _refuse_infinite(lower, upper)
         _refuse_apart(*_common(lower, upper), lower, upper)
-        object.__setattr__(self, "lower", lower)
-        object.__setattr__(self, "upper", upper)
+        set_fields(self, lower=lower, upper=upper)
 
     def __len__(self) -> int:
         return len(self.lower)
@@ -171,3 +170,47 @@ def _refuse_apart(low: FloatArray, high: FloatArray, lower: FloatArray, upper: F
         f"boxes {box} and {box + 1} {how}: along {axis_name(axis)} they run {ranges}; they need a volume in common",
         leg=box,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Room(ReadOnly):
+    """One axis-aligned box for all legs.
+
+    Parameters
+    ----------
+    lower, upper : array_like, shape (dim,)
+        Opposite corners [m]; infinite where there is no wall, such as ``(-inf, -inf, 0)`` for a floor alone.
+
+    Raises
+    ------
+    CorridorError
+        If a bound is not a number or a lower one is not below its upper one; on use, if the waypoints have other
+        coordinates.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+
+    def __post_init__(self) -> None:
+        lower, upper = check_bounds(self.lower, self.upper, "room", 1)
+        set_fields(self, lower=lower, upper=upper)
+
+    def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
+        """Return two planes for each leg and axis, fewer where a bound is infinite."""
+        check_dim(len(self.lower), waypoints, "room")
+        legs = len(waypoints) - 1
+        lower, upper = np.tile(self.lower, (legs, 1)), np.tile(self.upper, (legs, 1))
+        return [box_faces(lower, upper, leg_scales(waypoints), "room")]
+
+
+def as_room(room: Room | Sequence[npt.ArrayLike] | None) -> list[Constraint]:
+    """Convert the argument ``room`` to constraints: two corners become a ``Room``."""
+    if room is None:
+        return []
+    if hasattr(room, "walls"):
+        return [room]
+    try:
+        lower, upper = room
+    except (TypeError, ValueError):
+        raise CorridorError("room must be a Room or two corners, such as ((-4, -4, 0), (4, 4, 6))") from None
+    return [Room(lower, upper)]  # type: ignore[arg-type]

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.argument_names import explains_names
-from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers
+from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.checks import check_array, check_distance
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
@@ -40,7 +40,7 @@ class Ball(ReadOnly):
             raise WaypointError(
                 f"the radius of a ball is {shown(radius)}: give one, or one per waypoint, not negative [m]"
             )
-        object.__setattr__(self, "radius", values)
+        set_fields(self, radius=values)
 
     def of_waypoints(self, count: int) -> FloatArray:
         """Radius around each of ``count`` waypoints, shape (count,) [m].
@@ -205,11 +205,8 @@ class Gate(ReadOnly):
             raise WaypointError(
                 f"two corners of a gate are both {corners[0].tolist()}: it is too small beside its place"
             )
-        for name, value in (("center", center), ("normal", normal), ("corners", corners)):
-            value.flags.writeable = False
-            object.__setattr__(self, name, value)
-        object.__setattr__(self, "crossing", int(crossing))
-        object.__setattr__(self, "margin", check_distance("the margin of a gate", margin, WaypointError))
+        room = check_distance("the margin of a gate", margin, WaypointError)
+        set_fields(self, center=center, normal=normal, corners=corners, crossing=int(crossing), margin=room)
         if self.margin and self.edges()[1].min() <= 0.0:
             room = float(self.edges()[1].min()) + self.margin
             raise WaypointError(

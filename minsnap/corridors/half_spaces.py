@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded
+from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded, set_fields
 from minsnap.basics.checks import is_whole
 from minsnap.basics.messages import shown
 from minsnap.corridors.boxes import as_numbers, check_dim
@@ -47,10 +47,7 @@ class HalfSpaces(ReadOnly):
         if not (is_whole(self.order) and self.order in (0, 1, 2)):
             raise CorridorError(f"the order of half-spaces is {shown(self.order)}: give 0, 1 or 2")
         normal, offset = half_space_rows(self.normal, self.offset, "the half-spaces")
-        object.__setattr__(self, "normal", normal)
-        object.__setattr__(self, "offset", offset)
-        object.__setattr__(self, "order", int(self.order))
-        object.__setattr__(self, "legs", _legs(self.legs))
+        set_fields(self, normal=normal, offset=offset, order=int(self.order), legs=_legs(self.legs))
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return one plane for each leg and half-space."""

@@ -11,9 +11,9 @@ from math import inf
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers
+from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, numbers, set_fields
+from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
 from minsnap.errors import CorridorError
 
@@ -82,16 +82,15 @@ class Cylinder(ReadOnly):
     high: float = inf
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "center", _numbers(self.center, (2,), "the center of a cylinder", "x and y [m]"))
-        radius = _numbers(self.radius, (), "the radius of a cylinder", "a positive number [m]", 0.0)
+        center = check_array("the center of a cylinder", self.center, ((2,),), "x and y [m]", CorridorError)
+        give = "a positive number [m]"
+        radius = check_array("the radius of a cylinder", self.radius, ((),), give, CorridorError, SMALLEST)
         ends = numbers((self.low, self.high))
         if ends is None or ends.shape != (2,) or not ends[0] < ends[1]:
             raise CorridorError(
                 f"a cylinder runs from {shown(self.low)} to {shown(self.high)}: give low below high [m]"
             )
-        object.__setattr__(self, "radius", float(radius))
-        object.__setattr__(self, "low", float(ends[0]))
-        object.__setattr__(self, "high", float(ends[1]))
+        set_fields(self, center=center, radius=float(radius), low=float(ends[0]), high=float(ends[1]))
 
     def numbers(self) -> FloatArray:
         """Return its thirteen numbers; see ``Obstacle``."""
@@ -120,10 +119,10 @@ class Ellipsoid(ReadOnly):
     half_axes: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "center", _numbers(self.center, (3,), "the center of an ellipsoid", "x, y and z [m]"))
+        center = check_array("the center of an ellipsoid", self.center, ((3,),), "x, y and z [m]", CorridorError)
         what, give = "the half-axes of an ellipsoid", "one positive number, or three [m]"
-        axes = _numbers(self.half_axes, ((), (3,)), what, give, 0.0)
-        object.__setattr__(self, "half_axes", _numbers(np.broadcast_to(axes, 3), (3,), what, give))
+        axes = check_array(what, self.half_axes, ((), (3,)), give, CorridorError, SMALLEST)
+        set_fields(self, center=center, half_axes=axes + np.zeros(3))
 
     def numbers(self) -> FloatArray:
         """Return its thirteen numbers; see ``Obstacle``."""
@@ -156,8 +155,7 @@ class Cuboid(ReadOnly):
                 f"a cuboid runs from {shown(self.lower)} to {shown(self.upper)}: give two corners of three numbers, "
                 "the lower below the upper [m]"
             )
-        object.__setattr__(self, "lower", low)
-        object.__setattr__(self, "upper", high)
+        set_fields(self, lower=low, upper=high)
 
     def numbers(self) -> FloatArray:
         """Return its thirteen numbers; see ``Obstacle``."""
@@ -197,17 +195,3 @@ def as_obstacles(avoid: Any) -> tuple[Obstacle, ...]:
         if not isinstance(obstacle, Obstacle):
             raise CorridorError(f"avoid has {shown(obstacle)}: give cylinders, ellipsoids and cuboids")
     return obstacles
-
-
-def _numbers(
-    value: npt.ArrayLike,
-    shapes: tuple[int, ...] | tuple[tuple[int, ...], ...],
-    what: str,
-    give: str,
-    above: float = -inf,
-) -> FloatArray:
-    array = numbers(value)
-    allowed = shapes if shapes and isinstance(shapes[0], tuple) else (shapes,)
-    if array is None or array.shape not in allowed or not (bounded(array) & (array > above)).all():
-        raise CorridorError(f"{what} is {shown(value)}: give {give}")
-    return array

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.polytopes import Polytopes
-from minsnap.corridors.room import Room
 from minsnap.corridors.tubes import RoundTube, Tube
 
 TUBES, FIXED = (Tube, RoundTube), (Boxes, Polytopes, Room, HalfSpaces)

@@ -8,19 +8,21 @@ marching method and Bernstein basis polynomial", ICRA 2018); the next one starts
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import permutations
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import BoolArray, FloatArray, numbers
-from minsnap.basics.checks import check_array, check_distance, check_waypoints
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray, numbers
+from minsnap.basics.checks import check_array, check_distance, check_waypoints, point_text
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes
-from minsnap.corridors.grid_boxes import inflated, pruned
 from minsnap.corridors.grid_gaps import grown
-from minsnap.corridors.grid_path import connected, visited
 from minsnap.errors import CorridorError
+
+CellBox = tuple[IntArray, IntArray]
+"""Lower corner and upper corner (excluded), in cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,12 +100,7 @@ def corridor_from_grid(
 
 
 def boxes_along(
-    free: BoolArray,
-    size: FloatArray,
-    corner: FloatArray,
-    points: FloatArray,
-    clearance: float,
-    largest: float = np.inf,
+    free: BoolArray, size: FloatArray, corner: FloatArray, points: FloatArray, clearance: float, largest: float = np.inf
 ) -> GridCorridor:
     """Inflate boxes along a path through cells that are known to be far enough from all that is occupied.
 
@@ -147,3 +144,134 @@ def _as_grid(occupancy: npt.ArrayLike) -> BoolArray:
     if grid.ndim not in (2, 3) or not grid.size or grid.dtype.kind not in "biuf":
         raise CorridorError(f"an occupancy grid has 2 or 3 axes of numbers, 0 where free, not shape {grid.shape}")
     return np.asarray(grid != 0)
+
+
+def inflated(free: BoolArray, cells: IntArray, limit: IntArray) -> list[CellBox]:
+    """Return boxes of free cells, each grown from where a chain of cells (n, dim) leaves the previous box."""
+    boxes, index = [], 0
+    while index < len(cells):
+        seed = cells[max(index - 1, 0) : index + 1]
+        low, high = _inflate(free, seed.min(axis=0), seed.max(axis=0) + 1, limit)
+        boxes.append((low, high))
+        outside = np.flatnonzero(((cells[index:] < low) | (cells[index:] >= high)).any(axis=1))
+        index = index + int(outside[0]) if len(outside) else len(cells)
+    return boxes
+
+
+def _inflate(free: BoolArray, low: IntArray, high: IntArray, limit: IntArray) -> CellBox:
+    """Add layers of free cells, one per side in turn, until no side can grow."""
+    sides = [(axis, up) for axis in range(free.ndim) for up in (False, True)]
+    while sides:
+        sides = [
+            (axis, up)
+            for axis, up in sides
+            if high[axis] - low[axis] < limit[axis] and _grow(free, low, high, axis, up)
+        ]
+    return low, high
+
+
+def _grow(free: BoolArray, low: IntArray, high: IntArray, axis: int, up: bool) -> bool:
+    """Move one side by one cell if the added layer is free, in place."""
+    layer = [slice(a, b) for a, b in zip(low, high, strict=True)]
+    at = int(high[axis]) if up else int(low[axis]) - 1
+    if not 0 <= at < free.shape[axis]:
+        return False
+    layer[axis] = slice(at, at + 1)
+    if not free[tuple(layer)].all():
+        return False
+    (high if up else low)[axis] += 1 if up else -1
+    return True
+
+
+def pruned(boxes: list[CellBox], start: IntArray, end: IntArray) -> list[CellBox]:
+    """Leave out boxes between two that overlap, those before the last one with ``start`` and after one with ``end``."""
+    index = max(number for number, box in enumerate(boxes) if _holds(box, start))
+    kept = [boxes[index]]
+    while not _holds(kept[-1], end):
+        index = max(number for number, box in enumerate(boxes) if _overlap(kept[-1], box))
+        kept.append(boxes[index])
+    return kept
+
+
+def _holds(box: CellBox, cell: IntArray) -> bool:
+    return bool(((box[0] <= cell) & (cell < box[1])).all())
+
+
+def _overlap(box: CellBox, other: CellBox) -> bool:
+    return bool((np.maximum(box[0], other[0]) < np.minimum(box[1], other[1])).all())
+
+
+def visited(shape: IntArray, points: FloatArray, size: FloatArray, corner: FloatArray) -> IntArray:
+    """Return the cells that a polyline visits, in order: (n, dim).
+
+    Raises
+    ------
+    CorridorError
+        If a point is outside the grid.
+    """
+    scaled = (points - corner) / size
+    outside = ((scaled < 0.0) | (scaled > shape)).any(axis=1)
+    if outside.any():
+        index = int(np.argmax(outside))
+        raise CorridorError(
+            f"point {index} of the path, {point_text(points[index])} m, is outside the grid, which reaches from "
+            f"{point_text(corner)} to {point_text(corner + size * shape)} m: cut the path"
+        )
+    parts = [np.floor(scaled[:1])]
+    for start, end in zip(scaled[:-1], scaled[1:], strict=True):
+        parts.append(np.floor(_middles(start, end)))
+    cells = np.minimum(np.concatenate([*parts, np.floor(scaled[-1:])]), shape - 1).astype(np.intp)
+    return np.asarray(cells[np.concatenate(([True], (np.diff(cells, axis=0) != 0).any(axis=1)))])
+
+
+def _middles(start: FloatArray, end: FloatArray) -> FloatArray:
+    """Midpoints of the parts into which cell borders cut a segment."""
+    shares = [np.array([0.0, 1.0])]
+    for low, high in zip(start, end, strict=True):
+        first, last = sorted((low, high))
+        if last > first:
+            shares.append((np.arange(np.ceil(first), np.floor(last) + 1.0) - low) / (high - low))
+    cuts = np.sort(np.concatenate(shares))
+    long = np.diff(cuts) > EXACT
+    middle = ((cuts[1:] + cuts[:-1]) / 2.0)[long]
+    return np.asarray(start + middle[:, None] * (end - start))
+
+
+def connected(free: BoolArray, cells: IntArray, size: FloatArray, corner: FloatArray, clearance: float) -> IntArray:
+    """Return the same cells with steps through an edge or a corner replaced by steps through faces.
+
+    ``clearance`` [m] is what occupied cells were grown by, for the message.
+
+    Raises
+    ------
+    CorridorError
+        If one of them is not free.
+    """
+    linked = [cells[0]]
+    for cell in cells[1:]:
+        linked.extend(_bridge(free, linked[-1], cell))
+    joined = np.array(linked)
+    blocked = ~free[tuple(joined.T)]
+    if blocked.any():
+        cell = joined[int(np.argmax(blocked))]
+        place = f"{point_text(corner + size * (cell + 0.5))} m, cell {point_text(cell)},"
+        if clearance == 0.0:
+            raise CorridorError(f"the path meets an occupied cell at {place} of the grid: move the path around it")
+        raise CorridorError(
+            f"the path meets a cell at {place} that is nearer than {clearance:g} m to an occupied one: "
+            f"leave {size.max():g} m, a cell, more than the clearance"
+        )
+    return joined
+
+
+def _bridge(free: BoolArray, start: IntArray, end: IntArray) -> list[IntArray]:
+    """Cells from the one after ``start`` to ``end``, one axis at a time, in a collision-free order if possible."""
+    ways = []
+    for order in permutations(np.flatnonzero(start != end)):
+        way, cell = [], start
+        for axis in order:
+            cell = cell.copy()
+            cell[axis] = end[axis]
+            way.append(cell)
+        ways.append(way)
+    return next((way for way in ways if free[tuple(np.array(way).T)].all()), ways[0])

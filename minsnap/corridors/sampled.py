@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy.typing as npt
 
+from minsnap.basics.arrays import set_fields
 from minsnap.basics.checks import MOST_PER_PIECE, is_whole
 from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Constraint
@@ -40,7 +41,7 @@ class Sampled:
                 f"samples is {shown(self.samples)}: give a whole number of instants per polynomial, at least 1 and at "
                 f"most {MOST_PER_PIECE}"
             )
-        object.__setattr__(self, "samples", int(self.samples))
+        set_fields(self, samples=int(self.samples))
 
 
 def unsampled(corridor: Any, limited: bool) -> tuple[Any, int | None]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded, lengths_of, numbers
+from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded, lengths_of, numbers, set_fields
 from minsnap.basics.checks import beyond
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
@@ -76,7 +76,7 @@ class Tube(ReadOnly):
     half_width: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "half_width", _half_widths(self.half_width, "corridor half-width"))
+        set_fields(self, half_width=_half_widths(self.half_width, "corridor half-width"))
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return two planes for each leg and world axis that is not along it."""
@@ -116,7 +116,7 @@ class RoundTube(ReadOnly):
     radius: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", _half_widths(self.radius, "corridor radius"))
+        set_fields(self, radius=_half_widths(self.radius, "corridor radius"))
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return one cylinder per leg."""

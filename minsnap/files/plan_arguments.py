@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import Any
 
 from minsnap.basics.messages import shown
-from minsnap.corridors.room import as_room
+from minsnap.corridors.boxes import as_room
 from minsnap.errors import YawError
 from minsnap.time_allocation.search_options import Search
 from minsnap.trajectory.velocity_heading import Velocity

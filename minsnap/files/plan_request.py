@@ -148,7 +148,7 @@ class PlanRequest:
         CorridorError
             If one of them is malformed.
         """
-        from minsnap.corridors.room import Room
+        from minsnap.corridors.boxes import Room
 
         corridor = self._corridor()
         if self.room is None:

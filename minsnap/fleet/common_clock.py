@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly
+from minsnap.basics.arrays import FloatArray, ReadOnly, set_fields
 from minsnap.errors import FleetError
 from minsnap.fleet.separation import Separation
 from minsnap.native.fleet_border import FleetArrays
@@ -57,8 +57,7 @@ class Fleet(ReadOnly, Sequence[Trajectory]):
                 raise FleetError(
                     f"trajectory {i} has {curve.dim} coordinates: give all vehicles three, or all two", vehicle=i
                 )
-        object.__setattr__(self, "trajectories", curves)
-        object.__setattr__(self, "names", _checked_names(self.names, len(curves)))
+        set_fields(self, trajectories=curves, names=_checked_names(self.names, len(curves)))
         if self.separation is not None:
             self.separation.radii_of(len(curves))
 

@@ -17,8 +17,8 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.checks import check_threads
 from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.boxes import Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_obstacles
-from minsnap.corridors.room import Room, as_room
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_limits import FleetUse, fleet_use, room_margins

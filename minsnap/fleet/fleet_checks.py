@@ -11,9 +11,8 @@ from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.basics.checks import check_state, check_waypoints, point_text
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
-from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import as_obstacles, clearance_of
-from minsnap.corridors.room import Room, as_room
 from minsnap.errors import FleetError, WaypointError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_limits import limits_of

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.room import Room
+from minsnap.corridors.boxes import Room
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.limits.limits import Limits, check_limits

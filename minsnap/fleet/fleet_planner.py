@@ -14,9 +14,8 @@ import numpy.typing as npt
 from minsnap.basics.checks import check_seed, check_threads, check_time, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import ProgressLine, progress_line
-from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.keep_out import Obstacle
-from minsnap.corridors.room import Room
 from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_checks import check_task, refuse_meetings

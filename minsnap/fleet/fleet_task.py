@@ -10,9 +10,8 @@ from math import cos, inf, sin
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.keep_out import Obstacle
-from minsnap.corridors.room import Room
 from minsnap.errors import FleetError
 from minsnap.fleet.separation import Separation
 from minsnap.limits.limits import Limits

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers
+from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import FleetError
@@ -49,9 +49,8 @@ class Separation(ReadOnly):
             raise FleetError(f"the separation is {shown(distance)}: give a positive distance [m]")
         if not (is_number(downwash) and downwash >= 1.0):
             raise FleetError(f"the downwash is {shown(downwash)}: it must be at least 1, as heights are divided by it")
-        object.__setattr__(self, "distance", None if distance is None else float(distance))
-        object.__setattr__(self, "downwash", float(downwash))
-        object.__setattr__(self, "radii", None if radii is None else _checked_radii(radii))
+        between, each = None if distance is None else float(distance), None if radii is None else _checked_radii(radii)
+        set_fields(self, distance=between, downwash=float(downwash), radii=each)
 
     def radii_of(self, vehicles: int) -> FloatArray:
         """Return half the separation of each vehicle, shape (vehicles,) [m].

@@ -38,9 +38,7 @@ OPENINGS = (2.0, 2.6, 3.4)
 GROWTH, ENOUGH = 1.4, 0.3
 """How the share by which time is lowered grows, and from which share of the gain aimed at; else it is halved."""
 
-_LEFT = np.array(
-    [[1, 0, 0, 0], [1, 1 / 7, 0, 0], [1, 2 / 7, 1 / 42, 0], [1, 3 / 7, 3 / 42, 1 / 210]],
-)
+_LEFT = np.array([[1, 0, 0, 0], [1, 1 / 7, 0, 0], [1, 2 / 7, 1 / 42, 0], [1, 3 / 7, 3 / 42, 1 / 210]])
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray, lengths_of
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
-from minsnap.corridors.regions import KnotRegion
+from minsnap.corridors.knot_regions import KnotRegion
 from minsnap.optimisation.reduced_qp import ReducedProblem, Slots
 from minsnap.optimisation.touches import touched_walls
 from minsnap.optimisation.units import Units

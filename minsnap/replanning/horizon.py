@@ -1,13 +1,16 @@
-"""Long courses: the first legs are planned anew, the others stay as they are flown or wait for later."""
+"""What is searched: the first legs of a long course, with walls moved inwards; later legs stay as flown, or wait.
+
+Walls that are measured anew shift: a curve that was planned with some clearance from them stays inside.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.limits.compliance import keeps
@@ -16,6 +19,12 @@ from minsnap.optimisation.task import Task
 from minsnap.replanning.splice import divided
 from minsnap.time_allocation.timing import AttachHeading
 from minsnap.trajectory.trajectory import Trajectory
+
+SHARE = 1.0 - 1e-6
+"""Of the room that a waypoint has: what is taken of it at most."""
+
+MOST = 0.9
+"""Of the radius of a ball: what is taken of it at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,19 +82,25 @@ def near(
 
 
 def _first(task: Task, legs: int, tail: Trajectory | None) -> Task:
-    state = {
-        order: np.zeros(task.dim) if tail is None else np.asarray(tail(0.0, order)) for order in range(1, task.half)
-    }
-    lower, upper = task.lower[: legs + 1].copy(), task.upper[: legs + 1].copy()
-    points = task.waypoints[: legs + 1].copy()
-    lower[-1] = upper[-1] = 0.0
-    if tail is not None:
-        points[-1] = tail.control_points[0, 0]
-    for array in (lower, upper, points):
+    if tail is None:
+        state = np.concatenate((task.waypoints[legs : legs + 1], np.zeros((task.half - 1, task.dim))))
+    else:
+        state = np.stack((tail.control_points[0, 0], *(tail(0.0, order) for order in range(1, task.half))))
+    return part_of(task, 0, legs, {legs: state})
+
+
+def part_of(task: Task, first: int, last: int, states: Mapping[int, FloatArray]) -> Task:
+    """Return the legs of a task between two waypoints, with states (k, dim) prescribed at some of these."""
+    points, lower, upper = (array[first : last + 1].copy() for array in (task.waypoints, task.lower, task.upper))
+    pins = {knot - first: pinned for knot, pinned in task.pins.items() if first <= knot <= last}
+    regions = {knot - first: region for knot, region in task.regions.items() if first <= knot <= last}
+    for knot, state in states.items():
+        points[knot - first], lower[knot - first], upper[knot - first] = state[0], 0.0, 0.0
+        pins[knot - first] = {order: state[order] for order in range(1, task.half)}
+        regions.pop(knot - first, None)
+    for array in (points, lower, upper):
         array.flags.writeable = False
-    pins = {knot: pinned for knot, pinned in task.pins.items() if knot < legs} | {legs: state}
-    regions = {knot: region for knot, region in task.regions.items() if knot < legs}
-    walls = walls_from(task.walls, 0, legs)
+    walls = walls_from(task.walls, first, last)
     return replace(task, waypoints=points, lower=lower, upper=upper, pins=pins, walls=walls, regions=regions)
 
 
@@ -100,10 +115,8 @@ def walls_from(walls: Sequence[Walls], first: int, last: int) -> list[Walls]:
     rest = []
     for wall in walls:
         own = np.flatnonzero((wall.leg >= first) & (wall.leg < last))
-        arrays = {entry.name: getattr(wall, entry.name) for entry in fields(wall)}
-        chosen: dict[str, Any] = {name: value[own] for name, value in arrays.items() if isinstance(value, np.ndarray)}
         if len(own):
-            rest.append(replace(wall, **{**chosen, "leg": wall.leg[own] - first}))
+            rest.append(replace(wall.chosen(own), leg=wall.leg[own] - first))
     return rest
 
 
@@ -119,3 +132,25 @@ def grouped(curve: Trajectory, pieces: int) -> Trajectory:
         points += [*divided(first, parts), *rest]
         durations += [np.repeat(curve.durations[own.start] / parts, parts), curve.durations[own][1:]]
     return Trajectory(np.stack(points), np.concatenate(durations), curve.yaw, pieces)
+
+
+def moved_inwards(walls: Sequence[Walls], points: FloatArray, clearance: float) -> list[Walls]:
+    """Return walls on positions moved inwards, less where a waypoint of their leg has less room.
+
+    Parameters
+    ----------
+    walls : sequence of Walls
+    points : ndarray, shape (n, dim)
+        Start and waypoints [m].
+    clearance : float
+        [m]
+    """
+    return [_moved(wall, points, clearance) if wall.order == 0 and clearance else wall for wall in walls]
+
+
+def _moved(wall: Walls, points: FloatArray, clearance: float) -> Walls:
+    ends = np.stack((points[wall.leg], points[wall.leg + 1]), axis=1)
+    slack = wall.slack(ends).min(axis=1)
+    size = clearance * np.linalg.norm(wall.slope, axis=1) if wall.flat else np.full(len(slack), clearance)
+    inwards = np.minimum(SHARE * np.maximum(slack, 0.0), size)
+    return replace(wall, radius=wall.radius - (inwards if wall.flat else np.minimum(inwards, MOST * wall.radius)))

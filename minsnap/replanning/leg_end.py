@@ -105,16 +105,3 @@ def _meets(task: Task, position: FloatArray) -> bool:
 def after_first_leg(curve: Trajectory | None) -> Trajectory | None:
     """Return a curve without its first leg; None if it has no other."""
     return None if curve is None or curve.legs == 1 else legs_of(curve, 1, curve.legs)
-
-
-def task_after(task: Task, state: FloatArray) -> Task:
-    """Return a task without its first leg, from a state (k, dim) at its waypoint."""
-    points, lower, upper = (array[1:].copy() for array in (task.waypoints, task.lower, task.upper))
-    points[0], lower[0], upper[0] = state[0], 0.0, 0.0
-    for array in (points, lower, upper):
-        array.flags.writeable = False
-    pins = {knot - 1: pinned for knot, pinned in task.pins.items() if knot > 1}
-    pins[0] = {order: state[order] for order in range(1, task.half)}
-    regions = {knot - 1: region for knot, region in task.regions.items() if knot > 1}
-    walls = walls_from(task.walls, 1, task.legs)
-    return replace(task, waypoints=points, lower=lower, upper=upper, pins=pins, walls=walls, regions=regions)

@@ -14,8 +14,8 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_distance, check_pieces
 from minsnap.basics.deadline import Clock, Deadline, LateError, Stopwatch
+from minsnap.corridors.boxes import as_room
 from minsnap.corridors.constraint import Constraint
-from minsnap.corridors.room import as_room
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InfeasibleError, InputError, LimitError, SolverError, TimingError
 from minsnap.limits.compliance import largest_use
@@ -23,23 +23,15 @@ from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.planning.planner import plan
 from minsnap.replanning.change import Change
-from minsnap.replanning.clearance import moved_inwards
 from minsnap.replanning.course_ahead import CourseAhead, course_ahead, refuse_outside
-from minsnap.replanning.horizon import Near, joined_with, near
-from minsnap.replanning.leg_end import after_first_leg, flown_on, rest_within, task_after
-from minsnap.replanning.memory import Memory, leg_conditions, leg_start_of
-from minsnap.replanning.replan_options import (
-    all_limits,
-    check_half,
-    check_horizon,
-    replan_heading,
-    waypoint_angles,
-)
+from minsnap.replanning.horizon import Near, joined_with, moved_inwards, near, part_of
+from minsnap.replanning.leg_end import after_first_leg, flown_on, rest_within
+from minsnap.replanning.memory import Memory, Takes, due_of, leg_conditions, leg_start_of
+from minsnap.replanning.replan_options import all_limits, check_half, check_horizon, replan_heading, waypoint_angles
 from minsnap.replanning.search import Aim, Better, search_ahead, search_back, seen_joined
 from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
 from minsnap.replanning.spliced_heading import has_angles, spliced, through_angles
 from minsnap.replanning.stopping import Stopping, inside, within
-from minsnap.replanning.time_budget import Takes, due_of
 from minsnap.time_allocation.timing import AttachHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
@@ -347,7 +339,8 @@ class Replanner:
             part = self._part(task, rest, guess)
             better = self._search(part, aim, self._finish(call, splice), seconds)
             return better if part.tail is None else seen_joined(better, task, aim)
-        part = self._part(task_after(task, end.after.state), after_first_leg(rest), after_first_leg(guess))
+        later_legs = part_of(task, 1, task.legs, {1: end.after.state})
+        part = self._part(later_legs, after_first_leg(rest), after_first_leg(guess))
         better = self._search(part, later, self._finish(call, end.after, 1), seconds)
         starts = (start and start + end.left.duration for start in (better.limits_from, better.inside_from))
         return seen_joined(Better(end.before(better.curve), *starts), task, aim)

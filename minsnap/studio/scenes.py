@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY
-from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.constraint import Constraint
-from minsnap.corridors.room import Room
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, LimitError, WaypointError
 from minsnap.files.plan_request import VEHICLES, PlanRequest, besides_rotors, preset_of

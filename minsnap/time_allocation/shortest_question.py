@@ -15,7 +15,7 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.checks import SHORTEST
 from minsnap.corridors.constraint import Walls
-from minsnap.corridors.regions import KnotRegion
+from minsnap.corridors.knot_regions import KnotRegion
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.proved_bound import MARGIN
 from minsnap.limits.vehicle_drag import medium_of

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, bounded, numbers
+from minsnap.basics.arrays import FloatArray, bounded, numbers, set_fields
 from minsnap.basics.checks import check_array
 from minsnap.errors import YawError
 from minsnap.native.shortest_time import InstantKind, InstantLimit
@@ -57,7 +57,7 @@ class LookAt:
 
     def __init__(self, point: npt.ArrayLike) -> None:
         place = check_array("the point to look at", point, ((2,), (3,)), "(x, y) [m]", YawError)
-        object.__setattr__(self, "point", place)
+        set_fields(self, point=place)
 
     def heading(self, path: Path) -> LookAtHeading:
         """Return the heading along a path."""

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import factorial
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import Polynomial
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, set_fields
 from minsnap.trajectory.heading import ConstantHeading, Heading
 from minsnap.trajectory.path import Path
 
@@ -100,11 +99,8 @@ class PhasePath(Path):
     yaw: Heading = ConstantHeading()
 
     def __post_init__(self) -> None:
-        kinds = {"center": np.float64, "drift": np.float64, "harmonics": np.complex128}
-        for name, kind in kinds.items():
-            owned: npt.NDArray[Any] = np.array(getattr(self, name), dtype=kind)
-            owned.flags.writeable = False
-            object.__setattr__(self, name, owned)
+        center, drift = (np.array(vector, dtype=np.float64) for vector in (self.center, self.drift))
+        set_fields(self, center=center, drift=drift, harmonics=np.array(self.harmonics, dtype=np.complex128))
 
     @property
     def duration(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, owned
+from minsnap.basics.arrays import FloatArray, ReadOnly, owned, set_fields
 
 VECTORS = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
 """Fields of shape (m, dim)."""
@@ -51,7 +51,7 @@ class Samples(ReadOnly):
         for name in ARRAYS:
             value = getattr(self, name)
             if value is not None:
-                object.__setattr__(self, name, owned(value))
+                set_fields(self, **{name: owned(value)})
 
     def vectors(self) -> dict[str, FloatArray]:
         """Return the arrays of shape (m, dim) that are known, by name."""

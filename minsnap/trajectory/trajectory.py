@@ -11,19 +11,14 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, owned
+from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, owned, set_fields
 from minsnap.basics.checks import is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.native.evaluation import Evaluator
 from minsnap.native.evaluation import costs as native_costs
-from minsnap.polynomials.bernstein import (
-    basis,
-    careful_differences,
-    differentiate,
-    gram_root,
-)
+from minsnap.polynomials.bernstein import basis, careful_differences, differentiate, gram_root
 from minsnap.trajectory.cut_pieces import LONGEST_PIECE, SHORTEST_PIECE, cut, elevated_points
 from minsnap.trajectory.heading import ConstantHeading, Heading, YawFunction, as_heading
 from minsnap.trajectory.instants import check_order
@@ -107,7 +102,6 @@ class Trajectory(ReadOnly, Path):
             )
         if not (is_whole(self.pieces) and self.pieces >= 1 and len(points) % int(self.pieces) == 0):
             raise InputError(f"{len(points)} polynomials are no whole number of legs with pieces={shown(self.pieces)}")
-        object.__setattr__(self, "pieces", int(self.pieces))
         if durations.shape != points.shape[:1]:
             raise TimingError(f"durations must be numbers, one for each of {len(points)} pieces")
         if not (durations.min() >= SHORTEST_PIECE and durations.max() <= LONGEST_PIECE):
@@ -116,9 +110,8 @@ class Trajectory(ReadOnly, Path):
                 f"durations must be positive and finite, from {SHORTEST_PIECE:g} to {LONGEST_PIECE:g} s, and that of "
                 f"piece {wrong} is {durations[wrong]} s"
             )
-        object.__setattr__(self, "yaw", as_heading(self.yaw))
-        object.__setattr__(self, "control_points", points)
-        object.__setattr__(self, "durations", durations)
+        yaw, pieces = as_heading(self.yaw), int(self.pieces)
+        set_fields(self, control_points=points, durations=durations, yaw=yaw, pieces=pieces)
 
     @classmethod
     def unchecked(cls, **values: Any) -> Trajectory:

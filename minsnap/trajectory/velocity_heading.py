@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray, set_fields
 from minsnap.basics.checks import check_positive
 from minsnap.errors import YawError
 from minsnap.native.shortest_time import InstantKind, InstantLimit
@@ -59,7 +59,7 @@ class Velocity:
     def __post_init__(self) -> None:
         for name, unit in (("yaw_rate", "rad/s"), ("hold_below", "m/s")):
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, check_positive(name, getattr(self, name), unit, YawError))
+                set_fields(self, **{name: check_positive(name, getattr(self, name), unit, YawError)})
 
     def within(self, limit: float | None) -> Velocity:
         """Return the same with the rate of a limit [rad/s] where it has none of its own."""

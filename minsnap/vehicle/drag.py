@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers
+from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.messages import shown
 from minsnap.errors import VehicleError
 
@@ -87,8 +87,8 @@ class BodyDrag(ReadOnly):
     quadratic: FloatArray
 
     def __init__(self, linear: npt.ArrayLike = (0.0, 0.0, 0.0), quadratic: npt.ArrayLike = (0.0, 0.0, 0.0)) -> None:
-        object.__setattr__(self, "linear", coefficients("linear drag", linear))
-        object.__setattr__(self, "quadratic", coefficients("quadratic drag", quadratic))
+        across = coefficients("linear drag", linear)
+        set_fields(self, linear=across, quadratic=coefficients("quadratic drag", quadratic))
 
     @property
     def absent(self) -> bool:
@@ -139,7 +139,7 @@ class RotorSpeedDrag:
     coefficient: FloatArray
 
     def __init__(self, coefficient: npt.ArrayLike) -> None:
-        object.__setattr__(self, "coefficient", coefficients("rotor drag", coefficient))
+        set_fields(self, coefficient=coefficients("rotor drag", coefficient))
 
     def force(
         self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0

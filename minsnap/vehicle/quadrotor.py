@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import GRAVITY, SMALLEST, FloatArray, ReadOnly, bounded, numbers
+from minsnap.basics.arrays import GRAVITY, SMALLEST, FloatArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.messages import shown
 from minsnap.errors import VehicleError
 from minsnap.vehicle.drag import BodyDrag, Drag
@@ -88,10 +88,10 @@ class Quadrotor(ReadOnly):
 
     def __post_init__(self) -> None:
         for name in ("mass", "arm_length", "thrust_coefficient", "torque_coefficient", "rotor_speed_max", "gravity"):
-            object.__setattr__(self, name, _positive(name, getattr(self, name)))
+            set_fields(self, **{name: _positive(name, getattr(self, name))})
         for name in ("rotor_speed_min", "motor_time_constant", "delay"):
-            object.__setattr__(self, name, _non_negative(name, getattr(self, name)))
-        object.__setattr__(self, "inertia", _checked_inertia(self.inertia))
+            set_fields(self, **{name: _non_negative(name, getattr(self, name))})
+        set_fields(self, inertia=_checked_inertia(self.inertia))
         _hubs(self.layout, self.arm_length)
         if self.rotor_speed_min >= self.rotor_speed_max:
             limits = f"{self.rotor_speed_min} and {self.rotor_speed_max} rad/s"

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, owned
+from minsnap.basics.arrays import FloatArray, owned, set_fields
 from minsnap.errors import FitError, OutsideRangeWarning
 
 Range = tuple[float, float]
@@ -47,7 +47,7 @@ class Surface:
     r_squared: float | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "coefficients", owned(self.coefficients))
+        set_fields(self, coefficients=owned(self.coefficients))
 
     def __call__(self, **values: npt.ArrayLike) -> FloatArray:
         """Return the drag [N] at values of the variables, by name; their shapes must broadcast.

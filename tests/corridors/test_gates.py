@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 import minsnap
 from minsnap import Ball, Boxes, Gate
 from minsnap.basics.arrays import SMALLEST
-from minsnap.corridors.regions import ball_region, gate_region
+from minsnap.corridors.knot_regions import ball_region, gate_region
 from minsnap.errors import CorridorError, WaypointError
 
 POINTS = [(0, 0, 1), (3, 1, 2), (6, -1, 1), (9, 0, 1)]

@@ -5,9 +5,8 @@ import pytest
 
 import minsnap
 from minsnap import corridor_from_grid
-from minsnap.corridors.grid_boxes import pruned
 from minsnap.corridors.grid_gaps import gaps, grown
-from minsnap.corridors.grid_path import connected, visited
+from minsnap.corridors.occupancy_grid import connected, pruned, visited
 from minsnap.errors import CorridorError
 
 GRID = np.zeros((30, 20), dtype=int)

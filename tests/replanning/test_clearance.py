@@ -6,7 +6,7 @@ import pytest
 import minsnap
 from minsnap import Boxes, Limits, Replanner, RoundTube
 from minsnap.errors import InputError
-from minsnap.replanning.clearance import moved_inwards
+from minsnap.replanning.horizon import moved_inwards
 
 POINTS = np.array([(0.0, 0.0, 1.0), (3.0, 0.05, 1.0), (6.0, 0.0, 1.0)])
 BOXES = Boxes([(-1, -0.1, 0), (2, -1, 0)], [(4, 1, 2), (7, 1, 2)])

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, set_fields
 from minsnap.basics.checks import check_array, check_distance, check_switch, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.corridors.boxes import Boxes
@@ -55,7 +55,7 @@ class Stop:
         if self.gate is None:
             give = "a gate, or two or three finite numbers"
             place = check_array("the place of a stop", self.place, ((2,), (3,)), give, WaypointError)
-            object.__setattr__(self, "place", place)
+            set_fields(self, place=place)
         for name in ("ball", "hold", "straight"):
             value = getattr(self, name)
             if not is_number(value) or value < 0.0:

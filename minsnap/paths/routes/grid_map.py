@@ -7,7 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import SMALLEST, BoolArray, FloatArray, IntArray, ReadOnly, bounded, numbers, own_arrays
+from minsnap.basics.arrays import (
+    SMALLEST,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    ReadOnly,
+    bounded,
+    numbers,
+    set_fields,
+)
 from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
@@ -52,14 +61,11 @@ class GridMap(ReadOnly):
             raise CorridorError(
                 f"{self.name} has {cells.size} cells: at most {LARGEST_MAP} are searched; cut it, or make cells larger"
             )
-        object.__setattr__(
-            self, "resolution", np.full(cells.ndim, 1.0) * _sides(self.name, self.resolution, cells.ndim)
-        )
+        sides = np.full(cells.ndim, 1.0) * _sides(self.name, self.resolution, cells.ndim)
         give = f"{cells.ndim} finite numbers [m]"
         start = np.zeros(cells.ndim) if self.origin is None else self.origin
         corner = check_array(f"the origin of {self.name}", start, ((cells.ndim,),), give, CorridorError)
-        object.__setattr__(self, "origin", corner)
-        own_arrays(self)
+        set_fields(self, occupied=cells.copy(), resolution=sides, origin=corner)
 
     @property
     def dim(self) -> int:
