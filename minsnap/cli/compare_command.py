@@ -56,7 +56,7 @@ def compare(
         save_figure(plot_comparison(compared, view or "xy"), plot)
     if report is not None:
         from minsnap.files.waypoints import read_waypoints
-        from minsnap.flight.tracking.flight_page import write_flight_page
+        from minsnap.flight.tracking.tracking_plot import write_flight_page
 
         legs = None if waypoints is None else read_waypoints(waypoints).points
         write_flight_page(compared, report, logs={_name(path, flights): path for path in flights}, waypoints=legs)

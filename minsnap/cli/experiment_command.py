@@ -36,7 +36,7 @@ def experiment(
 ) -> None:
     """Repeat a published experiment in simulation: tracking error with and without drag compensation."""
     from minsnap.basics.storage.atomic import check_destination
-    from minsnap.flight.simulation.sensors import Sensors
+    from minsnap.flight.simulation.disturbances import Sensors
     from minsnap.flight.thesis.experiment import models_of, run_experiment
     from minsnap.flight.thesis.experiment_report import experiment_dict, experiment_text
 

@@ -138,10 +138,10 @@ def _log_of(log: str | os.PathLike[str] | None, name: str) -> Path | None:
 
 def _check(link: Link, clock: Clock, source: Path | Samples | Trajectory, settings: StreamOptions) -> None:
     """Say what of a vehicle does not fit the flight; refuse it if something must end it."""
-    from minsnap.flight.mavlink.autopilot import get_autopilot
     from minsnap.flight.mavlink.offboard import sampled
+    from minsnap.flight.mavlink.preflight import check_vehicle
     from minsnap.flight.mavlink.setpoints import vehicle_frame
-    from minsnap.flight.mavlink.vehicle_watch import check_vehicle
+    from minsnap.flight.mavlink.vehicle_messages import get_autopilot
 
     autopilot = get_autopilot(settings.autopilot, link.wait_for_vehicle(settings.wait))
     samples, frame = sampled(source, settings)

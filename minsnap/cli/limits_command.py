@@ -27,10 +27,10 @@ def limits(
     --drag) is taken off the acceleration and the speed.
     """
     from minsnap.cli.summary import as_json
-    from minsnap.flight.mavlink.autopilot import get_autopilot
     from minsnap.flight.mavlink.link import open_link
     from minsnap.flight.mavlink.parameters import PARAMETERS, Parameters, autopilot_limits
     from minsnap.flight.mavlink.schedule import Clock
+    from minsnap.flight.mavlink.vehicle_messages import get_autopilot
 
     lean, clock = drag if vehicle is None else _drag_of(vehicle), Clock()
     link = open_link(connect, clock)

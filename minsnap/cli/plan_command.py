@@ -93,7 +93,7 @@ def _home(file: Path) -> tuple[float, ...] | None:
     """Return latitude, longitude [degrees] and altitude [m] of a mission's home, the origin of its waypoints."""
     if file.suffix.lower() != ".plan":
         return None
-    from minsnap.files.ground_control import read_mission
+    from minsnap.files.waypoints import read_mission
 
     return tuple(read_mission(file).home.tolist())
 

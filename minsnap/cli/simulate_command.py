@@ -14,7 +14,7 @@ from minsnap.cli.vehicles import SimulatedVehicle
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.flight.simulation.flight_record import Flight
+    from minsnap.flight.simulation.simulated_flight import Flight
 
 
 @command()
@@ -36,8 +36,8 @@ def simulate(
     """Simulate a flight along a path: how far the vehicle was from it, and what it took of the vehicle."""
     from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.convert import read_any
-    from minsnap.flight.simulation.closed_loop import simulate as fly
-    from minsnap.flight.simulation.sensors import Sensors
+    from minsnap.flight.simulation.disturbances import Sensors
+    from minsnap.flight.simulation.simulated_flight import simulate as fly
     from minsnap.flight.tracking.simulated_log import flight_figures
 
     check_figure(plot, view if plot else None)

@@ -41,7 +41,7 @@ def tune(
     """
     from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.setpoint_csv import frame_of, read_csv, write_csv
-    from minsnap.flight.tracking.flight_page import write_flight_page
+    from minsnap.flight.tracking.tracking_plot import write_flight_page
     from minsnap.flight.tracking.tuning import LearningSettings, best_to_fly, learn_from, tune_in_flight
 
     if (flight is None) == (connect is None):
@@ -105,7 +105,7 @@ class _Pilot:
         from minsnap.flight.mavlink.link import open_link
         from minsnap.flight.mavlink.log_download import download_log
         from minsnap.flight.mavlink.schedule import Clock
-        from minsnap.flight.mavlink.vehicle_state import PX4
+        from minsnap.flight.mavlink.vehicle_messages import PX4
 
         clock = Clock()
         link = open_link(self._connect, clock)

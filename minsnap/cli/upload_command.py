@@ -23,8 +23,7 @@ def upload(
     Nothing takes off before every memory was read back. Ctrl-C, or a vehicle that does not answer, lands all in place.
     """
     from minsnap.flight.crazyflie import swarm_upload
-    from minsnap.flight.crazyflie.swarm_upload import planned_ways
-    from minsnap.flight.crazyflie.trajectory_memory import COMPRESSED
+    from minsnap.flight.crazyflie.swarm_upload import COMPRESSED, planned_ways
     from minsnap.shows.fleet_files import read_fleet
 
     fleet = read_fleet(folder)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.flight.simulation.controller import Controller
-    from minsnap.flight.simulation.wind import Wind
+    from minsnap.flight.simulation.controllers import Controller
+    from minsnap.flight.simulation.disturbances import Wind
     from minsnap.vehicle.quadrotor import Quadrotor
 
 Triple = tuple[float, float, float]
@@ -56,15 +56,14 @@ class SimulatedVehicle:
     @property
     def air(self) -> Wind:
         """A constant wind, or one with Dryden gusts."""
-        from minsnap.flight.simulation.wind import ConstantWind, DrydenWind
+        from minsnap.flight.simulation.disturbances import ConstantWind, DrydenWind
 
         gusts = (self.gust, self.gust, 0.5 * self.gust)
         return DrydenWind(self.wind, gusts, seed=self.seed) if self.gust else ConstantWind(self.wind)
 
     def pilot(self, references: str) -> Controller:
         """Return the controller; ``references`` is what the cascade follows."""
-        from minsnap.flight.simulation.cascade import CascadeController
-        from minsnap.flight.simulation.geometric import GeometricController
+        from minsnap.flight.simulation.controllers import CascadeController, GeometricController
 
         if self.controller == "cascade":
             return CascadeController(references=references)

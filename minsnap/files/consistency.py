@@ -94,9 +94,7 @@ class ConsistencyReport:
         return not self.problems
 
 
-def check_samples(
-    samples: Samples, *, resolution: float = 1e-3, largest_acceleration: float = LARGEST_ACCELERATION
-) -> ConsistencyReport:
+def check_samples(samples: Samples, *, resolution: float = 1e-3) -> ConsistencyReport:
     """Report whether samples are uniform in time, finite, and consistent with their own derivatives.
 
     Parameters
@@ -106,8 +104,6 @@ def check_samples(
         consistent without it.
     resolution : float
         What rounding may have done to a difference of two values [m, m/s, rad]; the default suits three decimals.
-    largest_acceleration : float
-        What positions alone may imply [m/s^2].
 
     Returns
     -------
@@ -121,21 +117,16 @@ def check_samples(
         return ConsistencyReport(tuple(problems), len(samples), 0.0, rate, 0.0, 0.0, (), None, None)
     problems += _uneven_steps(samples.t) + _wrapped(samples)
     axes = tuple(_axes(samples, resolution, problems))
-    problems += _leaps(samples, resolution, largest_acceleration) if samples.velocity is None else []
+    problems += _leaps(samples, resolution) if samples.velocity is None else []
     jumps = np.linalg.norm(np.diff(samples.position, axis=0), axis=1)
     far = int(jumps.argmax())
     rests = _rest(samples)
     figures = (samples.duration, samples.rate, float(jumps[far]), float(samples.t[far]))
     feed_forward = None if samples.feed_forward is None else float(np.linalg.norm(samples.feed_forward, axis=1).max())
-    problems += _overdone(feed_forward, largest_acceleration)
+    if feed_forward is not None and feed_forward > LARGEST_ACCELERATION:  # no drag asks for it: other units, perhaps
+        most = f"{feed_forward:.3g} m/s^2, more than {LARGEST_ACCELERATION:g}"
+        problems.append(f"the feed-forward reaches {most}: it is an acceleration in m/s^2")
     return ConsistencyReport(tuple(problems), len(samples), *figures, axes, *rests, feed_forward, samples.lead)
-
-
-def _overdone(feed_forward: float | None, largest: float) -> list[str]:
-    """Refuse a feed-forward that no drag asks for, such as one in other units."""
-    if feed_forward is None or feed_forward <= largest:
-        return []
-    return [f"the feed-forward reaches {feed_forward:.3g} m/s^2, more than {largest:g}: it is an acceleration in m/s^2"]
 
 
 def _columns(samples: Samples) -> list[tuple[str, FloatArray]]:
@@ -260,14 +251,14 @@ def allowed_slopes(slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-def _leaps(samples: Samples, resolution: float, largest: float) -> list[str]:
+def _leaps(samples: Samples, resolution: float) -> list[str]:
     """Find second differences of the positions beyond the acceleration of any vehicle."""
     if len(samples) < 3:
         return []
     step = samples.duration / (len(samples) - 1)
     implied = np.linalg.norm(np.diff(samples.position, 2, axis=0), axis=1) / step**2
     worst = int(implied.argmax())
-    if implied[worst] <= largest + 2 * resolution / step**2:
+    if implied[worst] <= LARGEST_ACCELERATION + 2 * resolution / step**2:
         return []
     when = samples.t[worst + 1]
     return [f"the position jumps at t = {when:.6g} s: the acceleration implied there is {implied[worst]:.3g} m/s^2"]

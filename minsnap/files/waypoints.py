@@ -1,22 +1,194 @@
-"""Waypoint files in CSV or YAML: positions, and optional headings and durations."""
+"""Waypoint files in CSV or YAML, and missions of QGroundControl."""
 
 from __future__ import annotations
 
+import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, ReadOnly, own_arrays
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.loose_table import LooseColumns, read_loose_table
-from minsnap.basics.storage.reading import finite_number
+from minsnap.basics.storage.reading import finite_number, reading
 from minsnap.basics.storage.text import load_yaml, read_text
 from minsnap.errors import FileError
+
+SEMI_MAJOR = 6_378_137.0
+"""Semi-major axis of the ellipsoid of WGS 84 [m]."""
+
+FLATTENING = 1.0 / 298.257223563
+"""Its flattening."""
+
+
+def local_positions(geodetic: npt.ArrayLike, home: npt.ArrayLike) -> FloatArray:
+    r"""Return positions east, north and up of a home position, in the plane tangent to the ellipsoid there.
+
+    Through earth-centered coordinates: :math:`R^\top (p - p_{home})`, with the axes east, north and up at home as the
+    columns of R (NIMA TR8350.2, *Department of Defense World Geodetic System 1984*).
+
+    Parameters
+    ----------
+    geodetic : array_like, shape (..., 3)
+        Latitude [degrees], longitude [degrees], height [m].
+    home : array_like, shape (3,)
+        The same of the origin, heights above the same surface.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        [m].
+    """
+    away = earth_centred(geodetic) - earth_centred(home)
+    return np.asarray(away @ _axes(np.asarray(home, dtype=np.float64)))
+
+
+def earth_centred(geodetic: npt.ArrayLike) -> FloatArray:
+    r"""Return earth-centered, earth-fixed coordinates of positions, shape (..., 3) [m].
+
+    :math:`((N + h) \cos\varphi \cos\lambda, (N + h) \cos\varphi \sin\lambda, (N (1 - e^2) + h) \sin\varphi)` with
+    :math:`N = a / \sqrt{1 - e^2 \sin^2 \varphi}`.
+
+    Parameters
+    ----------
+    geodetic : array_like, shape (..., 3)
+        Latitude [degrees], longitude [degrees], height above the ellipsoid [m].
+    """
+    values = np.asarray(geodetic, dtype=np.float64)
+    latitude, longitude, height = np.radians(values[..., 0]), np.radians(values[..., 1]), values[..., 2]
+    square = FLATTENING * (2.0 - FLATTENING)
+    normal = SEMI_MAJOR / np.sqrt(1.0 - square * np.sin(latitude) ** 2)
+    level = (normal + height) * np.cos(latitude)
+    polar = (normal * (1.0 - square) + height) * np.sin(latitude)
+    return np.stack([level * np.cos(longitude), level * np.sin(longitude), polar], axis=-1)
+
+
+def _axes(home: FloatArray) -> FloatArray:
+    """Return the directions east, north and up at a position, as columns."""
+    (sin_lat, sin_lon), (cos_lat, cos_lon) = np.sin(np.radians(home[:2])), np.cos(np.radians(home[:2]))
+    east = (-sin_lon, cos_lon, 0.0)
+    north = (-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat)
+    up = (cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
+    return np.array([east, north, up]).T
+
+
+LARGEST = 64_000_000
+"""Bytes of the largest mission that is read."""
+
+WAYPOINTS = (16, 17, 18, 19, 21, 31, 82)
+"""MAV_CMD_NAV_* that go to a position: waypoint, loiters, land, loiter to altitude, spline waypoint."""
+
+TAKEOFF = 22
+"""MAV_CMD_NAV_TAKEOFF: above home where it gives no position."""
+
+ABOVE_SEA, ABOVE_HOME = (0, 5), (3, 6)
+"""MAV_FRAME_GLOBAL and MAV_FRAME_GLOBAL_RELATIVE_ALT, and their integer forms."""
+
+
+@dataclass(frozen=True, eq=False)
+class GroundControlMission(ReadOnly):
+    """Waypoints of a mission.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        East, north and up of home [m].
+    home : ndarray, shape (3,)
+        Latitude and longitude [degrees], altitude above sea level [m].
+    """
+
+    points: FloatArray
+    home: FloatArray
+
+
+def read_mission(path: str | os.PathLike[str]) -> GroundControlMission:
+    """Read the waypoints of a QGroundControl plan, as east, north and up of its planned home position.
+
+    Every item that flies to a position gives a waypoint (take-off, waypoint, spline waypoint, loiter, land); the
+    transects of a survey count as waypoints; others, such as changes of speed, are left out. Heights are above home or
+    above sea level; heights above terrain are refused. The coordinates are in the plane tangent to the ellipsoid of
+    WGS 84 at home, so that level ground 1 km away lies 8 cm below zero. Equal consecutive waypoints become one.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    GroundControlMission
+
+    Raises
+    ------
+    FileError
+        If the file is no such plan, has fewer than two positions, or an item that cannot be converted; says which.
+    """
+    text = read_text(path, LARGEST)
+    with reading(path, "JSON"):
+        content = json.loads(text)
+    mission = content.get("mission") if isinstance(content, dict) and content.get("fileType") == "Plan" else None
+    if not isinstance(mission, dict) or not isinstance(mission.get("items"), list):
+        raise FileError(f"{path} is no QGroundControl plan: it has no mission with items")
+    home = _coordinates(f"{path}: plannedHomePosition", mission.get("plannedHomePosition"))
+    rows = [row for where, item in _simple_items(f"{path}", mission["items"]) for row in _positions(where, item, home)]
+    points = local_positions(np.array(rows), home) if rows else np.zeros((0, 3))
+    points = points[np.concatenate(([True], (np.diff(points, axis=0) != 0.0).any(axis=1)))] if len(points) else points
+    if len(points) < 2:
+        raise FileError(f"{path} has {len(points)} different positions: a path needs two at least")
+    return GroundControlMission(points, home)
+
+
+def _simple_items(where: str, items: list[Any], depth: int = 0) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield the items that are single commands, those inside of complex ones too, with what errors call them."""
+    for i, item in enumerate(items):
+        name = f"{where}, item {i}"
+        if not isinstance(item, dict):
+            raise FileError(f"{name} is {shown(item)}, not an item of a mission")
+        if item.get("type") == "SimpleItem":
+            yield name, item
+            continue
+        inner = (item.get("TransectStyleComplexItem") or {}).get("Items") or item.get("Items")
+        if not isinstance(inner, list) or depth:
+            kind = shown(item.get("complexItemType", item.get("type")))
+            raise FileError(f"{name} is of type {kind}, which has no list of waypoints: convert it to waypoints first")
+        yield from _simple_items(name, inner, depth + 1)
+
+
+def _positions(where: str, item: Mapping[str, Any], home: FloatArray) -> list[tuple[float, float, float]]:
+    """Return the position that an item flies to: latitude, longitude [degrees] and height above sea [m]; or nothing."""
+    command = item.get("command")
+    if command not in (*WAYPOINTS, TAKEOFF):
+        return []
+    params = item.get("params")
+    if not isinstance(params, list) or len(params) != 7:
+        raise FileError(f"{where} has parameters {shown(params)}: a waypoint has seven")
+    place = home[:2].tolist() if command == TAKEOFF and params[4] in (None, 0) else params[4:6]
+    latitude, longitude, altitude = _coordinates(where, [*place, params[6]]).tolist()
+    return [(latitude, longitude, altitude + _base(where, item.get("frame"), home))]
+
+
+def _base(where: str, frame: Any, home: FloatArray) -> float:
+    """Return the height above sea level that altitudes of a frame are counted from [m]."""
+    if frame in ABOVE_HOME:
+        return float(home[2])
+    if frame in ABOVE_SEA:
+        return 0.0
+    raise FileError(f"{where} gives its altitude in frame {shown(frame)}: use altitudes above home or above sea level")
+
+
+def _coordinates(where: str, entry: Any) -> FloatArray:
+    """Return latitude, longitude [degrees] and altitude [m] as an array."""
+    numbers = isinstance(entry, list) and len(entry) == 3 and all(type(v) in (int, float) for v in entry)
+    if not numbers or not all(abs(v) <= most for v, most in zip(entry, (90.0, 180.0, 1e8), strict=True)):
+        raise FileError(f"{where} has the coordinates {shown(entry)}: give latitude, longitude and altitude")
+    return np.array(entry, dtype=np.float64)
+
 
 COLUMNS = ("x", "y", "z", "yaw", "duration")
 """Columns of a waypoint file; the first two must be there."""
@@ -93,7 +265,7 @@ def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
     if Path(path).suffix.lower() in (".yaml", ".yml"):
         return waypoints_of(f"{path}", load_yaml(path))
     if Path(path).suffix.lower() == ".plan":
-        from minsnap.files.ground_control import read_mission
+        from minsnap.files.waypoints import read_mission
 
         return Waypoints(read_mission(path).points)
     try:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from minsnap.files.ground_control import FLATTENING, SEMI_MAJOR, earth_centred, local_positions
+from minsnap.files.waypoints import FLATTENING, SEMI_MAJOR, earth_centred, local_positions
 
 HOME = (47.3977419, 8.5455938, 488.0)
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from minsnap.errors import FileError
-from minsnap.files.ground_control import local_positions, read_mission
-from minsnap.files.waypoints import read_waypoints
+from minsnap.files.waypoints import local_positions, read_mission, read_waypoints
 
 HOME = [47.3977419, 8.5455938, 488.0]
 

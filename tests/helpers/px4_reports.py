@@ -4,8 +4,7 @@ import struct
 
 from standin import mavlink
 
-from minsnap.flight.mavlink.dialect import add_event_to
-from minsnap.flight.mavlink.vehicle_state import event_id
+from minsnap.flight.mavlink.vehicle_messages import add_event_to, event_id
 
 OFFBOARD, POSCTL = 1 << 14, 1 << 2
 

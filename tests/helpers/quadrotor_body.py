@@ -1,7 +1,6 @@
 """The simulated quadrotor with its PX4-like controller, as the body of a stand-in autopilot."""
 
-from minsnap.flight.simulation.cascade import CascadeController
-from minsnap.flight.simulation.controller import Estimate, Reference
+from minsnap.flight.simulation.controllers import CascadeController, Estimate, Reference
 from minsnap.vehicle.dynamics import RigidBody
 from minsnap.vehicle.quadrotor import Quadrotor
 

@@ -4,11 +4,10 @@ from dataclasses import replace
 
 from flying import excursion
 
-from minsnap.flight.mavlink.autopilot import AUTOPILOTS
 from minsnap.flight.mavlink.sequence import Conditions, Sequence
 from minsnap.flight.mavlink.setpoints import tabulate
 from minsnap.flight.mavlink.stream_options import StreamOptions
-from minsnap.flight.mavlink.vehicle_state import VehicleState
+from minsnap.flight.mavlink.vehicle_messages import AUTOPILOTS, VehicleState
 
 RATE = 20.0
 TABLE = tabulate(excursion(4.0))

@@ -22,10 +22,8 @@ from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
 
-def write_mav_yaml(
-    trajectory: Path, path: str | os.PathLike[str], *, yaw: bool | None = None, clobber: bool = True
-) -> None:
-    """Write a trajectory as segments.
+def write_mav_yaml(trajectory: Path, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+    """Write a trajectory as segments, with its heading as a fourth dimension unless it is constantly zero.
 
     Parameters
     ----------
@@ -33,8 +31,6 @@ def write_mav_yaml(
         A trajectory of any degree, 1 to 3 coordinates; or a shape: its polynomials are within 1e-6 m of it.
     path : str or path
         Destination.
-    yaw : bool or None
-        Write the heading as a fourth dimension; None: unless it is constantly zero.
     clobber : bool
         False: a destination that exists is an error.
 
@@ -46,20 +42,19 @@ def write_mav_yaml(
         If its heading is no polynomial.
     """
     trajectory = polynomials_of(trajectory)[0]
-    powers = _powers(trajectory, yaw)
+    powers = _powers(trajectory)
     with atomic_write(path, clobber=clobber) as file:
         file.write("# mav_trajectory_generation segments; world axes, z up (frame: enu)\nsegments:\n")
         for duration, piece in zip(trajectory.durations.tolist(), powers, strict=True):
             file.write(_segment(duration, piece))
 
 
-def _powers(trajectory: Trajectory, yaw: bool | None) -> FloatArray:
+def _powers(trajectory: Trajectory) -> FloatArray:
     """Return the coefficients, shape (pieces, dimensions, N)."""
     if trajectory.dim > 3:
         raise FileError(f"a segment file holds 3 coordinates and yaw, and the trajectory has {trajectory.dim}")
-    wanted = trajectory.yaw.constant != 0.0 if yaw is None else yaw
     axes = position_powers(trajectory, trajectory.degree).transpose(0, 2, 1)
-    if not wanted:
+    if trajectory.yaw.constant == 0.0:
         return axes
     if trajectory.dim != 3:
         raise FileError("a segment file with yaw needs 3 coordinates")

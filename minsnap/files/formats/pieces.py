@@ -186,11 +186,11 @@ def _heading(content: Mapping[str, Any]) -> Heading:
 
 
 TOLERANCE = 1e-3
-"""Greatest distance of the curve from a sample [m]."""
+"""Greatest distance of the curve from a sample [m], and of its heading [rad]."""
 
 
-def refit(samples: Samples, max_pieces: int | None = None, tolerance: float = TOLERANCE) -> Trajectory:
-    """Return quintics through some of the samples that pass within a tolerance of all of them.
+def refit(samples: Samples, max_pieces: int | None = None) -> Trajectory:
+    """Return quintics through some of the samples that pass within a millimetre of all of them.
 
     Each piece meets position, velocity and acceleration of the samples at its ends (Hermite), so the curve is twice
     continuously differentiable; the number of pieces is the smallest that suffices, and they are of nearly equal
@@ -202,8 +202,6 @@ def refit(samples: Samples, max_pieces: int | None = None, tolerance: float = TO
         With velocities and accelerations.
     max_pieces : int or None
         No more than this.
-    tolerance : float
-        [m], and [rad] for the heading.
 
     Raises
     ------
@@ -217,9 +215,9 @@ def refit(samples: Samples, max_pieces: int | None = None, tolerance: float = TO
         knots = np.unique(np.round(np.linspace(0, len(samples) - 1, pieces + 1)).astype(int))
         trajectory = _through(samples, knots)
         error = _deviation(trajectory, samples)
-        if error <= tolerance:
+        if error <= TOLERANCE:
             return trajectory
-    raise FileError(f"{most} pieces are {error:.3g} m from the samples, more than {tolerance:g} m: fly it in parts")
+    raise FileError(f"{most} pieces are {error:.3g} m from the samples, more than {TOLERANCE:g} m: fly it in parts")
 
 
 def _growing(most: int) -> list[int]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import os
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -119,16 +118,11 @@ def _columns(reader: Any, types: list[str]) -> dict[str, dict[str, FloatArray]]:
     """Return every message type that is read as columns."""
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in types}
     with reader:
-        for message in _messages(reader, types):
+        for message in iter(lambda: reader.recv_match(type=types), None):
             rows[message.get_type()].append(message.to_dict())
     for name, instance in (("XKF1", "C"), ("IMU", "I")):
         rows[name] = [row for row in rows.get(name, []) if not row.get(instance)]
     return {name: _table(entries) for name, entries in rows.items() if entries}
-
-
-def _messages(reader: Any, types: list[str]) -> Iterator[Any]:
-    while (message := reader.recv_match(type=types)) is not None:
-        yield message
 
 
 def _table(rows: list[dict[str, Any]]) -> dict[str, FloatArray]:
@@ -151,18 +145,17 @@ def _tracks(columns: dict[str, dict[str, FloatArray]]) -> tuple[Track | None, Tr
 def _track(columns: dict[str, dict[str, FloatArray]], place: str, speed: str, push: str, heading: str) -> Track:
     """Interpolate the three axes, logged microseconds apart, to the instants of the first."""
     t = columns["PSCN"]["TimeUS"] * 1e-6
-    stacked = []
-    for prefix in (place, speed, push):
-        parts = [_at(t, columns[name], prefix + axis) for name, axis in AXES.items()]
-        stacked.append(None if any(part is None for part in parts) else np.stack(parts, axis=1))  # type: ignore[arg-type]
-    position, velocity, acceleration = stacked
+    position, velocity, acceleration = (_stacked(columns, t, prefix) for prefix in (place, speed, push))
     nowhere = np.full((len(t), 3), np.nan)
     yaw = _heading(columns, t, heading)
     return Track(t, nowhere if position is None else position, velocity, acceleration, yaw)
 
 
-def _at(t: FloatArray, table: dict[str, FloatArray], name: str) -> FloatArray | None:
-    return np.interp(t, table["TimeUS"] * 1e-6, table[name]) if name in table else None
+def _stacked(columns: dict[str, dict[str, FloatArray]], t: FloatArray, prefix: str) -> FloatArray | None:
+    parts = [(columns[message], prefix + axis) for message, axis in AXES.items()]
+    if not all(name in table for table, name in parts):
+        return None
+    return np.stack([np.interp(t, table["TimeUS"] * 1e-6, table[name]) for table, name in parts], axis=1)
 
 
 def _heading(columns: dict[str, dict[str, FloatArray]], t: FloatArray, name: str) -> FloatArray | None:

@@ -1,4 +1,4 @@
-"""Links to Crazyflies: packets of CRTP over UDP or radio, requests, and one packet for all of a channel.
+"""Links to Crazyflies over CRTP: packets by UDP or radio, requests, and one packet for all of a channel.
 
 A packet is a byte, port << 4 | channel, and at most 30 bytes. Over UDP one datagram is one packet, without a checksum.
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FlightError, InputError, TimingError
+from minsnap.files.frames import map_vectors
 from minsnap.flight.mavlink.setpoints import FeedForward, Setpoint, SetpointTable, tabulate
-from minsnap.flight.mavlink.vehicle_state import Vector
+from minsnap.flight.mavlink.vehicle_messages import Vector
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -166,18 +167,13 @@ class ChangingTable:
         share = at * self.rate - step
         position = _hermite(before, after, share, 1.0 / self.rate)
         velocity = before[3:] + share * (after[3:] - before[3:])
-        begin = tabulate(
-            Samples(np.array([0.0, 1.0]), trajectory(np.zeros(2)), trajectory(np.zeros(2), 1)),
-            None,
-            ("position", "velocity"),
-            self.frame,
-        ).rows[0]
-        gap = float(np.linalg.norm(begin[:3] - position))
+        begin, speed = map_vectors([trajectory(0.0), trajectory(0.0, 1)], "enu", self.frame)
+        gap = float(np.linalg.norm(begin - position))
         if gap > JOIN_DISTANCE:
             raise FlightError(
                 f"the change begins {gap:.3g} m from the setpoint at its splice: replan from what is flown"
             )
-        jump = float(np.linalg.norm(begin[3:6] - velocity))
+        jump = float(np.linalg.norm(speed - velocity))
         if "velocity" in self.fields and jump > ALIKE:
             raise FlightError(
                 f"the change begins {jump:.3g} m/s off the velocity flown then: replan from what is flown"

@@ -12,11 +12,11 @@ from typing import Any
 from minsnap.basics.storage.reading import check_size
 from minsnap.errors import FileError, LinkError
 from minsnap.flight.mavlink._transports import LinkTransport, Peer, open_transport
-from minsnap.flight.mavlink.dialect import Message, load_dialect
 from minsnap.flight.mavlink.schedule import Clock
-from minsnap.flight.mavlink.vehicle_state import TEXTS, VehicleState
+from minsnap.flight.mavlink.vehicle_messages import TEXTS, Message, VehicleState, load_dialect
 
 _GROUND_STATION, _COMPANION, _NO_AUTOPILOT, _ACTIVE = 6, 18, 8, 4
+_COMPONENT = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
 
 
 class Link:
@@ -30,12 +30,12 @@ class Link:
         Whose time everything is.
     system : int or None
         The vehicle's MAVLink system id; None takes the first autopilot that is heard.
-    source_system, source_component : int
-        Our own ids; the component defaults to an onboard computer.
+    source_system : int
+        Our own id; the component is that of an onboard computer.
     signing_key : bytes or None
         32 bytes: sign what is sent, and refuse what is not signed with the same key.
     events : mapping of int to str
-        Texts of PX4's events (:func:`~minsnap.flight.mavlink.vehicle_state.read_events`).
+        Texts of PX4's events (:func:`~minsnap.flight.mavlink.vehicle_messages.read_events`).
 
     Attributes
     ----------
@@ -55,7 +55,6 @@ class Link:
         clock: Clock,
         system: int | None = None,
         source_system: int = 245,
-        source_component: int = 191,
         signing_key: bytes | None = None,
         events: Mapping[int, str] = TEXTS,
     ) -> None:
@@ -66,7 +65,7 @@ class Link:
         self.ignored: Counter[tuple[int, int]] = Counter()
         self.refused = 0
         self.numbering: Callable[[], int] | None = None
-        self._codec = self._dialect.MAVLink(self, srcSystem=source_system, srcComponent=source_component)
+        self._codec = self._dialect.MAVLink(self, srcSystem=source_system, srcComponent=_COMPONENT)
         self._parsers: dict[Peer, Any] = {}
         self._peer: Peer | None = None
         self._next_heartbeat = clock.now()

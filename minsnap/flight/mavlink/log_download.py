@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.errors import LinkError
-from minsnap.flight.mavlink.dialect import Message, load_dialect
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.schedule import Clock
+from minsnap.flight.mavlink.vehicle_messages import Message, load_dialect
 
 PIECE = 90
 """Bytes of a log in one message (LOG_DATA)."""
@@ -72,7 +72,7 @@ def _newest(link: Link, clock: Clock, request: Message) -> Message:
     for _ in range(TRIES):
         link.send(request)
         last = clock.now()
-        while clock.now() < last + SILENCE and not _all_told(entries):
+        while clock.now() < last + SILENCE and not any(len(entries) >= entry.num_logs for entry in entries.values()):
             for message in link.pump(clock.now() + 0.1):
                 if message.get_type() == "LOG_ENTRY":
                     entries[message.id], last = message, clock.now()
@@ -84,10 +84,6 @@ def _newest(link: Link, clock: Clock, request: Message) -> Message:
     if newest.num_logs == 0 or not 0 < newest.size < LARGEST:
         raise LinkError("the vehicle has no log of this flight: turn its logging on")
     return newest
-
-
-def _all_told(entries: dict[int, Message]) -> bool:
-    return any(len(entries) >= entry.num_logs for entry in entries.values())
 
 
 def _receive(link: Link, clock: Clock, entry: Message, content: bytearray, missing: set[int], end: int) -> None:

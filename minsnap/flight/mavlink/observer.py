@@ -13,11 +13,10 @@ import numpy as np
 
 from minsnap.errors import FileError
 from minsnap.flight.mavlink.changing_table import ChangingTable
-from minsnap.flight.mavlink.dialect import Message
 from minsnap.flight.mavlink.sequence import Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import Setpoint, SetpointTable
 from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamStatus
-from minsnap.flight.mavlink.vehicle_state import VehicleState
+from minsnap.flight.mavlink.vehicle_messages import Message, VehicleState
 
 COLUMNS = (
     "time",

@@ -15,10 +15,9 @@ from typing import Any
 
 from minsnap.basics.arrays import GRAVITY
 from minsnap.errors import LinkError
-from minsnap.flight.mavlink.dialect import Message, load_dialect
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.schedule import Clock
-from minsnap.flight.mavlink.vehicle_state import PX4
+from minsnap.flight.mavlink.vehicle_messages import PX4, Message, load_dialect
 from minsnap.limits.limits import Limits
 
 _REAL32 = 9  # MAV_PARAM_TYPE_REAL32

@@ -1,7 +1,9 @@
-"""Check of an autopilot's parameters against a flight: each rule reads some parameters and reports conflicts.
+"""Check of a vehicle before a flight: its parameters against the flight, and a few seconds of its messages.
 
 Sources: PX4's parameter reference, ArduPilot's list of Copter parameters, and flights of both in simulation
 (docs/offboard.rst).
+
+Bits are those of MAVLink's ESTIMATOR_STATUS_FLAGS and MAV_SYS_STATUS_SENSOR.
 """
 
 from __future__ import annotations
@@ -9,13 +11,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from operator import attrgetter
 
 import numpy as np
 
-from minsnap.basics.arrays import GRAVITY
-from minsnap.flight.mavlink.parameters import Parameter
+from minsnap.basics.arrays import GRAVITY, FloatArray
+from minsnap.files.frames import map_vectors
+from minsnap.flight.mavlink.link import Link
+from minsnap.flight.mavlink.parameters import Parameter, Parameters
+from minsnap.flight.mavlink.schedule import Clock
 from minsnap.flight.mavlink.stream_options import SafetyRules
+from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, command
 from minsnap.trajectory.samples import Samples
 
 
@@ -46,20 +51,22 @@ class FlightNeeds:
     height: float = 0.0
     reach: float = 0.0
 
+    @property
+    def tilt_degrees(self) -> float:
+        """The tilt, in the unit of autopilots [deg]."""
+        return math.degrees(self.tilt)
+
 
 def flight_needs(samples: Samples) -> FlightNeeds:
     """Return the needs of samples in z-up world axes; without velocities or accelerations these are zero."""
-    still = np.zeros((1, 3))
-    velocity = still if samples.velocity is None else samples.velocity
-    acceleration = still if samples.acceleration is None else samples.acceleration
-    level = np.hypot(acceleration[:, 0], acceleration[:, 1])
+    velocity, acceleration = (np.zeros((1, 3)) if v is None else v for v in (samples.velocity, samples.acceleration))
     pull = acceleration if samples.feed_forward is None else acceleration + samples.feed_forward
     away = samples.position[:, :2] - samples.position[0, :2]
     return FlightNeeds(
         speed=float(np.hypot(velocity[:, 0], velocity[:, 1]).max()),
         climb=max(0.0, float(velocity[:, 2].max())),
         sink=max(0.0, float(-velocity[:, 2].min())),
-        acceleration=float(level.max()),
+        acceleration=float(np.hypot(acceleration[:, 0], acceleration[:, 1]).max()),
         lift=float(np.abs(acceleration[:, 2]).max()),
         tilt=float(np.arctan2(np.hypot(pull[:, 0], pull[:, 1]), GRAVITY + pull[:, 2]).max()),
         height=float(samples.position[:, 2].max()),
@@ -120,26 +127,23 @@ class Finding:
         return bool(self.parameters) or self.seen is not None
 
 
-def allows(
-    names: tuple[str, ...],
-    has: Callable[[Values], float],
-    need: Callable[[FlightNeeds], float],
-    said: str,
-    grave: bool = False,
-) -> Rule:
+def allows(names: tuple[str, ...], has: Callable[[Values], float], need: str, said: str, grave: bool = False) -> Rule:
     """Return the rule that parameters allow what the flight needs; ``said`` is formatted with both."""
 
     def judge(values: Values, needs: FlightNeeds) -> str | None:
-        allowed, wanted = has(values), need(needs)
+        allowed, wanted = has(values), getattr(needs, need)
         return None if allowed >= wanted else said.format(allowed, wanted)
 
     return Rule(names, judge, grave)
 
 
-def at_least(name: str, need: Callable[[FlightNeeds], float], unit: str, what: str, scale: float = 1.0) -> Rule:
+def at_least(name: str, need: str, unit: str, what: str, scale: float = 1.0) -> Rule:
     """Return the rule that a parameter, times ``scale`` in SI units, is not below what the flight needs."""
-    said = f"{what} at {{:.4g}} {unit}, and the flight needs {{:.4g}} {unit}"
-    return allows((name,), lambda values: scale * values[name], need, said)
+    return allows((name,), lambda values: scale * values[name], need, _cut(what, unit))
+
+
+def _cut(what: str, unit: str) -> str:
+    return f"{what} is cut at {{:.4g}} {unit}, and the flight needs {{:.4g}} {unit}"
 
 
 def _loss_time(values: Values, needs: FlightNeeds) -> str | None:
@@ -185,10 +189,6 @@ def _lean_angle(values: Values) -> float:
     return values["PSC_ANGLE_MAX"] or 0.01 * values["ANGLE_MAX"]
 
 
-def _tilt(needs: FlightNeeds) -> float:
-    return math.degrees(needs.tilt)
-
-
 def _guided_timeout(values: Values, needs: FlightNeeds) -> str | None:
     time = values["GUID_TIMEOUT"]
     if time <= 1.0:
@@ -197,27 +197,29 @@ def _guided_timeout(values: Values, needs: FlightNeeds) -> str | None:
     return f"after a loss of the stream the vehicle flies on for {time:g} s, up to {far:.3g} m; 1 s is enough"
 
 
-def jerk_time(name: str, need: Callable[[FlightNeeds], float]) -> Rule:
+def jerk_time(name: str, need: str) -> Rule:
     """Return the rule that a limit of jerk lets the flight's acceleration build up within half a second."""
 
     def judge(values: Values, needs: FlightNeeds) -> str | None:
-        time = need(needs) / values[name]
-        return None if time <= 0.5 else f"it takes {time:.2g} s to build up the flight's {need(needs):.3g} m/s^2"
+        time = getattr(needs, need) / values[name]
+        return (
+            None if time <= 0.5 else f"it takes {time:.2g} s to build up the flight's {getattr(needs, need):.3g} m/s^2"
+        )
 
     return Rule((name,), judge)
 
 
-def copter_fence(name: str, bit: int, need: Callable[[FlightNeeds], float], said: str) -> Rule:
+def copter_fence(name: str, bit: int, need: str, said: str) -> Rule:
     """Return the rule that ArduPilot's fence of one type, where it is on, encloses the flight."""
 
     def has(values: Values) -> float:
         on = int(values["FENCE_ENABLE"]) and int(values["FENCE_TYPE"]) & bit
         return values[name] if on else math.inf
 
-    return allows((name, "FENCE_ENABLE", "FENCE_TYPE"), has, need, said, grave=True)
+    return allows((name, "FENCE_ENABLE", "FENCE_TYPE"), has, need, f"the fence ends {said}", grave=True)
 
 
-def px4_fence(name: str, need: Callable[[FlightNeeds], float], where: str) -> Rule:
+def px4_fence(name: str, need: str, where: str) -> Rule:
     """Return the rule that PX4's fence by distance, 0 for none, encloses the flight."""
 
     def has(values: Values) -> float:
@@ -232,39 +234,27 @@ RULES: dict[str, Sequence[Rule]] = {
         Rule(("COM_OF_LOSS_T",), _loss_time),
         Rule(("COM_OBL_RC_ACT", "RTL_RETURN_ALT"), _loss_action),
         Rule(("COM_RCL_EXCEPT", "COM_RC_IN_MODE"), _radio_exception),
-        at_least("MPC_XY_VEL_MAX", attrgetter("speed"), "m/s", "horizontal speed is cut"),
-        at_least("MPC_Z_VEL_MAX_UP", attrgetter("climb"), "m/s", "the speed of climbing is cut"),
-        at_least("MPC_Z_VEL_MAX_DN", attrgetter("sink"), "m/s", "the speed of descending is cut"),
-        at_least("MPC_TILTMAX_AIR", _tilt, "deg", "tilt is cut"),
-        px4_fence("GF_MAX_HOR_DIST", attrgetter("reach"), "from"),
-        px4_fence("GF_MAX_VER_DIST", attrgetter("height"), "above"),
+        at_least("MPC_XY_VEL_MAX", "speed", "m/s", "horizontal speed"),
+        at_least("MPC_Z_VEL_MAX_UP", "climb", "m/s", "the speed of climbing"),
+        at_least("MPC_Z_VEL_MAX_DN", "sink", "m/s", "the speed of descending"),
+        at_least("MPC_TILTMAX_AIR", "tilt_degrees", "deg", "tilt"),
+        px4_fence("GF_MAX_HOR_DIST", "reach", "from"),
+        px4_fence("GF_MAX_VER_DIST", "height", "above"),
         Rule(("EKF2_EV_CTRL",), _external_pose),
         Rule(("EKF2_HGT_REF", "EKF2_EV_CTRL"), _height_source),
     ),
     "ardupilot": (
         Rule(("GUID_TIMEOUT",), _guided_timeout),
-        at_least("WPNAV_SPEED", attrgetter("speed"), "m/s", "horizontal speed is cut", 0.01),
-        at_least("WPNAV_SPEED_UP", attrgetter("climb"), "m/s", "the speed of climbing is cut", 0.01),
-        at_least("WPNAV_SPEED_DN", attrgetter("sink"), "m/s", "the speed of descending is cut", 0.01),
-        at_least("WPNAV_ACCEL", attrgetter("acceleration"), "m/s^2", "horizontal acceleration is cut", 0.01),
-        at_least("WPNAV_ACCEL_Z", attrgetter("lift"), "m/s^2", "vertical acceleration is cut", 0.01),
-        allows(
-            ("ANGLE_MAX", "PSC_ANGLE_MAX"),
-            _lean_angle,
-            _tilt,
-            "tilt is cut at {:.4g} deg, and the flight needs {:.4g} deg",
-        ),
-        jerk_time("PSC_JERK_XY", attrgetter("acceleration")),
-        jerk_time("PSC_JERK_Z", attrgetter("lift")),
-        copter_fence(
-            "FENCE_ALT_MAX", 1, attrgetter("height"), "the fence ends at {:g} m, and the file goes up to {:.3g} m"
-        ),
-        copter_fence(
-            "FENCE_RADIUS",
-            2,
-            attrgetter("reach"),
-            "the fence ends {:g} m from home, and the file goes {:.3g} m from its start",
-        ),
+        at_least("WPNAV_SPEED", "speed", "m/s", "horizontal speed", 0.01),
+        at_least("WPNAV_SPEED_UP", "climb", "m/s", "the speed of climbing", 0.01),
+        at_least("WPNAV_SPEED_DN", "sink", "m/s", "the speed of descending", 0.01),
+        at_least("WPNAV_ACCEL", "acceleration", "m/s^2", "horizontal acceleration", 0.01),
+        at_least("WPNAV_ACCEL_Z", "lift", "m/s^2", "vertical acceleration", 0.01),
+        allows(("ANGLE_MAX", "PSC_ANGLE_MAX"), _lean_angle, "tilt_degrees", _cut("tilt", "deg")),
+        jerk_time("PSC_JERK_XY", "acceleration"),
+        jerk_time("PSC_JERK_Z", "lift"),
+        copter_fence("FENCE_ALT_MAX", 1, "height", "at {:g} m, and the file goes up to {:.3g} m"),
+        copter_fence("FENCE_RADIUS", 2, "reach", "{:g} m from home, and the file goes {:.3g} m from its start"),
     ),
     "generic": (),
 }
@@ -302,3 +292,185 @@ def check_parameters(autopilot: str, parameters: Mapping[str, Parameter], needs:
         values = {parameter.name: parameter.value for parameter in known}
         findings.append(Finding(known, rule.names[0], rule.judge(values, needs), grave=rule.grave))
     return findings
+
+
+LISTEN, ANSWERED = 3.0, 1.0
+"""How long the vehicle is listened to, and after the request for its arming checks [s]."""
+
+LOW_BATTERY = 30
+"""Charge below which a flight is not begun with confidence [%]."""
+
+LOST, SILENT, START = 0.05, 1.0, 1.0
+"""Share of lost messages, longest silence [s] and distance from the start [m] that are worth a word."""
+
+_ESTIMATED = {
+    "attitude": 1,
+    "horizontal velocity": 2,
+    "vertical velocity": 4,
+    "horizontal position": 8 | 16,
+    "height": 32,
+}
+_SPOILT = {"its position is assumed constant": 128, "GPS glitches": 1024, "its accelerometer is off": 2048}
+_PREARM, _AHRS = 0x10000000, 0x200000
+_SENSORS = {
+    0x1: "gyroscope",
+    0x2: "accelerometer",
+    0x4: "compass",
+    0x8: "barometer",
+    0x20: "GPS",
+    0x40: "optical flow",
+    0x80: "vision position",
+    0x8000: "motors",
+    0x10000: "radio control",
+    0x100000: "geofence",
+    _AHRS: "attitude and position estimate",
+    0x1000000: "logging",
+    0x2000000: "battery",
+}
+
+
+class VehicleWatch:
+    """What a vehicle says while it is listened to.
+
+    Parameters
+    ----------
+    link : Link
+        With a vehicle that has been heard.
+    clock : Clock
+        The same as the link's.
+    frame : str
+        Its local frame: ``ned`` or ``frd``.
+    """
+
+    def __init__(self, link: Link, clock: Clock, frame: str = "ned") -> None:
+        self._link, self._clock, self._frame = link, clock, frame
+        self._began = self._last = clock.now()
+        self._silence = 0.0
+        self._received = self._missing = 0
+        self._number: int | None = None
+        self._said: dict[str, Message] = {}
+
+    def take(self, message: Message) -> None:
+        """Take note of a message."""
+        now = self._clock.now()
+        self._silence, self._last = max(self._silence, now - self._last), now
+        number = message.get_seq()
+        if self._number is not None:
+            self._missing += (number - self._number - 1) % 256
+        self._received, self._number = self._received + 1, number
+        self._said[message.get_type()] = message
+
+    def listen(self) -> None:
+        """Ask for the arming checks, and listen until :data:`LISTEN` have passed since the beginning."""
+        vehicle = self._link.vehicle
+        if not vehicle.armed:
+            self._link.send(command(vehicle, "MAV_CMD_RUN_PREARM_CHECKS"))
+        for message in self._link.pump(max(self._began + LISTEN, self._clock.now() + ANSWERED)):
+            self.take(message)
+
+    def findings(self, autopilot: Autopilot, samples: Samples | None) -> list[Finding]:
+        """Return one finding a subject from the messages; a subject without a message is unknown."""
+        return [
+            self._mode(autopilot),
+            self._estimate(),
+            self._arming(),
+            self._battery(),
+            self._place(samples),
+            self._home(samples),
+            self._quality(),
+        ]
+
+    def _mode(self, autopilot: Autopilot) -> Finding:
+        vehicle = self._link.vehicle
+        return Finding((), "mode", None, f"{autopilot.mode_name(vehicle)}, {'' if vehicle.armed else 'not '}armed")
+
+    def _estimate(self) -> Finding:
+        status, system = self._said.get("ESTIMATOR_STATUS"), self._said.get("SYS_STATUS")
+        if status is not None:
+            gone = [f"no {name}" for name, bits in _ESTIMATED.items() if not status.flags & bits]
+            gone += [words for words, bit in _SPOILT.items() if status.flags & bit]
+            problem = f"the estimate is not fit to fly by: {', '.join(gone)}" if gone else None
+            return Finding((), "estimate", problem, f"flags {status.flags}", grave=True)
+        if system is None or not system.onboard_control_sensors_present & _AHRS:
+            return Finding((), "estimate", None)
+        well = system.onboard_control_sensors_health & _AHRS
+        problem = None if well else "attitude and position are not estimated well"
+        return Finding((), "estimate", problem, "SYS_STATUS", grave=True)
+
+    def _arming(self) -> Finding:
+        system, failed = self._said.get("SYS_STATUS"), self._link.vehicle.arming.failed
+        if failed:
+            return Finding((), "arming checks", f"it is not ready to arm: {', '.join(failed)}", "EVENT")
+        if system is None:
+            return Finding((), "arming checks", None)
+        ill = system.onboard_control_sensors_present & system.onboard_control_sensors_enabled
+        ill &= ~system.onboard_control_sensors_health
+        reasons = [name for bit, name in _SENSORS.items() if ill & bit]
+        reasons += [f'"{text}"' for text in self._link.vehicle.warnings]
+        problem = None
+        if ill & _PREARM or any(ill & bit for bit in _SENSORS):
+            problem = f"it is not ready to arm: {', '.join(reasons) or 'it does not say why'}"
+        return Finding((), "arming checks", problem, "SYS_STATUS")
+
+    def _battery(self) -> Finding:
+        system = self._said.get("SYS_STATUS")
+        if system is None or not 0 <= system.battery_remaining <= 100:
+            return Finding((), "battery", None)
+        left = system.battery_remaining
+        return Finding((), "battery", f"{left} % are left" if left < LOW_BATTERY else None, f"{left} %")
+
+    def _place(self, samples: Samples | None) -> Finding:
+        height = self._link.vehicle.height
+        if height is None:
+            return Finding(
+                (), "position", "it reports no LOCAL_POSITION_NED: its distance to the start is not known", "none"
+            )
+        if samples is None:
+            return Finding((), "position", None, f"{height:.1f} m high")
+        x, y, _ = self._link.vehicle.position or (math.nan,) * 3
+        away = math.dist((x, y), self._local(samples)[0, :2])
+        far = f"it is {away:.1f} m from the start, without its height" if away > START else None
+        return Finding((), "position", far, f"{away:.1f} m from the start")
+
+    def _home(self, samples: Samples | None) -> Finding:
+        home = self._said.get("HOME_POSITION")
+        if home is None or samples is None or not all(map(math.isfinite, (home.x, home.y, home.z))):
+            return Finding((), "home", None)
+        away = self._local(samples) - (home.x, home.y, home.z)
+        reach, above = float(np.hypot(away[:, 0], away[:, 1]).max()), float(-away[:, 2].min())
+        return Finding((), "home", None, f"the file goes {reach:.1f} m away from it and {above:.1f} m above")
+
+    def _local(self, samples: Samples) -> FloatArray:
+        """Return positions in the vehicle's local frame, shape (m, 3) [m]."""
+        return np.asarray(map_vectors(samples.position, "enu", self._frame))
+
+    def _quality(self) -> Finding:
+        share = self._missing / max(1, self._received + self._missing)
+        silence = max(self._silence, self._clock.now() - self._last)
+        seen = f"{self._received} messages, {100 * share:.1f} % lost, silent for {silence:.2f} s at most"
+        return Finding((), "link", seen if share > LOST or silence > SILENT else None, seen)
+
+
+def check_vehicle(
+    link: Link, clock: Clock, autopilot: Autopilot, samples: Samples | None = None, frame: str = "ned"
+) -> list[Finding]:
+    """Read parameters and listen for three seconds; return one finding for each rule and each part of the state.
+
+    Parameters
+    ----------
+    link : Link
+        With a vehicle that has been heard.
+    clock : Clock
+        The same as the link's.
+    autopilot : Autopilot
+        Whose rules apply.
+    samples : Samples, optional
+        What is to be flown, in z-up world axes, with the feed-forward that is to be sent.
+    frame : str
+        The vehicle's local frame: ``ned`` or ``frd``.
+    """
+    watch = VehicleWatch(link, clock, frame)
+    needs = FlightNeeds() if samples is None else flight_needs(samples)
+    parameters = Parameters(link, clock, watch.take).read(rule_parameters(autopilot.name))
+    watch.listen()
+    return [*check_parameters(autopilot.name, parameters, needs), *watch.findings(autopilot, samples)]

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from minsnap.flight.mavlink.dialect import Message, load_dialect
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.schedule import Clock, Schedule
 from minsnap.flight.mavlink.sequence import SetpointStep
+from minsnap.flight.mavlink.vehicle_messages import Message, load_dialect
 from minsnap.native.setpoint_sender import MOST_AHEAD, NativeSender
 
 AHEAD = 0.25
@@ -50,38 +49,15 @@ class SentSetpoint:
     lateness: float
 
 
-class SetpointSender(ABC):
-    """Sends one setpoint per slot.
+class DirectSender:
+    """Sends one setpoint per slot in the thread that decides, as soon as it has decided.
 
     Attributes
     ----------
-    decisions : Schedule
-        When the setpoint of each slot is to be decided.
-    departures : Schedule
-        When setpoints left.
+    decisions, departures : Schedule
+        When the setpoint of each slot is to be decided, and when setpoints left.
     note : str or None
         What is to be said of it, once it is known.
-    """
-
-    decisions: Schedule
-    departures: Schedule
-    note: str | None = None
-
-    @abstractmethod
-    def late(self, now: float) -> float:
-        """Return the longest lateness of a setpoint since the last call [s]; after a long one the flight is stopped."""
-
-    @abstractmethod
-    def deliver(self, slot: int, step: SetpointStep, foreseen: Foreseer) -> list[SentSetpoint]:
-        """Take over the setpoint of a slot; return what has left since the last call."""
-
-    @abstractmethod
-    def close(self) -> list[SentSetpoint]:
-        """Stop sending at once; return what has left since the last call."""
-
-
-class DirectSender(SetpointSender):
-    """Sends in the thread that decides, as soon as it has decided.
 
     Parameters
     ----------
@@ -91,6 +67,8 @@ class DirectSender(SetpointSender):
         Slot k is due at ``start + k / rate`` [Hz], [s].
     encode : callable
     """
+
+    note: str | None = None
 
     def __init__(self, link: Link, clock: Clock, rate: float, start: float, encode: Encoder) -> None:
         self._link, self._clock, self._encode = link, clock, encode
@@ -112,7 +90,7 @@ class DirectSender(SetpointSender):
         return []
 
 
-class ThreadedSender(SetpointSender):
+class ThreadedSender:
     """Keeps the thread of the native core supplied with the setpoints of the next quarter of a second.
 
     Each slot is decided one slot before it is due. Whatever changes the rest of the flight, such as a rule that stops
@@ -135,6 +113,7 @@ class ThreadedSender(SetpointSender):
         self._prepared: dict[int, SetpointStep] = {}
         self._left: list[SentSetpoint] = []
         self._emptied, self._generation = False, 0
+        self.note: str | None = None
         link.numbering = thread.sequence
 
     @classmethod
@@ -202,6 +181,9 @@ class ThreadedSender(SetpointSender):
         self._link.numbering = None
         self._thread.close()
         return self._left
+
+
+SetpointSender = DirectSender | ThreadedSender
 
 
 def open_sender(

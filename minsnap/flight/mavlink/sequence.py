@@ -8,12 +8,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from minsnap.flight.mavlink.autopilot import Autopilot, arm_command, land_command, return_command, takeoff_command
 from minsnap.flight.mavlink.changing_table import ChangingTable
-from minsnap.flight.mavlink.dialect import Message
 from minsnap.flight.mavlink.setpoints import Setpoint, SetpointTable
 from minsnap.flight.mavlink.stream_options import FRESH, Phase, StreamOptions
-from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
+from minsnap.flight.mavlink.vehicle_messages import (
+    Autopilot,
+    Message,
+    Vector,
+    VehicleState,
+    command,
+)
 
 LINGER = 1.0
 """How long the hold goes on after the vehicle has left the mode [s]."""
@@ -341,15 +345,16 @@ class Sequence:
         if self.phase is not Phase.READY or not self._options.arm:
             return None
         if not following:
-            return self._autopilot.mode_command(vehicle)
+            return command(vehicle, "MAV_CMD_DO_SET_MODE", 1.0, float(self._autopilot.main_mode or 0))
         if not vehicle.armed:
-            return arm_command(vehicle)
+            return command(vehicle, "MAV_CMD_COMPONENT_ARM_DISARM", 1.0)
         if self._takes_off_alone(vehicle):
-            return takeoff_command(vehicle, -self.setpoint.position[2])
+            return command(vehicle, "MAV_CMD_NAV_TAKEOFF", *(0.0,) * 6, -self.setpoint.position[2])
         return None
 
     def _way_down(self, vehicle: VehicleState) -> Message | None:
         """Return the command that ends a hold, if one was requested; after a stop by the user there is none."""
         if (self.completed and self._options.land) or (self.aborted and self._options.on_abort == "land"):
-            return land_command(vehicle)
-        return return_command(vehicle) if self.aborted and self._options.on_abort == "rtl" else None
+            return command(vehicle, "MAV_CMD_NAV_LAND")
+        back = self.aborted and self._options.on_abort == "rtl"
+        return command(vehicle, "MAV_CMD_NAV_RETURN_TO_LAUNCH") if back else None

@@ -19,9 +19,8 @@ from minsnap.basics.arrays import FloatArray, interpolated
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
 from minsnap.files.frames import get_frame, map_samples
-from minsnap.flight.mavlink.dialect import Message, load_dialect
 from minsnap.flight.mavlink.schedule import check_setpoint_rate
-from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
+from minsnap.flight.mavlink.vehicle_messages import Message, Vector, VehicleState, load_dialect
 from minsnap.flight.simulation.reference import drag_feed_forward
 from minsnap.trajectory.heading import wrap
 from minsnap.trajectory.samples import Samples

@@ -9,10 +9,9 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from minsnap.errors import InputError, TimingError
-from minsnap.flight.mavlink.autopilot import AUTOPILOTS, Autopilot
 from minsnap.flight.mavlink.schedule import Lateness
 from minsnap.flight.mavlink.setpoints import FeedForward, Setpoint
-from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
+from minsnap.flight.mavlink.vehicle_messages import AUTOPILOTS, Autopilot, Vector, VehicleState
 
 FRESH = 0.5
 """A position older than this does not say where the vehicle is [s]."""

@@ -10,9 +10,7 @@ import threading
 from dataclasses import replace
 
 from minsnap.errors import FlightError, LinkError
-from minsnap.flight.mavlink.autopilot import Autopilot, get_autopilot, rate_request
 from minsnap.flight.mavlink.changing_table import ChangingTable
-from minsnap.flight.mavlink.dialect import Message
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback, StreamObserver
 from minsnap.flight.mavlink.schedule import Clock, CommonFlight
@@ -21,7 +19,14 @@ from minsnap.flight.mavlink.sequence import Conditions, Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import SetpointTable, setpoint_message
 from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamReport
 from minsnap.flight.mavlink.undisturbed import undisturbed
-from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
+from minsnap.flight.mavlink.vehicle_messages import (
+    Autopilot,
+    Message,
+    Vector,
+    VehicleState,
+    get_autopilot,
+    rate_request,
+)
 from minsnap.replanning.change import Change
 from minsnap.trajectory.trajectory import Trajectory
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from minsnap.errors import InputError
 from minsnap.files.frames import get_frame, map_quaternions, map_vectors
-from minsnap.flight.mavlink.dialect import Message, load_dialect
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.schedule import Clock, Schedule
 from minsnap.flight.mavlink.setpoints import vehicle_frame
+from minsnap.flight.mavlink.vehicle_messages import Message, load_dialect
 from minsnap.flight.mocap.sources import Pose, PoseSource
 
 _LOCAL_NED, _BODY_FRD, _LOCAL_FRD = 1, 12, 20

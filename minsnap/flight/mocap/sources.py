@@ -7,7 +7,6 @@ import json
 import math
 import os
 import threading
-from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -48,7 +47,7 @@ class Pose:
     attitude: Quaternion
 
 
-class PoseSource(ABC):
+class PoseSource:
     """A source of poses.
 
     Attributes
@@ -61,12 +60,13 @@ class PoseSource(ABC):
 
     rejected: int = 0
     ended: bool = False
+    _pose: Pose | None = None
 
-    @abstractmethod
     def latest(self) -> Pose | None:
         """Return the newest pose, None before the first; the same pose is returned until a new one arrives."""
+        return self._pose
 
-    def close(self) -> None:  # noqa: B027 - a file has nothing to let go of
+    def close(self) -> None:
         """Release ports and threads."""
 
 
@@ -91,13 +91,8 @@ class UdpJsonSource(PoseSource):
         self._socket = bind_udp(host, port, f"udp:{host}:{port}")
         self._socket.settimeout(0.1)
         self.port = self._socket.getsockname()[1]
-        self._pose: Pose | None = None
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
-
-    def latest(self) -> Pose | None:
-        """Return the newest pose."""
-        return self._pose
 
     def close(self) -> None:
         """Stop listening."""
@@ -167,7 +162,6 @@ class NatNetSource(PoseSource):
         except ImportError:
             raise ImportError("NatNet needs the natnet package: pip install minsnap[mocap]") from None
         self._body, self._clock = None if body is None else int(body), clock
-        self._pose: Pose | None = None
         self._client = NatNetClient(server, local, command_port=command_port, use_multicast=multicast)
         try:
             self._client.connect(timeout=3.0)
@@ -175,10 +169,6 @@ class NatNetSource(PoseSource):
             raise LinkError(f"no NatNet server answers at {server} within 3 s", address=server) from None
         self._client.on_data_frame_received_event.handlers.append(self._take)
         self._client.run_async()
-
-    def latest(self) -> Pose | None:
-        """Return the newest pose."""
-        return self._pose
 
     def close(self) -> None:
         """Leave the server."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, interpolated
 from minsnap.basics.checks import check_able, check_kind
 from minsnap.errors import InputError, TimingError
-from minsnap.flight.simulation.controller import Reference
+from minsnap.flight.simulation.controllers import Reference
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.drag import BodyDrag, Drag

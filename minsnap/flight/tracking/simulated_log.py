@@ -12,9 +12,8 @@ from minsnap.basics.checks import check_kind, check_seed, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
 from minsnap.files.logs.flight_log import FlightLog, InertialLog
-from minsnap.flight.simulation.closed_loop import STEP
-from minsnap.flight.simulation.flight_record import Flight
 from minsnap.flight.simulation.reference import tabulate
+from minsnap.flight.simulation.simulated_flight import STEP, Flight
 from minsnap.flight.tracking.comparison import compare
 from minsnap.flight.tracking.log_comparison import ComparedFlight
 from minsnap.trajectory.path import Path

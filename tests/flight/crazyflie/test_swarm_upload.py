@@ -11,8 +11,7 @@ from minsnap.cli.app import main
 from minsnap.errors import FleetError, FlightError, LinkError
 from minsnap.files.formats.crazyflie import compressed
 from minsnap.flight.crazyflie import crtp_link
-from minsnap.flight.crazyflie.swarm_upload import FlightTimes, upload, uploads
-from minsnap.flight.crazyflie.trajectory_memory import upload_of
+from minsnap.flight.crazyflie.swarm_upload import FlightTimes, upload, upload_of, uploads
 from minsnap.shows.fleet_files import write_fleet
 
 QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01)

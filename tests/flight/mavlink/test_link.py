@@ -14,9 +14,9 @@ from standin import StandIn, mavutil
 
 from minsnap.errors import FileError, LinkError
 from minsnap.flight.mavlink._transports import LinkTransport, open_transport
-from minsnap.flight.mavlink.dialect import load_dialect
 from minsnap.flight.mavlink.link import Link, open_link, read_signing_key
 from minsnap.flight.mavlink.schedule import Clock
+from minsnap.flight.mavlink.vehicle_messages import load_dialect
 
 
 @pytest.mark.parametrize("connection", ["udpin:0", "udpin::0", "udp:127.0.0.1:0", ":0", "tcpin:0"])

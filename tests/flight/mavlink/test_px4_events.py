@@ -8,8 +8,7 @@ from px4_reports import POSCTL, event, report
 from standin import mavlink
 
 from minsnap.errors import FileError
-from minsnap.flight.mavlink.dialect import load_dialect
-from minsnap.flight.mavlink.vehicle_state import ArmingReport, event_id, read_events
+from minsnap.flight.mavlink.vehicle_messages import ArmingReport, event_id, load_dialect, read_events
 
 
 def heard(messages, **how):

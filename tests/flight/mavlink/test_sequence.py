@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from world import HERE, PX4, RATE, TABLE, World, fly, ready
 
 from minsnap.errors import InputError, LinkError, TimingError
-from minsnap.flight.mavlink.autopilot import get_autopilot
 from minsnap.flight.mavlink.sequence import LINGER, Sequence
 from minsnap.flight.mavlink.stream_options import Phase, SafetyRules, StreamOptions
+from minsnap.flight.mavlink.vehicle_messages import get_autopilot
 
 GIVE_UP = 30.0
 

@@ -16,7 +16,7 @@ from minsnap.files.frames import map_samples
 from minsnap.flight.mavlink.offboard import prepare
 from minsnap.flight.mavlink.setpoints import Setpoint, setpoint_message, tabulate, type_mask, vehicle_frame
 from minsnap.flight.mavlink.stream_options import StreamOptions
-from minsnap.flight.mavlink.vehicle_state import VehicleState
+from minsnap.flight.mavlink.vehicle_messages import VehicleState
 from minsnap.trajectory.samples import Samples
 
 P, V, A, Y, R = "position", "velocity", "acceleration", "yaw", "yaw_rate"

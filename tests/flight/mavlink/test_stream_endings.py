@@ -8,9 +8,9 @@ from standin import OFFBOARD, PointMass, StandIn
 from world import World, fly, ready
 
 from minsnap.errors import FlightError
-from minsnap.flight.mavlink.autopilot import AUTOPILOTS
 from minsnap.flight.mavlink.setpoints import FeedForward
 from minsnap.flight.mavlink.stream_options import Phase, SafetyRules
+from minsnap.flight.mavlink.vehicle_messages import AUTOPILOTS
 from minsnap.vehicle import Quadrotor
 
 FAST = excursion(8.0, reach=13.0)

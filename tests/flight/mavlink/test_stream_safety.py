@@ -11,9 +11,9 @@ from standin import COPTER_RTL, GUIDED, LAND, LOITER, OFFBOARD, RETURN, PointMas
 from world import HERE, TABLE, fly, ready
 
 from minsnap.errors import FlightError, InputError
-from minsnap.flight.mavlink.autopilot import AUTOPILOTS
 from minsnap.flight.mavlink.sequence import Conditions, Sequence
 from minsnap.flight.mavlink.stream_options import Phase, SafetyRules, StreamOptions
+from minsnap.flight.mavlink.vehicle_messages import AUTOPILOTS
 
 COPTER = AUTOPILOTS["ardupilot"]
 

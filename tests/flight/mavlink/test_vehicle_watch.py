@@ -8,11 +8,10 @@ from px4_parameters import PX4
 from px4_reports import event, report
 from standin import PointMass, StandIn, mavlink
 
-from minsnap.flight.mavlink.autopilot import AUTOPILOTS
 from minsnap.flight.mavlink.link import open_link
-from minsnap.flight.mavlink.preflight import flight_needs
+from minsnap.flight.mavlink.preflight import check_vehicle, flight_needs
 from minsnap.flight.mavlink.setpoints import FeedForward
-from minsnap.flight.mavlink.vehicle_watch import check_vehicle
+from minsnap.flight.mavlink.vehicle_messages import AUTOPILOTS
 
 GOOD = 1 | 2 | 4 | 8 | 16 | 32
 SENSORS = 0x1 | 0x2 | 0x4 | 0x200000 | 0x10000000

@@ -16,8 +16,8 @@ from minsnap.flight import (
     simulate,
     simulate_open_loop,
 )
-from minsnap.flight.simulation.controller import Command
-from minsnap.flight.simulation.sensors import StateEstimator
+from minsnap.flight.simulation.controllers import Command
+from minsnap.flight.simulation.disturbances import StateEstimator
 from minsnap.vehicle import BodyDrag, Quadrotor, RigidBody, flatness_of
 
 F330 = Quadrotor.dji_f330()

@@ -8,9 +8,7 @@ from scipy.spatial.transform import Rotation
 import minsnap
 from minsnap.errors import InputError
 from minsnap.flight import CascadeController, GeometricController, drag_feed_forward, simulate
-from minsnap.flight.simulation.cascade import heading_axes
-from minsnap.flight.simulation.controller import Allocator, Estimate, Reference
-from minsnap.flight.simulation.geometric import desired_axes
+from minsnap.flight.simulation.controllers import Allocator, Estimate, Reference, desired_axes, heading_axes
 from minsnap.flight.thesis import published_drag
 from minsnap.vehicle import BodyDrag, Quadrotor, flat_states, flatness_of
 

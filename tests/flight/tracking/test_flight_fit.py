@@ -13,7 +13,7 @@ from minsnap.files.logs.flight_log import FlightLog
 from minsnap.flight import CascadeController, ConstantWind, fit_flight, plot_flight_fit, simulate
 from minsnap.flight.mavlink.observer import StreamLog
 from minsnap.flight.mavlink.setpoints import Setpoint
-from minsnap.flight.mavlink.vehicle_state import VehicleState
+from minsnap.flight.mavlink.vehicle_messages import VehicleState
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import BodyDrag, Quadrotor, read_vehicle
 

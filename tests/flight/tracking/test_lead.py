@@ -11,8 +11,8 @@ from minsnap.files.logs.stream_log_file import read_stream_log
 from minsnap.flight import compare, fit_flight, simulate
 from minsnap.flight.mavlink.observer import StreamLog
 from minsnap.flight.mavlink.setpoints import tabulate
-from minsnap.flight.mavlink.vehicle_state import VehicleState
-from minsnap.flight.simulation.cascade import CascadeController
+from minsnap.flight.mavlink.vehicle_messages import VehicleState
+from minsnap.flight.simulation.controllers import CascadeController
 from minsnap.flight.tracking.log_comparison import compare_in_log
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor

@@ -8,8 +8,8 @@ import pytest
 
 from minsnap.files.convert import read_samples
 from minsnap.files.flights import load_log
-from minsnap.flight.tracking.flight_page import write_flight_page
 from minsnap.flight.tracking.log_comparison import compare_in_log
+from minsnap.flight.tracking.tracking_plot import write_flight_page
 
 HERE = Path(__file__).parents[2] / "recorded"
 TRUTH = json.loads((HERE / "truth.json").read_text())

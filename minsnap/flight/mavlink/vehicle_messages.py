@@ -1,9 +1,12 @@
-"""State of a vehicle from its messages, as far as streaming of setpoints needs it.
+"""MAVLink's messages: the dialect, the state that a vehicle tells, and commands to each autopilot.
 
 An event (MAVLink's EVENT) is a number, a level and arguments. The number is that of the component, 8 bits, and of a
 hash of the event's name, 24 bits. Events of arming checks come between two summaries, and their arguments begin with
 the modes concerned. Names and texts are in a JSON that every build of PX4 writes (``all_events.json``, in the format of
 MAVLink's libevents); those of the common checks are here.
+
+Sources: the PX4 manual on offboard control (at least two setpoints per second, sent before the mode is entered), the
+ArduPilot developer manual on Copter commands in guided mode (GUID_TIMEOUT, take-off before setpoints are taken).
 """
 
 from __future__ import annotations
@@ -16,9 +19,66 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 from minsnap.basics.storage.reading import check_size, reading
-from minsnap.flight.mavlink.dialect import Message
+from minsnap.errors import LinkError
+
+Message = Any
+"""A message of pymavlink."""
+
+
+def load_dialect() -> ModuleType:
+    """Return pymavlink's MAVLink 2 ``common`` dialect.
+
+    Raises
+    ------
+    ImportError
+        If pymavlink is not installed; the sentence names the extra.
+    """
+    try:
+        from pymavlink.dialects.v20 import common
+    except ImportError:
+        raise ImportError("talking to a vehicle needs pymavlink: pip install minsnap[mavlink]") from None
+    dialect: ModuleType = common
+    add_event_to(dialect)
+    return dialect
+
+
+def add_event_to(dialect: Any) -> None:
+    """Teach a dialect of pymavlink that lacks it the message EVENT (number 410, of MAVLink's common message set)."""
+    if 410 in dialect.mavlink_map:
+        return
+
+    class EventMessage(dialect.MAVLink_message):  # type: ignore[misc]
+        id, msgname, crc_extra = 410, "EVENT", 160
+        ordered_fieldnames = (
+            "id event_time_boot_ms sequence destination_component destination_system log_levels arguments".split()
+        )
+        fieldnames = ordered_fieldnames
+        fieldtypes = ("uint32_t", "uint32_t", "uint16_t", *("uint8_t",) * 4)
+        orders, lengths, array_lengths = list(range(7)), [1] * 6 + [40], [0] * 6 + [40]
+        native_format, unpacker = bytearray(b"<IIHBBBB"), struct.Struct("<IIHBBB40B")
+        fielddisplays_by_name: dict[str, str] = {}
+        fieldenums_by_name: dict[str, str] = {}
+        fieldunits_by_name: dict[str, str] = {}
+        instance_field = None
+        instance_offset = -1
+
+        def __init__(self, *values: Any) -> None:
+            super().__init__(self.id, self.msgname)
+            self._fieldnames = self.fieldnames
+            for name, value in zip(self.fieldnames, values, strict=True):
+                setattr(self, name, value)
+
+        def pack(self, mav: Any, force_mavlink1: bool = False) -> bytes:
+            head = [getattr(self, name) for name in self.fieldnames[:6]]
+            packed = self.unpacker.pack(*head, *self.arguments)
+            return bytes(self._pack(mav, self.crc_extra, packed, force_mavlink1=force_mavlink1))
+
+    dialect.mavlink_map[410] = EventMessage
+
 
 CHECKS = {
     "check_modes_cannot_takeoff": "its mode does not allow arming",
@@ -274,3 +334,109 @@ class VehicleState:
     def distance(self, position: Vector) -> float:
         """Return the distance of the vehicle to a position in its local frame [m]; infinite if unknown."""
         return math.inf if self.position is None else math.dist(self.position, position)
+
+
+@dataclass(frozen=True)
+class Autopilot:
+    """Conventions of one flight stack.
+
+    Parameters
+    ----------
+    name : str
+        ``px4``, ``ardupilot`` or ``generic``.
+    mode : str
+        The mode in which it follows setpoints, as its manual calls it.
+    main_mode : int or None
+        The number of that mode; None for a stack whose modes are not known: every mode counts.
+    lowest_rate : float
+        Fewer setpoints per second than this make it leave the mode [Hz].
+    takes_off : bool
+        True when it must be told to take off before it follows setpoints.
+    after_loss : str
+        What it does when the stream ends while it follows it, unless it is set otherwise.
+    loss_time : float
+        A stream that pauses for longer is lost: its failsafe acts, and setpoints that come back take the vehicle from
+        it [s].
+    delay : float
+        Of a vehicle's position after its setpoint, where nothing better is known [s]; seen in simulation.
+    thrust : bool
+        Whether the acceleration of a setpoint is passed on as thrust, so that it can offset drag.
+    """
+
+    name: str
+    mode: str
+    main_mode: int | None
+    lowest_rate: float
+    takes_off: bool = False
+    after_loss: str = "its own failsafe acts"
+    loss_time: float = math.inf
+    delay: float = 0.4
+    thrust: bool = True
+
+    def follows(self, vehicle: VehicleState) -> bool:
+        """Return whether the vehicle is in the mode in which it follows setpoints."""
+        return vehicle.known and (self.main_mode is None or vehicle.main_mode == self.main_mode)
+
+    def acts_alone(self, vehicle: VehicleState) -> bool:
+        """Return whether the vehicle flies by itself: a return or landing that a pilot or its failsafe began."""
+        return vehicle.known and self.name == "px4" and vehicle.main_mode == _PX4_AUTO
+
+    def mode_name(self, vehicle: VehicleState) -> str:
+        """Return the mode of a vehicle as its manual calls it."""
+        if self.name == "px4" and vehicle.main_mode == _PX4_AUTO:
+            return _PX4_ALONE.get((vehicle.custom_mode >> 24) & 0xFF, "AUTO")
+        names = {"px4": _PX4_MODES, "ardupilot": _COPTER_MODES}.get(self.name, {})
+        return names.get(vehicle.main_mode, f"mode {vehicle.custom_mode}")
+
+
+_PX4_AFTER_LOSS = (
+    "after COM_OF_LOSS_T (1 s) PX4 does what COM_OBL_RC_ACT says; without a radio control it returns to launch, and "
+    "climbs to RTL_RETURN_ALT first: indoors set COM_OBL_RC_ACT to 4 (land) or 5 (hold) before the flight"
+)
+_ARDUPILOT_AFTER_LOSS = (
+    "ArduCopter flies on at its last velocity and acceleration for GUID_TIMEOUT (3 s), then brakes and hovers in GUIDED"
+)
+
+_PX4_AUTO = 4
+_PX4_ALONE = {2: "TAKEOFF", 3: "HOLD", 4: "MISSION", 5: "RETURN", 6: "LAND", 8: "FOLLOW", 9: "PRECISION LAND"}
+_PX4_MODES = {1: "MANUAL", 2: "ALTITUDE", 3: "POSITION", 5: "ACRO", 6: "OFFBOARD", 7: "STABILIZED"}
+_COPTER_MODES = {0: "STABILIZE", 2: "ALT_HOLD", 3: "AUTO", 4: "GUIDED", 5: "LOITER", 6: "RTL", 9: "LAND", 17: "BRAKE"}
+
+AUTOPILOTS = {
+    pilot.name: pilot
+    for pilot in (
+        Autopilot("px4", "OFFBOARD", 6, 2.0, after_loss=_PX4_AFTER_LOSS, loss_time=1.0),
+        Autopilot(
+            "ardupilot", "GUIDED", 4, 1.0, takes_off=True, after_loss=_ARDUPILOT_AFTER_LOSS, delay=0.15, thrust=False
+        ),
+        Autopilot("generic", "any mode", None, 2.0),
+    )
+}
+
+
+def get_autopilot(name: str, vehicle: VehicleState) -> Autopilot:
+    """Return the conventions by name; ``auto`` uses the autopilot type in the vehicle's heartbeat.
+
+    Raises
+    ------
+    LinkError
+        If no stack is called so.
+    """
+    if name == "auto":
+        name = {PX4: "px4", ARDUPILOT: "ardupilot"}.get(vehicle.autopilot, "generic")
+    if name not in AUTOPILOTS:
+        raise LinkError(f"no autopilot is called {name!r}: choose auto, {', '.join(AUTOPILOTS)}")
+    return AUTOPILOTS[name]
+
+
+def command(vehicle: VehicleState, name: str, *parameters: float) -> Message:
+    """COMMAND_LONG to the vehicle; parameters left out are 0."""
+    dialect = load_dialect()
+    values = (*parameters, *(0.0,) * (7 - len(parameters)))
+    return dialect.MAVLink_command_long_message(vehicle.system, vehicle.component, getattr(dialect, name), 0, *values)
+
+
+def rate_request(vehicle: VehicleState, message: str, rate: float) -> Message:
+    """Request a message such as LOCAL_POSITION_NED at a rate [Hz]."""
+    wanted = float(getattr(load_dialect(), f"MAVLINK_MSG_ID_{message}"))
+    return command(vehicle, "MAV_CMD_SET_MESSAGE_INTERVAL", wanted, 1e6 / rate)
