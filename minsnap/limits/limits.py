@@ -166,9 +166,8 @@ class Limits:
         LimitError
             If a vertical or vehicle limit is set and the trajectory has no vertical coordinate.
         """
-        return (
-            traj.remembered("utilisation", self, lambda: self._used(traj, True)) if proved else self._used(traj, False)
-        )
+        what = "utilisation" if proved or type(self) is Limits else "estimated"
+        return traj.remembered(what, self, lambda: self._used(traj, proved))
 
     def _used(self, traj: Trajectory, proved: bool) -> tuple[Utilisation, ...]:
         self.check_dim(traj.dim)

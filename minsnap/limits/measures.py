@@ -199,12 +199,9 @@ class _BodyRate:
         highest, piece, s = maximum(-square)
         if highest >= -(ROUNDING**2):
             return np.inf, piece, s
-        cross = [
-            multiply(jerk[..., a], thrust[..., b]) - multiply(jerk[..., b], thrust[..., a])
-            for a, b in ((1, 2), (2, 0), (0, 1))
-        ]
-        top, bottom = sum(multiply(part, part) for part in cross), multiply(square, square)
-        value, piece, s = largest_ratio(elevate(np.asarray(top), bottom.shape[1]), bottom, maximum)
+        cross = multiply(_rows(jerk, 1), _rows(thrust, 2)) - multiply(_rows(jerk, 2), _rows(thrust, 1))
+        top, bottom = multiply(cross, cross).reshape(3, len(square), -1).sum(axis=0), multiply(square, square)
+        value, piece, s = largest_ratio(elevate(top, bottom.shape[1]), bottom, maximum)
         return float(np.sqrt(max(value, 0.0))), piece, s
 
     def sampled(self, motion: Motion, order: int) -> FloatArray:
@@ -234,6 +231,11 @@ MEASURES: dict[str, Measure] = {
 
 def _exactly(points: FloatArray) -> Enclosure:
     return Enclosure(points, np.zeros_like(points))
+
+
+def _rows(points: FloatArray, turned: int) -> FloatArray:
+    """Coordinates one after the other, from one of them on: (pieces, n, 3) to (3 pieces, n)."""
+    return np.roll(points, -turned, axis=2).transpose(2, 0, 1).reshape(-1, points.shape[1])
 
 
 def _largest_norm(curve: Enclosure) -> Peak:

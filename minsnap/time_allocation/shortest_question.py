@@ -190,15 +190,17 @@ def _region_sets(task: Task) -> list[ConeSets]:
     balls, crossed = flat.copy(), flat.copy()
     for waypoint, region in _regions(task).items():
         width = float((region.upper - region.lower).max()) / 2.0
+        sides = [(-region.normals, region.bounds)]
         if np.isinf(region.radius):
-            axes = np.eye(task.dim)[region.upper > region.lower]
-            flat += [(waypoint, list(-axis), float(axis @ region.upper), width) for axis in axes]
-            flat += [(waypoint, list(axis), float(-axis @ region.lower), width) for axis in axes]
+            wide = region.upper > region.lower
+            axes = np.eye(task.dim)[wide]
+            sides = [(-axes, region.upper[wide]), (axes, -region.lower[wide]), *sides]
         else:
             balls.append((waypoint, [0.0] * task.dim, region.radius, region.radius))
-        flat += [(waypoint, list(-n), bound, width) for n, bound in zip(region.normals, region.bounds, strict=True)]
+        for slopes, bounds in sides:
+            flat += [(waypoint, *side, width) for side in zip(slopes.tolist(), bounds.tolist(), strict=True)]
         if region.crossing is not None:
-            crossed.append((waypoint, list(region.crossing), 0.0, 1.0))
+            crossed.append((waypoint, region.crossing.tolist(), 0.0, 1.0))
     kinds = (flat, 0, 0), (balls, task.dim, 0), (crossed, 0, 1)
     return [_at_knots(task, *kind) for kind in kinds if kind[0]]
 

@@ -275,7 +275,7 @@ class Strategy:
             if use <= 1.0 + KEPT:
                 quick = solved if priced else self._hastened(solved, limits, use)
                 kept = next((one for one in (quick, solved) if keeps(limits, self._flown(one))), None)
-                return kept, largest_use(limits, curve) - 1.0
+                return kept, largest_use(limits, curve) - 1.0 if kept is None else 0.0
             excess = use - 1.0
             if far == SETTINGS.not_longer or not self.task.still:
                 return None, excess

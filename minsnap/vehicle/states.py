@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -36,8 +37,6 @@ class FlatStates:
         Total thrust along the body's z axis [N].
     rotation : ndarray, shape (m, 3, 3)
         Attitude: its columns are the body's axes in the world frame.
-    quaternion : ndarray, shape (m, 4)
-        The same as unit quaternions w, x, y, z, continuous in sign.
     body_rates : ndarray, shape (m, 3)
         Angular velocity about the body's axes [rad/s].
     angular_acceleration : ndarray, shape (m, 3)
@@ -53,7 +52,6 @@ class FlatStates:
 
     thrust: FloatArray
     rotation: FloatArray
-    quaternion: FloatArray
     body_rates: FloatArray
     angular_acceleration: FloatArray
     torque: FloatArray
@@ -65,6 +63,13 @@ class FlatStates:
 
     def __len__(self) -> int:
         return len(self.thrust)
+
+    @cached_property
+    def quaternion(self) -> FloatArray:
+        """The attitude as unit quaternions w, x, y, z, continuous in sign, shape (m, 4)."""
+        quaternion = quaternions(self.rotation)
+        quaternion.flags.writeable = False
+        return quaternion
 
 
 def flat_states(
@@ -133,7 +138,7 @@ def _states(vehicle: Quadrotor, motion: FlatMotion) -> FlatStates:
     thrust = vehicle.mass * dot(motion.gamma, frame[2])
     torque = accelerations @ vehicle.inertia + np.cross(rates.T, rates.T @ vehicle.inertia)
     speeds = vehicle.rotor_speeds(np.column_stack([thrust, torque]))
-    return FlatStates(thrust, rotation, quaternions(rotation), rates.T.copy(), accelerations, torque, speeds, singular)
+    return FlatStates(thrust, rotation, rates.T.copy(), accelerations, torque, speeds, singular)
 
 
 def flatness_of(
