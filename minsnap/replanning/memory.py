@@ -75,15 +75,20 @@ def leg_conditions(task: Task) -> list[bytes]:
     size = len(ends[0]) // task.legs
     parts = [[end[leg * size : (leg + 1) * size] for end in ends] for leg in range(task.legs)]
     for wall in task.walls:
-        for leg, part in enumerate(parts):
-            part.append(_wall_of_leg(wall, leg))
+        for part, own in zip(parts, _by_leg(wall, task.legs), strict=True):
+            part.append(own)
     return [b"".join(part) for part in parts]
 
 
-def _wall_of_leg(wall: Walls, leg: int) -> bytes:
-    own = np.flatnonzero(wall.leg == leg)
+def _by_leg(wall: Walls, legs: int) -> list[bytes]:
+    """Return all numbers and names of some walls, those of each leg apart."""
+    order = np.argsort(wall.leg, kind="stable")
+    first = np.searchsorted(wall.leg[order], np.arange(legs + 1)).tolist()
     values: Sequence[object] = [getattr(wall, entry.name) for entry in fields(wall) if entry.name != "leg"]
-    return b"".join(value[own].tobytes() if isinstance(value, np.ndarray) else repr(value).encode() for value in values)
+    arrays = [value[order] for value in values if isinstance(value, np.ndarray)]
+    names = repr([value for value in values if not isinstance(value, np.ndarray)]).encode()
+    parts = zip(first[:-1], first[1:], strict=True)
+    return [b"".join([names, *(array[low:high].tobytes() for array in arrays)]) for low, high in parts]
 
 
 class Takes:
