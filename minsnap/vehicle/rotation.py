@@ -24,6 +24,13 @@ def quaternions(rotation: FloatArray) -> FloatArray:
     return continuous(np.roll(Rotation.from_matrix(rotation).as_quat(), 1, axis=-1))
 
 
+def rotations(quaternion: FloatArray) -> FloatArray:
+    """Return the rotation matrices of quaternions (m, 4), shape (m, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_quat(np.roll(quaternion, -1, axis=-1)).as_matrix())
+
+
 def continuous(quaternion: FloatArray) -> FloatArray:
     """Return quaternions, shape (m, 4), with the signs that make them continuous; the first has w >= 0."""
     turned = np.einsum("mi,mi->m", quaternion[1:], quaternion[:-1]) < 0

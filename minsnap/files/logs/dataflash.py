@@ -14,7 +14,8 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import FileError
-from minsnap.files.logs.flight_log import FlightLog, InertialLog, Track, flight_log, from_euler, inertial_log
+from minsnap.files.logs.flight_log import FlightLog, InertialLog, flight_log, from_euler, inertial_log
+from minsnap.trajectory.samples import Samples
 
 AXES = {"PSCN": "N", "PSCE": "E", "PSCD": "D"}
 """Messages of the position controller; their fields end in the axis (metres, ArduPilot's log messages)."""
@@ -130,7 +131,7 @@ def _table(rows: list[dict[str, Any]]) -> dict[str, FloatArray]:
     return {name: np.array([row.get(name, np.nan) for row in rows], dtype=np.float64) for name in names}
 
 
-def _tracks(columns: dict[str, dict[str, FloatArray]]) -> tuple[Track | None, Track | None]:
+def _tracks(columns: dict[str, dict[str, FloatArray]]) -> tuple[Samples | None, Samples | None]:
     """Return the reference and the flight."""
     if all(name in columns for name in AXES):
         return _track(columns, "TP", "TV", "TA", "DesYaw"), _track(columns, "P", "V", "A", "Yaw")
@@ -139,16 +140,16 @@ def _tracks(columns: dict[str, dict[str, FloatArray]]) -> tuple[Track | None, Tr
         return None, None
     position, velocity = (np.stack([estimate[kind + axis] for axis in "NED"], axis=1) for kind in "PV")
     t = estimate["TimeUS"] * 1e-6
-    return None, Track(t, position, velocity, yaw=_heading(columns, t, "Yaw"))
+    return None, Samples(t, position, velocity, yaw=_heading(columns, t, "Yaw"))
 
 
-def _track(columns: dict[str, dict[str, FloatArray]], place: str, speed: str, push: str, heading: str) -> Track:
+def _track(columns: dict[str, dict[str, FloatArray]], place: str, speed: str, push: str, heading: str) -> Samples:
     """Interpolate the three axes, logged microseconds apart, to the instants of the first."""
     t = columns["PSCN"]["TimeUS"] * 1e-6
     position, velocity, acceleration = (_stacked(columns, t, prefix) for prefix in (place, speed, push))
     nowhere = np.full((len(t), 3), np.nan)
     yaw = _heading(columns, t, heading)
-    return Track(t, nowhere if position is None else position, velocity, acceleration, yaw)
+    return Samples(t, nowhere if position is None else position, velocity, acceleration, yaw=yaw)
 
 
 def _stacked(columns: dict[str, dict[str, FloatArray]], t: FloatArray, prefix: str) -> FloatArray | None:

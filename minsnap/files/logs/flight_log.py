@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, own_arrays
 from minsnap.files.frames import FRAMES, map_samples
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import ARRAYS, Samples
+from minsnap.vehicle.rotation import quaternions, rotations
 
 WORLD, BODY = FRAMES["ned"].matrix, FRAMES["ned"].body_matrix
 """From NED to ENU, and from forward-right-down to forward-left-up."""
@@ -68,13 +70,8 @@ def inertial_log(
     start : float
         Time since boot that is 0 in the log [s].
     """
-    from scipy.spatial.transform import Rotation
-
-    from minsnap.vehicle.rotation import quaternions
-
     (t, turns), (force_t, pulls) = _finite(*attitude), _finite(*force)
-    matrices = Rotation.from_quat(np.roll(turns, -1, axis=1)).as_matrix()
-    turned = quaternions(WORLD @ matrices @ BODY)
+    turned = quaternions(WORLD @ rotations(turns) @ BODY)
     felt = pulls @ BODY
     thrust_t, thrust = (None, None) if throttle is None else _finite(throttle[0] - start, throttle[1])
     return InertialLog(t - start, turned, force_t - start, felt, thrust_t, thrust, hover)
@@ -126,65 +123,38 @@ class FlightLog:
     inertial: InertialLog | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Track:
-    """One quantity of a log, unconverted: z-down axes, time since boot.
+def flight_log(reference: Samples | None, flight: Samples | None, damage: str | None, frame: str = "ned") -> FlightLog:
+    """Clean what a log holds, and convert it to one clock that starts with the first, and to z-up world axes.
 
-    Parameters
-    ----------
-    t : ndarray, shape (m,)
-        [s].
-    position : ndarray, shape (m, 3)
-    velocity, acceleration : ndarray, shape (m, 3), or None
-    yaw : ndarray, shape (m,), or None
-        [rad], in any interval.
-    yaw_rate : ndarray, shape (m,), or None
+    Times are those since boot, headings in any interval, numbers perhaps not finite. The frame is ``ned``, or ``frd``
+    for a room's, which is mapped to its forward-left-up.
     """
-
-    t: FloatArray
-    position: FloatArray
-    velocity: FloatArray | None = None
-    acceleration: FloatArray | None = None
-    yaw: FloatArray | None = None
-    yaw_rate: FloatArray | None = None
-
-
-def flight_log(reference: Track | None, flight: Track | None, damage: str | None, frame: str = "ned") -> FlightLog:
-    """Convert the tracks to one clock that starts with the first of them, and to z-up world axes.
-
-    Their frame is ``ned``, or ``frd`` for a room's, which is mapped to its forward-left-up.
-    """
-    clean = [None if track is None else _cleaned(track) for track in (reference, flight)]
-    starts = [track.t[0] for track in clean if track is not None]
-    start = float(min(starts)) if starts else 0.0
+    clean = [None if raw is None else _cleaned(raw) for raw in (reference, flight)]
+    start = min((float(samples.t[0]) for samples in clean if samples is not None), default=0.0)
     sentence = None if damage is None else f"{damage}; {_what_was_read(*clean)}"
-    setpoints, flown = (None if track is None else _samples(track, start, frame) for track in clean)
+    upright = "enu" if frame == "ned" else "flu"
+    setpoints, flown = (
+        None if samples is None else map_samples(replace(samples, t=samples.t - start), frame, upright)
+        for samples in clean
+    )
     return FlightLog(setpoints, flown, start, sentence)
 
 
-def _cleaned(track: Track) -> Track | None:
+def _cleaned(raw: Samples) -> Samples | None:
     """Drop rows without position or with decreasing times, then quantities with any non-finite value."""
-    good = _good(track.t, track.position)
-    if not good.any():
+    kept = raw[_good(raw.t, raw.position)]
+    if not len(kept):
         return None
-    rest = (track.velocity, track.acceleration, track.yaw, track.yaw_rate)
-    return Track(track.t[good], track.position[good], *(_controlled(values, good) for values in rest))
+    known = {name: getattr(kept, name) for name in ARRAYS}
+    changed: dict[str, Any] = {
+        name: None for name, each in known.items() if not (each is None or np.isfinite(each).all())
+    }
+    if kept.yaw is not None and "yaw" not in changed:
+        changed["yaw"] = np.unwrap(kept.yaw)
+    return replace(kept, **changed)
 
 
-def _controlled(values: FloatArray | None, good: BoolArray) -> FloatArray | None:
-    kept = None if values is None else np.asarray(values, dtype=np.float64)[good]
-    return kept if kept is not None and np.isfinite(kept).all() else None
-
-
-def _samples(track: Track, start: float, frame: str) -> Samples:
-    yaw = None if track.yaw is None else np.unwrap(track.yaw)
-    samples = Samples(
-        track.t - start, track.position, track.velocity, track.acceleration, yaw=yaw, yaw_rate=track.yaw_rate
-    )
-    return map_samples(samples, frame, "enu" if frame == "ned" else "flu")
-
-
-def _what_was_read(reference: Track | None, flight: Track | None) -> str:
-    counts = [0 if track is None else len(track.t) for track in (flight, reference)]
-    last = max((float(track.t[-1]) for track in (reference, flight) if track is not None), default=0.0)
+def _what_was_read(reference: Samples | None, flight: Samples | None) -> str:
+    counts = [0 if samples is None else len(samples.t) for samples in (flight, reference)]
+    last = max((float(samples.t[-1]) for samples in (reference, flight) if samples is not None), default=0.0)
     return f"{counts[0]} positions and {counts[1]} setpoints could be read, up to {last:.3f} s after boot"

@@ -5,20 +5,19 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.reading import check_regular
 from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError
-from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
+from minsnap.files.logs.flight_log import FlightLog, flight_log
+from minsnap.files.setpoint_csv import COLUMNS, samples_of
+from minsnap.trajectory.samples import Samples
 
 START = "time,kind,"
 """How the first line of such a log begins."""
 
-_PLACE, _SPEED, _PULL = ("x", "y", "z"), ("vx", "vy", "vz"), ("ax", "ay", "az")
 
 Row = Mapping[str, str]
 
@@ -62,8 +61,7 @@ def read_stream_log(path: str | os.PathLike[str]) -> FlightLog:
     sent = [row for row in rows if row["kind"] == "setpoint"]
     heard = [row for row in rows if row["kind"] == "position" and row["x"]]
     try:
-        log = flight_log(_track(sent, True), _track(heard, False), None, frame)
-        return log if log.reference is None else replace(log, reference=replace(log.reference, lead=float(lead or 0)))
+        return flight_log(_samples(sent, float(lead or 0.0)), _samples(heard), None, frame)
     except ValueError:
         raise FileError(f"{path} has an entry that is not a number") from None
 
@@ -73,16 +71,9 @@ def _noted(rows: Sequence[Row], name: str) -> str | None:
     return next((row["text"][len(start) :] for row in rows if row.get("text", "").startswith(start)), None)
 
 
-def _track(rows: Sequence[Row], heading: bool) -> Track | None:
+def _samples(rows: Sequence[Row], lead: float = 0.0) -> Samples | None:
+    """Return the rows of one kind, with the quantities that are not empty."""
     if not rows:
         return None
-    t = _columns(rows, ("time",))[:, 0]
-    place, speed = _columns(rows, _PLACE), _columns(rows, _SPEED)
-    if not heading:
-        return Track(t, place, speed)
-    yaw = _columns(rows, ("yaw", "yaw_rate"))
-    return Track(t, place, speed, _columns(rows, _PULL), yaw[:, 0], yaw[:, 1])
-
-
-def _columns(rows: Sequence[Row], names: Sequence[str]) -> FloatArray:
-    return np.array([[float(row[name]) for name in names] for row in rows], dtype=np.float64)
+    known = {"t": "time"} | {name: name for name in COLUMNS[1:] if rows[0].get(name)}
+    return samples_of({name: np.array([float(row[key]) for row in rows]) for name, key in known.items()}, lead)

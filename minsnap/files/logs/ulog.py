@@ -17,8 +17,9 @@ from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.frames import map_samples
-from minsnap.files.logs.flight_log import BODY, WORLD, FlightLog, InertialLog, Track, flight_log, inertial_log
+from minsnap.files.logs.flight_log import BODY, WORLD, FlightLog, InertialLog, flight_log, inertial_log
 from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.rotation import rotations
 
 POSITION = "vehicle_local_position"
 SETPOINTS = ("trajectory_setpoint", "vehicle_local_position_setpoint")
@@ -122,17 +123,18 @@ def _bytes(path: str | os.PathLike[str]) -> bytes:
     return raw
 
 
-def _positions(data: dict[str, FloatArray] | None) -> Track | None:
+def _positions(data: dict[str, FloatArray] | None) -> Samples | None:
     """Return the positions of the vehicle; rows that the estimator marked invalid are dropped."""
     if data is None or not all(name in data for name in ("timestamp", "x", "y", "z")):
         return None
     valid = np.asarray(data.get("xy_valid", 1), dtype=bool) & np.asarray(data.get("z_valid", 1), dtype=bool)
     position = np.where(np.broadcast_to(valid, data["x"].shape)[:, None], _stack(data, "x", "y", "z"), np.nan)
     velocity, acceleration = _some(data, "vx", "vy", "vz"), _some(data, "ax", "ay", "az")
-    return Track(data["timestamp"] * 1e-6, position, velocity, acceleration, data.get("heading", data.get("yaw")))
+    heading = data.get("heading", data.get("yaw"))
+    return Samples(data["timestamp"] * 1e-6, position, velocity, acceleration, yaw=heading)
 
 
-def _setpoints(data: dict[str, FloatArray]) -> Track | None:
+def _setpoints(data: dict[str, FloatArray]) -> Samples | None:
     """Return the setpoints, under either of the two names of the fields."""
     names = [("position[{}]", "velocity[{}]"), ("{}", "v{}")]
     for (place, speed), axes in zip(names, ("012", "xyz"), strict=True):
@@ -140,8 +142,8 @@ def _setpoints(data: dict[str, FloatArray]) -> Track | None:
             position = _stack(data, *(place.format(axis) for axis in axes))
             velocity = _some(data, *(speed.format(axis) for axis in axes))
             acceleration = _some(data, *(f"acceleration[{i}]" for i in range(3)))
-            heading = (data.get("yaw"), data.get("yawspeed"))
-            return Track(data["timestamp"] * 1e-6, position, velocity, acceleration, *heading)
+            yaw, rate = data.get("yaw"), data.get("yawspeed")
+            return Samples(data["timestamp"] * 1e-6, position, velocity, acceleration, yaw=yaw, yaw_rate=rate)
     return None
 
 
@@ -222,7 +224,7 @@ def _felt(inertial: InertialLog | None) -> list[Topic]:
         return []
     from scipy.spatial.transform import Rotation
 
-    turns = WORLD.T @ Rotation.from_quat(np.roll(inertial.quaternion, -1, axis=1)).as_matrix() @ BODY
+    turns = WORLD.T @ rotations(inertial.quaternion) @ BODY
     quaternion = np.roll(Rotation.from_matrix(turns).as_quat(), 1, axis=1)
     topics = [
         ("vehicle_attitude", "float[4] q;", inertial.attitude_t, quaternion),

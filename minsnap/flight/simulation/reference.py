@@ -72,10 +72,14 @@ def drag_feed_forward(vehicle: Quadrotor, reference: Samples, drag: Drag | None 
     if reference.velocity is None:
         return np.zeros((len(reference), 3))
     states = reference_states(vehicle, reference, drag)
-    velocity = np.einsum("mji,mj->mi", states.rotation, spatial(reference.velocity))
-    pitch = -np.arcsin(np.clip(states.rotation[:, 2, 0], -1.0, 1.0))
-    force = drag.force(velocity, pitch=pitch, rotor_speed=states.rotor_speed)
+    force = drag_in_body(drag, states.rotation, spatial(reference.velocity), states.rotor_speed)
     return np.asarray(-np.einsum("mij,mj->mi", states.rotation, force) / vehicle.mass)
+
+
+def drag_in_body(drag: Drag, rotation: FloatArray, air: FloatArray, rotor_speed: FloatArray) -> FloatArray:
+    """Return the force of drag in the body, shape (m, 3) [N]; ``air`` are velocities through the air in the world."""
+    pitch = -np.arcsin(np.clip(rotation[:, 2, 0], -1.0, 1.0))
+    return drag.force(np.einsum("mji,mj->mi", rotation, air), pitch=pitch, rotor_speed=rotor_speed)
 
 
 MOST_STEPS = 2_000_000

@@ -25,6 +25,7 @@ from minsnap.errors import FileError, FitError
 from minsnap.files.flights import read_log
 from minsnap.files.logs.flight_log import FlightLog, InertialLog
 from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.rotation import rotations
 
 MEMORY = 1.0
 """For how long residuals are taken to depend on each other [s]."""
@@ -185,10 +186,7 @@ def body_motion(flight: Samples, felt: InertialLog) -> FlightMotion:
 
 
 def _attitudes(t: FloatArray, felt: InertialLog) -> FloatArray:
-    from scipy.spatial.transform import Rotation
-
-    turns = interpolated(t, felt.attitude_t, felt.quaternion)
-    return np.asarray(Rotation.from_quat(np.roll(turns, -1, axis=1)).as_matrix())
+    return rotations(interpolated(t, felt.attitude_t, felt.quaternion))
 
 
 def _means(t: FloatArray, width: float, known: FloatArray, values: FloatArray) -> FloatArray:
@@ -266,73 +264,62 @@ class BodyDragFit:
         own_arrays(self)
 
 
-class _AcrossThrust:
-    """The two equations along x and y, whose unknowns are linear, quadratic (each where kept), biases and wind."""
-
-    def __init__(self, motion: FlightMotion, linear: BoolArray, quadratic: BoolArray, windy: bool) -> None:
-        self._motion = motion
-        self.slots = np.concatenate([linear, quadratic, [True, True], [windy, windy]])
-
-    def unpacked(self, values: FloatArray) -> FloatArray:
-        """Return all 8 unknowns as (4, 2): linear, quadratic, bias, wind; those left out are zero."""
-        full = np.zeros(8)
-        full[self.slots] = values
-        return full.reshape(4, 2)
-
-    def air(self, wind: FloatArray) -> FloatArray:
-        """Velocity through the air in the body, (m, 3)."""
-        moved = self._motion.velocity - np.array([*wind, 0.0])
-        return np.asarray(np.einsum("mji,mj->mi", self._motion.rotation, moved))
-
-    def residuals(self, values: FloatArray) -> FloatArray:
-        linear, quadratic, bias, wind = self.unpacked(values)
-        u = self.air(wind)
-        speed = np.linalg.norm(u, axis=1)[:, None]
-        drag = (linear + quadratic * speed) * u[:, :2]
-        return np.asarray(self._motion.specific_force[:, :2] + drag - bias)
-
-    def solve(self) -> tuple[list[list[FittedNumber | None]], FloatArray]:
-        """Return the estimates as rows of linear, quadratic, bias, wind, None for those left out; and the values."""
-        first = np.zeros(int(self.slots.sum()))
-        numbers, _ = fitted(self.residuals, first, self._motion.rate)
-        remaining = iter(numbers)
-        listed = [next(remaining) if kept else None for kept in self.slots]
-        return [listed[2 * k : 2 * k + 2] for k in range(4)], self.unpacked(np.array([each.value for each in numbers]))
-
-
 def fit_drag_of(motion: FlightMotion) -> BodyDragFit:
     """Fit drag per mass, and wind and hover throttle where the flight tells them."""
     notes: list[str] = []
-    still = np.einsum("mji,mj->mi", motion.rotation, motion.velocity)
-    speeds = still.std(axis=0)
+    speeds = _air(motion, np.zeros(2)).std(axis=0)
     excited = speeds >= EXCITED
     notes += [_unexcited(axis, speeds[k]) for k, axis in enumerate(AXES[:2]) if not excited[k]]
-    estimates, values, lateral = _lateral_fit(motion, excited[:2], speeds[:2] >= VARIED, _turns(motion, notes), notes)
-    vertical = _AlongThrust(motion, lateral.air(values[3]))
-    third, hover = vertical.solve(bool(excited[2]), notes)
-    axes = tuple(AxisDrag(float(speeds[k]), estimates[0][k], estimates[1][k]) for k in range(2))
-    wind = estimates[3][0], estimates[3][1]
-    horizontal = (wind[0], wind[1]) if wind[0] is not None and wind[1] is not None else None
-    u = lateral.air(values[3])
-    sizes = np.linalg.norm(u, axis=1)[:, None]
-    sides = motion.specific_force[:, :2] - values[2], -(values[0] + values[1] * sizes) * u[:, :2]
-    force, model = (np.column_stack(pair) for pair in zip(sides, vertical.sides(third), strict=True))
-    return BodyDragFit((*axes, third), horizontal, hover, tuple(notes), u, force, model)  # type: ignore[arg-type]
+    estimates, values = _lateral_fit(motion, excited[:2], speeds[:2] >= VARIED, _turns(motion, notes), notes)
+    air = _air(motion, values[3])
+    third, hover, *vertical = _vertical_fit(motion, air, bool(excited[2]), notes)
+    x, y = (AxisDrag(float(speeds[k]), estimates[0][k], estimates[1][k]) for k in range(2))
+    east, north = estimates[3]
+    wind = None if east is None or north is None else (east, north)
+    sizes = np.linalg.norm(air, axis=1)[:, None]
+    lateral = motion.specific_force[:, :2] - values[2], -(values[0] + values[1] * sizes) * air[:, :2]
+    force, model = (np.column_stack(pair) for pair in zip(lateral, vertical, strict=True))
+    return BodyDragFit((x, y, third), wind, hover, tuple(notes), air, force, model)
+
+
+def _air(motion: FlightMotion, wind: FloatArray) -> FloatArray:
+    """Return the velocity through the air in the body, for a horizontal wind (2,), shape (m, 3)."""
+    return np.asarray(np.einsum("mji,mj->mi", motion.rotation, motion.velocity - np.array([*wind, 0.0])))
+
+
+Estimates = list[list[FittedNumber | None]]
+"""Along x and y: linear, quadratic, bias, wind; None for those that are left out."""
+
+
+def _across(motion: FlightMotion, linear: BoolArray, quadratic: BoolArray, windy: bool) -> tuple[Estimates, FloatArray]:
+    """Fit the two equations along x and y; return the estimates and their values (4, 2), zero for those left out."""
+    slots = np.concatenate([linear, quadratic, [True, True], [windy, windy]])
+
+    def unpacked(values: FloatArray) -> FloatArray:
+        full = np.zeros(8)
+        full[slots] = values
+        return full.reshape(4, 2)
+
+    def residuals(values: FloatArray) -> FloatArray:
+        linear, quadratic, bias, wind = unpacked(values)
+        air = _air(motion, wind)
+        drag = (linear + quadratic * np.linalg.norm(air, axis=1)[:, None]) * air[:, :2]
+        return np.asarray(motion.specific_force[:, :2] + drag - bias)
+
+    numbers, _ = fitted(residuals, np.zeros(int(slots.sum())), motion.rate)
+    remaining = iter(numbers)
+    listed = [next(remaining) if kept else None for kept in slots]
+    return [listed[2 * k : 2 * k + 2] for k in range(4)], unpacked(np.array([each.value for each in numbers]))
 
 
 def _lateral_fit(
     motion: FlightMotion, excited: BoolArray, varied: BoolArray, windy: bool, notes: list[str]
-) -> tuple[list[list[FittedNumber | None]], FloatArray, _AcrossThrust]:
+) -> tuple[Estimates, FloatArray]:
     """Fit with quadratic parts, then without those that are not told from zero."""
-    lateral = _AcrossThrust(motion, excited, varied, windy)
-    estimates, values = lateral.solve()
+    estimates, values = _across(motion, excited, varied, windy)
     kept = np.array([_is_told(each) for each in estimates[1]])
-    for k in np.flatnonzero(excited & ~kept):
-        notes.append(_no_quadratic(AXES[k], estimates[1][k]))
-    if (varied & ~kept).any():
-        lateral = _AcrossThrust(motion, excited, kept, windy)
-        estimates, values = lateral.solve()
-    return estimates, values, lateral
+    notes += [_no_quadratic(AXES[k], estimates[1][k]) for k in np.flatnonzero(excited & ~kept)]
+    return _across(motion, excited, kept, windy) if (varied & ~kept).any() else (estimates, values)
 
 
 def _turns(motion: FlightMotion, notes: list[str]) -> bool:
@@ -359,59 +346,42 @@ def _no_quadratic(axis: str, quadratic: FittedNumber | None) -> str:
     return f"quadratic drag along {axis} is not told from zero{size}, and left out"
 
 
-class _AlongThrust:
-    """The equation along z, with the throttle through motors of first order."""
+def _vertical_fit(
+    motion: FlightMotion, air: FloatArray, excited: bool, notes: list[str]
+) -> tuple[AxisDrag, FittedNumber | None, FloatArray, FloatArray]:
+    """Return drag along z, the throttle in hover, and the force without thrust and the fit's, zero where not told."""
+    w, felt, nothing = air[:, 2], motion.specific_force[:, 2], np.zeros(len(air))
+    speed = float(w.std())
+    if motion.throttle is None:
+        notes.append("drag along z of the body and the hover throttle are not told: the log has no throttle")
+        return AxisDrag(speed), None, nothing, nothing
+    thrusts = {lag: _lagged(motion.throttle, lag, motion.rate) for lag in LAGS}
+    pulls = [-w, -np.linalg.norm(air, axis=1) * w]
 
-    def __init__(self, motion: FlightMotion, air: FloatArray) -> None:
-        self._motion, self._air = motion, air
-        self._size = np.linalg.norm(air, axis=1)
-        self._values = (0.0, 0.0, 0.0)
-        self._thrust = np.zeros(len(air))
-
-    def solve(self, excited: bool, notes: list[str]) -> tuple[AxisDrag, FittedNumber | None]:
-        """Return the drag along z, and the throttle in hover."""
-        speed = float(self._air[:, 2].std())
-        if self._motion.throttle is None:
-            notes.append("drag along z of the body and the hover throttle are not told: the log has no throttle")
-            return AxisDrag(speed), None
-        if not excited:
-            notes.append(_unexcited("z", speed))
-        varied = excited and speed >= VARIED
-        lag = min(LAGS, key=lambda each: float((self._fit(each, excited, varied)[1] ** 2).sum()))
-        numbers, _ = self._fit(lag, excited, varied)
-        if excited and not (varied and _is_told(numbers[2])):
-            notes.append(_no_quadratic("z", numbers[2] if varied else None))
-            numbers, _ = self._fit(lag, True, False)
-        self._thrust = self._lagged(lag)
-        values = [each.value for each in numbers] + [0.0, 0.0]
-        self._values = (values[0], values[1], values[2])
-        hover = GRAVITY / numbers[0].value
-        drag = [*numbers[1:], None, None]
-        return AxisDrag(speed, drag[0], drag[1]), FittedNumber(hover, hover * numbers[0].error / numbers[0].value)
-
-    def _fit(self, lag: float, linear: bool, quadratic: bool) -> tuple[list[FittedNumber], FloatArray]:
-        columns = [self._lagged(lag)]
-        columns += [-self._air[:, 2]] if linear else []
-        columns += [-self._size * self._air[:, 2]] if quadratic else []
-        matrix, felt = np.stack(columns, axis=1), self._motion.specific_force[:, 2]
+    def fit(lag: float, parts: int) -> tuple[list[FittedNumber], FloatArray]:
+        matrix = np.stack([thrusts[lag], *pulls[:parts]], axis=1)
         first = np.asarray(np.linalg.lstsq(matrix, felt, rcond=None)[0], dtype=np.float64)
-        return fitted(lambda values: (felt - matrix @ values)[:, None], first, self._motion.rate)
+        return fitted(lambda values: (felt - matrix @ values)[:, None], first, motion.rate)
 
-    def _lagged(self, lag: float) -> FloatArray:
-        """Throttle after motors with a time constant [s]."""
-        from scipy.signal import lfilter
+    parts = (2 if speed >= VARIED else 1) if excited else 0
+    if not excited:
+        notes.append(_unexcited("z", speed))
+    lag = min(LAGS, key=lambda each: float((fit(each, parts)[1] ** 2).sum()))
+    (gain, *drag), _ = fit(lag, parts)
+    if excited and not (parts == 2 and _is_told(drag[1])):
+        notes.append(_no_quadratic("z", drag[1] if parts == 2 else None))
+        (gain, *drag), _ = fit(lag, 1)
+    hover = GRAVITY / gain.value
+    told = FittedNumber(hover, hover * gain.error / gain.value)
+    if not drag:
+        return AxisDrag(speed), told, nothing, nothing
+    model = sum((part.value * pull for part, pull in zip(drag, pulls, strict=False)), start=nothing)
+    return AxisDrag(speed, *drag), told, np.asarray(felt - gain.value * thrusts[lag]), model
 
-        throttle = self._motion.throttle
-        assert throttle is not None
-        if lag == 0.0:
-            return throttle
-        kept = float(np.exp(-1.0 / (lag * self._motion.rate)))
-        return np.asarray(lfilter([1.0 - kept], [1.0, -kept], throttle, zi=[kept * throttle[0]])[0])
 
-    def sides(self, drag: AxisDrag) -> tuple[FloatArray, FloatArray]:
-        """Return force without thrust, and the fit's; zero where nothing is told."""
-        if drag.linear is None:
-            return np.zeros(len(self._air)), np.zeros(len(self._air))
-        gain, linear, quadratic = self._values
-        model = -(linear + quadratic * self._size) * self._air[:, 2]
-        return np.asarray(self._motion.specific_force[:, 2] - gain * self._thrust), model
+def _lagged(throttle: FloatArray, lag: float, rate: float) -> FloatArray:
+    """Return a throttle after motors with a time constant [s], at a rate [Hz]."""
+    from scipy.signal import lfilter
+
+    kept = float(np.exp(-1.0 / (lag * rate))) if lag else 0.0
+    return np.asarray(lfilter([1.0 - kept], [1.0, -kept], throttle, zi=[kept * throttle[0]])[0])

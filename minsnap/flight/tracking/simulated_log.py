@@ -12,13 +12,14 @@ from minsnap.basics.checks import check_kind, check_seed, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
 from minsnap.files.logs.flight_log import FlightLog, InertialLog
-from minsnap.flight.simulation.reference import tabulate
+from minsnap.flight.simulation.reference import drag_in_body, tabulate
 from minsnap.flight.simulation.simulated_flight import STEP, Flight
 from minsnap.flight.tracking.comparison import compare
 from minsnap.flight.tracking.log_comparison import ComparedFlight
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.vehicle.rotation import rotations
 
 
 def flight_figures(flight: Flight, vehicle: Quadrotor) -> dict[str, Any]:
@@ -96,7 +97,7 @@ def simulated_log(
         raise InputError(f"the noise is {shown(noise)}: it must be 0 or more [m/s^2]")
     every = max(1, round((len(flight.t) - 1) / (STATES * flight.duration)))
     slow = slice(None, None, every)
-    states = Samples(flight.t[slow], flight.position[slow], flight.velocity[slow])
+    states = replace(flight.samples[slow], yaw=None)
     thrust = vehicle.wrench(flight.rotor_speed)[:, 0]
     felt = _specific_force(vehicle, flight, thrust)
     felt = felt + noise * np.random.default_rng(seed).normal(size=felt.shape)
@@ -107,10 +108,6 @@ def simulated_log(
 
 def _specific_force(vehicle: Quadrotor, flight: Flight, thrust: FloatArray) -> FloatArray:
     """Return the measurements of an accelerometer in the body, shape (m, 3) [m/s^2]."""
-    from scipy.spatial.transform import Rotation
-
-    turns = Rotation.from_quat(np.roll(flight.quaternion, -1, axis=1)).as_matrix()
-    air = np.einsum("mji,mj->mi", turns, flight.velocity - flight.wind)
-    pitch = -np.arcsin(np.clip(turns[:, 2, 0], -1.0, 1.0))
-    force = vehicle.drag.force(air, pitch=pitch, rotor_speed=flight.rotor_speed)
+    air = flight.velocity - flight.wind
+    force = drag_in_body(vehicle.drag, rotations(flight.quaternion), air, flight.rotor_speed)
     return np.asarray((force + thrust[:, None] * np.array([0.0, 0.0, 1.0])) / vehicle.mass)
