@@ -18,7 +18,7 @@ import viser
 import websockets
 import zstandard
 
-from minsnap.files.plan_request import PlanRequest
+from minsnap.planning.request import PlanRequest
 from minsnap.studio import Studio
 
 LEGS = 10

@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import InputError, MinsnapError
-from minsnap.files.plan_arguments import plan_arguments
+from minsnap.planning.request import plan_arguments
 
 P = [(0, 0, 1), (4, 0, 1), (4, 3, 1.5)]
 LARGE = 10**400

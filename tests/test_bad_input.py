@@ -20,7 +20,7 @@ from minsnap.errors import (
     WaypointError,
     YawError,
 )
-from minsnap.files.plan_arguments import plan_arguments
+from minsnap.planning.request import plan_arguments
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 DURATIONS = [4.0, 2.0, 4.0, 2.0]

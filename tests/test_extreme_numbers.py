@@ -8,7 +8,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import InfeasibleError, IntervalError, MinsnapError, TimingError, WaypointError
-from minsnap.files.plan_arguments import plan_arguments
+from minsnap.planning.request import plan_arguments
 
 P = np.array([(0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 3.0, 1.5)])
 T = [2.0, 2.0]

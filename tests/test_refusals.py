@@ -8,8 +8,8 @@ from tasks import REFERENCE
 
 import minsnap
 from minsnap.errors import InfeasibleError, UnprovedError
-from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
+from minsnap.planning.request import plan_arguments
 
 KINDS = {"InfeasibleError": InfeasibleError, "UnprovedError": UnprovedError}
 PACKAGE = Path(minsnap.__file__).parent

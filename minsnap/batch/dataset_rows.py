@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,9 +15,9 @@ from minsnap.certificate import certify
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate, center_of
 from minsnap.errors import InfeasibleError, InputError, MinsnapError, UnprovedError
-from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
 from minsnap.planning.planner import plan
+from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.trajectory import Trajectory
 
 STATUSES = ("done", "infeasible", "unsolved", "invalid", "timeout", "crashed")
@@ -40,7 +39,8 @@ def planned_row(spec: Spec, number: int) -> Row:
     try:
         problem = request(spec, number)
         row |= _question(problem)
-        row |= _answer(problem, plan(**plan_arguments(problem.arguments)))
+        asked = PlanRequest(None).changed(**problem.arguments)
+        row |= _answer(asked, plan(**asked.arguments()))
     except MinsnapError as error:
         row |= {"status": _status(error), "error": str(error)[:SENTENCE]}
     except Exception as error:
@@ -95,8 +95,9 @@ def _corners(waypoints: Any, dim: int) -> FloatArray | None:
     return np.array([blank if gate is None else gate for gate in gates])
 
 
-def _answer(problem: DrawnProblem, curve: Trajectory) -> Row:
-    proof = certify(curve, **_certified(problem.arguments))
+def _answer(asked: PlanRequest, curve: Trajectory) -> Row:
+    tolerance = 0.0 if asked.waypoint_tolerance is None else asked.waypoint_tolerance
+    proof = certify(curve, asked.places, asked.walls, asked.bounds, tolerance)
     return {
         "status": "done",
         "dim": curve.dim,
@@ -114,11 +115,3 @@ def _answer(problem: DrawnProblem, curve: Trajectory) -> Row:
         "max_jerk": proof.max_jerk,
         "max_snap": proof.max_snap,
     }
-
-
-def _certified(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Arguments of ``certify`` for those of ``plan``."""
-    held_to = {name: arguments[name] for name in ("waypoints", "corridor", "limits") if arguments.get(name) is not None}
-    if arguments.get("waypoint_tolerance") is not None:
-        held_to["tolerance"] = arguments["waypoint_tolerance"]
-    return held_to

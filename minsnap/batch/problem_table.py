@@ -14,10 +14,13 @@ from minsnap.basics.messages import shown
 from minsnap.basics.storage.reading import check_regular, check_size, reading
 from minsnap.errors import FileError
 
-COLUMNS = (
-    *("waypoints", "durations", "corridor", "waypoint_tolerance", "total_time", "time_weight", "limits"),
-    *("start", "end", "pins", "closed", "degree", "continuity", "split", "enforce", "pieces", "room", "solver"),
-)
+DRAWN = ("corridor", "waypoint_tolerance", "total_time", "time_weight")
+"""Fields of a request that a batch may draw, in the order in which it does."""
+
+FIXED = ("closed", "degree", "continuity", "split", "enforce", "pieces", "room", "solver")
+"""Fields of a request that are the same for all problems of a batch."""
+
+COLUMNS = ("waypoints", "durations", *DRAWN, "limits", "start", "end", "pins", *FIXED)
 """Columns that a table may have; an empty cell counts as left out."""
 
 LARGEST_CSV = 256_000_000

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, lengths_of
-from minsnap.batch.problem_table import read_cells
+from minsnap.batch.problem_table import DRAWN, read_cells
 from minsnap.batch.random_maps import boxes
 from minsnap.batch.ranges import Range, draws_of, seed_of
-from minsnap.batch.spec import DRAWN, LIMITS, Spec
+from minsnap.batch.spec import LIMITS, Spec
 from minsnap.corridors.gates import Gate
 from minsnap.errors import InputError
 from minsnap.files.limits_in_files import limits_of
-from minsnap.files.plan_request import named_vehicle
 from minsnap.limits.limits import Limits
+from minsnap.vehicle.named import named_vehicle
 
 Shape = Mapping[str, Range]
 

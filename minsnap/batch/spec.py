@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from minsnap.basics.messages import shown
-from minsnap.basics.schema import BOX, FLAG, TEXT, WHOLE, Form, Key, either, from_to, mapping, several, word
+from minsnap.basics.schema import TEXT, WHOLE, Form, Key, either, from_to, mapping, several, word
 from minsnap.basics.storage.text import load_yaml
-from minsnap.batch.problem_table import count_rows, digest_of
+from minsnap.batch.problem_table import DRAWN, FIXED, count_rows, digest_of
 from minsnap.batch.ranges import Range, ranged
 from minsnap.errors import FileError
 from minsnap.files.limits_in_files import NAMED, PRESET
+from minsnap.files.request_yaml import FURTHER
 
 BIGGEST = 1e6
 """Greatest length [m], duration [s] and limit that a specification may name."""
@@ -57,28 +58,6 @@ SHAPES: Mapping[str, Mapping[str, tuple[Any, float, float, bool]]] = {
 
 LIMITS = tuple(NAMED)
 
-POSITIVE = ranged(1e-9, 1e12)
-
-DRAWN = {
-    "corridor": Key(POSITIVE, "half-width around each leg [m]"),
-    "waypoint_tolerance": Key(POSITIVE, "half-width of the box around each inner waypoint [m]"),
-    "total_time": Key(POSITIVE, "of all legs together [s]"),
-    "time_weight": Key(POSITIVE, "price of a second"),
-}
-"""Arguments of ``plan`` that may be ranges, in the order in which they are drawn."""
-
-FIXED = {
-    "degree": Key(WHOLE, "of the polynomials"),
-    "continuity": Key(WHOLE, "derivatives that are continuous at the waypoints"),
-    "closed": Key(FLAG, "a lap"),
-    "split": Key(TEXT, "how a total time is divided"),
-    "enforce": Key(TEXT, "how limits are kept"),
-    "pieces": Key(either(word("auto"), WHOLE), "polynomials per leg"),
-    "room": Key(BOX, "in which all legs stay [m]"),
-    "solver": Key(TEXT, "by its qpsolvers name, or auto"),
-}
-"""Arguments of ``plan`` that are the same for all problems."""
-
 COMMON = {
     "seed": Key(from_to(WHOLE, 0, 2**63 - 1), "from which every problem has its own"),
     "shard_rows": Key(from_to(WHOLE, 1, 10_000_000), "problems in one file"),
@@ -90,8 +69,8 @@ COMMON = {
         "drawn for each problem",
     ),
     "vehicle": Key(either(PRESET, several(PRESET, "a list of some")), "whose rotors keep within their range"),
-    **DRAWN,
-    **FIXED,
+    **{name: Key(ranged(1e-9, 1e12), FURTHER[name].text) for name in DRAWN},
+    **{name: FURTHER[name] for name in FIXED},
 }
 
 TABLE = mapping(

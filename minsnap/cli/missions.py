@@ -31,8 +31,8 @@ def course_of(file: Path) -> Course:
 
 def fly_course(course: Course, planning: Planning, destination: Destination) -> None:
     """Plan a course and deliver it."""
-    from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.missions.mission import plan_mission
+    from minsnap.planning.request import plan_arguments
 
     named = planning.arguments()
     refused = [name for name in ("total_time", "time_weight", "split") if name in named]
@@ -58,8 +58,8 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
 
 def _beside(course: Course, arguments: dict[str, Any], mission: Mission, took: float) -> dict[str, Any]:
     """Return how long the course would last with more pieces, and a flying lap from a standing start."""
-    from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.missions.mission import plan_mission
+    from minsnap.planning.request import plan_arguments
 
     quiet = {name: value for name, value in arguments.items() if name not in ("search", "progress")}
     lap = course.changed(closed=False, laps=1, stops=(*course.stops, *course.stops[:1]))

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from minsnap.cli.command import command
 from minsnap.cli.missions import course_of, fly_course
-from minsnap.cli.output import Destination
-from minsnap.cli.planning import Planning, altitudes_of, gain_of_auto_pieces, standing
+from minsnap.cli.output import Destination, on_terminal
+from minsnap.cli.planning import Planning, altitudes_of, gain, standing
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
-    from minsnap.files.plan_request import PlanRequest
     from minsnap.paths.missions.course import Course
+    from minsnap.planning.request import PlanRequest
+    from minsnap.trajectory.trajectory import Trajectory
 
 
 @command()
@@ -41,7 +42,6 @@ def plan(
     """
     from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.formats.polynomials import is_polynomials
-    from minsnap.files.plan_arguments import plan_arguments
     from minsnap.files.request_yaml import read_request
     from minsnap.planning.planner import plan as plan_path
 
@@ -60,23 +60,28 @@ def plan(
     request = _with_corridor(_closed(read, file, searched) if closed else read, planning)
     if "split" in chosen and not searched and request.total_time is None and not request.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
-    arguments = _arguments(request, chosen, searched)
-    if "room" not in arguments and "limits" in chosen and not request.boxes:
-        arguments |= altitudes_of(planning, request.waypoints)
-    path = plan_path(**plan_arguments(arguments | destination.search))
-    one = planning.pieces is None and request.pieces == 1
-    figures = gain_of_auto_pieces(plan_path, arguments | {"pieces": None} | destination.search, path) if one else {}
-    if arguments.get("closed") and searched:
-        figures |= standing(lambda: plan_path(**plan_arguments(arguments | {"closed": False})), path)
-    how: dict[str, Any] = {"limits": arguments.get("limits"), "origin": _home(file), "further": figures}
-    how |= {"avoid": arguments.get("avoid") or (), "gates": request.gates}
+    request, walls = _timed(request, chosen | {"on_interrupt": "return"}, searched), request.walls
+    if request.room is None and "limits" in chosen and not request.boxes:
+        request = replace(request, **altitudes_of(planning, request.waypoints))
+
+    def planned(progress: bool | None = None, **changes: Any) -> Trajectory:
+        return plan_path(**request.changed(**changes).arguments(), progress=progress)
+
+    path = planned(on_terminal(destination.json))
+    figures: dict[str, Any] = {}
+    if path.report is not None and not path.report.interrupted and planning.pieces is None and _fastest(request):
+        figures = gain(planned, path, path.report.milliseconds)
+    if request.closed and searched:
+        figures |= standing(lambda: planned(closed=False), path)
+    how: dict[str, Any] = {"limits": request.bounds, "origin": _home(file), "further": figures}
+    how |= {"avoid": request.obstacles, "gates": request.gates}
     points = path(path.leg_breaks) if request.openings else request.waypoints
-    destination.deliver(path, request.walls, points, **how)
+    destination.deliver(path, walls, points, **how)
 
 
 def _in_frame(request: PlanRequest, file: Path, frame: str | None) -> PlanRequest:
     """Return a request in ENU whose file has other axes; one below ground throughout has to say which."""
-    from minsnap.files.plan_request import in_enu
+    from minsnap.files.request_yaml import in_enu
 
     heights = [point[2] for point in request.waypoints if len(point) == 3]
     if frame is None and heights and max(heights) <= 0.0 and min(heights) < 0.0:
@@ -152,28 +157,29 @@ def _chosen(planning: Planning) -> dict[str, Any]:
     return values
 
 
-def _arguments(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> dict[str, Any]:
-    """Return the arguments of the file, options in their place, and durations from the average speed without any."""
+def _fastest(request: PlanRequest) -> bool:
+    """Whether the shortest time within limits is searched for as usual, with one polynomial per leg."""
+    from minsnap.time_allocation.search_options import Search
+
+    timed = request.durations is not None or request.total_time is not None or request.continuity is not None
+    usual = request.pieces == 1 and request.search == Search(on_interrupt="return")
+    return usual and not timed and request.bounds is not None
+
+
+def _timed(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> PlanRequest:
+    """Return the request with the options in place of its own, and durations from the average speed without any."""
     import numpy as np
 
     from minsnap.paths.shapes.straight import leg_durations
 
-    arguments = request.arguments()
-    if searched:
-        arguments = {
-            name: value for name, value in arguments.items() if name not in ("durations", "total_time", "limits")
-        }
-    arguments = Planning().arguments() | arguments | chosen
-    if _only_turns(arguments):  # which limits no time: that of the file, or 1 m/s on average
-        times = request.durations or leg_durations(np.array(request.waypoints))
-        arguments["total_time"] = request.total_time or float(np.sum(times))
-    if not arguments.keys() & {"durations", "total_time", "time_weight", "limits"}:
-        arguments["durations"] = leg_durations(np.array(request.waypoints))
-    return arguments
-
-
-def _only_turns(arguments: dict[str, Any]) -> bool:
-    """Whether the yaw rate alone is limited, and nothing says how long the flight takes."""
-    limits = arguments.get("limits")
-    timed = arguments.keys() & {"durations", "total_time", "time_weight"}
-    return limits is not None and list(limits.given()) == ["yaw_rate"] and not timed
+    own = {"durations": None, "total_time": None, "limits": (), "rotors": None} if searched else {}
+    timed = request.changed(**own | chosen)
+    if timed.durations is not None or timed.total_time is not None or (timed.search and timed.search.time_weight):
+        return timed
+    limits = timed.bounds
+    if limits is None:
+        return replace(timed, durations=leg_durations(np.array(timed.waypoints)))
+    if list(limits.given()) != ["yaw_rate"]:
+        return timed
+    times = request.durations or leg_durations(np.array(request.waypoints))  # a yaw rate alone limits no time
+    return replace(timed, total_time=request.total_time or float(np.sum(times)))

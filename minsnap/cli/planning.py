@@ -108,7 +108,7 @@ def gain_of_auto_pieces(plan: Callable[..., Path], named: dict[str, Any], path: 
     searched = named.get("limits") is not None and named.get("pieces") is None and not names
     if not searched or report is None or report.interrupted:
         return {}
-    from minsnap.files.plan_arguments import plan_arguments
+    from minsnap.planning.request import plan_arguments
 
     return gain(lambda **again: plan(**plan_arguments(named | again)), path, report.milliseconds)
 

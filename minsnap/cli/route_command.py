@@ -52,8 +52,8 @@ def route(
     Within 3 m/s and 6 m/s^2 in the shortest time found, unless a time or limits are given. Exit status 1 if no way is
     wide enough.
     """
-    from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.routes.plan_route import plan_through
+    from minsnap.planning.request import plan_arguments
 
     ends = parse_point("--start", start), parse_point("--goal", goal)
     arguments = reading.arguments() | timing.arguments() | destination.search

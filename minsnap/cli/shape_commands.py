@@ -41,8 +41,8 @@ def rect(
 
     Within 3 m/s and 6 m/s^2 in the shortest time found, unless a time or limits are given.
     """
-    from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.shapes import rectangle
+    from minsnap.planning.request import plan_arguments
 
     place: dict[str, Any] = {
         "altitude": altitude,
@@ -69,8 +69,8 @@ def line(
     constant_speed: Annotated[bool, "Equal steps from end to end."] = False,
 ) -> None:
     """Plan a straight line, from rest to rest or at constant speed."""
-    from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.shapes import line as plan_line
+    from minsnap.planning.request import plan_arguments
 
     search = {} if constant_speed else destination.search
     if not constant_speed:

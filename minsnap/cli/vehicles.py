@@ -26,7 +26,7 @@ def vehicle_of(name: str) -> Quadrotor:
     InputError
         If it is neither.
     """
-    from minsnap.files.plan_request import SHORT_NAMES, VEHICLES, named_vehicle
+    from minsnap.vehicle.named import SHORT_NAMES, VEHICLES, named_vehicle
     from minsnap.vehicle.quadrotor import Quadrotor
 
     preset = SHORT_NAMES.get(name, name)

@@ -9,9 +9,10 @@ from typing import Any
 
 from minsnap.basics.limit_kinds import KINDS
 from minsnap.basics.schema import NUMBER, Form, Key, either, mapping, word
-from minsnap.files.plan_request import RESERVE, SHORT_NAMES, VEHICLES, named_vehicle
-from minsnap.limits.limits import Limits
+from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.ordinary import completed_in_file
+from minsnap.planning.request import RESERVE
+from minsnap.vehicle.named import SHORT_NAMES, VEHICLES, named_vehicle
 from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.yaml import vehicle_from
 
@@ -73,6 +74,12 @@ def limits_of(where: str, content: Any, folder: Path) -> Limits:
         return Limits(**values)
     vehicle = vehicle_of(rotors["vehicle"], folder)
     return Limits.of(vehicle, rotors.get("reserve", RESERVE), **values)
+
+
+def besides_rotors(limits: VehicleLimits) -> dict[str, float]:
+    """Return the limits that a vehicle's own were combined with, by name."""
+    own = type(limits).of(limits.vehicle, limits.reserve).given()
+    return {name: value for name, value in limits.given().items() if own.get(name) != value}
 
 
 def vehicle_of(content: Any, folder: Path, name: str = "vehicle") -> Quadrotor:

@@ -8,15 +8,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from minsnap.basics.schema import BOX, FLAG, HEADING, NUMBER, POINT, WHOLE, Key, either, mapping, several, word
+from minsnap.basics.schema import BOX, FLAG, HEADING, NUMBER, POINT, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.text import load_yaml
 from minsnap.corridors.keep_out import NAMED
-from minsnap.files.frames import FRAMES
+from minsnap.errors import FrameError
+from minsnap.files.frames import FRAMES, get_frame, map_vectors, map_yaw
 from minsnap.files.limits_in_files import LIMITS, PRESET, complete, without_null
-from minsnap.files.plan_request import RESERVE, PlanRequest
 from minsnap.files.waypoints import COLUMNS, Waypoints, read_waypoints, waypoints_of
 from minsnap.limits.ordinary import written_in_file
+from minsnap.planning.request import RESERVE, PlanRequest
+from minsnap.time_allocation.search_options import USUAL, WORDS
 
 ENTRY = mapping({name: Key(NUMBER) for name in COLUMNS}, f"a mapping of {', '.join(COLUMNS)}")
 
@@ -39,6 +41,14 @@ OPENING = mapping(
 
 OPENING_KEYS = ("waypoint", "corners", "crossing", "margin")
 
+SEARCHED = {
+    "split": Key(word(*WORDS["split"]), "how a total time is divided among the legs"),
+    "time_weight": Key(NUMBER, "price of a second"),
+    "enforce": Key(word(*WORDS["enforce"]), "how limits are kept"),
+    "time_limit": Key(NUMBER, "after which the search ends with its best plan [s]"),
+}
+"""Fields of ``Search``."""
+
 FURTHER = {
     "total_time": Key(NUMBER, "of all legs together [s]"),
     "limits": Key(LIMITS, "where they choose the time, the ordinary ones hold too unless they are null"),
@@ -47,29 +57,31 @@ FURTHER = {
     "room": Key(BOX, "in which all legs stay [m]"),
     "avoid": Key(several(OBSTACLE, "a list of obstacles"), "what the path keeps out of"),
     "openings": Key(several(OPENING, "a list of gates"), "gates in the place of waypoints, which are their centers"),
+    "waypoint_tolerance": Key(NUMBER, "half-width of the box around each inner waypoint [m]"),
     "degree": Key(WHOLE, "of the polynomials"),
     "continuity": Key(WHOLE, "derivatives that are continuous at the waypoints"),
     "pieces": Key(either(word("auto"), WHOLE), "polynomials per leg"),
     "closed": Key(FLAG, "a lap"),
+    "solver": Key(TEXT, "by its qpsolvers name, or auto"),
+    **SEARCHED,
     "view": Key(
         mapping({"frame": Key(word(*FRAMES)), "vehicle": Key(PRESET)}, "a mapping of frame and vehicle"),
         "axes and vehicle of the studio, which do not change the plan",
     ),
 }
-"""Keys of a request beyond those of a waypoint file."""
+"""Keys of a request beyond those of a waypoint file: fields of ``PlanRequest``, which batches have too."""
 
-REQUEST = mapping(
-    {
-        "waypoints": Key(several(either(POINT, ENTRY), "a list of waypoints"), "[m]", needed=True),
-        "yaw": Key(either(HEADING, several(NUMBER, "one number per waypoint")), "[rad], or velocity or tilt"),
-        "durations": Key(several(NUMBER, "one number per leg"), "of the legs [s]"),
-    }
-    | FURTHER,
-    "a mapping with waypoints",
-)
+PLAIN = {
+    "yaw": Key(either(HEADING, several(NUMBER, "one number per waypoint")), "[rad], or velocity or tilt"),
+    "durations": Key(several(NUMBER, "one number per leg"), "of the legs [s]"),
+}
+"""Keys that a waypoint file has too."""
+
+POINTS = Key(several(either(POINT, ENTRY), "a list of waypoints"), "[m]", needed=True)
+REQUEST = mapping({"waypoints": POINTS, **PLAIN, **FURTHER}, "a mapping with waypoints")
 """The whole file."""
 
-ITS_OWN = ("total_time", "corridor", "room", "avoid", "openings", "degree", "continuity", "pieces", "view")
+ITS_OWN = FURTHER.keys() - {"limits", "boxes", "closed"}
 """Keys that only requests have, and courses do not."""
 
 
@@ -133,24 +145,20 @@ def request_text(request: PlanRequest) -> str:
 
 
 def _described(request: PlanRequest) -> dict[str, Any]:
-    """Return the keys of a request that differ from their defaults."""
+    """Return the keys of a request that differ from their defaults, and what shapes the curve."""
     limits: dict[str, Any] = dict(request.limits)
     if request.rotors is None and request.durations is None and request.total_time is None:
         limits = written_in_file(limits)
     if request.rotors is not None:
         limits["rotors"] = {"vehicle": request.vehicle, "reserve": request.rotors}
-    boxes = None if request.boxes is None else _lists(request.boxes)
-    room = None if request.room is None else _lists(request.room)
-    corridor = None if request.corridor is None else list(request.corridor)
-    content: dict[str, Any] = {"waypoints": _lists(request.waypoints), "yaw": _lists(request.yaw)}
-    content |= {"durations": _lists(request.durations), "total_time": request.total_time, "limits": limits or None}
-    avoid = [{name: list(numbers)} for name, numbers in request.avoid] or None
-    gates = [dict(zip(OPENING_KEYS, _lists(gate), strict=True)) for gate in request.openings] or None
-    content |= {"corridor": corridor, "boxes": boxes, "room": room, "avoid": avoid, "openings": gates}
-    content["degree"] = request.degree
-    content |= {"continuity": request.continuity, "pieces": request.pieces, "closed": request.closed}
-    content["view"] = {"frame": request.frame} | ({"vehicle": request.vehicle} if request.vehicle else {})
-    return {name: value for name, value in content.items() if value is not None}
+    view = {"frame": request.frame} | ({"vehicle": request.vehicle} if request.vehicle else {})
+    avoid = [{name: list(numbers)} for name, numbers in request.avoid]
+    gates = [dict(zip(OPENING_KEYS, _lists(gate), strict=True)) for gate in request.openings]
+    usual = vars(PlanRequest(())) | vars(USUAL) | {"limits": {}, "avoid": [], "openings": [], "view": None}
+    usual |= {"degree": None, "pieces": None, "closed": None}
+    own = {"limits": limits, "avoid": avoid, "openings": gates, "view": view}
+    values = vars(request) | vars(request.search or USUAL) | own
+    return {name: _lists(values[name]) for name in ("waypoints", *PLAIN, *FURTHER) if values[name] != usual[name]}
 
 
 def _lists(value: Any) -> Any:
@@ -181,7 +189,7 @@ def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any]) 
         )
     if isinstance(changes.get("corridor"), float):
         changes["corridor"] = (changes["corridor"],) * max(request.legs, 1)
-    return replace(request, **changes.pop("view", {}) | changes)
+    return request.changed(**changes.pop("view", {}) | changes)
 
 
 def _limits(where: str, content: dict[str, Any], timed: bool) -> dict[str, Any]:
@@ -193,3 +201,30 @@ def _limits(where: str, content: dict[str, Any], timed: bool) -> dict[str, Any]:
         return fields
     preset = PRESET.read(f"{where}: rotors: vehicle", rotors["vehicle"])
     return fields | {"vehicle": preset, "rotors": rotors.get("reserve", RESERVE)}
+
+
+def in_enu(request: PlanRequest, frame: str) -> PlanRequest:
+    """Return a request whose waypoints and headings are in the axes of a frame.
+
+    Raises
+    ------
+    FrameError
+        If the frame is unknown, needs three coordinates, or walls would have to be mapped.
+    """
+    axes = get_frame(frame)
+    if axes.name == "enu":
+        return request
+    if len(request.waypoints[0]) != 3:
+        raise FrameError(
+            f"waypoints of {len(request.waypoints[0])} coordinates are in ENU: give x, y and z for {frame}"
+        )
+    if request.boxes is not None or request.room is not None or request.avoid or request.openings:
+        raise FrameError(
+            "boxes, a room, obstacles and gates are in ENU: give the waypoints in ENU too, or leave the walls out"
+        )
+    points = tuple(tuple(row) for row in map_vectors(request.waypoints, axes, "enu").tolist())
+    yaw = request.yaw
+    if yaw is not None and not isinstance(yaw, str):
+        mapped = map_yaw(yaw, axes, "enu").tolist()
+        yaw = tuple(mapped) if request.turns else mapped
+    return replace(request, waypoints=points, yaw=yaw)

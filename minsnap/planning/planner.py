@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from time import monotonic, perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
@@ -46,6 +46,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
+    from minsnap.planning.request import PlanRequest
 
 
 @explains_names(
@@ -186,27 +187,29 @@ def plan(
         quick = resting_plan(waypoints, durations, total_time, corridor, degree)
         if quick is not None:
             return quick if progress is None else _shown(quick, progress, how.on_interrupt)
+    from minsnap.planning.request import PlanRequest
+
+    question: tuple[Any, ...] = (waypoints, durations, total_time, limits, corridor, continuity, degree, yaw, start)
+    question += (end, closed, solver, pins, pieces, waypoint_tolerance, search, avoid)
+    return _planned(PlanRequest(*question), progress, began)
+
+
+def _planned(request: PlanRequest, progress: Progress | bool | None, began: float) -> Trajectory:
+    """Check a request, choose its durations, solve, and report; ``began`` is of the clock ``perf_counter`` [s]."""
     from minsnap.planning.around import plan_around
     from minsnap.time_allocation.allocate import plan_timed
 
-    closed, obstacles = check_flag("closed", closed), as_obstacles(avoid)
-    parts, refine = check_pieces(pieces)
-    timing = Timing(durations, total_time, limits, **vars(how), refine=refine)
+    how, limits, obstacles = check_search(request.search), request.limits, as_obstacles(request.avoid)
+    timing = Timing(request.durations, request.total_time, limits, **vars(how), refine=check_pieces(request.pieces)[1])
     timing.check()
-    walls, instants = unsampled(corridor, limits is not None)
-    half = check_degree(degree)
-    smoothness = half, check_continuity(continuity, half), parts
-    places = waypoints, waypoint_tolerance, start, end, pins, closed
-    deadline = _deadline(timing.time_limit, durations, limits)
-    task = placed_task(*places, as_constraints(walls), *smoothness, _named_solver(solver))
-    check_jumps(task.continuity, half, parts == 1 and not refine and not (task.upper > task.lower).any())
-    task = task if deadline is NEVER else replace(task, deadline=deadline)
-    heading = chosen_heading(yaw, task.legs, task.closed, limits)
+    walls, instants = unsampled(request.corridor, limits is not None)
+    task = task_of(replace(request, corridor=walls), _deadline(timing))
+    heading = chosen_heading(request.yaw, task.legs, task.closed, limits)
     with progress_line(progress, "searching", lambda line: _steps_in(line, how.on_interrupt)) as watch:
         watched = timing if watch is None else replace(timing, progress=watch)
         chosen = partial(plan_around, obstacles=obstacles) if obstacles else plan_timed
         timed = chosen(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)
-    return timed.trajectory.reported_by(_Plan(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
+    return timed.trajectory.reported_by(_Plan(timed, limits, request.yaw is None, 1e3 * (perf_counter() - began)))
 
 
 def _shown(curve: Trajectory, progress: Progress | bool, on_interrupt: str) -> Trajectory:
@@ -242,13 +245,13 @@ def _usual(closed: bool, solver: str, pieces: int | str) -> bool:
     return closed is False and type(pieces) is int and pieces == 1 and solver == "auto"
 
 
-def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits: Limits | None) -> Deadline:
+def _deadline(timing: Timing) -> Deadline:
     """Return when planning for fixed durations ends; a search has its own deadline."""
-    if time_limit is None or (durations is None and limits is not None):
+    if timing.time_limit is None or (timing.durations is None and timing.limits is not None):
         return NEVER
-    if durations is None:
+    if timing.durations is None:
         raise TimingError("time_limit goes with durations or limits: end a search for a split with Ctrl-C")
-    return Deadline(monotonic() + time_limit)
+    return Deadline(monotonic() + timing.time_limit)
 
 
 def _named_solver(solver: str) -> str:
@@ -260,29 +263,23 @@ def _named_solver(solver: str) -> str:
     return check_solver(solver)
 
 
-def placed_task(
-    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
-    tolerance: npt.ArrayLike | Ball | None,
-    start: Mapping[str, npt.ArrayLike] | None,
-    end: Mapping[str, npt.ArrayLike] | None,
-    pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None,
-    closed: bool,
-    constraints: Sequence[Constraint],
-    half: int,
-    continuity: int,
-    pieces: int,
-    solver: str,
-) -> Task:
+def task_of(request: PlanRequest, deadline: Deadline = NEVER) -> Task:
     """Check where the curve passes, with which derivatives, and that both are inside the walls of their legs."""
-    placement = place(waypoints, tolerance, constraints, start, end, closed)
+    half, (pieces, refine) = check_degree(request.degree), check_pieces(request.pieces)
+    smoothness = check_continuity(request.continuity, half)
+    closed, constraints = check_flag("closed", request.closed), as_constraints(request.corridor)
+    solver = _named_solver(request.solver)
+    placement = place(request.waypoints, request.waypoint_tolerance, constraints, request.start, request.end, closed)
     points, lower, upper = placement.points, placement.lower, placement.upper
     check_dimension(points)
     warn_magnitude(points)
-    pinned = check_pins(pins, placement.start, placement.end, closed, half, points)
+    pinned = check_pins(request.pins, placement.start, placement.end, closed, half, points)
     lap = check_closing(closed, points)
     walls = walls_of(constraints, points)
     check_reach(placement, pinned, walls)
-    return Task(points, lower, upper, pinned, half, continuity, lap, pieces, walls, solver, placement.regions)
+    check_jumps(smoothness, half, pieces == 1 and not refine and not (upper > lower).any())
+    where = points, lower, upper, pinned, half, smoothness, lap, pieces
+    return Task(*where, walls, solver, placement.regions, deadline=deadline)
 
 
 @dataclass(frozen=True, eq=False)

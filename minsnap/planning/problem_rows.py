@@ -23,7 +23,8 @@ from minsnap.errors import (
     TimingError,
     WaypointError,
 )
-from minsnap.planning.planner import placed_task, plan
+from minsnap.planning.planner import plan, task_of
+from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.gradients import Slopes, free_slopes
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -235,19 +236,18 @@ class ManyProblems:
         from minsnap.optimisation.place_gradient import place_gradient
         from minsnap.optimisation.solve import solve
 
-        constraints = as_constraints(self._corridor(index))
-        if not constraints:
+        corridor = self._corridor(index)
+        if not as_constraints(corridor):
             times, forces = free_slopes(curve.control_points, curve.durations)
             return Slopes(times, np.diff(-forces, axis=0, prepend=0.0, append=0.0), np.zeros(len(times)))
         points, start, end = self._places(index)
         pins = None if self.others is None else self.others[index].get("pins")
-        smoothness = self.half, self.half - 1, 1
-        task = placed_task(points, None, start, end, pins, False, constraints, *smoothness, "auto")
+        request = PlanRequest(points, start=start, end=end, pins=pins, corridor=corridor, degree=2 * self.half - 1)
         try:
-            solved = solve(task, curve.durations, gap=GRADIENT_GAP)
+            solved = solve(task_of(request), curve.durations, gap=GRADIENT_GAP)
         except (SolverError, InfeasibleRowsError):
             return Slopes.unknown(curve.legs, curve.dim)
-        return Slopes(cost_gradient(solved), *place_gradient(solved, constraints))
+        return Slopes(cost_gradient(solved), *place_gradient(solved, as_constraints(corridor)))
 
     def _places(self, index: int) -> tuple[Any, State | None, State | None]:
         """Waypoints of one problem, and its states at both ends."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.files.plan_request import PlanRequest
+from minsnap.planning.request import PlanRequest
 from minsnap.studio.plan_drawing import Profiles
 from minsnap.vehicle.quadrotor import Quadrotor
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from minsnap.files.plan_request import Box, PlanRequest
+from minsnap.planning.request import Box, PlanRequest
 from minsnap.studio.edits import WIDTH, replace_box, set_width, with_boxes, with_room, with_tube
 from minsnap.studio.page_inputs import Change, Editor, InputRows, editing, follow, sentence, when_changed
 from minsnap.studio.wall_view import NO_FACES, ROOM_FACES, WallView

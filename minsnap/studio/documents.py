@@ -14,11 +14,11 @@ from minsnap.corridors.gates import Gate
 from minsnap.errors import FileError, WaypointError, YawError
 from minsnap.files.convert import RATE, written
 from minsnap.files.format import Writing
-from minsnap.files.plan_request import Opening, PlanRequest
 from minsnap.files.request_yaml import is_request, read_request, write_request
 from minsnap.files.setpoint_csv import write_csv
 from minsnap.paths.missions.course import Course
 from minsnap.paths.missions.course_file import is_course, read_course
+from minsnap.planning.request import Opening, PlanRequest
 from minsnap.studio.edits import straight_durations
 from minsnap.studio.plan_stages import PlannedScene
 from minsnap.studio.scenes import bounds_of, scene_of
@@ -98,7 +98,7 @@ def open_scene(path: str | os.PathLike[str]) -> PlanRequest:
 
 def timed(request: PlanRequest) -> PlanRequest:
     """Return a request that has durations at 1 m/s if nothing else gives its time."""
-    times = (request.durations, request.total_time, request.rotors)
+    times = request.durations, request.total_time, request.rotors, request.search and request.search.time_weight
     if request.limits or any(value is not None for value in times):
         return request
     return replace(request, durations=straight_durations(request))

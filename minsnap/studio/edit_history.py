@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import monotonic
 
-from minsnap.files.plan_request import PlanRequest
+from minsnap.planning.request import PlanRequest
 
 PAUSE = 1.0
 """Edits of one thing that follow each other within this time are undone together [s]."""

@@ -11,7 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.gates import Gate
 from minsnap.errors import InputError, WaypointError
-from minsnap.files.plan_request import Box, Opening, PlanRequest, Point
+from minsnap.planning.request import Box, Opening, PlanRequest, Point
 
 _Entry = TypeVar("_Entry")
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any, Protocol
 
-from minsnap.files.plan_request import PlanRequest
+from minsnap.planning.request import PlanRequest
 
 Change = Callable[[PlanRequest], PlanRequest]
 """Returns the document after an edit."""

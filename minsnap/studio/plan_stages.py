@@ -13,9 +13,9 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.limit_kinds import KIND
 from minsnap.certificate import Certificate, certify
 from minsnap.errors import MinsnapError
-from minsnap.files.plan_request import PlanRequest
 from minsnap.limits.limits import Limits
 from minsnap.planning.planner import plan
+from minsnap.planning.request import PlanRequest
 from minsnap.studio.edits import straight_durations
 from minsnap.trajectory.report import Step
 from minsnap.trajectory.trajectory import Trajectory

@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import MinsnapError
-from minsnap.files.plan_request import PlanRequest
+from minsnap.planning.request import PlanRequest
 from minsnap.studio.plan_stages import PlannedScene, Superseded, planned_in_stages
 
 SETTLED = 0.2

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import shlex
-from typing import Any
 
-from minsnap.files.plan_request import PlanRequest
 from minsnap.files.request_yaml import request_text
+from minsnap.planning.request import PLAIN, PlanRequest
 
 END = "END_OF_REQUEST"
 """The line that ends the text of the request in a shell."""
@@ -14,19 +13,11 @@ END = "END_OF_REQUEST"
 
 def as_python(request: PlanRequest) -> str:
     """Return a script that plans a request and leaves it in ``trajectory``; numbers are written exactly."""
-    arguments = {
-        "total_time": request.total_time,
-        "durations": _list(request.durations),
-        "limits": _limits(request),
-        "corridor": _walls(request),
-        "avoid": _avoided(request),
-        "yaw": _list(request.yaw),
-        "degree": request.degree if request.degree != 7 else None,
-        "continuity": request.continuity,
-        "pieces": repr(request.pieces) if request.pieces != 1 else None,
-        "closed": True if request.closed else None,
-    }
-    lines = [f"    {name}={value}," for name, value in arguments.items() if value is not None]
+    own = {"limits": _limits(request), "corridor": _walls(request), "avoid": _avoided(request)}
+    usual = vars(PlanRequest(request.waypoints))
+    values = {n: repr(list(v) if isinstance(v, tuple) else v) for n, v in vars(request).items() if v != usual[n]}
+    values |= {"search": f"minsnap.{request.search!r}"} if request.search else {}
+    lines = [f"    {n}={value}," for n, value in (values | own).items() if value is not None and n not in PLAIN]
     gates = {index: f"minsnap.Gate.polygon{tuple(gate)!r}" for index, *gate in request.openings}
     points = [f"    {gates.get(i, repr(point))}," for i, point in enumerate(request.waypoints)]
     head = ["import minsnap"] + (["from minsnap.vehicle import Quadrotor"] if request.rotors is not None else [])
@@ -49,12 +40,6 @@ def as_command(request: PlanRequest, output: str = "setpoints.csv") -> str:
     file, target = shlex.quote(f"{stem}.yaml"), shlex.quote(f"{stem}.csv")
     frame = f" --frame {request.frame}" if request.frame != "enu" else ""
     return f"cat > {file} <<'{END}'\n{request_text(request)}{END}\nminsnap plan {file}{frame} -o {target}\n"
-
-
-def _list(value: Any) -> str | None:
-    if value is None:
-        return None
-    return repr(list(value)) if isinstance(value, tuple) else repr(value)
 
 
 def _limits(request: PlanRequest) -> str | None:

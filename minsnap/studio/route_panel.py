@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.files.plan_request import PlanRequest
+from minsnap.planning.request import PlanRequest
 from minsnap.studio.edits import (
     axes_of,
     delete_waypoint,

@@ -11,8 +11,10 @@ from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, LimitError, WaypointError
-from minsnap.files.plan_request import VEHICLES, PlanRequest, besides_rotors, preset_of
+from minsnap.files.limits_in_files import besides_rotors
 from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.planning.request import PlanRequest
+from minsnap.vehicle.named import VEHICLES, preset_of
 
 
 def scene_of(curve: Any, waypoints: Any = None, corridor: Any = None, limits: Limits | None = None) -> PlanRequest:

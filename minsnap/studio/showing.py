@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from minsnap.certificate import certify
 from minsnap.errors import InputError
-from minsnap.files.plan_request import PlanRequest
 from minsnap.fleet.common_clock import Fleet
+from minsnap.planning.request import PlanRequest
 from minsnap.studio.browser_page import Page
 from minsnap.studio.fleet_studio import FleetStudio
 from minsnap.studio.obstacles import cloud, grid

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.files.plan_request import PlanRequest, named_vehicle
+from minsnap.planning.request import PlanRequest
 from minsnap.studio.browser_page import Page, several
 from minsnap.studio.charts import Charts
 from minsnap.studio.corridor_panel import CorridorPanel
@@ -33,6 +33,7 @@ from minsnap.studio.waypoint_view import WaypointView
 from minsnap.studio.workbench import BenchState, Workbench
 from minsnap.studio.working_folder import WorkingFolder
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.vehicle.named import named_vehicle
 
 
 class Studio(Page):

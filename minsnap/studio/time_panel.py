@@ -8,7 +8,7 @@ from typing import Any
 
 from minsnap.basics.checks import DEGREES
 from minsnap.basics.limit_kinds import KIND
-from minsnap.files.plan_request import RESERVE, PlanRequest
+from minsnap.planning.request import RESERVE, PlanRequest
 from minsnap.studio.edits import set_duration, set_limit, set_reserve, straight_durations, with_time
 from minsnap.studio.page_inputs import Editor, InputRows, editing, follow, when_changed
 from minsnap.studio.workbench import BenchState

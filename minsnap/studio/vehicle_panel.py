@@ -10,13 +10,13 @@ import numpy as np
 
 from minsnap.errors import FileError
 from minsnap.files.frames import FRAMES
-from minsnap.files.plan_request import VEHICLES, named_vehicle
 from minsnap.flight.simulation.controllers import GeometricController
 from minsnap.flight.simulation.simulated_flight import Flight, simulate
 from minsnap.studio.page_inputs import Editor, editing, follow, sentence, table, when_changed, when_clicked
 from minsnap.studio.path_view import PathView
 from minsnap.studio.workbench import BenchState
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.vehicle.named import VEHICLES, named_vehicle
 
 DRAWN = "dji_f330"
 """The vehicle of a scene that names none."""

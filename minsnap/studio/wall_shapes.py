@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.files.plan_request import Box
+from minsnap.planning.request import Box
 
 TOUCHING = 1e-9
 """Relative distance from a plane below which a corner lies on it."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.files.plan_request import Box, PlanRequest
+from minsnap.planning.request import Box, PlanRequest
 from minsnap.studio.edits import move_face, replace_box
 from minsnap.studio.page_inputs import Editor
 from minsnap.studio.wall_shapes import box_edges, box_surface, face_centres, tube_prism

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from time import monotonic
 
 from minsnap.errors import MinsnapError
-from minsnap.files.plan_request import PlanRequest
+from minsnap.planning.request import PlanRequest
 from minsnap.studio.edit_history import EditHistory
 from minsnap.studio.plan_stages import PlannedScene
 from minsnap.studio.plan_worker import PlanWorker

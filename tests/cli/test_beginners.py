@@ -41,7 +41,7 @@ MISTAKES = [
     ("plan notes.txt", "notes.txt"),
     ("plan w.csv --corridor -1", "must be positive"),
     ("plan w.csv --corridor wide", "it takes numbers"),
-    ("plan w.csv --corridor 0.3,0.3,0.3", "for 2 legs: give one"),
+    ("plan w.csv --corridor 0.3,0.3,0.3", "for 2 legs of 3 axes: give one"),
     ("plan w.csv --time 0", "--time is 0.0: it must be positive"),
     ("plan w.csv --max-speed 0", "it must be a positive number"),
     ("plan w.csv --max-speed 3m/s", "not a valid float"),

@@ -7,9 +7,10 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError
-from minsnap.files.plan_request import PlanRequest
 from minsnap.files.request_yaml import read_request, write_request
 from minsnap.paths.missions.course_file import read_course
+from minsnap.planning.request import PlanRequest
+from minsnap.time_allocation.search_options import Search
 
 POINTS = ((0.0, 0.0, 1.0), (4.0, 0.1, 1.0), (4.0, 3.0, 1.0 / 3.0))
 BOXES = (((-1.0, -1.0, 0.0), (5.0, 1.0, 2.0)), ((3.0, -1.0, 0.0), (5.0, 4.0, 2.0)))
@@ -24,6 +25,8 @@ REQUESTS = [
     PlanRequest(POINTS, limits=(("speed", 8.0),)),
     PlanRequest(POINTS, limits=(("speed", 8.0), ("acceleration", 20.0))),
     PlanRequest(POINTS, total_time=9.0, limits=(("speed", 8.0),)),
+    PlanRequest(POINTS, total_time=9.0, waypoint_tolerance=0.2, solver="clarabel", search=Search(split="distance")),
+    PlanRequest(POINTS, search=Search(time_weight=1.0 / 3.0, time_limit=4.0)),
 ]
 
 

@@ -5,11 +5,11 @@ import pytest
 from helpers.tasks import REFERENCE
 
 import minsnap
-from minsnap.files.plan_arguments import plan_arguments
 from minsnap.native.library import core, using
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.planning.planner import placed_task
+from minsnap.planning.planner import task_of
+from minsnap.planning.request import PlanRequest, plan_arguments
 
 DURATIONS = (4.0, 2.0, 4.0, 2.0)
 ROOM = ((-0.2, -0.2, 0.8), (8.2, 4.2, 1.2))
@@ -167,7 +167,7 @@ def test_zigzags_with_free_waypoints_are_planned(tolerance, degree, pieces):
 def test_the_plane_of_a_gate_is_not_taken_for_a_wall_that_a_waypoint_touches():
     points = [(0, 0, 1), minsnap.Gate((2, 0.3, 1.2), (1, 0.5, 0.2), 1.0), (4, 1.5, 1), (6, 0, 1)]
     room = minsnap.Room((-1, -2, 0), (8, 1.5, 3))
-    task = placed_task(points, None, None, None, None, False, [room], 4, 3, 1, "auto")
+    task = task_of(PlanRequest(points, corridor=room))
     assert task.touches.any()
     solved = solve(task, np.array([1.5, 1.3, 1.4]))
     assert solved.optimum.native is not None and len(solved.optimum.native.multiplier)

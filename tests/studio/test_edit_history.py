@@ -5,7 +5,7 @@ from dataclasses import replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from minsnap.files.plan_request import PlanRequest
+from minsnap.planning.request import PlanRequest
 from minsnap.studio.edit_history import PAUSE, EditHistory
 
 FIRST = PlanRequest(((0.0, 0.0, 1.0), (1.0, 0.0, 1.0)), total_time=1.0)

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from minsnap.errors import InputError, WaypointError
-from minsnap.files.plan_request import PlanRequest
 from minsnap.planning.planner import plan
+from minsnap.planning.request import PlanRequest
 from minsnap.studio import edits
 
 CORNERS = ((0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0))

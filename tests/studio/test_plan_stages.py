@@ -3,7 +3,7 @@
 import pytest
 
 import minsnap
-from minsnap.files.plan_request import PlanRequest
+from minsnap.planning.request import PlanRequest
 from minsnap.studio import plan_stages
 from minsnap.studio.plan_stages import planned_in_stages
 

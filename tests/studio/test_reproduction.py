@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap import Search
 from minsnap.studio.documents import example_scene
 from minsnap.studio.edits import insert_waypoint, move_waypoint, set_width, with_boxes, with_room, with_time
 from minsnap.studio.reproduction import as_command, as_python
@@ -21,6 +22,7 @@ SCENES = {
     "boxes alone": replace(with_boxes(TENTH, True), corridor=None, degree=9, pieces=2),
     "durations": replace(insert_waypoint(with_time(EXAMPLE, "durations", (4, 2, 4, 2), {}), 2), frame="ned"),
     "limits": with_time(EXAMPLE, "limits", (), {"speed": 3.0, "acceleration": 6.0}),
+    "searched": replace(EXAMPLE, search=Search(split="distance"), waypoint_tolerance=0.1, solver="clarabel"),
     "closed": replace(EXAMPLE, closed=True, continuity=4, yaw=0.5),
 }
 

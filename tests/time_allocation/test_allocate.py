@@ -7,8 +7,8 @@ from tasks import REFERENCE, random_legs
 import minsnap
 from minsnap.cli.app import exit_status
 from minsnap.errors import InfeasibleError, LimitError, TimingError, UnprovedError, WaypointError
-from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
+from minsnap.planning.request import plan_arguments
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 

@@ -6,8 +6,8 @@ from tasks import REFERENCE
 import minsnap
 from minsnap.corridors.boxes import Boxes
 from minsnap.errors import CorridorError, DegreeError, LimitError, SolverError, WaypointError, YawError
-from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
+from minsnap.planning.request import plan_arguments
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.vehicle import Quadrotor

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.corridors.tubes import as_constraints
-from minsnap.planning.planner import placed_task
+from minsnap.planning.planner import task_of
+from minsnap.planning.request import PlanRequest
 from minsnap.time_allocation.fitting_durations import fitting_durations
 
 POINTS = ((0, 0, 0), (4, 0, 0), (4, 1, 0), (4, 6, 1), (3, 6, 1))
 
 
 def task(corridor):
-    return placed_task(POINTS, None, None, None, None, False, as_constraints(corridor), 4, 6, 1, "auto")
+    return task_of(PlanRequest(POINTS, corridor=corridor, continuity=6))
 
 
 @pytest.mark.parametrize("total", (None, 10.0))

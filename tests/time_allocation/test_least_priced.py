@@ -4,8 +4,8 @@ import pytest
 from tasks import REFERENCE
 
 import minsnap
-from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
+from minsnap.planning.request import plan_arguments
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 TURNING = Limits(speed=3.0, acceleration=6.0, body_rate=0.45)

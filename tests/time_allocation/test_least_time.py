@@ -8,8 +8,8 @@ from tasks import REFERENCE, random_legs
 
 import minsnap
 from minsnap.errors import LimitError
-from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
+from minsnap.planning.request import plan_arguments
 from minsnap.vehicle import BodyDrag, Quadrotor
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)

@@ -8,8 +8,8 @@ import pytest
 
 import minsnap
 from minsnap import HalfSpaces, InfeasibleError, Limits, UnprovedError
-from minsnap.files.plan_arguments import plan_arguments
 from minsnap.optimisation import solve
+from minsnap.planning.request import plan_arguments
 from minsnap.time_allocation.longer_times import LONGER, least_longer
 
 SLOW = HalfSpaces((1, 0, 0), 0.9, order=1)

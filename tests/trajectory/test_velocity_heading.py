@@ -6,7 +6,7 @@ import pytest
 import minsnap
 from minsnap import Limits
 from minsnap.errors import YawError
-from minsnap.files.plan_arguments import plan_arguments
+from minsnap.planning.request import plan_arguments
 from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
 

@@ -27,11 +27,11 @@ from minsnap.corridors.named_constraints import CONSTRAINTS
 from minsnap.errors import FileError
 from minsnap.files.format import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
-from minsnap.files.limits_in_files import limits_of
-from minsnap.files.plan_request import besides_rotors, preset_of
+from minsnap.files.limits_in_files import besides_rotors, limits_of
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.vehicle.named import preset_of
 from minsnap.vehicle.yaml import description_of
 
 if TYPE_CHECKING:
