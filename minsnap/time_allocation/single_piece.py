@@ -17,14 +17,17 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
+from minsnap.native.chain_programme import solve_chain
 from minsnap.polynomials.bernstein import end_basis, ends_gram, ends_to_points
-from minsnap.time_allocation.cone_programme import ConeProgramme, Rows, solve_natively, solve_programme
 
 SMOOTH = 1e-6
 """Weight of the squared highest derivative beside the slacks, so that the solution is unique."""
 
 FAILED = 1e-4
 """Price of the slack of a soft condition, as a share of the price of a hard one."""
+
+ACCURACY = 1e-6
+"""Gap and residuals of a programme, relative to its cost."""
 
 FEASIBLE = 1e-6
 """Slack of hard conditions that counts as none, in widths."""
@@ -76,7 +79,7 @@ class SinglePiece:
     acceleration : float
         One that counts as large here [m/s^2], positive.
     deadline : Deadline
-        Before one, what the native core does not solve has no solution: the other solver takes too long.
+        At which the search for one ends.
     """
 
     def __init__(self, state: FloatArray, acceleration: float, deadline: Deadline = NEVER) -> None:
@@ -127,19 +130,28 @@ class SinglePiece:
         unit = self.acceleration * duration**2
         size = len(free) * self.dim + 2
         rows = [self._rows(demand, duration, ends, free, unit) for demand in demands]
-        for slack in (size - 2, size - 1):
-            bound = np.zeros((1, 1, size))
-            bound[0, 0, slack] = -1.0
-            rows.append(Rows(np.zeros(1, dtype=np.intp), bound, np.zeros((1, 1))))
-        solver = solve_programme if self.deadline is NEVER else solve_natively
-        solution = solver(self._programme(ends / unit, free, rows))
-        if solution is None or solution.x[-2] > FEASIBLE:
+        rows += [(-np.eye(1, size, slack)[None], np.zeros((1, 1))) for slack in (size - 2, size - 1)]
+        cones = np.concatenate([np.full(len(bound), bound.shape[1]) for _, bound in rows])
+        solution = solve_chain(
+            np.arange(size)[None],
+            self._costs(ends / unit, free),
+            (np.zeros_like(cones), cones),
+            (
+                np.concatenate([part.reshape(-1, size) for part, _ in rows]),
+                np.concatenate([b.ravel() for _, b in rows]),
+            ),
+            ACCURACY,
+        )
+        if solution is None or solution[0][-2] > FEASIBLE:
             return None
         moved = ends.copy()
-        moved[self.half + np.asarray(free)] += unit * solution.x[:-2].reshape(len(free), self.dim)
+        moved[self.half + np.asarray(free)] += unit * solution[0][:-2].reshape(len(free), self.dim)
         return np.asarray(ends_to_points(self.degree) @ moved)
 
-    def _rows(self, demand: Demand, duration: float, ends: FloatArray, free: Sequence[int], unit: float) -> Rows:
+    def _rows(
+        self, demand: Demand, duration: float, ends: FloatArray, free: Sequence[int], unit: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return cones of one size: bound (n, c) less matrix (n, c, unknowns) times the unknowns lies in each."""
         order, (rows, offset) = demand.walls.order, demand.walls.in_widths
         factors = end_basis(self.degree, order, demand.s) / duration**order
         if demand.ahead:
@@ -152,10 +164,10 @@ class SinglePiece:
         matrix = np.zeros((count, cone, len(free) * self.dim + 2))
         matrix[:, :, :-2] = -slope.reshape(count, cone, -1)
         matrix[:, 0, -1 if demand.soft else -2] = -1.0
-        return Rows(np.zeros(count, dtype=np.intp), matrix, value.reshape(count, cone))
+        return matrix, value.reshape(count, cone)
 
-    def _programme(self, ends: FloatArray, free: Sequence[int], rows: list[Rows]) -> ConeProgramme:
-        """Slacks, and the cost of the curve as a tie-break."""
+    def _costs(self, ends: FloatArray, free: Sequence[int]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return Hessian, further diagonal and gradient: of the slacks, and of the curve as a tie-break."""
         size = len(free) * self.dim + 2
         gram = SMOOTH * ends_gram(self.degree) / ends_gram(self.degree).max()
         places = self.half + np.asarray(free)
@@ -164,5 +176,4 @@ class SinglePiece:
         linear = np.zeros(size)
         linear[:-2] = (gram[places] @ ends).reshape(-1)
         linear[-2:] = 1.0, FAILED
-        places = np.arange(size + 1)
-        return ConeProgramme(size, np.arange(size)[None], hessian, np.full(size, 1e-9), linear, rows, places)
+        return hessian, np.full(size, 1e-9), linear

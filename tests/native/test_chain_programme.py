@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from oracles.cone_programme import ConeProgramme, Rows, solve_by_clarabel, solve_natively
 
 from minsnap.native.chain_programme import solve_chain
 from minsnap.native.library import core, using
-from minsnap.time_allocation.cone_programme import ConeProgramme, Rows, solve_by_clarabel, solve_natively
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
 
