@@ -18,10 +18,9 @@ from minsnap.replanning.horizon import near
 from minsnap.replanning.splice import Splice
 from minsnap.time_allocation.allocate import looked_at, plan_timed
 from minsnap.time_allocation.last_look import fault
-from minsnap.time_allocation.moving_start import as_timed, shortest_from
 from minsnap.time_allocation.recovery import connect_start, start_state
 from minsnap.time_allocation.timing import AttachHeading, Timing
-from minsnap.time_allocation.ways import from_end, joined
+from minsnap.time_allocation.ways import from_end, joined, shortest_from
 from minsnap.trajectory.trajectory import Trajectory
 
 EQUAL_TIMES = 1e-9
@@ -120,8 +119,7 @@ def search_ahead(task: Task, aim: Aim, finish: AttachHeading, guess: Trajectory 
     timing.check()
     task.deadline.check()
     if aim.timed and aim.limits is not None:
-        shortest = as_timed(shortest_from(task, aim.limits, timing, finish, guess), finish)
-        timed = looked_at(shortest, task, timing)
+        timed = looked_at(shortest_from(task, aim.limits, timing, finish, guess), task, timing)
     else:
         timed = plan_timed(task, timing, finish)
     return Better(timed.trajectory, timed.limits_from)

@@ -29,7 +29,6 @@ from minsnap.time_allocation.timing import (
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
-    from minsnap.time_allocation.ways import EndConnectors
 
 EACH = "give every leg a duration of its own"
 """Advice where waypoints repeat."""
@@ -90,7 +89,7 @@ def looked_at(planned: Timed, task: Task, timing: Timing, samples: int | None = 
 def _timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | None = None) -> Timed:
     if timing.limits is None:
         return _unlimited(task, timing, finish, samples)
-    from minsnap.time_allocation.ways import on_limits
+    from minsnap.time_allocation.ways import end_on_limit, start_on_limit
     from minsnap.time_allocation.within_limits import check_pinned_limits, limited_plan, shortest_plan
 
     limits, shortest = timing.limits, _shortest(timing)
@@ -98,8 +97,9 @@ def _timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | Non
         limits.check_dim(task.dim)
         mended = task.continuity <= task.half - 1
         check_pinned_limits(task, limits, mended)
-        if mended and not shortest and on_limits(task, limits):
-            return _from_limits(task, _checked(timing, task), limits, finish)
+        started = mended and not shortest and start_on_limit(task, limits)
+        if started or (mended and not shortest and end_on_limit(task, limits)):
+            return _from_limits(task, _checked(timing, task), limits, finish, started)
         if timing.durations is not None:
             return _in_durations(task, timing.durations, limits, finish, samples)
         refuse_repeated(task.waypoints, EACH)
@@ -116,7 +116,7 @@ def _in_durations(
     return require_limits_kept(timed(solved_or_explained(bounded, checked, samples), finish), limits)
 
 
-def _from_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
+def _from_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeading, start: bool) -> Timed:
     """Plan with an end on its limits: without limits if that keeps them, else between ways back and out."""
     from minsnap.limits.compliance import keeps
     from minsnap.time_allocation.ways import connect_ends
@@ -125,20 +125,8 @@ def _from_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeadi
         free = _timed(task, replace(timing, limits=None, enforce=None), finish)
         if keeps(limits, free.trajectory):
             return free
-    ways = connect_ends(task, limits)
-    return ways.around(_between(ways, ways.between(timing), finish), limits, finish)
-
-
-def _between(ways: EndConnectors, timing: Timing, finish: AttachHeading) -> Timed:
-    """Plan between two ways with the pieces of the request, then with more."""
-    from minsnap.time_allocation.ways import PIECES_BETWEEN
-
-    try:
-        return _timed(replace(ways.task, explained=False), timing, finish)
-    except LateError:
-        raise
-    except (InfeasibleError, SolverError):
-        return _timed(replace(ways.task, pieces=max(PIECES_BETWEEN, ways.task.pieces)), timing, finish)
+    ways = connect_ends(task, limits, start)
+    return ways.planned(partial(_timed, timing=ways.between(timing), finish=finish), limits, finish)
 
 
 def _checked(timing: Timing, task: Task) -> Timing:

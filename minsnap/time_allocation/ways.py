@@ -1,24 +1,27 @@
-"""Plans whose ends are on their limits: a way back from the start, a way out to the end, and a plan with room between.
+"""Plans from starts in motion, and with ends on their limits: a way back, a way out, and a plan with room between.
 
-A search moves limits inwards, which a state on a limit does not allow.  The shortest polynomials between such states
-and states with room are found first, as in ``recovery.py``; a way out is a way back flown backwards.
+A search moves limits inwards, which a state on or outside of a limit does not allow.  The shortest polynomials between
+such states and states with room are found first, as in ``recovery.py``; a way out is a way back flown backwards.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import LATE, LateError
 from minsnap.corridors.margins import nearest_wall
-from minsnap.errors import LimitError, SolverError, UnprovedError
+from minsnap.errors import InfeasibleError, LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import split
 from minsnap.time_allocation.recovery import Recovery, connect_start, start_state, start_use, state_at, state_use
-from minsnap.time_allocation.timing import AttachHeading, Timed, Timing
+from minsnap.time_allocation.strategy import Strategy
+from minsnap.time_allocation.timing import AttachHeading, Timed, Timing, timed
 from minsnap.trajectory.trajectory import Trajectory
 
 PIECES_BETWEEN = 3
@@ -81,7 +84,24 @@ class EndConnectors:
             durations[leg] = _left(float(durations[leg]), taken, leg % len(durations))
         return replace(timing, durations=durations)
 
-    def around(self, planned: Timed, limits: Limits, finish: AttachHeading) -> Recovered:
+    def planned(self, plan: Callable[[Task], Timed], limits: Limits, finish: AttachHeading) -> Timed:
+        """Plan between the ways with the pieces of the request, then with more, and fly them before and after.
+
+        Raises
+        ------
+        InfeasibleError, SolverError
+            If there is no plan, or the whole does not keep the limits and the walls.
+        """
+        if self.task.pieces < PIECES_BETWEEN:
+            try:
+                return self.around(plan(replace(self.task, explained=False)), limits, finish)
+            except LateError:
+                raise
+            except (InfeasibleError, SolverError):
+                return self.around(plan(replace(self.task, pieces=PIECES_BETWEEN)), limits, finish)
+        return self.around(plan(self.task), limits, finish)
+
+    def around(self, planned: Timed, limits: Limits, finish: AttachHeading) -> Timed:
         """Fly the ways before and after a plan between them.
 
         Raises
@@ -89,6 +109,8 @@ class EndConnectors:
         SolverError
             If the whole does not keep the limits and the walls.
         """
+        if self.before is None and self.after is None:
+            return planned
         curve = planned.trajectory if self.before is None else joined(self.before, planned.trajectory)
         if self.after is not None:
             curve = joined(self.after.reversed(), curve.reversed()).reversed()
@@ -111,7 +133,58 @@ def _left(duration: float, taken: float, leg: int | None) -> float:
     )
 
 
-def connect_ends(task: Task, limits: Limits, start: bool = True) -> EndConnectors:
+def shortest_from(
+    task: Task, limits: Limits, timing: Timing, finish: AttachHeading, first: Trajectory | None = None
+) -> Timed:
+    """Find the shortest plan from a start in motion, or to an end on its limits.
+
+    Parameters
+    ----------
+    task : Task
+        Without walls of the limits.
+    limits : Limits
+    timing : Timing
+    finish : callable
+        Gives a curve its yaw.
+    first : Trajectory, optional
+        To search from.
+
+    Raises
+    ------
+    InfeasibleError, SolverError
+        If no plan was found from the start, nor from the end of any way back.
+    LimitError
+        If the start exceeds a limit, and no way back was found.
+    """
+    began = task.deadline.clock()
+
+    def search(part: Task, curve: Trajectory | None = None) -> Timed:
+        seconds = timing.time_limit
+        if seconds is not None:
+            seconds -= task.deadline.clock() - began
+            if seconds <= 0.0:
+                raise LateError(LATE)
+        solved, run = Strategy(part, limits, replace(timing, time_limit=seconds), finish).run(curve)
+        return timed(solved, finish, run)
+
+    refused: InfeasibleError | SolverError | None = None
+    if start_use(task, limits) <= (1.0 - ON_LIMIT if first is None else 1.0 + KEPT):
+        ways = connect_ends(task, limits, start=False)
+        try:
+            return ways.around(search(ways.task, first), limits, finish)
+        except LateError:
+            raise
+        except (InfeasibleError, SolverError) as error:
+            refused = error
+    try:
+        return connect_ends(task, limits, start=True).planned(search, limits, finish)
+    except LateError:
+        raise
+    except (InfeasibleError, SolverError, LimitError) as error:
+        raise refused or error from None
+
+
+def connect_ends(task: Task, limits: Limits, start: bool) -> EndConnectors:
     """Return the ways that a task needs.
 
     Parameters
@@ -119,7 +192,7 @@ def connect_ends(task: Task, limits: Limits, start: bool = True) -> EndConnector
     task : Task
     limits : Limits
     start : bool
-        Whether the start needs one too; a search for the shortest time has its own.
+        Whether the start needs one.
 
     Raises
     ------
@@ -127,7 +200,7 @@ def connect_ends(task: Task, limits: Limits, start: bool = True) -> EndConnector
         If there is none.
     """
     before = after = None
-    if start and start_use(task, limits) > 1.0 - ON_LIMIT:
+    if start:
         way = connect_start(start_state(task), task.walls, limits, task.deadline)
         if way is None:
             raise no_connector(task, limits, 0)
@@ -142,9 +215,14 @@ def connect_ends(task: Task, limits: Limits, start: bool = True) -> EndConnector
     return EndConnectors(task, before, after)
 
 
-def on_limits(task: Task, limits: Limits) -> bool:
-    """Whether the start of a task is on its limits or outside of them, or its end is on them."""
-    return not task.closed and (start_use(task, limits) > 1.0 - ON_LIMIT or end_on_limit(task, limits))
+def moves(task: Task) -> bool:
+    """Whether the start has a derivative that is not zero."""
+    return any(value.any() for value in task.pins.get(0, {}).values())
+
+
+def start_on_limit(task: Task, limits: Limits) -> bool:
+    """Whether the start of a task is on its limits or outside of them."""
+    return not task.closed and start_use(task, limits) > 1.0 - ON_LIMIT
 
 
 def end_on_limit(task: Task, limits: Limits) -> bool:

@@ -21,7 +21,6 @@ from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_t
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.least_priced import LeastPriced
 from minsnap.time_allocation.longer_times import RESERVES, least_longer
-from minsnap.time_allocation.moving_start import as_timed, moves, shortest_from
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
@@ -36,7 +35,7 @@ from minsnap.time_allocation.timing import (
     solved_or_explained,
     timed,
 )
-from minsnap.time_allocation.ways import end_on_limit
+from minsnap.time_allocation.ways import end_on_limit, moves, shortest_from
 from minsnap.trajectory.report import Utilisation
 
 AT_LIMIT, LIMIT_ROOM = 1e-6, 1e-2
@@ -58,7 +57,7 @@ def shortest_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHead
     if timing.enforce == "scaling" or timing.split != "optimal" or not _searchable(task, limits):
         return scaled_plan(task, timing, limits, finish)
     if (moves(task) or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
-        return as_timed(shortest_from(task, limits, timing, finish), finish)
+        return shortest_from(task, limits, timing, finish)
     solved, search = Strategy(task, limits, timing, finish).run()
     if task.continuity <= task.half - 1:
         return timed(solved, finish, search)

@@ -9,7 +9,7 @@ from tasks import task_of
 import minsnap
 from minsnap import Limits
 from minsnap.errors import InfeasibleError, LimitError
-from minsnap.time_allocation.ways import on_limits
+from minsnap.time_allocation.ways import end_on_limit, start_on_limit
 from minsnap.time_allocation.within_limits import check_pinned_limits
 
 POINTS = np.array([(0, 0, 1), (3, 0.5, 1), (6, 0, 1.2), (9, 1, 1)], dtype=float)
@@ -95,8 +95,8 @@ def test_legs_too_short_for_their_way_and_ends_outside_their_limits_are_refused(
 @pytest.mark.parametrize(("below", "on"), ((0.9e-5, True), (1.1e-5, False)))
 def test_an_end_is_on_a_limit_to_a_hundred_thousandth(below, on):
     fast = {1: 2.0 * (1.0 - below) * FIRST, 2: np.zeros(3), 3: np.zeros(3)}
-    for waypoint in (0, 3):
-        assert on_limits(task_of(POINTS, pins={waypoint: fast}), Limits(speed=2.0)) is on
+    for waypoint, on_limit in ((0, start_on_limit), (3, end_on_limit)):
+        assert on_limit(task_of(POINTS, pins={waypoint: fast}), Limits(speed=2.0)) is on
 
 
 @pytest.mark.parametrize(("below", "refused"), ((0.9e-6, True), (1.1e-6, False)))
