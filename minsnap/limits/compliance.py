@@ -6,8 +6,7 @@ from dataclasses import replace
 
 from minsnap.basics.tolerances import EXACT
 from minsnap.limits.limits import Limits
-from minsnap.limits.utilisation import leg_at
-from minsnap.limits.yaw_rate import largest_yaw_rate
+from minsnap.limits.utilisation import largest_yaw_rate, leg_at
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 

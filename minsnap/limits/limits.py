@@ -20,8 +20,7 @@ from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.measures import MEASURES, Extent, Motion
 from minsnap.limits.utilisation import at_instant, measured
-from minsnap.limits.vehicle_drag import medium_of
-from minsnap.limits.vehicle_use import measure_vehicle
+from minsnap.limits.vehicle_use import measure_vehicle, medium_of
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
@@ -107,7 +106,7 @@ class Limits:
         """Return the limits of a vehicle's rotors, combined with other limits.
 
         Total thrust becomes a limit of its own, and each rotor's thrust is kept within its limits, torques and the
-        vehicle's drag included (:mod:`minsnap.limits.vehicle_drag`), with bounds that interval arithmetic proves over
+        vehicle's drag included (:mod:`minsnap.limits.vehicle_use`), with bounds that interval arithmetic proves over
         all time.
 
         Parameters

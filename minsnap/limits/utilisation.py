@@ -1,4 +1,4 @@
-"""Utilisation of each limit by a trajectory: exact maxima of polynomials and of their quotients."""
+"""Utilisation of each limit by a trajectory: exact maxima of polynomials, of their quotients, of yaw rates."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ import numpy as np
 
 from minsnap.basics.limit_kinds import KIND, Kind
 from minsnap.limits.measures import MEASURES, Motion, exact_motion
-from minsnap.limits.yaw_rate import largest_yaw_rate
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
+
+SAMPLES = 200
+"""Samples per leg of a yaw rate that is no polynomial and no quotient of polynomials."""
 
 
 def measured(bounds: Mapping[str, float], traj: Trajectory, norm: str, gravity: float) -> tuple[Utilisation, ...]:
@@ -63,3 +65,16 @@ def _share(kind: Kind, value: float, limit: float) -> float:
     if not kind.least:
         return float(max(value / limit, 0.0))
     return float(limit / value) if value > 0.0 else float(np.inf)
+
+
+def largest_yaw_rate(traj: Trajectory) -> tuple[float, float, str]:
+    """Largest yaw rate [rad/s], its instant [s], and its method, ``"exact"`` or ``"sampled"``."""
+    largest = traj.yaw.largest_rate(0.0, traj.duration)
+    return _sampled(traj) if largest is None else (*largest, "exact")
+
+
+def _sampled(traj: Trajectory) -> tuple[float, float, str]:
+    grid = traj.breaks[:-1, None] + traj.durations[:, None] * np.linspace(0.0, 1.0, SAMPLES)
+    instants = np.minimum(grid.reshape(-1), traj.duration)
+    rates = np.abs(traj.yaw(instants, 1))
+    return float(rates.max()), float(instants[rates.argmax()]), "sampled"

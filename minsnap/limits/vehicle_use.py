@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -11,17 +11,23 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError
-from minsnap.limits.proved_bound import MARGIN, proved
 from minsnap.limits.utilisation import leg_at, used_at
-from minsnap.limits.vehicle_drag import flat_drag, lateral_alike, medium_of
 from minsnap.native.library import core
 from minsnap.native.vehicle_bounds import VehicleNumbers, vehicle_bounds
+from minsnap.polynomials.bernstein import differentiate, elevate, subdivide
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
 
 if TYPE_CHECKING:
     from minsnap.trajectory.trajectory import Trajectory
-    from minsnap.vehicle import Quadrotor
+    from minsnap.vehicle import BodyDrag, Quadrotor
     from minsnap.vehicle.states import FlatStates
+
+MARGIN = 1e-4
+"""Share added to the largest of many samples, below which bounds prove that all values stay."""
+
+ROUNDS, FIRST, PARTS, MOST = 9, 8, 4, 400_000
+"""How often a piece is divided, into how many parts at first and later, and up to how many parts in all."""
 
 LIFTED = ("max_thrust", "min_thrust", "tilt", "body_rate")
 """Limits that depend on the thrust axis, and so on the drag."""
@@ -173,3 +179,68 @@ class VehicleBound:
         yaw = self.yaw(middle)
         turns = np.stack((np.cos(yaw), np.sin(yaw), self.yaw(middle, 1), self.yaw(middle, 2)), axis=1)
         return {"yaw": turns, "jerk": self._turns}
+
+
+def proved(
+    values: FloatArray, bounds: Callable[[FloatArray, FloatArray, FloatArray], FloatArray], traj: Trajectory
+) -> FloatArray:
+    """Return values (count,) of quantities, raised until bounds prove that none goes beyond.
+
+    Parameters
+    ----------
+    bounds : callable
+        From control points (parts, 4, 3, n) of velocity to snap on parts that begin at instants and are so wide [s] to
+        bounds (count, parts).
+    """
+    points, start, width = motion_points(traj), traj.breaks[:-1], traj.durations
+    for level in range(ROUNDS):
+        proved_bounds = bounds(points, start, width)
+        proved_bounds = np.where(np.isnan(proved_bounds), np.inf, proved_bounds)
+        open_ = (proved_bounds > values[:, None]).any(axis=0)
+        if not open_.any():
+            return values
+        parts = PARTS if level else FIRST
+        if open_.sum() * parts > MOST or level == ROUNDS - 1:
+            break
+        points, start, width = _divided(points[open_], start[open_], width[open_], parts)
+    return np.asarray(np.maximum(values, proved_bounds.max(axis=1)))
+
+
+def motion_points(traj: Trajectory) -> FloatArray:
+    """Return control points of velocity to snap on each piece, of one degree, (pieces, 4, 3, n)."""
+    control, durations = traj.control_points, traj.durations
+    size = control.shape[1] - 1
+    scaled = (differentiate(control, order) / durations[:, None, None] ** order for order in range(1, 5))
+    return np.stack([elevate(part.transpose(0, 2, 1), size) for part in scaled], axis=1)
+
+
+def _divided(
+    points: FloatArray, start: FloatArray, width: FloatArray, parts: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    count, size = len(points), points.shape[3]
+    finer = subdivide(points.reshape(-1, size), parts).reshape(count, 12, parts, size).transpose(0, 2, 1, 3)
+    begins = start[:, None] + width[:, None] * np.arange(parts) / parts
+    return np.ascontiguousarray(finer).reshape(-1, 4, 3, size), begins.reshape(-1), np.repeat(width / parts, parts)
+
+
+def flat_drag(vehicle: Quadrotor) -> BodyDrag:
+    """Return a vehicle's drag if it is a BodyDrag, and none in place of any other model."""
+    from minsnap.vehicle.drag import BodyDrag
+
+    return vehicle.drag if isinstance(vehicle.drag, BodyDrag) else BodyDrag()
+
+
+def lateral_alike(vehicle: Quadrotor) -> bool:
+    """Whether the drag is the same along both lateral axes, so that the thrust axis does not depend on the yaw."""
+    drag = flat_drag(vehicle)
+    return bool(drag.linear[0] == drag.linear[1] and drag.quadratic[0] == drag.quadratic[1])
+
+
+def medium_of(vehicle: Quadrotor) -> Medium:
+    """Return gravity and drag per mass; lateral drag that is not the same along both axes is replaced by its mean."""
+    drag = flat_drag(vehicle)
+    across, more = [], []
+    for values in (drag.linear / vehicle.mass, drag.quadratic / vehicle.mass):
+        across.append(0.5 * float(values[0] + values[1]))
+        more.append(float(values[2]) - across[-1])
+    return Medium(vehicle.gravity, across[0], across[1], more[0], more[1])

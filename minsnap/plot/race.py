@@ -97,7 +97,7 @@ def plot_race(
 
 def _rotor_thrusts(path: Path, vehicle: Quadrotor) -> tuple[FloatArray, FloatArray]:
     """Instants (m,) [s] and thrusts (m, 4) [N]."""
-    from minsnap.limits.vehicle_drag import flat_drag
+    from minsnap.limits.vehicle_use import flat_drag
     from minsnap.vehicle import flatness_of
 
     if path.dim not in (2, 3):

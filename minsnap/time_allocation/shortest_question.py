@@ -17,8 +17,7 @@ from minsnap.basics.checks import SHORTEST
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import KnotRegion
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.proved_bound import MARGIN
-from minsnap.limits.vehicle_drag import medium_of
+from minsnap.limits.vehicle_use import MARGIN, medium_of
 from minsnap.native.shortest_time import ConeSets, Guess, InstantKind, InstantLimit, ShortestQuestion
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task

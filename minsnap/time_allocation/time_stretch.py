@@ -19,7 +19,7 @@ from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import LimitError, SolverError
 from minsnap.limits.compliance import KEPT, largest_use
 from minsnap.limits.limits import Limits
-from minsnap.limits.yaw_rate import largest_yaw_rate
+from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:

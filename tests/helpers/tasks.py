@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from minsnap.limits.vehicle_drag import medium_of
+from minsnap.limits.vehicle_use import medium_of
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.tilt_heading import TiltHeading
 

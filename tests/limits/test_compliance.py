@@ -6,7 +6,7 @@ import pytest
 import minsnap
 from minsnap import Limits, Trajectory
 from minsnap.limits.compliance import keeps, kept_from, largest_use, turns_within, use_from
-from minsnap.limits.yaw_rate import largest_yaw_rate
+from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.polynomials.bernstein import powers_to_points
 
 # x = 4 t - t^2 on [0, 1.5]: the speed falls from 4 to 1 and is 3 at 0.5 s

@@ -7,9 +7,8 @@ import pytest
 from tasks import spinless
 
 import minsnap
-from minsnap.limits import proved_bound
-from minsnap.limits.proved_bound import _divided, motion_points, proved
-from minsnap.limits.vehicle_use import LIFTED, VehicleBound
+from minsnap.limits import vehicle_use
+from minsnap.limits.vehicle_use import LIFTED, VehicleBound, _divided, motion_points, proved
 from minsnap.native.library import using
 from minsnap.native.vehicle_bounds import vehicle_bounds
 from minsnap.trajectory.heading import RemappedHeading
@@ -29,7 +28,7 @@ STILL = Trajectory(np.zeros((1, 8, 3)), [1.0])
 )
 def test_what_is_not_proved_is_raised_to_its_own_bound(share_open, counts, monkeypatch):
     """Parts that begin up to ``share_open`` are open, until they would be too many, or were divided too often."""
-    monkeypatch.setattr(proved_bound, "MOST", 512)
+    monkeypatch.setattr(vehicle_use, "MOST", 512)
     found = []
 
     def bounds(points, start, width):
@@ -41,7 +40,7 @@ def test_what_is_not_proved_is_raised_to_its_own_bound(share_open, counts, monke
 
 
 def test_what_has_no_bound_is_infinite(monkeypatch):
-    monkeypatch.setattr(proved_bound, "MOST", 512)
+    monkeypatch.setattr(vehicle_use, "MOST", 512)
     assert proved(np.array([1.0]), lambda points, start, width: start[None] * np.nan, STILL) == np.inf
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from minsnap.limits.vehicle_drag import medium_of
+from minsnap.limits.vehicle_use import medium_of
 from minsnap.vehicle import BodyDrag, Quadrotor
 
 

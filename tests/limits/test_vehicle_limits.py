@@ -11,8 +11,7 @@ from minsnap.errors import InfeasibleError, LimitError
 from minsnap.limits.compliance import most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import sampled_motion
-from minsnap.limits.vehicle_drag import flat_drag, lateral_alike
-from minsnap.limits.vehicle_use import VehicleBound
+from minsnap.limits.vehicle_use import VehicleBound, flat_drag, lateral_alike
 from minsnap.vehicle import BodyDrag, Quadrotor, RotorSpeedDrag, flat_states, flatness_of
 
 VEHICLES = {"f330": Quadrotor.dji_f330(), "crazyflie": Quadrotor.crazyflie()}

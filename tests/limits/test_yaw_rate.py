@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.limits.yaw_rate import largest_yaw_rate
+from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.trajectory.heading import ConstantHeading, JoinedHeading, RemappedHeading
 from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
