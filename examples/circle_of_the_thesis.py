@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from minsnap.flight import plot_experiment, run_experiment
-from minsnap.flight.thesis.experiment_report import experiment_text
+from minsnap.flight.thesis.experiment import experiment_text
 from minsnap.plot import save_figure
 
 

@@ -37,8 +37,7 @@ def experiment(
     """Repeat a published experiment in simulation: tracking error with and without drag compensation."""
     from minsnap.basics.storage.atomic import check_destination
     from minsnap.flight.simulation.disturbances import Sensors
-    from minsnap.flight.thesis.experiment import models_of, run_experiment
-    from minsnap.flight.thesis.experiment_report import experiment_dict, experiment_text
+    from minsnap.flight.thesis.experiment import experiment_dict, experiment_text, models_of, run_experiment
 
     check_figure(plot, view)
     if plot is not None:
@@ -57,11 +56,11 @@ def experiment(
         progress=on_terminal(json),
     )
     if output is not None:
-        from minsnap.flight.thesis.experiment_report import write_flights
+        from minsnap.flight.thesis.experiment import write_flights
 
         write_flights(result, output)
     if plot is not None:
-        from minsnap.flight.thesis.experiment_report import plot_experiment
+        from minsnap.flight.thesis.experiment import plot_experiment
         from minsnap.plot.figures import save_figure
 
         save_figure(plot_experiment(result, view or "xy"), plot)

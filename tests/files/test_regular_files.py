@@ -9,8 +9,8 @@ import pytest
 import minsnap
 from minsnap.basics.storage.text import load_yaml, read_text
 from minsnap.errors import FileError
+from minsnap.files.flights import is_stream_log
 from minsnap.files.formats.polynomials import is_polynomials
-from minsnap.files.logs.stream_log_file import is_stream_log
 from minsnap.vehicle import Quadrotor
 
 READERS = [minsnap.read_csv, minsnap.read_waypoints, minsnap.read_course, read_text, load_yaml]

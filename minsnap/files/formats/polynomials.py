@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 
 MARK = "minsnap polynomials"
 VERSION = 1
-NO_GATES: Mapping[int, Gate] = {}
 LARGEST_JSON = 1 << 28
 """Bytes of the largest JSON file that is read."""
 
@@ -147,7 +146,7 @@ def write_polynomials(
     YawError
         If the heading is no polynomial.
     """
-    content = description(polynomials_of(trajectory)[0], waypoints, corridor, limits, command, gates or {})
+    content = _description(polynomials_of(trajectory)[0], waypoints, corridor, limits, command, gates or {})
     if FilePath(path).suffix.lower() in (".yaml", ".yml"):
         import yaml
 
@@ -158,13 +157,13 @@ def write_polynomials(
         file.write(text)
 
 
-def description(
+def _description(
     trajectory: Trajectory,
-    waypoints: Any = None,
-    corridor: Any = None,
-    limits: Limits | None = None,
-    command: Any = (),
-    gates: Mapping[int, Gate] = NO_GATES,
+    waypoints: Any,
+    corridor: Any,
+    limits: Limits | None,
+    command: Any,
+    gates: Mapping[int, Gate],
 ) -> dict[str, Any]:
     """Return the file's content as plain numbers, text, lists and mappings; see :func:`write_polynomials`."""
     from minsnap.certificate import certify

@@ -6,8 +6,7 @@ import csv
 import io
 import math
 import os
-from collections.abc import Callable, Iterable
-from dataclasses import astuple
+from collections.abc import Callable
 
 import numpy as np
 
@@ -18,17 +17,8 @@ from minsnap.flight.mavlink.setpoints import Setpoint, SetpointTable
 from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamStatus
 from minsnap.flight.mavlink.vehicle_messages import Message, VehicleState
 
-COLUMNS = (
-    "time",
-    "kind",
-    "index",
-    *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az", "yaw", "yaw_rate"),
-    "type_mask",
-    "lateness",
-    "armed",
-    "custom_mode",
-    "text",
-)
+MOTION = ("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az", "yaw", "yaw_rate")
+COLUMNS = ("time", "kind", "index", *MOTION, "type_mask", "lateness", "armed", "custom_mode", "text")
 """``kind`` is setpoint, position, heartbeat or event; cells that do not apply are empty."""
 
 
@@ -62,39 +52,37 @@ class StreamLog:
         except OSError as error:
             raise FileError(f"{path} cannot be written: {error.strerror}") from None
         self._start = start
-        self._write(COLUMNS)
+        os.write(self._file, (",".join(COLUMNS) + "\n").encode())
         self.event(start, f"frame={frame}")
         if lead:
             self.event(start, f"lead={lead!r}")
 
     def setpoint(self, now: float, index: int | None, setpoint: Setpoint, mask: int, lateness: float) -> None:
         """Log a setpoint that was sent."""
-        position, velocity, acceleration, *heading = astuple(setpoint)
-        numbers = (*position, *velocity, *acceleration, *heading)
-        self._line(now, "setpoint", "" if index is None else index, *numbers, mask, f"{lateness:.6f}", "", "", "")
+        motion = dict(zip(MOTION, setpoint.numbers, strict=True))
+        self._line(now, "setpoint", index=index, **motion, type_mask=mask, lateness=f"{lateness:.6f}")
 
     def position(self, now: float, vehicle: VehicleState) -> None:
         """Log a position that the vehicle reported."""
-        self._line(now, "position", "", *(vehicle.position or ()), *(vehicle.velocity or ()), *("",) * 10)
+        numbers = (*(vehicle.position or ()), *(vehicle.velocity or ()))
+        self._line(now, "position", **dict(zip(MOTION, numbers, strict=False)))
 
     def heartbeat(self, now: float, vehicle: VehicleState) -> None:
         """Log a heartbeat of the vehicle."""
-        self._line(now, "heartbeat", *("",) * 14, int(vehicle.armed), vehicle.custom_mode, "")
+        self._line(now, "heartbeat", armed=int(vehicle.armed), custom_mode=vehicle.custom_mode)
 
     def event(self, now: float, text: str) -> None:
         """Log any other event as text."""
-        self._line(now, "event", *("",) * 16, text)
+        self._line(now, "event", text=text)
 
     def close(self) -> None:
         """Close the file."""
         os.close(self._file)
 
-    def _line(self, now: float, *cells: object) -> None:
-        self._write((f"{now - self._start:.6f}", *cells))
-
-    def _write(self, cells: Iterable[object]) -> None:
+    def _line(self, now: float, kind: str, **cells: object) -> None:
         text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerow(cells)
+        row = {"time": f"{now - self._start:.6f}", "kind": kind, **cells}
+        csv.DictWriter(text, COLUMNS, lineterminator="\n").writerow(row)
         os.write(self._file, text.getvalue().encode())
 
 

@@ -133,6 +133,11 @@ class Setpoint:
     yaw: float = 0.0
     yaw_rate: float = 0.0
 
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """Position, velocity, acceleration, yaw and its rate in one row."""
+        return (*self.position, *self.velocity, *self.acceleration, self.yaw, self.yaw_rate)
+
     def held(self, position: Vector | None = None) -> Setpoint:
         """Return the setpoint at rest at this or another position, with the same heading."""
         return Setpoint(self.position if position is None else position, yaw=self.yaw)
@@ -150,18 +155,9 @@ def type_mask(fields: Sequence[str]) -> int:
 
 def setpoint_message(setpoint: Setpoint, mask: int, vehicle: VehicleState, milliseconds: int) -> Message:
     """SET_POSITION_TARGET_LOCAL_NED to the vehicle."""
-    return load_dialect().MAVLink_set_position_target_local_ned_message(
-        milliseconds & 0xFFFFFFFF,
-        vehicle.system,
-        vehicle.component,
-        LOCAL_NED,
-        mask,
-        *setpoint.position,
-        *setpoint.velocity,
-        *setpoint.acceleration,
-        setpoint.yaw,
-        setpoint.yaw_rate,
-    )
+    build = load_dialect().MAVLink_set_position_target_local_ned_message
+    now, numbers = milliseconds & 0xFFFFFFFF, setpoint.numbers
+    return build(now, vehicle.system, vehicle.component, LOCAL_NED, mask, *numbers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,17 +330,13 @@ def _resampled(samples: Samples, rate: float | None) -> Samples:
     from minsnap.trajectory.path import sample_times
 
     grid = sample_times(samples.duration, rate)
-    return resampled_at(samples, np.minimum(samples.t[0] + grid, samples.t[-1]), grid)
-
-
-def resampled_at(samples: Samples, inside: FloatArray, t: FloatArray) -> Samples:
-    """Return samples interpolated at instants, (m,), with the time column replaced by ``t``, (m,)."""
+    inside = np.minimum(samples.t[0] + grid, samples.t[-1])
     motion = _interpolated(samples.t, [samples.position, samples.velocity, samples.acceleration], inside)
     heading = _interpolated(samples.t, [samples.yaw, samples.yaw_rate], inside)
     names = ("position", "velocity", "acceleration", "yaw", "yaw_rate")
     feed_forward = None if samples.feed_forward is None else interpolated(inside, samples.t, samples.feed_forward)
     quantities: dict[str, Any] = dict(zip(names, motion + heading, strict=True))
-    return Samples(t, **quantities, feed_forward=feed_forward, lead=samples.lead)
+    return Samples(grid, **quantities, feed_forward=feed_forward, lead=samples.lead)
 
 
 def _interpolated(t: FloatArray, orders: list[FloatArray | None], at: FloatArray) -> list[FloatArray | None]:

@@ -16,7 +16,7 @@ from minsnap.basics.checks import check_able, check_kind, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import progress_line
 from minsnap.errors import DivergenceError, TimingError
-from minsnap.flight.simulation.controllers import Command, Controller, vector
+from minsnap.flight.simulation.controllers import Command, Controller, Pilot, vector
 from minsnap.flight.simulation.disturbances import ConstantWind, Sensors, StateEstimator, Wind
 from minsnap.flight.simulation.reference import ReferenceTable, check_steps, tabulate
 from minsnap.trajectory.path import Path
@@ -171,10 +171,11 @@ def simulate(
     if not (is_number(length) and length > 0):
         raise TimingError(f"the flight lasts {shown(length)} s: give a duration above 0")
     check_steps(length, step)
-    run = _Run(vehicle, controller, table, sensors, wind, round(length / step), step)
-    run.delay = setpoint_delay
+    count = max(round(length / step), 1) + 1
+    parts = (controller.pilot(vehicle, step), table, StateEstimator(sensors, step, count), wind.sample(count, step))
+    run = _Run(vehicle, *parts, step)
     with progress_line(progress, "flying", lambda line: line.show) as watch:
-        reason = run.fly(watch)
+        reason = run.fly(setpoint_delay, watch)
     flight = run.flight(path)
     if reason:
         message = f"the simulation diverged at t = {flight.duration:.3f} s: {reason}; what was flown until then is kept"
@@ -188,26 +189,22 @@ class _Run:
     def __init__(
         self,
         vehicle: Quadrotor,
-        controller: Controller,
+        pilot: Pilot,
         table: ReferenceTable,
-        sensors: Sensors,
-        wind: Wind,
-        count: int,
+        observer: StateEstimator,
+        wind: FloatArray,
         step: float,
     ) -> None:
-        self._body, self._pilot = RigidBody(vehicle), controller.pilot(vehicle, step)
-        self._table, self._step, self._count = table, step, max(count, 1)
-        self._observer = StateEstimator(sensors, step, self._count + 1)
-        self._wind = wind.sample(self._count + 1, step)
+        self._body, self._pilot, self._observer = RigidBody(vehicle), pilot, observer
+        self._table, self._wind, self._step, self._count = table, wind, step, len(wind) - 1
         self._lag = _lags(vehicle.motor_time_constant, step)
         self._limits = (vehicle.rotor_speed_min, vehicle.rotor_speed_max)
-        self.delay = 0.0
         self._log: list[list[float]] = []
         self._saturated: list[bool] = []
 
-    def fly(self, progress: Callable[[float], None] | None) -> str | None:
-        """Simulate to the end; return the reason if the simulation had to stop before."""
-        rows, order = self._table.rows, self._table.index(self._instants(self._count + 1), self.delay).tolist()
+    def fly(self, delay: float, progress: Callable[[float], None] | None) -> str | None:
+        """Simulate to the end, with setpoints that come late [s]; return the reason of an end before, or None."""
+        rows, order = self._table.rows, self._table.index(self._instants(self._count + 1), delay).tolist()
         wind, every = self._wind.tolist(), max(1, self._count // 100)
         state, speeds = self._start()
         for index in range(self._count + 1):

@@ -12,5 +12,5 @@ from .drag_fits import published_drag as published_drag
 from .experiment import Experiment as Experiment
 from .experiment import ExperimentCourse as ExperimentCourse
 from .experiment import course as course
+from .experiment import plot_experiment as plot_experiment
 from .experiment import run_experiment as run_experiment
-from .experiment_report import plot_experiment as plot_experiment

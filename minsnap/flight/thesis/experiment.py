@@ -1,16 +1,19 @@
-"""The thesis' experiment in simulation: a course, flown with and without compensation of drag, and compared."""
+"""The thesis' experiment in simulation: a course flown with and without compensation of drag, compared and told."""
 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from minsnap.basics.checks import is_whole
 from minsnap.basics.progress import progress_line
+from minsnap.basics.storage.text_columns import aligned
 from minsnap.errors import InputError, VehicleError
 from minsnap.flight.simulation.controllers import CascadeController, Controller
 from minsnap.flight.simulation.disturbances import Sensors, Wind
@@ -18,11 +21,15 @@ from minsnap.flight.simulation.reference import reference_states
 from minsnap.flight.simulation.simulated_flight import STEP, Flight, simulate
 from minsnap.flight.thesis.drag_fits import consistent_parasitic_drag, published_drag
 from minsnap.flight.tracking.comparison import Comparison, compare
+from minsnap.flight.tracking.tracking_plot import plot_tracking
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.drag import Drag
 from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.states import check_rotor_limits
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 HOVER = 5.0
 """Hover at the start of the course before the trigger [s]."""
@@ -325,3 +332,110 @@ def _run(flown: ExperimentCourse, compensation: str | None, flight: Flight) -> E
     transient = whole.within(flown.start, flown.settled)
     steady = whole.within(flown.settled, flown.slowing) if flown.slowing > flown.settled else transient
     return ExperimentRun(compensation, flight, whole, transient, steady)
+
+
+TITLES = {"line": "straight lines", "circle": "circular trajectories", "rect": "rectangular trajectories"}
+"""What the tables of the thesis call the courses."""
+
+_PARTS = (("transient", "first repetition"), ("steady", "after it"))
+
+
+def experiment_text(experiment: Experiment) -> str:
+    """Return the tables: error per axis without and with compensation, then transient, steady state and delay."""
+    course = experiment.course
+    title = f"Root mean squared error in tracking of {course.repetitions} {TITLES[course.name]} [m]"
+    tables = [title, _axis_table(experiment), "", *_part_table(experiment)]
+    if experiment.vehicle.name != MEASURED:
+        return "\n".join(tables)
+    flown = PUBLISHED_RMSE[course.name]
+    words = [f"{axis} {without:.4f} → {offset:.4f}" for axis, (without, offset) in flown.items()]
+    return "\n".join([*tables, "", f"flown in the thesis, without → with: {', '.join(words)}"])
+
+
+def _axis_table(experiment: Experiment) -> str:
+    """Return rows x, y, z: error without compensation, and per model the error with it and the difference."""
+    base = _baseline(experiment)
+    columns = [["axis", *"XYZ"]]
+    if base is not None:
+        columns.append(["without", *(f"{value:.4f}" for value in base.whole.rmse)])
+    for run in experiment.runs:
+        if run.compensation is not None:
+            columns.append([f"with {run.compensation}", *(f"{value:.4f}" for value in run.whole.rmse)])
+            if base is not None:
+                columns.append(["difference", *(f"{value:+.4f}" for value in base.whole.rmse - run.whole.rmse)])
+    return aligned([list(row) for row in zip(*columns, strict=True)])
+
+
+def _part_table(experiment: Experiment) -> list[str]:
+    """Return one row per flight: 3-D error of the first repetition and of the others, delay, error in shape."""
+    heads = ["compensation", *(label for _, label in _PARTS), "greatest", "delay [s]", "from the curve"]
+    rows = [heads]
+    for run in experiment.runs:
+        parts = [f"{getattr(run, part).rmse_3d:.4f}" for part, _ in _PARTS]
+        whole = [f"{run.whole.max_error:.4f}", f"{run.whole.delay:.3f}", f"{run.whole.path_rmse:.4f}"]
+        rows.append([run.compensation or "none", *parts, *whole])
+    return ["3-D error [m]: transient and steady state apart", aligned(rows)]
+
+
+def _baseline(experiment: Experiment) -> ExperimentRun | None:
+    return next((run for run in experiment.runs if run.compensation is None), None)
+
+
+def write_flights(experiment: Experiment, folder: str | os.PathLike[str]) -> list[FilePath]:
+    """Write the reference and every flight as CSV, which ``minsnap compare`` reads; return the files.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    folder : str or path
+        Made if it is not there.
+    """
+    from minsnap.files.setpoint_csv import write_csv
+
+    home, name = FilePath(folder), experiment.course.name
+    home.mkdir(parents=True, exist_ok=True)
+    written = {home / f"{name}_reference.csv": experiment.course.samples}
+    for run in experiment.runs:
+        words = f"with_{run.compensation}" if run.compensation else "without_compensation"
+        written[home / f"{name}_{words}.csv"] = run.flight.samples
+    for file, samples in written.items():
+        write_csv(samples, file)
+    return list(written)
+
+
+def experiment_dict(experiment: Experiment) -> dict[str, Any]:
+    """Return the same as plain numbers, for JSON."""
+    course = experiment.course
+    runs = [
+        {
+            "compensation": run.compensation,
+            "whole": run.whole.as_dict(),
+            "transient": run.transient.as_dict(),
+            "steady": run.steady.as_dict(),
+            "saturated": float(run.flight.saturated.mean()),
+        }
+        for run in experiment.runs
+    ]
+    thesis = PUBLISHED_RMSE[course.name] if experiment.vehicle.name == MEASURED else None
+    return {"course": course.name, "repetitions": course.repetitions, "runs": runs, "thesis": thesis}
+
+
+def plot_experiment(experiment: Experiment, view: str = "xy") -> Figure:
+    """Draw the planar view and the position and velocity profiles of all flights.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    view : str
+        ``"xy"``, ``"xz"``, ``"yz"`` or ``"3d"``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    flights = {
+        f"with {run.compensation}" if run.compensation else "without compensation": run.flight.samples
+        for run in experiment.runs
+    }
+    title = f"{experiment.course.repetitions} {TITLES[experiment.course.name]}, in simulation"
+    return plot_tracking(experiment.course.samples, flights, title, view)

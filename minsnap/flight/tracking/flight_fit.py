@@ -35,7 +35,7 @@ from minsnap.flight.tracking.body_drag_fit import (
     flown_span,
     read_flight_log,
 )
-from minsnap.flight.tracking.reference_curve import estimate_delay, position_at
+from minsnap.flight.tracking.comparison import estimate_delay, position_at
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.quadrotor import Quadrotor

@@ -14,8 +14,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, own_arrays
 from minsnap.errors import InputError
-from minsnap.flight.tracking.comparison import MAX_DELAY, Comparison, compare
-from minsnap.flight.tracking.reference_curve import position_at
+from minsnap.flight.tracking.comparison import MAX_DELAY, Comparison, compare, position_at
 from minsnap.trajectory.samples import Samples
 
 

@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import MinsnapError
+from minsnap.flight.tracking.comparison import position_at
 from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight
 from minsnap.flight.tracking.log_comparison import ComparedFlight
-from minsnap.flight.tracking.reference_curve import position_at
 from minsnap.plot.geometry import finish_place, view_coordinates
 from minsnap.plot.page import picture, table, verdict, write_page
 from minsnap.plot.style import AXIS_STYLES, coordinate_name, legend_beside, styled, unit_of
@@ -302,17 +302,11 @@ def _verdict(flights: Mapping[str, ComparedFlight]) -> str:
 
 def _flights(flights: Mapping[str, ComparedFlight]) -> str:
     columns = ["flight", "error [m]", "greatest [m]", "at [s]", "along [m]", "across [m]", "lag [s]", "less lag [m]"]
+    keys = ("rmse_3d", "max_error", "worst_instant", "along_rmse", "across_rmse", "delay", "rmse_3d_without_delay")
     rows = []
     for name, one in flights.items():
-        comparison = one.comparison
-        figures = (
-            comparison.rmse_3d,
-            comparison.max_error,
-            comparison.worst_instant,
-            comparison.along_rmse,
-            comparison.across_rmse,
-        )
-        rows.append([name, *(f"{x:.3f}" for x in (*figures, comparison.delay, comparison.late_rmse_3d))])
+        figures = one.comparison.as_dict()
+        rows.append([name, *(f"{figures[key]:.3f}" for key in keys)])
     return table("Flights", columns, rows)
 
 

@@ -21,9 +21,8 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, interpolated
 from minsnap.errors import InputError
 from minsnap.files.flights import load_log
-from minsnap.flight.tracking.comparison import compare
+from minsnap.flight.tracking.comparison import compare, position_at
 from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
-from minsnap.flight.tracking.reference_curve import position_at
 from minsnap.trajectory.samples import Samples
 
 

@@ -7,8 +7,7 @@ from flying import PATH, START, Flight
 from standin import POSCTL, PointMass, StandIn
 
 from minsnap.errors import FileError
-from minsnap.files.flights import load_flight, load_reference
-from minsnap.files.logs.stream_log_file import is_stream_log, read_stream_log
+from minsnap.files.flights import is_stream_log, load_flight, load_reference, read_stream_log
 from minsnap.flight.tracking.log_comparison import compare_in_log
 
 

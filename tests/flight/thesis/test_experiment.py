@@ -5,8 +5,7 @@ import pytest
 
 from minsnap.errors import InputError, ThrustError, VehicleError
 from minsnap.flight import CascadeController, GeometricController, Sensors, course, plot_experiment, run_experiment
-from minsnap.flight.thesis.experiment import PUBLISHED_RMSE, drag_model
-from minsnap.flight.thesis.experiment_report import experiment_dict, experiment_text
+from minsnap.flight.thesis.experiment import PUBLISHED_RMSE, drag_model, experiment_dict, experiment_text
 from minsnap.vehicle import BodyDrag, Quadrotor
 
 

@@ -6,8 +6,7 @@ import pytest
 import minsnap
 from minsnap.errors import InputError
 from minsnap.flight import compare, plot_tracking
-from minsnap.flight.tracking.comparison import comparison_text, moved
-from minsnap.flight.tracking.reference_curve import distance_to_curve, position_at
+from minsnap.flight.tracking.comparison import comparison_text, distance_to_curve, moved, position_at
 from minsnap.trajectory.samples import Samples
 
 

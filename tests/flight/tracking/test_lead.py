@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.files.flights import load_log
-from minsnap.files.logs.stream_log_file import read_stream_log
+from minsnap.files.flights import load_log, read_stream_log
 from minsnap.flight import compare, fit_flight, simulate
 from minsnap.flight.mavlink.observer import StreamLog
 from minsnap.flight.mavlink.setpoints import tabulate
