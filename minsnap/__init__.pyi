@@ -33,9 +33,9 @@ from .files.setpoint_csv import write_csv as write_csv
 from .files.waypoints import read_waypoints as read_waypoints
 from .fleet.assignment import assign as assign
 from .fleet.common_clock import Fleet as Fleet
+from .fleet.common_clock import Separation as Separation
 from .fleet.fleet_certificate import certify_fleet as certify_fleet
 from .fleet.fleet_planner import plan_fleet as plan_fleet
-from .fleet.separation import Separation as Separation
 from .limits.limits import Limits as Limits
 from .optimisation.textbook_qp import build_qp as build_qp
 from .paths import routes as routes

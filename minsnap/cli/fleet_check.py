@@ -19,8 +19,8 @@ LISTED = 10
 
 def check_fleet(path: Path, separation: float | None, downwash: float, json: bool) -> int:
     """Print how far apart the vehicles of files stay, over all time; return 1 if that is less than their separation."""
+    from minsnap.fleet.common_clock import Separation
     from minsnap.fleet.fleet_certificate import certify_fleet
-    from minsnap.fleet.separation import Separation
     from minsnap.shows.fleet_files import read_fleet
 
     fleet = read_fleet(path)

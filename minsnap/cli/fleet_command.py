@@ -71,7 +71,7 @@ def fleet(
 
 def _wider(show: Show, more: float) -> Show:
     """Return the show with what the files may lose added to its separation."""
-    from minsnap.fleet.separation import Separation
+    from minsnap.fleet.common_clock import Separation
 
     apart = show.separation
     return replace(show, separation=Separation((apart.distance or 0.0) + more, apart.downwash)) if more else show

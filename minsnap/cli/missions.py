@@ -87,6 +87,6 @@ def _other_vehicle(mission: Mission, destination: Destination) -> dict[str, str]
 
 
 def _figure(mission: Mission, wanted: Destination) -> Any:
-    from minsnap.plot.mission_figure import plot_mission
+    from minsnap.plot.overviews import plot_mission
 
     return plot_mission(mission, view=wanted.view or "xy", colour_by=wanted.colour_by)

@@ -81,6 +81,6 @@ def _source(file: Path, transpose: bool) -> Any:
 
 
 def _figure(route: Route, file: Path, wanted: Destination) -> Any:
-    from minsnap.plot.route_figure import plot_route
+    from minsnap.plot.overviews import plot_route
 
     return plot_route(route, view=wanted.view or "xy", colour_by=wanted.colour_by, title=file.name)

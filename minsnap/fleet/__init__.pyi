@@ -2,9 +2,9 @@ from .assignment import LineDistance as LineDistance
 from .assignment import assign as assign
 from .assignment import line_distance as line_distance
 from .common_clock import Fleet as Fleet
+from .common_clock import FleetReport as FleetReport
+from .common_clock import Separation as Separation
 from .fleet_certificate import FleetCertificate as FleetCertificate
 from .fleet_certificate import NearPair as NearPair
 from .fleet_certificate import certify_fleet as certify_fleet
 from .fleet_planner import plan_fleet as plan_fleet
-from .fleet_report import FleetReport as FleetReport
-from .separation import Separation as Separation

@@ -11,7 +11,7 @@ from minsnap.basics.arrays import FloatArray, IntArray, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
-from minsnap.fleet.separation import Separation, as_separation
+from minsnap.fleet.common_clock import Separation, as_separation
 
 ROWS = 256
 """Vehicles whose pairs are computed at once."""

@@ -20,9 +20,8 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.errors import FleetError
-from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.common_clock import Fleet, Separation, as_separation
 from minsnap.fleet.fleet_limits import FleetUse, fleet_use, room_margins
-from minsnap.fleet.separation import Separation, as_separation
 from minsnap.native.fleet_border import NearPairs, clearances, near_pairs
 
 if TYPE_CHECKING:

@@ -17,13 +17,11 @@ from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FleetError, TimingError, UnprovedError
-from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.common_clock import Fleet, FleetReport, Separation
 from minsnap.fleet.fleet_checks import check_task, refuse_meetings
 from minsnap.fleet.fleet_last_look import fleet_fault
-from minsnap.fleet.fleet_report import FleetReport
 from minsnap.fleet.fleet_task import FleetTask, way_of
 from minsnap.fleet.one_curve import PIECES, one_curve
-from minsnap.fleet.separation import Separation
 from minsnap.fleet.time_search import COARSE, FINE, LAST, WARM, Certified, TimeSearch, flown
 from minsnap.fleet.unproved_fleet import unproved_fleet
 from minsnap.limits.limits import Limits

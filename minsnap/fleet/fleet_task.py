@@ -13,7 +13,7 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FleetError
-from minsnap.fleet.separation import Separation
+from minsnap.fleet.common_clock import Separation
 from minsnap.limits.limits import Limits
 from minsnap.native.joint_fleet import KINDS, ORDERS
 from minsnap.trajectory.path import Path

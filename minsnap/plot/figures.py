@@ -16,12 +16,11 @@ from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.plot.geometry import VIEWS, check_view, plot_path
 from minsnap.plot.limit_use import plot_utilisation, utilisation_curves
+from minsnap.plot.marks import FLATTEST, Waypoints
 from minsnap.plot.outlines import Corridor
 from minsnap.plot.profiles import available_orders, heading_rows, plot_heading, plot_profiles
 from minsnap.plot.race import plot_rotors
-from minsnap.plot.space import FLATTEST
 from minsnap.plot.style import dense_samples, styled
-from minsnap.plot.waypoint_marks import Waypoints
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 

@@ -71,18 +71,8 @@ def _write_gif(pictures: Iterator[Picture], place: FilePath, rate: float) -> Non
 def _encode(pictures: Iterator[Picture], place: FilePath, rate: float) -> None:
     """Hand raw pictures to ffmpeg; its codecs need even sides."""
     first = next(pictures)
-    raw = (
-        "-f",
-        "rawvideo",
-        "-pix_fmt",
-        "rgb24",
-        "-s",
-        f"{first.shape[1]}x{first.shape[0]}",
-        "-r",
-        f"{rate}",
-        "-i",
-        "-",
-    )
+    size = f"{first.shape[1]}x{first.shape[0]}"
+    raw = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{rate}", "-i", "-")
     made = ("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", f"{place}")
     command = ("ffmpeg", "-y", "-loglevel", "error", *raw, *made)
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL) as encoder:

@@ -8,9 +8,8 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.errors import FleetError
-from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate
-from minsnap.fleet.separation import Separation
 from minsnap.plot.style import new_axes, styled
 
 if TYPE_CHECKING:
@@ -59,8 +58,7 @@ def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None) -> Axes:
     axes.plot(*places[:, -1].T, "x", color="tab:red", markersize=4, label="end")
     axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
-    axes.set_xlabel(f"{view[0]} [m]")
-    axes.set_ylabel(f"{view[1]} [m]")
+    axes.set(xlabel=f"{view[0]} [m]", ylabel=f"{view[1]} [m]")
     axes.figure.colorbar(lines, ax=axes, label="time [s]", fraction=0.046, pad=0.03, aspect=30)
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
     return axes
@@ -99,12 +97,9 @@ def plot_separation(certificate: FleetCertificate, ax: Axes | None = None) -> Ax
     axes.plot(t, least_distances(certificate.fleet, separation, t), color="tab:blue", label="nearest pair, sampled")
     apart = separation.between(*pair)
     axes.axhline(apart, color="tab:red", linestyle="--", label=f"separation, {apart:g} m")
-    proved = f"proved least, {least:.3f} m"
-    axes.plot(instant, least, "o", color="tab:orange", label=proved)
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel("distance [m]" if separation.downwash == 1.0 else "distance, heights by the downwash [m]")
-    axes.set_ylim(bottom=0.0)
-    axes.set_xlim(0.0, certificate.fleet.duration)
+    axes.plot(instant, least, "o", color="tab:orange", label=f"proved least, {least:.3f} m")
+    what = "distance [m]" if separation.downwash == 1.0 else "distance, heights by the downwash [m]"
+    axes.set(xlabel="time [s]", ylabel=what, xlim=(0.0, certificate.fleet.duration), ylim=(0.0, None))
     axes.legend(loc="lower left", framealpha=0.9)  # below the separation there is no curve
     return axes
 

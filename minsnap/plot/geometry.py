@@ -12,9 +12,19 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import InputError
+from minsnap.plot.marks import (
+    Waypoints,
+    arrow_places,
+    draw_balls,
+    draw_coloured,
+    draw_gates,
+    draw_heads,
+    draw_waypoints,
+    equal_space,
+    nominal_points,
+    widen_short_axes,
+)
 from minsnap.plot.outlines import Corridor, facets, leg_bodies, outline
-from minsnap.plot.space import arrow_places, draw_heads, equal_space, widen_short_axes
-from minsnap.plot.speed_colour import draw_coloured
 from minsnap.plot.style import (
     CORRIDOR_COLOUR,
     CORRIDOR_EDGE,
@@ -25,7 +35,6 @@ from minsnap.plot.style import (
     new_axes,
     styled,
 )
-from minsnap.plot.waypoint_marks import Waypoints, draw_balls, draw_gates, draw_waypoints, nominal_points
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from minsnap.basics.limit_kinds import KIND, Kind
 from minsnap.errors import InputError
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, Motion, sampled_motion
-from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, dense_samples, legend_beside, new_axes, styled
+from minsnap.plot.style import AXIS_STYLES, LIMIT_STYLE, dense_samples, legend_beside, new_axes, styled
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
@@ -52,13 +52,10 @@ def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = Non
     curves = utilisation_curves(samples, limits)
     axes = new_axes() if ax is None else ax
     for i, (name, share) in enumerate(curves.items()):
-        color, linestyle = (AXIS_STYLES[i % 4][key] for key in ("color", "linestyle"))
-        label, width = KIND[name].label, WIDTHS[i % len(WIDTHS)]
-        axes.plot(samples.t, 100.0 * share, label=label, color=color, linestyle=linestyle, linewidth=width)
-    axes.axhline(100.0, color=LIMIT_COLOUR, linewidth=1.0, linestyle=(0, (5, 3)))
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel("share of\nthe limit [%]")
-    axes.set_ylim(bottom=0.0)
+        style: dict[str, Any] = AXIS_STYLES[i % len(AXIS_STYLES)]
+        axes.plot(samples.t, 100.0 * share, label=KIND[name].label, linewidth=WIDTHS[i % len(WIDTHS)], **style)
+    axes.axhline(100.0, **LIMIT_STYLE)
+    axes.set(xlabel="time [s]", ylabel="share of\nthe limit [%]", ylim=(0.0, None))
     legend_beside(axes)
     return axes
 
@@ -121,8 +118,8 @@ def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
     axes.plot(tried, [step.value for step in steps], ".", color=AXIS_STYLES[1]["color"], markersize=4, label="tried")
     axes.plot(tried, [step.best for step in steps], color=AXIS_STYLES[0]["color"], label="best so far")
     least, first = min(step.best for step in steps), steps[0].best
-    axes.set_ylim(least - 0.05 * (first - least) - 1e-3 * least, first + 0.3 * (first - least) + 1e-3 * least)
-    axes.set_xlabel("plans tried")
-    axes.set_ylabel("total time [s]" if any(step.value == step.total_time for step in steps) else "cost [m²/s⁷]")
+    shown = (least - 0.05 * (first - least) - 1e-3 * least, first + 0.3 * (first - least) + 1e-3 * least)
+    what = "total time [s]" if any(step.value == step.total_time for step in steps) else "cost [m²/s⁷]"
+    axes.set(xlabel="plans tried", ylabel=what, ylim=shown)
     legend_beside(axes)
     return axes

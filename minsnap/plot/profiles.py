@@ -11,13 +11,13 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.limit_kinds import KINDS
 from minsnap.errors import InputError
 from minsnap.plot.style import (
-    AXIS_STYLES,
     HEADING_COLOUR,
-    LIMIT_COLOUR,
+    LIMIT_STYLE,
     NORM_STYLE,
     QUANTITIES,
     coordinate_name,
     dense_samples,
+    draw_curves,
     legend_beside,
     styled,
     unit_of,
@@ -66,9 +66,7 @@ def plot_profiles(
     """
     samples = dense_samples(path)
     drawn = available_orders(samples, orders)
-    stack = _stack(len(drawn)) if axes is None else np.atleast_1d(np.asarray(axes, dtype=object))
-    if len(stack) < len(drawn):
-        raise InputError(f"{len(drawn)} derivatives need as many axes, got {len(stack)}")
+    stack = _stack(axes, len(drawn), f"{len(drawn)} derivatives need as many axes")
     for ax, order in zip(stack, drawn, strict=False):
         _draw(ax, samples, order)
         limited = _draw_limit(ax, samples, order, getattr(limits, LIMIT_NAMES.get(order, ""), None))
@@ -103,9 +101,7 @@ def plot_heading(path: Path | Samples, axes: npt.ArrayLike | None = None) -> npt
     drawn = heading_rows(samples)
     if not drawn:
         raise InputError("the samples have no yaw: there is nothing to draw")
-    stack = _stack(len(drawn)) if axes is None else np.atleast_1d(np.asarray(axes, dtype=object))
-    if len(stack) < len(drawn):
-        raise InputError(f"yaw and yaw rate need {len(drawn)} axes, got {len(stack)}")
+    stack = _stack(axes, len(drawn), f"yaw and yaw rate need {len(drawn)} axes")
     for ax, (name, unit, values) in zip(stack, drawn, strict=False):
         ax.plot(samples.t, values, color=HEADING_COLOUR, linewidth=1.4)
         ax.set_ylabel(f"{name}\n[{unit}]")
@@ -137,30 +133,26 @@ def available_orders(samples: Samples, orders: Sequence[int] = (0, 1, 2, 3, 4)) 
     return available
 
 
-def _stack(rows: int) -> npt.NDArray[Any]:
-    from matplotlib import pyplot
+def _stack(axes: npt.ArrayLike | None, rows: int, needed: str) -> npt.NDArray[Any]:
+    """Return axes for rows of curves, new ones where there are none; what is needed is said where there are fewer."""
+    if axes is None:
+        from matplotlib import pyplot
 
-    figure, axes = pyplot.subplots(rows, 1, sharex=True, layout="constrained", figsize=(7.0, 1.8 * rows), squeeze=False)
-    return np.asarray(axes[:, 0])
+        new = pyplot.subplots(rows, 1, sharex=True, layout="constrained", figsize=(7.0, 1.8 * rows), squeeze=False)
+        return np.asarray(new[1][:, 0])
+    stack = np.atleast_1d(np.asarray(axes, dtype=object))
+    if len(stack) < rows:
+        raise InputError(f"{needed}, got {len(stack)}")
+    return stack
 
 
 def _draw(ax: Axes, samples: Samples, order: int) -> None:
-    values: FloatArray = getattr(samples, QUANTITIES[order])
-    for i in range(samples.dim):
-        style: dict[str, Any] = AXIS_STYLES[i % len(AXIS_STYLES)]
-        ax.plot(samples.t, values[:, i], label=coordinate_name(i, samples.dim), linewidth=1.4, **style)
+    """Draw each coordinate; then a commanded acceleration, with its feed-forward, thin and without a name."""
+    names = [coordinate_name(i, samples.dim) for i in range(samples.dim)]
+    draw_curves(ax, samples.t, getattr(samples, QUANTITIES[order]), names, linewidth=1.4)
     if order == 2 and samples.feed_forward is not None:
-        _draw_commanded(ax, samples)
+        draw_curves(ax, samples.t, samples.commanded().acceleration, [None] * samples.dim, linewidth=0.7, alpha=0.6)
     ax.set_ylabel(f"{QUANTITIES[order]}\n[{unit_of(order)}]")
-
-
-def _draw_commanded(ax: Axes, samples: Samples) -> None:
-    """Draw the acceleration with the feed-forward that is commanded beside it, thin and without a name."""
-    values = samples.commanded().acceleration
-    assert values is not None
-    for i in range(samples.dim):
-        style: dict[str, Any] = AXIS_STYLES[i % len(AXIS_STYLES)]
-        ax.plot(samples.t, values[:, i], linewidth=0.7, alpha=0.6, **style)
 
 
 def _draw_limit(ax: Axes, samples: Samples, order: int, limit: Any) -> list[Any]:
@@ -168,7 +160,7 @@ def _draw_limit(ax: Axes, samples: Samples, order: int, limit: Any) -> list[Any]
     if not isinstance(limit, (int, float)) or not np.isfinite(limit):
         return []
     norm = np.linalg.norm(getattr(samples, QUANTITIES[order]), axis=1)
-    line = ax.axhline(limit, color=LIMIT_COLOUR, linewidth=1.0, linestyle=(0, (5, 3)), label="limit")
+    line = ax.axhline(limit, label="limit", **LIMIT_STYLE)
     return [*ax.plot(samples.t, norm, label="norm", **NORM_STYLE), line]
 
 

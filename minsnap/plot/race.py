@@ -9,9 +9,9 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import InputError
 from minsnap.plot.geometry import plot_path
+from minsnap.plot.marks import Waypoints
 from minsnap.plot.outlines import Corridor
-from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, POINTS, legend_beside, new_axes, styled
-from minsnap.plot.waypoint_marks import Waypoints
+from minsnap.plot.style import LIMIT_STYLE, POINTS, draw_curves, legend_beside, new_axes, styled
 from minsnap.trajectory.path import Path
 
 if TYPE_CHECKING:
@@ -39,15 +39,10 @@ def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
     """
     axes = new_axes() if ax is None else ax
     t, thrusts = _rotor_thrusts(path, vehicle)
-    for number, values in enumerate(thrusts.T):
-        style: dict[str, Any] = AXIS_STYLES[number % len(AXIS_STYLES)]
-        axes.plot(t, values, label=f"rotor {number + 1}", linewidth=1.1, **style)
+    draw_curves(axes, t, thrusts, [f"rotor {number}" for number in (1, 2, 3, 4)], linewidth=1.1)
     for number, limit in enumerate(vehicle.rotor_thrust_limits):
-        dashes: dict[str, Any] = {"color": LIMIT_COLOUR, "linewidth": 1.0, "linestyle": (0, (5, 3))}
-        axes.axhline(limit, label=None if number else "limits", **dashes)
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel("thrust [N]")
-    axes.set_xlim(0.0, path.duration)
+        axes.axhline(limit, label=None if number else "limits", **LIMIT_STYLE)
+    axes.set(xlabel="time [s]", ylabel="thrust [N]", xlim=(0.0, path.duration))
     legend_beside(axes)
     return axes
 
@@ -87,8 +82,7 @@ def plot_race(
     drawn = ShownFigure(figsize=(9.0, 9.0), layout="constrained") if figure is None else figure
     above, below = np.asarray(drawn.subfigures(2, 1, height_ratios=(2.4, 1.0)))
     plane = above.add_subplot(projection="3d" if view == "3d" else None)
-    how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance}
-    plot_path(path, plane, view=view, colour_by="speed", **how)
+    plot_path(path, plane, view=view, corridor=corridor, waypoints=waypoints, tolerance=tolerance, colour_by="speed")
     plot_rotors(path, vehicle, below.add_subplot())
     if title:
         drawn.suptitle(title)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 
+from minsnap.basics.arrays import FloatArray
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
@@ -54,6 +55,7 @@ AXIS_STYLES: tuple[dict[str, str], ...] = (
 )
 """Colour and dash of each coordinate: from the palette of Okabe and Ito (Color Universal Design, 2008)."""
 
+LIMIT_STYLE: dict[str, Any] = {"color": LIMIT_COLOUR, "linewidth": 1.0, "linestyle": (0, (5, 3))}
 NORM_STYLE: dict[str, Any] = {"color": "#555555", "linestyle": ":", "linewidth": 1.2}
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk", "snap")
@@ -74,6 +76,13 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
             return draw(*arguments, **options)
 
     return drawn
+
+
+def draw_curves(ax: Axes, t: FloatArray, values: Any, names: Sequence[str | None], **line: Any) -> None:
+    """Draw columns of values (m, n) against time, each in the colour and dash of its number."""
+    for i, (column, name) in enumerate(zip(values.T, names, strict=True)):
+        style: dict[str, Any] = AXIS_STYLES[i % len(AXIS_STYLES)]
+        ax.plot(t, column, label=name, **line, **style)
 
 
 def legend_beside(ax: Axes, handles: Sequence[Any] | None = None) -> None:

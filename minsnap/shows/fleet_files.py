@@ -27,8 +27,7 @@ from minsnap.files.formats.crazyflie import (
 )
 from minsnap.files.formats.light_programme import Lights
 from minsnap.files.formats.skybrush import write_skybrush
-from minsnap.fleet.common_clock import Fleet
-from minsnap.fleet.separation import Separation
+from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.shows.crazyswarm import write_crazyswarm
 from minsnap.shows.skybrush_show import lamps_of, read_skyc, write_skyc
 from minsnap.trajectory.trajectory import Trajectory

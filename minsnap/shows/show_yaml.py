@@ -16,9 +16,8 @@ from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import load_yaml
 from minsnap.errors import FileError
 from minsnap.files.limits_in_files import LIMITS, limits_of
-from minsnap.fleet.separation import Separation
-from minsnap.shows.formations import circle, grid, points_file, text
-from minsnap.shows.mesh_points import mesh
+from minsnap.fleet.common_clock import Separation
+from minsnap.shows.formations import circle, grid, mesh, points_file, text
 from minsnap.shows.moves import Move
 from minsnap.shows.show import Act, Show
 from minsnap.shows.svg_lines import svg

@@ -49,7 +49,7 @@ def contents(folder):
 HELD = """
 import signal, sys
 from minsnap.cli.app import main
-from minsnap.shows import kept_flights
+from minsnap.shows import show
 
 plan, calls = kept_flights.plan_fleet, []
 
@@ -89,7 +89,7 @@ def test_a_show_that_is_killed_in_each_flight_ends_with_the_same_files(show, tmp
 INTERRUPTED = """
 import os, signal, sys
 from minsnap.cli.app import main
-from minsnap.shows import kept_flights
+from minsnap.shows import show
 
 plan = kept_flights.plan_fleet
 

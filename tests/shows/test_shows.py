@@ -12,8 +12,7 @@ from minsnap.errors import FileError, FleetError
 from minsnap.plot import plot_fleet, plot_separation
 from minsnap.plot.fleet_figures import least_distances
 from minsnap.shows.fleet_files import read_fleet
-from minsnap.shows.formations import circle, grid, spacing_of, text
-from minsnap.shows.mesh_points import mesh
+from minsnap.shows.formations import circle, grid, mesh, spacing_of, text
 from minsnap.shows.moves import Move, moved
 from minsnap.shows.show import fly
 from minsnap.shows.show_yaml import read_show

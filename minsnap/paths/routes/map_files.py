@@ -15,8 +15,7 @@ from minsnap.basics.messages import shown
 from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import CorridorError, FileError
 from minsnap.paths.routes.grid_map import LARGEST_MAP, GridMap
-from minsnap.paths.routes.map_images import read_map_yaml
-from minsnap.paths.routes.map_values import Reading
+from minsnap.paths.routes.map_images import Reading, read_map_yaml
 from minsnap.paths.routes.point_clouds import CLOUDS, cloud_map, read_cloud
 
 ENDINGS = (".yaml", ".yml", ".npy", *CLOUDS)
@@ -81,7 +80,7 @@ def read_map(
 def array_map(
     values: npt.ArrayLike, resolution: npt.ArrayLike, origin: npt.ArrayLike | None, how: Reading, name: str = "the map"
 ) -> GridMap:
-    """Return the map of an array of cells; :class:`minsnap.paths.routes.map_values.Reading` says what they mean."""
+    """Return the map of an array of cells; :class:`minsnap.paths.routes.map_images.Reading` says what they mean."""
     cells = np.asarray(values)
     if cells.ndim not in (2, 3) or not cells.size or cells.size > LARGEST_MAP:
         raise CorridorError(

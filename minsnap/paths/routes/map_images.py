@@ -1,30 +1,107 @@
-"""Maps of ROS's map_server: a YAML file that describes a picture in PGM or PNG.
+"""Maps of ROS's map_server: a YAML file that describes a picture in PGM or PNG; and what the values of cells mean.
 
 The form is that of nav2_map_server and map_server: ``image``, ``resolution``, ``origin``, ``negate``,
 ``occupied_thresh``, ``free_thresh`` and ``mode``, where dark pixels are occupied and the first row is the one with the
-largest y.
+largest y. Programs write cells as probabilities, percentages, or unknown.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.basics.arrays import BoolArray
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.reading import check_size, reading
 from minsnap.basics.storage.text import load_yaml
-from minsnap.errors import FileError
+from minsnap.errors import CorridorError, FileError
 from minsnap.paths.routes.grid_map import LARGEST_MAP, GridMap
-from minsnap.paths.routes.map_values import Reading
+
+UNKNOWN = ("occupied", "free")
+"""What unknown cells may count as."""
 
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
 NEEDED = ("image", "resolution", "origin")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How the values of cells are read.
+
+    Parameters
+    ----------
+    threshold : float or None
+        Probability from which a cell is occupied, in (0, 1]; 0.5, or what the map says, by default.
+    unknown : {"occupied", "free"}
+        What cells count as of which nothing is known.
+
+    Raises
+    ------
+    CorridorError
+        If the threshold is no probability above 0, or the choice is none of the two.
+    """
+
+    threshold: float | None = None
+    unknown: str = "occupied"
+
+    def __post_init__(self) -> None:
+        if self.threshold is not None and not (is_number(self.threshold) and 0.0 < self.threshold <= 1.0):
+            raise CorridorError(f"the threshold is {self.threshold!r}: it is a probability, above 0 and at most 1")
+        if not isinstance(self.unknown, str) or self.unknown not in UNKNOWN:
+            raise CorridorError(f"unknown cells count as 'occupied' or 'free', not as {shown(self.unknown)}")
+
+    def occupied(self, values: npt.NDArray[Any], name: str = "the map") -> BoolArray:
+        """Return which cells are occupied.
+
+        Parameters
+        ----------
+        values : ndarray of bool, integers or floats
+            Booleans: True where occupied. Integers: 0 and 1; or percentages up to 100; with unknown cells below 0.
+            One integer above 100 beside 0, such as 255, means occupied. Floats: probabilities up to 1, with unknown
+            cells below 0 or not a number.
+        name : str
+            What messages call the map.
+
+        Raises
+        ------
+        CorridorError
+            If values are of another kind, or beyond their range.
+        """
+        if values.dtype.kind == "b":
+            return np.asarray(values, dtype=np.bool_)
+        if values.dtype.kind not in "iuf":
+            raise CorridorError(f"{name} holds {values.dtype}: cells are booleans, integers or probabilities")
+        whole = values.dtype.kind in "iu" or bool((values == np.round(values)).all())
+        scale = _scale(values, whole, name)
+        return self.by_probability(np.asarray(values, dtype=np.float32) / np.float32(scale))
+
+    def by_probability(self, probability: npt.NDArray[np.float32]) -> BoolArray:
+        """Return which cells are occupied, from probabilities; below 0 and not a number are unknown."""
+        with np.errstate(invalid="ignore"):
+            known = probability >= 0.0
+            taken = probability >= np.float32(0.5 if self.threshold is None else self.threshold)
+        return np.asarray(np.where(known, taken, self.unknown == "occupied"))
+
+
+def _scale(values: npt.NDArray[Any], whole: bool, name: str) -> float:
+    """Return the value that means certainly occupied."""
+    largest = float(np.nanmax(values)) if np.isfinite(values).any() else 0.0
+    if largest <= 1.0:
+        return 1.0
+    if whole and largest <= 100.0:
+        return 100.0
+    if whole and ((values == 0) | (values == largest) | (values < 0)).all() and np.isfinite(largest):
+        return largest
+    raise CorridorError(
+        f"{name} has values up to {largest:g}: cells are 0 and 1, probabilities up to 1, or whole percentages up to 100"
+    )
 
 
 def read_map_yaml(path: str | os.PathLike[str], how: Reading) -> GridMap:

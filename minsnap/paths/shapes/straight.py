@@ -13,7 +13,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_positive, check_switch, is_whole, refuse_repeated
 from minsnap.basics.messages import shown
 from minsnap.errors import ShapeError, TimingError
-from minsnap.paths.shapes.shape_checks import check_finite, check_point
+from minsnap.paths.shapes.curves import check_finite, check_point
 from minsnap.time_allocation.search_options import is_priced
 
 if TYPE_CHECKING:

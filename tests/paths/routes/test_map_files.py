@@ -8,7 +8,7 @@ from PIL import Image
 
 from minsnap.errors import CorridorError, FileError
 from minsnap.paths.routes import read_map
-from minsnap.paths.routes.lzf import decompress
+from minsnap.paths.routes.pcd_file import decompress
 from minsnap.paths.routes.point_clouds import read_cloud
 
 YAML = (
