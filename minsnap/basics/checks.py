@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import LARGEST, SMALLEST, FloatArray, bounded, numbers
+from minsnap.basics.arrays import LARGEST, SMALLEST, FloatArray, IntArray, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.errors import DegreeError, InputError, MinsnapError, TimingError, WaypointError
 
@@ -282,6 +282,6 @@ def _order(name: Any, where: str, half: int) -> int:
     return DERIVATIVES.index(name)
 
 
-def point_text(point: FloatArray) -> str:
+def point_text(point: FloatArray | IntArray) -> str:
     """Return a point as a message shows it."""
     return "(" + ", ".join(f"{value:g}" for value in point) + ")"

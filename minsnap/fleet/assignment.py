@@ -103,9 +103,8 @@ def line_distance(starts: npt.ArrayLike, goals: npt.ArrayLike, separation: Separ
         raise FleetError(f"starts and goals have shapes {begin.shape} and {end.shape}: give each vehicle both")
     if len(begin) == 1:
         return LineDistance(True, np.inf, None, 0.0)
-    scale = np.array([1.0, 1.0, 1.0 / apart.downwash])[: begin.shape[1]]
-    radii = apart.radii_of(len(begin))
-    nearest = [_nearest_of(begin * scale, end * scale, radii, first) for first in range(0, len(begin) - 1, ROWS)]
+    begin, end, radii = apart.flat(begin), apart.flat(end), apart.radii_of(len(begin))
+    nearest = [_nearest_of(begin, end, radii, first) for first in range(0, len(begin) - 1, ROWS)]
     share, distance, pair, progress = min(nearest, key=lambda entry: entry[0])
     return LineDistance(share >= 1.0 - EXACT, distance, pair, progress)
 

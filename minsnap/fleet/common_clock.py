@@ -72,6 +72,16 @@ class Separation(ReadOnly):
             raise FleetError(f"the separation has {len(self.radii)} radii for {vehicles} vehicles: give one for each")
         return self.radii
 
+    @property
+    def plain(self) -> dict[str, Any]:
+        """What makes it again, as plain numbers by name."""
+        radii = None if self.radii is None else self.radii.tolist()
+        return {"distance": self.distance, "radii": radii, "downwash": self.downwash}
+
+    def flat(self, places: FloatArray) -> FloatArray:
+        """Return places (..., dim) with heights divided by the downwash: distances of these are to be kept."""
+        return np.asarray(places * np.array([1.0, 1.0, 1.0 / self.downwash])[: places.shape[-1]])
+
     def scaled(self, share: float) -> Separation:
         """Return the separation with its distance multiplied by a factor."""
         if self.radii is None:

@@ -129,7 +129,7 @@ def _refuse_near(task: FleetTask, points: list[FloatArray], what: str) -> None:
     """Refuse the first pair of starts or goals that are nearer than their separation."""
     if task.separation is None:
         return
-    places = np.stack(points) * [1.0, 1.0, 1.0 / task.separation.downwash]
+    places = task.separation.flat(np.stack(points))
     for i in range(len(places) - 1):
         away = np.sqrt(((places[i + 1 :] - places[i]) ** 2).sum(axis=1))
         least = task.radii[i] + task.radii[i + 1 : len(places)]
@@ -151,11 +151,11 @@ def refuse_meetings(task: FleetTask, pieces: int) -> None:
                 passed.setdefault(knot, []).append((vehicle, index))
     if task.separation is None:
         return
-    scale = np.array([1.0, 1.0, 1.0 / task.separation.downwash])
     for meeting in passed.values():
         for place, (one, i) in enumerate(meeting):
             for two, j in meeting[place + 1 :]:
-                away = float(np.sqrt((((task.waypoints[one][i] - task.waypoints[two][j]) * scale) ** 2).sum()))
+                gap = task.separation.flat(task.waypoints[one][i] - task.waypoints[two][j])
+                away = float(np.sqrt((gap**2).sum()))
                 if away < (1.0 - EXACT) * (task.radii[one] + task.radii[two]):
                     raise FleetError(
                         f"waypoint {i} of vehicle {one} and waypoint {j} of vehicle {two} are passed at one instant, "

@@ -130,10 +130,8 @@ def plan_fleet(
     task = task if total_time is None else replace(task, total_time=float(total_time))
     count = _pieces_of(task, pieces)
     refuse_meetings(task, count)
-    workers, deadline = (
-        check_threads(threads, FleetError),
-        None if time_limit is None else monotonic() + float(time_limit),
-    )
+    workers = check_threads(threads, FleetError)
+    deadline = None if time_limit is None else monotonic() + float(time_limit)
     with progress_line(progress, "fleet", _line) as callback:
         search = TimeSearch(task, count, workers, lambda: deadline is not None and monotonic() > deadline, callback)
         return _searched(_Finish(task, search, yaw, names), total_time, polish, seed, pieces)

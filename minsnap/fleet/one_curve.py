@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from minsnap.basics.checks import DERIVATIVES
 from minsnap.errors import InfeasibleError, SolverError
@@ -34,18 +35,18 @@ def _single(task: FleetTask, total_time: float | None, polish: float, pieces: in
     """Return the plan of the only vehicle."""
     walls = [each for each in (*task.corridors, task.room) if each is not None]
     start = {DERIVATIVES[order]: value for order, value in task.states[0].items()} or None
-    limits = None if task.limits is None else task.limits[0]
-    arguments: dict[str, Any] = {
-        "limits": limits,
-        "corridor": walls or None,
-        "start": start,
-        "avoid": task.avoid or None,
-    }
+    arguments: dict[str, Any] = {"corridor": walls or None, "start": start, "avoid": task.avoid or None}
+    arguments["limits"] = None if task.limits is None else task.limits[0]
     arguments["pieces"] = 1 if task.avoid else pieces  # legs are cut where they go around
-    curve = plan(task.waypoints[0], total_time=total_time, **arguments)
+    return _polished(task.waypoints[0], total_time, polish, arguments)
+
+
+def _polished(points: npt.ArrayLike, total_time: float | None, polish: float, arguments: dict[str, Any]) -> Trajectory:
+    """Plan for a total time; without one, for the shortest and a share of it more."""
+    curve = plan(points, total_time=total_time, **arguments)
     if total_time is not None or polish == 0.0:
         return curve
-    return plan(task.waypoints[0], total_time=(1.0 + polish) * curve.duration, **arguments)
+    return plan(points, total_time=(1.0 + polish) * curve.duration, **arguments)
 
 
 def _straight(task: FleetTask, total_time: float | None, polish: float, pieces: int) -> list[Trajectory] | None:
@@ -63,14 +64,10 @@ def _straight(task: FleetTask, total_time: float | None, polish: float, pieces: 
     if longest == 0.0:
         return None
     ways = np.column_stack((way, norms, np.sqrt((way[:, :2] ** 2).sum(axis=1))))
-    line, arguments = (
-        [(0.0, 0.0, 0.0), (longest, 0.0, 0.0)],
-        {"limits": _strictest(task, ways, longest), "pieces": pieces},
-    )
+    line = [(0.0, 0.0, 0.0), (longest, 0.0, 0.0)]
     try:
-        profile = plan(line, total_time=total_time, **arguments)  # type: ignore[arg-type]
-        if total_time is None and polish > 0.0:
-            profile = plan(line, total_time=(1.0 + polish) * profile.duration, **arguments)  # type: ignore[arg-type]
+        limits = _strictest(task, ways, longest)
+        profile = _polished(line, total_time, polish, {"limits": limits, "pieces": pieces})
     except (InfeasibleError, SolverError):
         return None
     return _along(task, profile, longest)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -108,7 +108,7 @@ def least_distances(fleet: Fleet, separation: Separation, t: FloatArray) -> Floa
     """Return the least distance of any two vehicles at instants (n,), heights divided by the downwash, shape (n,)."""
     from scipy.spatial import KDTree
 
-    places = _flattened(fleet(t), separation)
+    places = separation.flat(fleet(t))
     return np.array([KDTree(places[:, i]).query(places[:, i], k=2)[0][:, 1].min() for i in range(len(t))])
 
 
@@ -116,13 +116,8 @@ def near_pairs(places: FloatArray, separation: Separation) -> IntArray:
     """Return the pairs of vehicles at places (vehicles, dim) nearer than 1.25 times their separation, (pairs, 2)."""
     from scipy.spatial import KDTree
 
-    radii, flat = NEAR_FACTOR * separation.radii_of(len(places)), _flattened(places, separation)
+    radii, flat = NEAR_FACTOR * separation.radii_of(len(places)), separation.flat(places)
     pairs = KDTree(flat).query_pairs(2.0 * radii.max(), output_type="ndarray")
     one, two = pairs.T
     kept = np.linalg.norm(flat[one] - flat[two], axis=1) < radii[one] + radii[two]
     return np.asarray(pairs[kept])
-
-
-def _flattened(places: FloatArray, separation: Separation) -> Any:
-    """Return places with heights divided by the downwash."""
-    return places / (1.0, 1.0, separation.downwash) if places.shape[-1] == 3 else places

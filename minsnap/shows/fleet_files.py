@@ -142,11 +142,7 @@ def _write_manifest(fleet: Fleet, folder: Path, kind: str, files: Sequence[Path]
         {"name": fleet.name(i), "file": file.name, "duration": fleet[i].duration, "sha256": digest(file)}
         for i, file in enumerate(files)
     ]
-    apart = fleet.separation
-    separation: dict[str, Any] | None = None
-    if apart is not None:
-        radii = None if apart.radii is None else apart.radii.tolist()
-        separation = {"distance": apart.distance, "radii": radii, "downwash": apart.downwash}
+    separation = None if fleet.separation is None else fleet.separation.plain
     content = {"format": MARK, "version": 1, "kind": kind, "frame": "enu", "units": "m, s, rad"}
     with atomic_write(folder / MANIFEST, clobber=clobber) as file:
         file.write(json.dumps({**content, "separation": separation, "vehicles": rows}, indent=1) + "\n")
@@ -200,10 +196,7 @@ def _listed(folder: Path, content: Any) -> Fleet:
         if not file.exists() or digest(file) != row["sha256"]:
             raise FileError(f"{file} is missing or was changed since its manifest was written: write the fleet again")
         curves.append(read_crazyflie(file) if file.suffix == ".csv" else _trajectory(file))
-    apart = content.get("separation")
-    separation = None
-    if apart:
-        separation = Separation(apart["distance"], apart["downwash"], radii=apart["radii"])
+    separation = Separation(**content["separation"]) if content.get("separation") else None
     return Fleet(tuple(curves), tuple(row["name"] for row in content["vehicles"]), separation)
 
 

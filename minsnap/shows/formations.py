@@ -81,11 +81,11 @@ def points_file(path: str | os.PathLike[str]) -> FloatArray:
     return np.asarray(read_waypoints(path).points)
 
 
-def spacing_of(points: FloatArray, downwash: float = 1.0) -> tuple[float, tuple[int, int]]:
-    """Return the least distance of two points, heights divided by the downwash, and which two."""
+def spacing_of(points: FloatArray) -> tuple[float, tuple[int, int]]:
+    """Return the least distance of two points, and which two."""
     from scipy.spatial import KDTree
 
-    distance, other = KDTree(points / (1.0, 1.0, downwash)).query(points / (1.0, 1.0, downwash), k=2)
+    distance, other = KDTree(points).query(points, k=2)
     first = int(distance[:, 1].argmin())
     return float(distance[first, 1]), (first, int(other[first, 1]))
 

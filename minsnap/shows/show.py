@@ -83,9 +83,8 @@ class KeptFlights:
     def _key(self, starts: FloatArray, goals: FloatArray) -> str:
         """Return a name of the question of a flight."""
         limits, apart, room, seed = self.conditions
-        radii = None if apart.radii is None else apart.radii.tolist()
         corners = None if room is None else [np.asarray(corner).tolist() for corner in room]
-        question = (starts.tolist(), goals.tolist(), repr(limits), apart.distance, radii, apart.downwash, corners, seed)
+        question = (starts.tolist(), goals.tolist(), repr(limits), *apart.plain.values(), corners, seed)
         return hashlib.sha256(repr(question).encode()).hexdigest()[:24]
 
 
@@ -177,7 +176,7 @@ class Show:
                 raise FleetError(f"{name} has {len(points)} points, and home has {len(self.home)}: give as many")
             if len(points) < 2:
                 continue
-            least, pair = spacing_of(points, self.separation.downwash)
+            least, pair = spacing_of(self.separation.flat(points))
             apart = self.separation.between(*pair)
             if least < apart:
                 raise FleetError(

@@ -112,12 +112,14 @@ def read_show(path: str | os.PathLike[str]) -> Show:
             tuple(_act(entry, f"act {i}", content["vehicles"], place) for i, entry in enumerate(content["acts"], 1)),
             Separation(content["separation"], content.get("downwash", 1.0)),
             limits_of("limits", content["limits"], place),
-            content.get("take_off", 2.0),
-            None if room is None else (np.array(room[0]), np.array(room[1])),
-            content.get("seed", 0),
-            content.get("layers", 1),
-            content.get("land", "own"),
+            room=None if room is None else (np.array(room[0]), np.array(room[1])),
+            **_named(content, "take_off", "seed", "layers", "land"),
         )
+
+
+def _named(content: dict[str, Any], *names: str) -> dict[str, Any]:
+    """Return those of some entries that are there; the others have their defaults in the class that takes them."""
+    return {name: content[name] for name in names if name in content}
 
 
 def _act(content: dict[str, Any], where: str, vehicles: int, place: Path) -> Act:
@@ -127,7 +129,7 @@ def _act(content: dict[str, Any], where: str, vehicles: int, place: Path) -> Act
     points = points @ turn.T + np.array(content.get("shift", (0.0, 0.0, 0.0)))
     moves = tuple(_move(entry, where) for entry in content.get("moves", ()))
     colour = _colour(content.get("colour"), vehicles, where)
-    return Act(content.get("name", where), points, content.get("hold", 3.0), colour, content.get("fade", False), moves)
+    return Act(content.get("name", where), points, colour=colour, moves=moves, **_named(content, "hold", "fade"))
 
 
 def _colour(content: Any, vehicles: int, where: str) -> FloatArray | None:

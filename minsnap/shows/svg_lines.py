@@ -15,6 +15,7 @@ from minsnap.basics.checks import check_positive
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError, FleetError
+from minsnap.polynomials.bernstein import basis
 from minsnap.shows.formations import along
 
 STEPS = 32
@@ -166,13 +167,8 @@ def _path(text: str) -> list[FloatArray]:
 
 
 def _bezier(points: list[complex]) -> list[complex]:
-    curve = []
-    for step in range(1, STEPS + 1):
-        share, left = step / STEPS, points
-        while len(left) > 1:
-            left = [a + share * (b - a) for a, b in zip(left, left[1:], strict=False)]
-        curve.append(left[0])
-    return curve
+    weights = basis(len(points) - 1, np.arange(1, STEPS + 1) / STEPS)
+    return [complex(place) for place in weights @ np.array(points)]
 
 
 def _arc(start: complex, v: list[float], end: complex) -> list[complex]:

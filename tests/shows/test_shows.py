@@ -51,7 +51,9 @@ def test_formations_have_their_measures():
     ring = circle(10, 4.0, 3.0)
     assert np.linalg.norm(ring[:, :2], axis=1) == pytest.approx(4.0)
     assert spacing_of(ring)[0] == pytest.approx(8.0 * np.sin(np.pi / 10.0))
-    assert spacing_of(circle(4, 1.0, 5.0, upright=True), 2.0)[0] == pytest.approx(1.0), "top and bottom"
+    assert spacing_of(minsnap.fleet.Separation(1.0, 2.0).flat(circle(4, 1.0, 5.0, upright=True)))[0] == pytest.approx(
+        1.0
+    ), "top and bottom"
     letters = text(40, "L", 10.0, 2.0)
     assert np.ptp(letters[:, 2]) == pytest.approx(10.0, rel=0.1) and not letters[:, 1].any()
     assert letters[:, 2].min() == pytest.approx(2.0, abs=0.5)

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
-from minsnap.basics.checks import check_array
+from minsnap.basics.checks import check_array, point_text
 from minsnap.corridors.grid_gaps import gaps, grown
 from minsnap.corridors.occupancy_grid import GridCorridor, boxes_along
 from minsnap.errors import InfeasibleError, WaypointError
@@ -141,12 +141,12 @@ def _check_inside(grid: GridMap, point: FloatArray, name: str) -> None:
     turned = grid.lower + grid.resolution * np.array(grid.occupied.shape)[[1, 0, *range(2, grid.dim)]]
     if ((point >= grid.lower) & (point <= turned)).all():
         hint = "the first axis of the array is x; if its rows are y, transpose it"
-    raise WaypointError(f"the {name} {_metres(point)} is outside {grid.name} ({grid.extent_text()}): {hint}")
+    raise WaypointError(f"the {name} {point_text(point)} m is outside {grid.name} ({grid.extent_text()}): {hint}")
 
 
 def _too_near(grid: GridMap, point: FloatArray, name: str, clearance: float) -> WaypointError:
     distance, cell = _nearest(grid, point)
-    place = f"the {name} {_metres(point)}, cell {_cells(grid.cell(point))},"
+    place = f"the {name} {point_text(point)} m, cell {point_text(grid.cell(point))},"
     if grid.occupied[tuple(grid.cell(point))]:
         return WaypointError(f"{place} is in an occupied cell: move it to a free one")
     near = f"{place} is {distance:.3g} m from the occupied cell at {grid.spot(cell)}"
@@ -167,7 +167,7 @@ def _too_narrow(
     ends = grid.cell(start), grid.cell(goal)
     open_, gap = ~grid.occupied, gaps(grid.occupied, grid.resolution)
     most = widest(gap, open_, *ends)
-    lead = f"no way leads from {_metres(start)} to {_metres(goal)}"
+    lead = f"no way leads from {point_text(start)} m to {point_text(goal)} m"
     if most is None:
         return InfeasibleError(
             f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells",
@@ -191,11 +191,3 @@ def _nearest(grid: GridMap, point: FloatArray) -> tuple[float, Any]:
     apart = np.maximum(np.maximum(low - point, point - low - grid.resolution), 0.0)
     distance = np.linalg.norm(apart, axis=1)
     return float(distance.min()), cells[int(distance.argmin())]
-
-
-def _metres(point: FloatArray) -> str:
-    return "(" + ", ".join(f"{value:g}" for value in point) + ") m"
-
-
-def _cells(cell: npt.NDArray[np.intp]) -> str:
-    return "(" + ", ".join(str(int(index)) for index in cell) + ")"

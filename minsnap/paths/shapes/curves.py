@@ -16,11 +16,13 @@ from minsnap.basics.messages import shown
 from minsnap.errors import ShapeError, YawError
 from minsnap.limits.limits import Limits, check_limits
 from minsnap.time_allocation.time_stretch import touching_factor
-from minsnap.trajectory.heading import ConstantHeading
+from minsnap.trajectory.heading import ConstantHeading, Heading
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.phase import ComplexArray, PhaseLaw, PhasePath
 from minsnap.trajectory.polynomial_form import ERROR, as_polynomials
+from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.velocity_heading import VelocityHeading
 
 Turning = TypeVar("Turning", bound=PhasePath)
 
@@ -40,7 +42,9 @@ def check_finite(name: str, value: float, unit: str) -> float:
     return float(value)
 
 
-def phase_law(period: float | None, speed: float | None, reach: float, laps: float, ramp: float) -> PhaseLaw:
+def phase_law(
+    period: float | None, speed: float | None, reach: float, laps: float, ramp: float, limits: Limits | None
+) -> PhaseLaw:
     """Return the phase law of a lap's period or of a speed.
 
     Parameters
@@ -55,7 +59,11 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
         Whole phase in turns.
     ramp : float
         Angle of the spin-up, and of the spin-down [rad].
+    limits : Limits or None
+        With them there is neither a period nor a speed.
     """
+    if limits is not None and (period is not None or speed is not None):
+        raise ShapeError("limits say how fast a shape is flown: give no period and no speed with them")
     if period is not None and speed is not None:
         raise ShapeError(f"a period ({shown(period)} s) and a speed ({shown(speed)} m/s) exclude each other: give one")
     angle = 2.0 * math.pi * check_positive("the number of laps", laps, "", ShapeError)
@@ -71,19 +79,16 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
 
 def with_yaw(path: Turning, yaw: float | str | LookAt) -> Turning:
     """Return the path with a constant yaw [rad], with the yaw ``"velocity"`` or ``"tilt"``, or towards a point."""
-    if isinstance(yaw, str) and yaw == "velocity":
-        from minsnap.trajectory.velocity_heading import VelocityHeading
-
-        return replace(path, yaw=VelocityHeading(path))
-    if isinstance(yaw, str) and yaw == "tilt":
-        from minsnap.trajectory.tilt_heading import TiltHeading
-
-        return replace(path, yaw=TiltHeading(path))
-    if isinstance(yaw, LookAt):
-        return replace(path, yaw=yaw.heading(path))
-    if not is_number(yaw):
+    heading: Heading
+    if isinstance(yaw, str) and yaw in ("velocity", "tilt"):
+        heading = VelocityHeading(path) if yaw == "velocity" else TiltHeading(path)
+    elif isinstance(yaw, LookAt):
+        heading = yaw.heading(path)
+    elif is_number(yaw):
+        heading = ConstantHeading(float(yaw))
+    else:
         raise YawError(f"the yaw is {shown(yaw)}: it must be an angle in radians, 'velocity', 'tilt' or a LookAt")
-    return replace(path, yaw=ConstantHeading(float(yaw)))
+    return replace(path, yaw=heading)
 
 
 class Shape(PhasePath):
@@ -184,7 +189,7 @@ def circle(
     (array([2. , 0. , 1.5]), array([0., 0., 0.]))
     """
     check_positive("the radius", radius, "m", ShapeError)
-    law = phase_law(*_pace(period, speed, limits), float(radius), laps, ramp)
+    law = phase_law(period, speed, float(radius), laps, ramp, limits)
     harmonics = _turned(radius, start_angle, clockwise)
     return _paced(Shape(law, _center(center, altitude), np.zeros(3), harmonics), yaw, limits)
 
@@ -234,7 +239,7 @@ def helix(
     """
     climb = check_finite("pitch", pitch, "metres") / (2.0 * math.pi)
     check_positive("the radius", radius, "m", ShapeError)
-    law = phase_law(*_pace(period, speed, limits), math.hypot(radius, climb), laps, ramp)
+    law = phase_law(period, speed, math.hypot(radius, climb), laps, ramp, limits)
     harmonics = _turned(radius, start_angle, clockwise)
     return _paced(Shape(law, _center(center, altitude), np.array([0.0, 0.0, climb]), harmonics), yaw, limits)
 
@@ -283,17 +288,10 @@ def lemniscate(
     """
     reach_x = check_positive("the length", length, "m", ShapeError) / 2.0
     reach_y = check_positive("the width", width, "m", ShapeError) / 2.0
-    law = phase_law(*_pace(period, speed, limits), math.hypot(reach_x, 2.0 * reach_y), laps, ramp)
+    law = phase_law(period, speed, math.hypot(reach_x, 2.0 * reach_y), laps, ramp, limits)
     side = 1.0 if check_switch("clockwise", clockwise) else -1.0
     harmonics = np.array([[-1j * reach_x, 0.0, 0.0], [0.0, -1j * reach_y * side, 0.0]])
     return _paced(Shape(law, _center(center, altitude), np.zeros(3), harmonics), yaw, limits)
-
-
-def _pace(period: float | None, speed: float | None, limits: Limits | None) -> tuple[float | None, float | None]:
-    """Return period and speed, or raise ShapeError if limits say the pace too."""
-    if limits is not None and (period is not None or speed is not None):
-        raise ShapeError("limits say how fast a shape is flown: give no period and no speed with them")
-    return period, speed
 
 
 def _paced(path: Shape, yaw: float | str | LookAt, limits: Limits | None) -> Shape:

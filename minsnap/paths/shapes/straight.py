@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,12 +13,13 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_positive, check_switch, is_whole, refuse_repeated
 from minsnap.basics.messages import shown
 from minsnap.errors import ShapeError, TimingError
+from minsnap.limits.limits import Limits
+from minsnap.limits.ordinary import ordinary_limits
 from minsnap.paths.shapes.curves import check_finite, check_point
+from minsnap.planning.planner import plan
 from minsnap.time_allocation.search_options import is_priced
-
-if TYPE_CHECKING:
-    from minsnap.limits.limits import Limits
-    from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.heading import ConstantHeading
+from minsnap.trajectory.trajectory import Trajectory
 
 SPEED = 1.0
 """Average speed of a line without a time and limits [m/s]."""
@@ -136,8 +137,6 @@ def rectangle(
     steps = np.arange(4 * turns + 1) * (-1 if check_switch("clockwise", clockwise) else 1)
     waypoints = corners[(first + steps) % 4]
     if total_time is None and durations is None and limits is None and not is_priced(options):
-        from minsnap.limits.ordinary import ordinary_limits
-
         limits = ordinary_limits()
     times = {"total_time": total_time, "durations": durations, "limits": limits}
     return _plan(waypoints, corridor=corridor, **times, **options)
@@ -166,9 +165,6 @@ def _check_count(name: str, value: int, least: int, most: int) -> int:
 def _constant_speed(
     ends: FloatArray, total_time: float | None, limits: Limits | None, yaw: float = 0.0, **options: Any
 ) -> Trajectory:
-    from minsnap.trajectory.heading import ConstantHeading
-    from minsnap.trajectory.trajectory import Trajectory
-
     if limits is not None or options:
         names = ", ".join([*(["limits"] if limits is not None else []), *options])
         raise TimingError(f"a line at constant speed has nothing to plan: leave out {names}")
@@ -178,6 +174,4 @@ def _constant_speed(
 
 
 def _plan(waypoints: FloatArray, **arguments: Any) -> Trajectory:
-    from minsnap.planning.planner import plan
-
     return plan(waypoints, **{name: value for name, value in arguments.items() if value is not None})
