@@ -2,12 +2,8 @@
 
 The largest control point bounds a polynomial from above, its end points from below; cutting an interval in
 parts makes the two meet quadratically fast (J. M. Lane and R. F. Riesenfeld, "Bounds on a polynomial", BIT 21,
-1981).  Only the parts that can still hold the maximum are cut again.  A part that is concave but for rounding is
-settled sooner, by Taylor's theorem at a point s that Newton's method finds,
-
-    p(t) <= p(s) + p'(s) (t - s) + max(0, max p'') (t - s)^2 / 2.
-
-Every control point carries a bound on its error, so the result is a proof, not a sample and not an estimate.
+1981).  Only the parts that can still hold the maximum are cut again.  Every control point carries a bound on its error,
+so the result is a proof, not a sample and not an estimate.
 """
 
 from __future__ import annotations
@@ -17,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
-from minsnap.polynomials.bernstein import basis, subdivision
+from minsnap.polynomials.bernstein import subdivision
 from minsnap.polynomials.enclosures import UNIT, Enclosure, above, below
-from minsnap.polynomials.local_maxima import STEPS
 
 PARTS = 8
 """Into how many parts an interval is cut."""
@@ -87,9 +82,7 @@ class _Search:
         width = 1.0
         while width > UNIT:
             self._attain_ends(width)
-            self._settle(self._core(), self._hull())
-            if len(self.group) and width < 1.0:
-                self._climb(width)
+            self._settle()
             if not len(self.group):
                 break
             width /= PARTS
@@ -102,53 +95,24 @@ class _Search:
         """Return what no part exceeds."""
         return np.asarray(above(self.parts.points, self.parts.errors).max(axis=1))
 
-    def _core(self) -> FloatArray:
-        """Return how high a part seems to reach, rounding left out: no finer part can be told from it."""
-        return np.asarray((self.parts.points - 3.0 * self.parts.errors).max(axis=1))
-
-    def _settle(self, core: FloatArray, bound: FloatArray, which: IntArray | None = None) -> None:
-        """Give up parts (all unless named) that reach no higher than their group, or seem to than their polynomial."""
-        which = np.arange(len(self.group)) if which is None else which
-        settled = _as_good(self.values[self.group[which]], bound) | _as_good(self.own[self.row[which]], core)
-        np.maximum.at(self.bounds, self.group[which[settled]], bound[settled])
-        kept = np.ones(len(self.group), dtype=bool)
-        kept[which[settled]] = False
-        self._keep(kept)
-
-    def _keep(self, kept: BoolArray) -> None:
-        self.parts = Enclosure(self.parts.points[kept], self.parts.errors[kept])
-        self.group, self.row, self.low = self.group[kept], self.row[kept], self.low[kept]
+    def _settle(self) -> None:
+        """Give up parts that reach no higher than their group, or seem to than their polynomial, rounding left out."""
+        bound, seeming = self._hull(), (self.parts.points - 3.0 * self.parts.errors).max(axis=1)
+        settled = _as_good(self.values[self.group], bound) | _as_good(self.own[self.row], seeming)
+        np.maximum.at(self.bounds, self.group[settled], bound[settled])
+        self.parts = Enclosure(self.parts.points[~settled], self.parts.errors[~settled])
+        self.group, self.row, self.low = self.group[~settled], self.row[~settled], self.low[~settled]
 
     def _attain_ends(self, width: float) -> None:
+        """Raise the value of each group, and of each polynomial, to the largest at the ends of its parts."""
         lower = below(self.parts.points[:, [0, -1]], self.parts.errors[:, [0, -1]])
         last = lower[:, 1] > lower[:, 0]
-        self._attain(np.where(last, lower[:, 1], lower[:, 0]), self.row, self.low + width * last, self.group)
-
-    def _attain(self, values: FloatArray, row: IntArray, where: FloatArray, group: IntArray) -> None:
-        """Raise the value of each group, and of each polynomial, to the largest that its parts attain."""
+        values, where = np.where(last, lower[:, 1], lower[:, 0]), self.low + width * last
         before = self.values.copy()
-        np.maximum.at(self.own, row, values)
-        np.maximum.at(self.values, group, values)
-        best = np.flatnonzero((values == self.values[group]) & (values > before[group]))
-        self.rows[group[best]], self.where[group[best]] = row[best], where[best]
-
-    def _climb(self, width: float) -> None:
-        """Settle parts that are concave but for rounding and that rise and fall."""
-        points = self.parts.points
-        if points.shape[1] < 3:
-            return
-        bend, concave = _bend(self.parts)
-        part = np.flatnonzero(concave & (points[:, 1] > points[:, 0]) & (points[:, -2] > points[:, -1]))
-        if not len(part):
-            return
-        chosen = Enclosure(points[part], self.parts.errors[part])
-        s = _top(chosen.points)
-        value, error, slope, off = _expansion(chosen, s)
-        self._attain(below(value, error), self.row[part], self.low[part] + width * s, self.group[part])
-        n, away = points.shape[1] - 1, np.maximum(s, 1.0 - s)
-        excess = np.abs(slope) * away + 0.5 * n * (n - 1) * bend[part] * away**2
-        core = value + excess - 4.0 * (error + off)
-        self._settle(core, above(value, error + off * away + excess), part)
+        np.maximum.at(self.own, self.row, values)
+        np.maximum.at(self.values, self.group, values)
+        best = np.flatnonzero((values == self.values[self.group]) & (values > before[self.group]))
+        self.rows[self.group[best]], self.where[self.group[best]] = self.row[best], where[best]
 
     def _cut(self, width: float) -> None:
         """Replace the parts by theirs; the matrix's entries are rounded once, and its rows are convex combinations."""
@@ -165,38 +129,3 @@ class _Search:
 def _as_good(attained: FloatArray, upper: FloatArray) -> BoolArray:
     """Whether upper bounds are as good as attained: what is left comes from rounding."""
     return np.asarray(upper <= attained + 16.0 * UNIT * np.abs(attained))
-
-
-def _bend(parts: Enclosure) -> tuple[FloatArray, BoolArray]:
-    """Upper bounds, at least zero, on second differences, and whether none is certainly positive."""
-    first = np.diff(parts.points, axis=1)
-    second = np.diff(first, axis=1)
-    errors = parts.errors[:, 2:] + 2.0 * parts.errors[:, 1:-1] + parts.errors[:, :-2]
-    errors = errors + UNIT * (np.abs(first[:, 1:]) + np.abs(first[:, :-1]) + np.abs(second))
-    bend = np.maximum(above(second, errors).max(axis=1), 0.0)
-    return bend, np.asarray((second <= 2.0 * errors).all(axis=1))
-
-
-def _top(points: FloatArray) -> FloatArray:
-    """Highest places of concave polynomials (m, n + 1) that rise and fall, by Newton's method on the slope."""
-    first = np.diff(points, axis=1)
-    second, degree = np.diff(first, axis=1), points.shape[1] - 1
-    s = first[:, 0] / (first[:, 0] - first[:, -1])
-    for _ in range(STEPS):
-        slope = np.einsum("rj,rj->r", basis(degree - 1, s), first)
-        curve = (degree - 1) * np.einsum("rj,rj->r", basis(degree - 2, s), second)
-        s = np.clip(s - slope / np.where(curve < 0.0, curve, np.inf), 0.0, 1.0)
-    return s
-
-
-def _expansion(parts: Enclosure, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Values and slopes at s, each with its error: at most 2 n + 10 roundings of each term, and those of their sum."""
-    degree = parts.points.shape[1] - 1
-    weights, lower = basis(degree, s), basis(degree - 1, s)
-    first = np.diff(parts.points, axis=1)
-    off = parts.errors[:, 1:] + parts.errors[:, :-1] + UNIT * np.abs(first)
-    share = (3 * degree + 12) * UNIT
-    value = np.einsum("rj,rj->r", weights, parts.points)
-    error = np.einsum("rj,rj->r", weights, parts.errors + share * np.abs(parts.points))
-    slope = degree * np.einsum("rj,rj->r", lower, first)
-    return value, error, slope, degree * np.einsum("rj,rj->r", lower, off + share * np.abs(first))

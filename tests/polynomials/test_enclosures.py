@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from minsnap.polynomials.enclosures import UNIT, Enclosure, above, below, derivative
-from minsnap.polynomials.extrema import _as_good, _bend
+from minsnap.polynomials.extrema import _as_good
 
 
 def drawn(seed, shape):
@@ -104,20 +104,6 @@ def test_sums_are_rounded_outwards_and_exact_ones_left_alone():
 def test_a_bound_is_as_good_as_a_value_to_sixteen_roundings(units, good):
     for value in (1.0, -1.0):
         assert bool(_as_good(np.array([value]), np.array([value + units * UNIT]))[0]) is good
-
-
-def test_second_differences_are_bounded_from_above():
-    points = drawn(13, (500, 5))
-    bend, _ = _bend(Enclosure(points, np.zeros_like(points)))
-    for row, bound in zip(points.tolist(), bend.tolist(), strict=True):
-        exact = [Fraction(a) - 2 * Fraction(b) + Fraction(c) for a, b, c in zip(row, row[1:], row[2:], strict=False)]
-        assert max(exact) <= Fraction(bound) or (max(exact) < 0 and bound == 0.0)
-        assert bound <= max(float(max(exact)), 0.0) + 10.0 * UNIT * 4.0 * max(map(abs, row))
-
-
-def test_a_part_is_concave_if_no_second_difference_is_certainly_positive():
-    points, errors = np.array([[0.0, 0.0, 1e-12], [0.0, 0.0, 1e-12]]), np.array([[0.4e-12] * 3, [0.1e-12] * 3])
-    assert _bend(Enclosure(points, errors))[1].tolist() == [True, False]
 
 
 def test_a_first_derivative_is_off_by_four_roundings():
