@@ -174,20 +174,12 @@ class Walls(ReadOnly):
         curve, row, piece = self._curves(trajectory)
         if self.flat:
             return curve.along(-self.slope[row]).minus(self.radius[row, None]), row, piece
-        return self._squares(curve, row).less(self._reach(curve, row).squared_norm()), row, piece
-
-    def squares(self, trajectory: Trajectory) -> tuple[Enclosure, IntArray, IntArray]:
-        """Square of the left side over each piece: control points (r, 2n + 1), rows, pieces."""
-        curve, row, piece = self._curves(trajectory)
-        return self._squares(curve, row), row, piece
+        return curve.mapped(self.matrix[row]).squared_norm().less(self._reach(curve, row).squared_norm()), row, piece
 
     def reach(self, trajectory: Trajectory) -> Enclosure:
         """Right side over each piece: control points (r, n + 1)."""
         curve, row, _ = self._curves(trajectory)
         return self._reach(curve, row).component(0)
-
-    def _squares(self, curve: Enclosure, row: IntArray) -> Enclosure:
-        return curve.mapped(self.matrix[row]).squared_norm()
 
     def _reach(self, curve: Enclosure, row: IntArray) -> Enclosure:
         return curve.mapped(self.slope[row, None]).minus(-self.radius[row, None, None])

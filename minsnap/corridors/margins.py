@@ -97,24 +97,18 @@ def _flat_slacks(traj: Trajectory, wall: Walls) -> Slacks:
 
 
 def _round_slacks(traj: Trajectory, wall: Walls) -> Slacks:
-    """Least distances to balls, radius - norm, or to wall, radius - sqrt(max(radius^2 + excess, 0))."""
-    ball = not wall.slope.any()
-    polynomials, row, piece = wall.squares(traj) if ball else wall.excess(traj)
+    """Least distances to balls or cones."""
+    polynomials, row, piece = wall.excess(traj)
     highest = maxima(polynomials.points, polynomials.errors)
-    radius = wall.radius[row]
-    slacks = _ball_slacks(radius, highest.bounds) if ball else _cone_slacks(radius, highest.bounds)
-    if not ball:  # the opposite nappe of the cone has the same squares
+    slacks = _distances(wall.radius[row], highest.bounds)
+    if wall.slope.any():  # the opposite nappe of the cone has the same squares
         reach = wall.reach(traj)
         slacks = np.minimum(slacks, -maxima(-reach.points, reach.errors).bounds)
     return slacks, row, piece, highest.where
 
 
-def _ball_slacks(radius: FloatArray, squares: FloatArray) -> FloatArray:
-    distance = radius - np.sqrt(np.maximum(squares, 0.0)) * (1.0 + 4.0 * UNIT)
-    return np.asarray(distance - UNIT * np.abs(distance))
-
-
-def _cone_slacks(radius: FloatArray, excess: FloatArray) -> FloatArray:
+def _distances(radius: FloatArray, excess: FloatArray) -> FloatArray:
+    """Return radius - sqrt(radius^2 + excess), or what is a little less, without cancellation."""
     square = radius**2 + excess + 4.0 * UNIT * (radius**2 + np.abs(excess))
     slacks = -excess / (radius + np.sqrt(np.maximum(square, 0.0)))
     return np.minimum(slacks - 8.0 * UNIT * np.abs(slacks), radius)

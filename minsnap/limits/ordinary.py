@@ -1,7 +1,7 @@
 """Limits of ordinary flight, which hold on the command line and in files where they are not named.
 
 One limit alone leaves the others to the search: a rectangle within 8 m/s would be flown at 73 m/s^2. In Python a plan
-has the limits that it is given, and its report says what is far from ordinary (:mod:`minsnap.trajectory.unlimited`).
+has the limits that it is given, and its report says what is far from ordinary (:mod:`minsnap.trajectory.report`).
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ import pytest
 
 import minsnap
 from minsnap.corridors.constraint import Walls
-from minsnap.corridors.margins import Margin, _ball_slacks, _cone_slacks, margin_to
+from minsnap.corridors.margins import Margin, _distances, margin_to
 from minsnap.native.library import core, using
 
 UNIT = Decimal(2) ** -53
@@ -19,22 +19,11 @@ def drawn(count):
     return 10.0 ** random.uniform(-3.0, 3.0, count), 10.0 ** random.uniform(-17.0, 1.0, count), random
 
 
-def test_a_distance_to_a_ball_is_the_lower_end():
-    radius, share, _ = drawn(1000)
-    squares = share * radius**2
-    found = _ball_slacks(radius, squares)
-    with localcontext(prec=60):
-        for r, square, slack in zip(radius.tolist(), squares.tolist(), found.tolist(), strict=True):
-            root = Decimal(square).sqrt()
-            exact = Decimal(r) - root
-            assert 0 <= exact - Decimal(slack) <= UNIT * (8 * root + 4 * abs(exact))
-
-
-def test_a_distance_to_a_cone_is_the_lower_end():
+def test_a_distance_to_a_ball_or_a_cone_is_the_lower_end():
     radius, share, random = drawn(3000)
     excess = np.where(random.integers(2, size=3000) == 1, share, -np.minimum(share, 1.0)) * radius**2
     excess[:1000] = -(radius[:1000] ** 2) * (1.0 - share[:1000] / 10.0)
-    found = _cone_slacks(radius, excess)
+    found = _distances(radius, excess)
     with localcontext(prec=60):
         for r, off, slack in zip(radius.tolist(), excess.tolist(), found.tolist(), strict=True):
             r, off = Decimal(r), Decimal(off)

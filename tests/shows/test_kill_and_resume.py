@@ -51,7 +51,7 @@ import signal, sys
 from minsnap.cli.app import main
 from minsnap.shows import show
 
-plan, calls = kept_flights.plan_fleet, []
+plan, calls = show.plan_fleet, []
 
 
 def held(*arguments, **named):
@@ -61,7 +61,7 @@ def held(*arguments, **named):
     return calls[-1]
 
 
-kept_flights.plan_fleet = held
+show.plan_fleet = held
 main(["fleet", *sys.argv[1:]])
 """
 """The command, which stands still when it has found its second flight, before that is stored."""
@@ -91,14 +91,14 @@ import os, signal, sys
 from minsnap.cli.app import main
 from minsnap.shows import show
 
-plan = kept_flights.plan_fleet
+plan = show.plan_fleet
 
 
 def interrupted(*arguments, progress, **named):
     return plan(*arguments, progress=lambda *_: os.kill(os.getpid(), signal.SIGINT), **named)
 
 
-kept_flights.plan_fleet = interrupted
+show.plan_fleet = interrupted
 main(["fleet", *sys.argv[1:]])
 """
 """The command, interrupted as soon as a flight has a certified time."""
