@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -99,14 +99,6 @@ def set_fields(value: Any, **entries: Any) -> None:
         object.__setattr__(value, name, entry)
 
 
-def own_arrays(value: Any) -> None:
-    """Replace every array field of a frozen dataclass by a read-only copy; called from ``__post_init__``."""
-    for field in fields(value):
-        array = getattr(value, field.name)
-        if isinstance(array, np.ndarray):
-            set_fields(value, **{field.name: array.copy()})
-
-
 class ReadOnly:
     """Base of values that own read-only arrays: they stay so when the value is pickled, copied or sent to a process."""
 
@@ -114,6 +106,18 @@ class ReadOnly:
         for value in state.values():
             _freeze(value)
         self.__dict__.update(state)
+
+
+class OwnsArrays(ReadOnly):
+    """Base of frozen dataclasses whose array fields become read-only copies when they are made."""
+
+    def __post_init__(self) -> None:
+        for field in fields(cast("Any", self)):
+            array = getattr(self, field.name)
+            if isinstance(array, np.ndarray):
+                owned = array.copy()
+                owned.flags.writeable = False
+                object.__setattr__(self, field.name, owned)
 
 
 def _freeze(value: Any) -> None:

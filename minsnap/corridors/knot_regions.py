@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, bounded, numbers, own_arrays
+from minsnap.basics.arrays import SMALLEST, FloatArray, OwnsArrays, bounded, numbers
 from minsnap.basics.checks import check_array, check_waypoints, point_text
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
@@ -26,7 +26,7 @@ State = Mapping[str, npt.ArrayLike] | None
 
 
 @dataclass(frozen=True, eq=False)
-class KnotRegion:
+class KnotRegion(OwnsArrays):
     """The set in which a knot must lie, as offsets from its nominal position; all parts hold together.
 
     Parameters
@@ -56,9 +56,6 @@ class KnotRegion:
     plane: FloatArray | None = None
     crossing: FloatArray | None = None
     what: str = "region"
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
     def excess(self, offset: FloatArray) -> float:
         """Largest violation by an offset (dim,) [m]; 0 or less inside."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, own_arrays
+from minsnap.basics.arrays import FloatArray, OwnsArrays, ReadOnly
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.loose_table import LooseColumns, read_loose_table
 from minsnap.basics.storage.reading import finite_number, reading
@@ -206,7 +206,7 @@ TABLE = LooseColumns(
 
 
 @dataclass(frozen=True, eq=False)
-class Waypoints(ReadOnly):
+class Waypoints(OwnsArrays):
     """The content of a waypoint file; its fields are arguments of :func:`minsnap.plan`.
 
     Parameters
@@ -222,9 +222,6 @@ class Waypoints(ReadOnly):
     points: FloatArray
     yaw: FloatArray | None = None
     durations: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
     def closed(self) -> Waypoints:
         """Return the waypoints of a lap: those that do not end where they begin go on to the first one again.

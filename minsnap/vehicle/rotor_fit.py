@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.basics.arrays import FloatArray, OwnsArrays
 from minsnap.errors import FitError
 from minsnap.vehicle.surface import Range, warn_outside
 
 
 @dataclass(frozen=True, eq=False)
-class CoefficientFit:
+class CoefficientFit(OwnsArrays):
     """A coefficient ``k`` of ``y = k speed^2``, fitted by least squares.
 
     Parameters
@@ -39,9 +39,6 @@ class CoefficientFit:
     r_squared: float
     residuals: FloatArray
     measured: Range
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
     def __call__(self, speed: npt.ArrayLike) -> FloatArray:
         """Evaluate the fit at speeds of any shape [rad/s].

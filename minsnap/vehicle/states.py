@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import BoolArray, FloatArray, own_arrays
+from minsnap.basics.arrays import BoolArray, FloatArray, OwnsArrays
 from minsnap.errors import ThrustError, VehicleError
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
@@ -28,7 +28,7 @@ from minsnap.vehicle.rotation import quaternions
 
 
 @dataclass(frozen=True, eq=False)
-class FlatStates:
+class FlatStates(OwnsArrays):
     """State and inputs at m instants; read-only arrays, SI units.
 
     Parameters
@@ -57,9 +57,6 @@ class FlatStates:
     torque: FloatArray
     rotor_speed: FloatArray
     singular: BoolArray
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
     def __len__(self) -> int:
         return len(self.thrust)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import BoolArray, FloatArray, own_arrays
+from minsnap.basics.arrays import BoolArray, FloatArray, OwnsArrays
 from minsnap.files.frames import FRAMES, map_samples
 from minsnap.trajectory.samples import ARRAYS, Samples
 from minsnap.vehicle.rotation import quaternions, rotations
@@ -17,7 +17,7 @@ WORLD, BODY = FRAMES["ned"].matrix, FRAMES["ned"].body_matrix
 
 
 @dataclass(frozen=True, eq=False)
-class InertialLog:
+class InertialLog(OwnsArrays):
     """Attitude, specific force and throttle of a flight, on the clock of its :class:`FlightLog`.
 
     Parameters
@@ -43,9 +43,6 @@ class InertialLog:
     throttle_t: FloatArray | None = None
     throttle: FloatArray | None = None
     hover_throttle: float | None = None
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
 
 def inertial_log(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.basics.arrays import FloatArray, OwnsArrays
 from minsnap.basics.checks import check_able, check_kind, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import progress_line
@@ -30,7 +30,7 @@ from minsnap.vehicle.states import FlatStates, flatness_of
 
 
 @dataclass(frozen=True, eq=False)
-class Flight:
+class Flight(OwnsArrays):
     """State of a vehicle at increasing instants, the first at 0; SI units, world z up, read-only arrays.
 
     Parameters
@@ -62,9 +62,6 @@ class Flight:
     wind: FloatArray
     saturated: npt.NDArray[np.bool_]
     reference: Samples
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
     def __len__(self) -> int:
         return len(self.t)

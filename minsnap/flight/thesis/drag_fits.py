@@ -17,7 +17,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.basics.arrays import FloatArray, OwnsArrays
 from minsnap.errors import FitError, VehicleError
 from minsnap.vehicle.drag import BodyDrag, linear_rotor_drag
 from minsnap.vehicle.rotor_fit import columns, explained
@@ -89,7 +89,7 @@ FORMS = {
 
 
 @dataclass(frozen=True, eq=False)
-class DragFit:
+class DragFit(OwnsArrays):
     """A fitted drag surface with its standard errors.
 
     Parameters
@@ -108,9 +108,6 @@ class DragFit:
     standard_errors: FloatArray
     covariance: FloatArray
     residuals: FloatArray
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
     @property
     def coefficients(self) -> FloatArray:

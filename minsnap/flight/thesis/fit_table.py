@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.basics.arrays import FloatArray, OwnsArrays
 from minsnap.errors import FitError
 from minsnap.flight.thesis.drag_fits import (
     FORMS,
@@ -122,7 +122,7 @@ class Term:
 
 
 @dataclass(frozen=True, eq=False)
-class TableFit:
+class TableFit(OwnsArrays):
     """A fit and the data to which it was fitted.
 
     Parameters
@@ -150,9 +150,6 @@ class TableFit:
     measured: dict[str, Range]
     table: dict[str, FloatArray]
     fitted: CoefficientFit | DragFit | None = None
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
     def __str__(self) -> str:
         facts = self.as_dict()

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray, interpolated, own_arrays
+from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray, OwnsArrays, interpolated
 from minsnap.basics.storage.reading import check_size
 from minsnap.errors import FileError, FitError
 from minsnap.files.flights import read_log
@@ -104,7 +104,7 @@ LEAST = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class FlightMotion:
+class FlightMotion(OwnsArrays):
     """Motion of a body in z-up world axes, at equal steps.
 
     Parameters
@@ -125,9 +125,6 @@ class FlightMotion:
     rotation: FloatArray
     specific_force: FloatArray
     throttle: FloatArray | None
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
     @property
     def rate(self) -> float:
@@ -235,7 +232,7 @@ class AxisDrag:
 
 
 @dataclass(frozen=True, eq=False)
-class BodyDragFit:
+class BodyDragFit(OwnsArrays):
     """Drag from a flight.
 
     Parameters
@@ -259,9 +256,6 @@ class BodyDragFit:
     speed: FloatArray
     force: FloatArray
     model: FloatArray
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
 
 def fit_drag_of(motion: FlightMotion) -> BodyDragFit:

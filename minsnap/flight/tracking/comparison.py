@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, bounded, interpolated, own_arrays
+from minsnap.basics.arrays import FloatArray, OwnsArrays, bounded, interpolated
 from minsnap.basics.checks import SIZE, check_kind, check_switch, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text_columns import aligned
@@ -195,7 +195,7 @@ MAX_DELAY = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(OwnsArrays):
     """Comparison of a flight with its reference over the time interval that both cover.
 
     Parameters
@@ -223,9 +223,6 @@ class Comparison:
     direction: FloatArray
     delay: float
     offset: float = 0.0
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
     def __str__(self) -> str:
         return comparison_text({"flight": self})

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.basics.arrays import FloatArray, OwnsArrays
 from minsnap.errors import InputError
 from minsnap.flight.tracking.comparison import MAX_DELAY, Comparison, compare, position_at
 from minsnap.trajectory.samples import Samples
@@ -58,7 +58,7 @@ MATCH = MatchSettings()
 
 
 @dataclass(frozen=True, eq=False)
-class LogFlight:
+class LogFlight(OwnsArrays):
     """One flight of a file in a log.
 
     Parameters
@@ -83,9 +83,6 @@ class LogFlight:
     mismatch: float
     lead: float = 0.0
     end: float | None = None
-
-    def __post_init__(self) -> None:
-        own_arrays(self)
 
     def in_time_of_file(self, samples: Samples, duration: float) -> Samples:
         """Return the part of samples of the log during the flight, in the file's time.
