@@ -14,9 +14,8 @@ from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.certificate import Certificate
-    from minsnap.files.consistency import AxisFigures, ConsistencyReport
+    from minsnap.files.consistency import AxisFigures, ConsistencyReport, Membership
     from minsnap.files.formats.polynomials import PlanFile
-    from minsnap.files.membership import Membership
     from minsnap.trajectory.report import Utilisation
     from minsnap.trajectory.samples import Samples
 
@@ -117,7 +116,7 @@ def _unproved(proved: ExactProof | None) -> list[str]:
 def _membership(samples: Samples, waypoints: Path | None, corridor: str | None) -> Membership | None:
     if waypoints is None:
         return None
-    from minsnap.files.membership import check_membership
+    from minsnap.files.consistency import check_membership
     from minsnap.files.waypoints import read_waypoints
 
     return check_membership(samples, read_waypoints(waypoints).points, options.parse_corridor(corridor))

@@ -134,7 +134,7 @@ def _kept(flight: Samples, waypoints: Path | None, corridor: str | None, max_spe
 
     kept: dict[str, Any] = {}
     if waypoints is not None:
-        from minsnap.files.membership import check_membership
+        from minsnap.files.consistency import check_membership
         from minsnap.files.waypoints import read_waypoints
 
         inside = check_membership(flight, read_waypoints(waypoints).points, options.parse_corridor(corridor))

@@ -10,7 +10,7 @@ import pytest
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.tubes import RoundTube, Tube
 from minsnap.errors import WaypointError
-from minsnap.files.membership import check_membership, leg_margins
+from minsnap.files.consistency import check_membership, leg_margins
 from minsnap.trajectory.samples import Samples
 
 CORNERS = np.array([(0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0)])

@@ -16,10 +16,10 @@ from minsnap.files.setpoint_csv import frame_of
 from minsnap.flight.mavlink.link import Link, open_link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback
 from minsnap.flight.mavlink.schedule import Clock, CommonFlight
+from minsnap.flight.mavlink.sender import undisturbed
 from minsnap.flight.mavlink.setpoints import SetpointTable, tabulate
 from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
 from minsnap.flight.mavlink.streaming import Streamer
-from minsnap.flight.mavlink.undisturbed import undisturbed
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 

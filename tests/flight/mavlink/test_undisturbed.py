@@ -5,8 +5,8 @@ import os
 
 import pytest
 
-from minsnap.flight.mavlink import undisturbed as module
-from minsnap.flight.mavlink.undisturbed import PRIORITY, undisturbed
+from minsnap.flight.mavlink import sender as module
+from minsnap.flight.mavlink.sender import PRIORITY, undisturbed
 
 
 def test_everything_is_as_before_at_the_end():
