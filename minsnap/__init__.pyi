@@ -55,7 +55,7 @@ from .replanning.replanner import replan as replan
 from .time_allocation.search_options import Search as Search
 from .trajectory.look_at import LookAt as LookAt
 from .trajectory.path import Path as Path
-from .trajectory.polynomial_form import as_polynomials as as_polynomials
+from .trajectory.phase import as_polynomials as as_polynomials
 from .trajectory.report import Report as Report
 from .trajectory.samples import Samples as Samples
 from .trajectory.trajectories import Trajectories as Trajectories

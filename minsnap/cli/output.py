@@ -234,7 +234,7 @@ def _passed(path: Path, gates: Mapping[int, Gate] | None) -> dict[str, Any]:
     """Return when, how fast and how far from its edges each gate is passed; nothing without gates."""
     if not gates:
         return {}
-    from minsnap.corridors.gate_passages import numbered_passages
+    from minsnap.corridors.passing import numbered_passages
 
     return {"gates": [asdict(passed) for passed in numbered_passages(cast("Trajectory", path), gates)]}
 

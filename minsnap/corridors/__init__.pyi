@@ -2,8 +2,6 @@ from .boxes import Boxes as Boxes
 from .boxes import Room as Room
 from .constraint import Constraint as Constraint
 from .constraint import Walls as Walls
-from .gate_passages import GatePassage as GatePassage
-from .gate_passages import gate_passages as gate_passages
 from .gates import Ball as Ball
 from .gates import Gate as Gate
 from .half_spaces import HalfSpaces as HalfSpaces
@@ -11,6 +9,8 @@ from .keep_out import Cuboid as Cuboid
 from .keep_out import Cylinder as Cylinder
 from .keep_out import Ellipsoid as Ellipsoid
 from .occupancy_grid import corridor_from_grid as corridor_from_grid
+from .passing import GatePassage as GatePassage
+from .passing import gate_passages as gate_passages
 from .polytopes import Polytopes as Polytopes
 from .sampled import Sampled as Sampled
 from .tubes import RoundTube as RoundTube

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -189,9 +189,6 @@ class Fleet(ReadOnly, Sequence[Trajectory]):
 
     def __getitem__(self, index: Any) -> Any:
         return self.trajectories[index]
-
-    def __iter__(self) -> Iterator[Trajectory]:
-        return iter(self.trajectories)
 
     def __repr__(self) -> str:
         return f"Fleet(vehicles={len(self)}, duration={self.duration:g} s)"

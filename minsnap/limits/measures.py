@@ -20,7 +20,7 @@ from minsnap.corridors.constraint import Walls
 from minsnap.native.proved_extrema import maximum
 from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
 from minsnap.polynomials.enclosures import Enclosure, derivative
-from minsnap.polynomials.ratios import largest_ratio
+from minsnap.polynomials.extrema import largest_ratio
 from minsnap.trajectory.medium import Medium, norm
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory

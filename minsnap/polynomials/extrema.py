@@ -1,4 +1,4 @@
-"""Proved maxima of polynomials on [0, 1], by the convex hull of control points and subdivision.
+"""Proved maxima of polynomials on [0, 1], by the convex hull of control points and subdivision; and of their quotients.
 
 The largest control point bounds a polynomial from above, its end points from below; cutting an interval in
 parts makes the two meet quadratically fast (J. M. Lane and R. F. Riesenfeld, "Bounds on a polynomial", BIT 21,
@@ -8,16 +8,20 @@ so the result is a proof, not a sample and not an estimate.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
-from minsnap.polynomials.bernstein import subdivision
+from minsnap.polynomials.bernstein import basis, subdivision
 from minsnap.polynomials.enclosures import UNIT, Enclosure, above, below
 
 PARTS = 8
 """Into how many parts an interval is cut."""
+
+Maximum = Callable[[FloatArray], tuple[float, int, float]]
+"""Gives the largest value of polynomials, which of them has it, and where on [0, 1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,3 +133,44 @@ class _Search:
 def _as_good(attained: FloatArray, upper: FloatArray) -> BoolArray:
     """Whether upper bounds are as good as attained: what is left comes from rounding."""
     return np.asarray(upper <= attained + 16.0 * UNIT * np.abs(attained))
+
+
+def largest_ratio(top: FloatArray, bottom: FloatArray, largest: Maximum = maximum) -> tuple[float, int, float]:
+    """Largest p/q over many pairs of polynomials on [0, 1], q not negative, by Dinkelbach's method.
+
+    The largest p/q is the root t of max(p - t q) = 0; each step sets t to p/q where p - t q is largest and converges
+    superlinearly (W. Dinkelbach, "On nonlinear fractional programming", Management Science 13, 1967).
+
+    Parameters
+    ----------
+    top, bottom : ndarray, shape (m, n + 1)
+        Control points of p and q, of the same degree.
+    largest : callable, optional
+        By default the Python one.
+
+    Returns
+    -------
+    value : float
+        Infinite where q vanishes and p does not.
+    row : int
+        Which pair.
+    where : float
+        Instant in [0, 1].
+    """
+    with np.errstate(over="ignore"):
+        first = top[:, 0] / np.maximum(bottom[:, 0], np.finfo(np.float64).tiny)
+    row, where = int(np.argmax(first)), 0.0
+    trial = float(first[row])
+    while np.isfinite(trial):
+        _, row, where = largest(top - trial * bottom)
+        ratio = _ratio(top[row], bottom[row], where)
+        if not ratio > trial + 4.0 * np.finfo(np.float64).eps * abs(trial):
+            return max(ratio, trial), row, where
+        trial = ratio
+    return trial, row, where
+
+
+def _ratio(top: FloatArray, bottom: FloatArray, where: float) -> float:
+    weights = basis(len(top) - 1, np.array([where]))[0]
+    p, q = float(weights @ top), float(weights @ bottom)
+    return p / q if q > 0.0 else np.inf

@@ -23,11 +23,19 @@ from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.planning.planner import plan
 from minsnap.replanning.change import Change
-from minsnap.replanning.course_ahead import CourseAhead, course_ahead, refuse_outside
+from minsnap.replanning.course_ahead import (
+    CourseAhead,
+    all_limits,
+    check_half,
+    check_horizon,
+    course_ahead,
+    refuse_outside,
+    replan_heading,
+    waypoint_angles,
+)
 from minsnap.replanning.horizon import Near, joined_with, moved_inwards, near, part_of
 from minsnap.replanning.leg_end import after_first_leg, flown_on, rest_within
 from minsnap.replanning.memory import Memory, Takes, due_of, leg_conditions, leg_start_of
-from minsnap.replanning.replan_options import all_limits, check_half, check_horizon, replan_heading, waypoint_angles
 from minsnap.replanning.search import Aim, Better, search_ahead, search_back, seen_joined
 from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
 from minsnap.replanning.spliced_heading import has_angles, spliced, through_angles

@@ -1,17 +1,25 @@
-"""Curves as functions of a phase: the common part of circle, helix and lemniscate, with exact derivatives."""
+"""Curves as functions of a phase: the common part of circle, helix and lemniscate, with exact derivatives.
+
+They are also piecewise polynomials, with a proved bound on the difference.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import factorial
+from math import comb, factorial, nextafter
 
 import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import Polynomial
 
 from minsnap.basics.arrays import FloatArray, set_fields
+from minsnap.basics.checks import check_positive
+from minsnap.errors import InputError, ShapeError
+from minsnap.polynomials.bernstein import ends_to_points
 from minsnap.trajectory.heading import ConstantHeading, Heading
 from minsnap.trajectory.path import Path
+from minsnap.trajectory.trajectory import Trajectory
 
 ComplexArray = npt.NDArray[np.complex128]
 
@@ -20,6 +28,21 @@ SPIN_UP = Polynomial([0.0, 0.0, 0.0, 0.0, 0.0, 7.0, -14.0, 10.0, -2.5])
 
 The integral of 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7, which goes from 0 to 1 with three zero derivatives at both ends.
 """
+
+ERROR = 1e-6
+"""Largest distance between the shape and the polynomials, by default [m]."""
+
+DEGREE = 7
+ORDERS = 8
+"""The interpolant meets 4 derivatives at both ends of a piece; its error follows from the 8th."""
+
+ROUNDINGS = 2.0**-44
+"""What all roundings add to the error, relative to the size of the path: 256 units in the last place."""
+
+MOST_PIECES = 100_000
+
+SHORTEST_RAMP = 1e-9
+"""Share of the duration that a spin-up takes at least."""
 
 
 @dataclass(frozen=True)
@@ -112,6 +135,10 @@ class PhasePath(Path):
         """Number of coordinates."""
         return len(self.center)
 
+    def as_trajectory(self, error: float = ERROR) -> Trajectory:
+        """Return the path as polynomials that differ from it by ``error`` [m] at most; see :func:`as_polynomials`."""
+        return as_polynomials(self, error)
+
     def __repr__(self) -> str:
         return f"PhasePath(duration={self.duration:g} s, dim={self.dim}, harmonics={len(self.harmonics)})"
 
@@ -145,3 +172,158 @@ def _exponential(phase: FloatArray) -> ComplexArray:
     for n in range(1, len(phase)):
         terms[n] = (1j / n) * (weighted[1 : n + 1] * terms[n - 1 :: -1][:n]).sum(axis=0)
     return np.asarray(terms[-1])
+
+
+def as_polynomials(path: Path, error: float = ERROR) -> Trajectory:
+    r"""Return a shape as a trajectory of degree 7 that differs from it by a distance at most, at every instant.
+
+    Each piece has the shape's position, velocity, acceleration and jerk at both ends, so the trajectory is three times
+    continuously differentiable and starts and ends exactly as the shape does. On a piece of duration 2w,
+
+    .. math:: \|r(t) - q(t)\| \le \frac{w^8}{8!} \max \|r^{(8)}\|, \qquad
+              \|r^{(p)}(t) - q^{(p)}(t)\| \le \frac{2^p w^{8-p}}{p!\,(8-2p)!} \max \|r^{(8)}\|
+
+    (P. G. Ciarlet, M. H. Schultz, R. S. Varga, Numerische Mathematik 9, 1967, theorem 9, applied along each direction);
+    the maximum is bounded from the Taylor coefficients of the phase. The numbers of pieces are the least for which this
+    bound, rounding included, is at most ``error``.
+
+    Parameters
+    ----------
+    path : Path
+        A circle, helix or lemniscate; a :class:`~minsnap.Trajectory` is returned as it is.
+    error : float
+        Largest distance [m]. The bound on the p-th derivative's error is ``8! 2^p / (p! (8 - 2p)! w^p)`` times that on
+        the distance, for example ``112 / w`` for the velocity.
+
+    Returns
+    -------
+    Trajectory
+        Of the same duration. A heading along the velocity, or from the tilt, follows the polynomials.
+
+    Raises
+    ------
+    InputError
+        If no bound is known for such a path, or the error is not positive.
+    ShapeError
+        If rounding alone exceeds the error, more than 100,000 pieces are needed, or the spin-up has no length.
+
+    Examples
+    --------
+    >>> import minsnap
+    >>> circle = minsnap.circle(radius=2.0, period=8.0)
+    >>> curve = minsnap.as_polynomials(circle, error=1e-6)
+    >>> len(curve.durations), bool(abs(curve(5.0) - circle(5.0)).max() < 1e-6)
+    (19, True)
+    """
+    if isinstance(path, Trajectory):
+        return path
+    if not isinstance(path, PhasePath):
+        raise InputError(
+            f"no polynomials of a proved error are known for a {type(path).__name__}: give a circle, helix or "
+            "lemniscate, or write samples of it"
+        )
+    curve = _through(path, _knots(path, check_positive("the error", error, "m", InputError)))
+    return curve.with_yaw(path.yaw.by_rule(curve))
+
+
+@dataclass(frozen=True, eq=False)
+class _Sizes:
+    """Upper bounds of what a path is made of: of each harmonic, of the drift [m/rad], of rounding [m]."""
+
+    harmonics: FloatArray
+    drift: float
+    rounding: float
+
+    @classmethod
+    def of(cls, path: PhasePath) -> _Sizes:
+        """``|Re(a exp(ix))|`` is at most the spectral norm of the real and the imaginary part of a."""
+        harmonics = np.array([np.linalg.norm(np.stack([a.real, a.imag]), 2) for a in path.harmonics])
+        drift = float(np.linalg.norm(path.drift))
+        turns = np.arange(1, len(harmonics) + 1) * path.law.angle
+        size = float(np.linalg.norm(path.center)) + drift * path.law.angle + float(harmonics @ (1.0 + turns))
+        return cls(harmonics * (1.0 + 1e-12), drift * (1.0 + 1e-12), ROUNDINGS * size)
+
+    def bound(self, phase: FloatArray) -> float:
+        r"""Largest distance over pieces, from bounds :math:`|\varphi^{(j)}| w^j / j!` of shape (9, pieces)."""
+        waves = [size * _majorant(k * phase) for k, size in enumerate(self.harmonics, 1)]
+        return float(np.max(self.drift * phase[ORDERS] + sum(waves))) + self.rounding
+
+
+def _majorant(phase: FloatArray) -> FloatArray:
+    r"""Bound of the 8th Taylor coefficient of :math:`e^{i\varphi}`: the recurrence of its terms, with their sizes."""
+    terms = np.ones_like(phase)
+    for n in range(1, ORDERS + 1):
+        terms[n] = sum(j * phase[j] * terms[n - j] for j in range(1, n + 1)) / n
+    return np.asarray(terms[ORDERS])
+
+
+def _spinning(law: PhaseLaw, pieces: int) -> FloatArray:
+    """Bounds of the phase's scaled derivatives on equal pieces of the spin-up, by Taylor's formula about their middles.
+
+    Returns
+    -------
+    ndarray, shape (9, pieces)
+    """
+    half = 0.5 / pieces
+    middles = (2.0 * np.arange(pieces) + 1.0) * half
+    sizes = [abs(SPIN_UP.deriv(j)(middles)) * half**j / factorial(j) for j in range(ORDERS + 1)]
+    reach = [sum(comb(k, j) * sizes[k] for k in range(j, ORDERS + 1)) for j in range(ORDERS + 1)]
+    return law.rate * law.spin_time * np.array(reach) * (1.0 + 1e-12)
+
+
+def _steady(law: PhaseLaw, pieces: int) -> FloatArray:
+    """Return the same on equal pieces of the part at full rate, where only the first derivative is not zero."""
+    half = (law.angle - 2.0 * law.ramp) / pieces / 2.0
+    return np.array([[0.0], [half], *[[0.0]] * (ORDERS - 1)]) * (1.0 + 1e-12)
+
+
+def _knots(path: PhasePath, error: float) -> FloatArray:
+    law, sizes = path.law, _Sizes.of(path)
+    _check(law, sizes, error)
+    pieces = _count(sizes, lambda n: _spinning(law, n), error) if law.ramp > 0.0 else 1
+    spin = np.linspace(0.0, law.spin_time, pieces + 1) if law.ramp > 0.0 else np.zeros(1)
+    down = law.duration - spin[-2::-1] if law.ramp > 0.0 else np.empty(0)
+    if law.duration - 2.0 * law.spin_time <= SHORTEST_RAMP * law.duration:
+        return np.concatenate((spin, down))
+    pieces = _count(sizes, lambda n: _steady(law, n), error)
+    return np.concatenate((spin, np.linspace(law.spin_time, _slowing(law), pieces + 1)[1:], down))
+
+
+def _slowing(law: PhaseLaw) -> float:
+    """Return the last instant at which the law counts as at full rate, where its derivatives are free of rounding."""
+    last = law.duration - law.spin_time
+    while law.duration - last < law.spin_time:
+        last = nextafter(last, 0.0)
+    return last
+
+
+def _check(law: PhaseLaw, sizes: _Sizes, error: float) -> None:
+    if sizes.rounding >= error:
+        raise ShapeError(f"an error of {error:g} m is not more than rounding, {sizes.rounding:.2g} m: allow more")
+    if 0.0 < law.spin_time < SHORTEST_RAMP * law.duration:
+        raise ShapeError(
+            f"a spin-up of {law.spin_time:.2g} s is too short for polynomials: give ramp=0 or a longer one"
+        )
+
+
+def _count(sizes: _Sizes, phase: Callable[[int], FloatArray], error: float) -> int:
+    """Return the number of pieces from which on the bound is at most the error."""
+    low, high = 0, 1
+    while sizes.bound(phase(high)) > error:
+        low, high = high, 2 * high
+        if high > MOST_PIECES:
+            raise ShapeError(f"an error of {error:g} m takes more than {MOST_PIECES} polynomials: allow more")
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if sizes.bound(phase(middle)) > error else (low, middle)
+    return high
+
+
+def _through(path: PhasePath, knots: FloatArray) -> Trajectory:
+    """Return the polynomials of degree 7 with the path's first derivatives at both ends of each piece."""
+    durations = np.diff(knots)
+    inside = np.minimum(knots, path.duration)
+    states = np.stack([path(inside, order) for order in range(4)], axis=1)
+    powers = durations[:, None, None] ** np.arange(4)[None, :, None]
+    ends = np.concatenate([states[:-1] * powers, states[1:] * powers], axis=1)
+    return Trajectory(np.einsum("ij,mjd->mid", ends_to_points(DEGREE), ends), durations)

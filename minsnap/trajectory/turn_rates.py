@@ -13,7 +13,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.proved_extrema import maximum
 from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
-from minsnap.polynomials.ratios import largest_ratio
+from minsnap.polynomials.extrema import largest_ratio
 from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.trajectory import Trajectory
 

@@ -19,12 +19,12 @@ from minsnap.vehicle.attitude import (
     dot,
     flat_motion,
     heading_of,
+    quaternions,
     rates_of,
 )
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.flatness import spatial
 from minsnap.vehicle.quadrotor import Quadrotor
-from minsnap.vehicle.rotation import quaternions
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from numpy.polynomial import Polynomial
 from numpy.polynomial.polynomial import polyfromroots
 from scipy.interpolate import BPoly
 
-from minsnap.polynomials.ratios import largest_ratio
+from minsnap.polynomials.extrema import largest_ratio
 
 GRID = np.linspace(0.0, 1.0, 20001)
 

@@ -8,7 +8,7 @@ from numpy.polynomial import Polynomial
 
 import minsnap
 from minsnap.errors import InputError, ShapeError
-from minsnap.trajectory.polynomial_form import _majorant, _spinning, _steady
+from minsnap.trajectory.phase import _majorant, _spinning, _steady
 from minsnap.trajectory.velocity_heading import VelocityHeading
 
 SIZES = st.floats(0.05, 40.0)

@@ -14,8 +14,8 @@ from minsnap.trajectory.heading import ConstantHeading, Heading
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
+from minsnap.trajectory.phase import as_polynomials
 from minsnap.trajectory.planned_heading import PlannedHeading
-from minsnap.trajectory.polynomial_form import as_polynomials
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory

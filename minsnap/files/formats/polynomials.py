@@ -21,9 +21,9 @@ from minsnap.basics.storage.reading import check_regular, reading
 from minsnap.basics.storage.text import load_yaml, read_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.basics.version import __version__
-from minsnap.corridors.gate_passages import numbered_passages
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.named_constraints import CONSTRAINTS
+from minsnap.corridors.passing import numbered_passages
 from minsnap.errors import FileError
 from minsnap.files.format import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description

@@ -10,7 +10,7 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray, OwnsArrays
 from minsnap.files.frames import FRAMES, map_samples
 from minsnap.trajectory.samples import ARRAYS, Samples
-from minsnap.vehicle.rotation import quaternions, rotations
+from minsnap.vehicle.attitude import quaternions, rotations
 
 WORLD, BODY = FRAMES["ned"].matrix, FRAMES["ned"].body_matrix
 """From NED to ENU, and from forward-right-down to forward-left-up."""

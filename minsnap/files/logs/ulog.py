@@ -19,7 +19,7 @@ from minsnap.errors import FileError, InputError
 from minsnap.files.frames import map_samples
 from minsnap.files.logs.flight_log import BODY, WORLD, FlightLog, InertialLog, flight_log, inertial_log
 from minsnap.trajectory.samples import Samples
-from minsnap.vehicle.rotation import rotations
+from minsnap.vehicle.attitude import rotations
 
 POSITION = "vehicle_local_position"
 SETPOINTS = ("trajectory_setpoint", "vehicle_local_position_setpoint")

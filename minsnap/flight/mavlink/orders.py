@@ -18,8 +18,8 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
 from minsnap.certificate import certify
 from minsnap.corridors.boxes import Room
-from minsnap.corridors.gate_passages import gate_passages
 from minsnap.corridors.gates import Gate, center_of
+from minsnap.corridors.passing import gate_passages
 from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
 from minsnap.limits.limits import Limits
 from minsnap.paths.missions.course_file import stop_of

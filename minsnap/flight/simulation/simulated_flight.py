@@ -21,11 +21,11 @@ from minsnap.flight.simulation.disturbances import ConstantWind, Sensors, StateE
 from minsnap.flight.simulation.reference import ReferenceTable, check_steps, tabulate
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.attitude import headings
 from minsnap.vehicle.drag import Drag
 from minsnap.vehicle.dynamics import RigidBody
 from minsnap.vehicle.flatness import spatial
 from minsnap.vehicle.quadrotor import Quadrotor
-from minsnap.vehicle.rotation import headings
 from minsnap.vehicle.states import FlatStates, flatness_of
 
 

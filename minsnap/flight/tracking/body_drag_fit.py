@@ -25,7 +25,7 @@ from minsnap.errors import FileError, FitError
 from minsnap.files.flights import read_log
 from minsnap.files.logs.flight_log import FlightLog, InertialLog
 from minsnap.trajectory.samples import Samples
-from minsnap.vehicle.rotation import rotations
+from minsnap.vehicle.attitude import rotations
 
 MEMORY = 1.0
 """For how long residuals are taken to depend on each other [s]."""

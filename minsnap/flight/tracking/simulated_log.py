@@ -18,8 +18,8 @@ from minsnap.flight.tracking.comparison import compare
 from minsnap.flight.tracking.log_comparison import ComparedFlight
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.attitude import rotations
 from minsnap.vehicle.quadrotor import Quadrotor
-from minsnap.vehicle.rotation import rotations
 
 
 def flight_figures(flight: Flight, vehicle: Quadrotor) -> dict[str, Any]:

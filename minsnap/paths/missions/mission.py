@@ -12,10 +12,10 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_kind
 from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
-from minsnap.corridors.gate_passages import GatePassage, numbered_passages
 from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.margins import nearest_wall
+from minsnap.corridors.passing import GatePassage, numbered_passages
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import SolverError, WaypointError
 from minsnap.limits.compliance import keeps, most_used

@@ -19,9 +19,7 @@ from minsnap.time_allocation.time_stretch import touching_factor
 from minsnap.trajectory.heading import ConstantHeading, Heading
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.phase import ComplexArray, PhaseLaw, PhasePath
-from minsnap.trajectory.polynomial_form import ERROR, as_polynomials
 from minsnap.trajectory.tilt_heading import TiltHeading
-from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import VelocityHeading
 
 Turning = TypeVar("Turning", bound=PhasePath)
@@ -97,10 +95,6 @@ class Shape(PhasePath):
     It is sampled by its formula; where polynomials are wanted, to certify it or to join it with a plan, it is replaced
     by some that are within a micrometre.
     """
-
-    def as_trajectory(self, error: float = ERROR) -> Trajectory:
-        """Return the shape as polynomials that differ from it by ``error`` [m] at most; see :func:`as_polynomials`."""
-        return as_polynomials(self, error)
 
     def within(self, limits: Limits) -> Shape:
         """Return the same shape flown as fast as limits allow: one of them is just reached, none exceeded.
