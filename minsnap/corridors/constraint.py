@@ -155,6 +155,15 @@ class Walls(ReadOnly):
         """Whether they are planes."""
         return bool(self.matrix.shape[1] == 0)
 
+    @cached_property
+    def paired(self) -> bool:
+        """Whether planes are pairs, upper ones first: an extremum of each pair says both."""
+        half = len(self.leg) // 2
+        upper, lower = ([part[own] for part in (self.leg, self.anchor)] for own in (slice(half), slice(half, None)))
+        return len(self.leg) == 2 * half and bool(
+            all(map(np.array_equal, upper, lower)) and (self.slope[:half] == -self.slope[half:]).all()
+        )
+
     def slack(self, values: FloatArray) -> FloatArray:
         """Slack of values of the derivative, shape (m or 1, k, dim): (m, k), negative outside.
 

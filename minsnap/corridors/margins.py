@@ -60,7 +60,7 @@ def _native_excess(traj: Trajectory, wall: Walls) -> native.Extremum | None:
     curve = traj.control_points, traj.durations, traj.pieces, wall.leg
     if wall.flat:
         half = len(wall.leg) // 2
-        if _opposite(wall, half):
+        if wall.paired:
             planes = wall.slope[half:], wall.anchor[half:], -wall.radius[half:], wall.radius[:half]
             return native.face_excess(*curve[:3], wall.leg[half:], planes, wall.order)
         far = np.full(len(wall.leg), np.inf)
@@ -68,19 +68,6 @@ def _native_excess(traj: Trajectory, wall: Walls) -> native.Extremum | None:
     if not wall.slope.any():
         return native.ball_excess(*curve, (wall.matrix, wall.anchor, wall.radius), wall.order)
     return None
-
-
-def _opposite(wall: Walls, half: int) -> bool:
-    """Whether planes are pairs, upper ones first: an extremum of each pair says both."""
-    first, second = slice(half), slice(half, None)
-    return len(wall.leg) == 2 * half and all(
-        np.array_equal(*pair)
-        for pair in (
-            (wall.leg[first], wall.leg[second]),
-            (wall.slope[first], -wall.slope[second]),
-            (wall.anchor[first], wall.anchor[second]),
-        )
-    )
 
 
 Slacks = tuple[FloatArray, IntArray, IntArray, FloatArray]

@@ -197,6 +197,15 @@ class Limits:
         convex: searches linearise them, and the time scale keeps them.
         """
         extent = Extent(len(waypoints) - 1, waypoints.shape[1])
+        if extent not in self._known_walls:
+            self._known_walls[extent] = self._walls(extent)
+        return self._known_walls[extent]
+
+    @cached_property
+    def _known_walls(self) -> dict[Extent, tuple[Walls, ...]]:
+        return {}
+
+    def _walls(self, extent: Extent) -> tuple[Walls, ...]:
         self.check_dim(extent.dim)
         walls: list[Walls] = []
         for name, limit in self.given().items():
@@ -204,7 +213,7 @@ class Limits:
             if kind.measure in MEASURES:
                 measure = MEASURES[kind.measure]
                 walls += measure.walls(extent, limit, name, kind.order, self.norm, self.gravity)
-        return walls
+        return tuple(walls)
 
     def necessary_walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return the walls that every curve within the limits keeps: what they refuse is refused with proof."""

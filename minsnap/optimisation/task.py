@@ -186,7 +186,7 @@ class Task:
         """Return the same task with further walls."""
         return replace(self, walls=[*self.walls, *walls])
 
-    @property
+    @cached_property
     def still(self) -> bool:
         """Whether all pinned derivatives are zero, so that time may be scaled."""
         return not any(value.any() for state in self.pins.values() for value in state.values())
