@@ -26,9 +26,6 @@ ITERATIONS = 500
 BARRED = 3.0
 """Added to the logarithm of the best cost where durations cannot be flown, so that a line search turns back."""
 
-PEAK_SPEED, PEAK_ACCELERATION, PEAK_JERK, PEAK_SNAP = 2.1875, 7.5132, 52.5, 840.0
-"""Largest derivatives of the rest-to-rest profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval."""
-
 
 class Log:
     """The steps of a search, told as they are made."""

@@ -20,31 +20,42 @@ from minsnap.time_allocation.initial_guess import norm_limits
 from minsnap.time_allocation.single_piece import Demand, SinglePiece, walls_on
 from minsnap.trajectory.trajectory import Trajectory
 
-INSTANTS = 16
-"""Instants of the piece at which conditions hold."""
 
-MARGINS = (1e-4, 1e-3, 4e-3, 2e-2)
-"""By how many widths conditions are moved inwards, so that they hold between instants, by order of the derivative."""
+@dataclass(frozen=True)
+class RecoverySettings:
+    """What a way back keeps, and how its duration is looked for.
 
-DOUBTFUL = 0.02
-"""Excess, below zero, above which a start, or the moment ahead of it, counts as not keeping a condition."""
+    Parameters
+    ----------
+    instants : int
+        Of the piece, at which conditions hold.
+    margins : tuple of float
+        By how many widths conditions are moved inwards, so that they hold between instants, by order of the derivative.
+    doubtful : float
+        Excess, below zero, above which a start, or the moment ahead of it, counts as not keeping a condition.
+    leniences : tuple of (float, float)
+        Excess, below zero, above which a limit counts as not kept, and by how many widths it may be exceeded further;
+        they are tried in this order.
+    rest_room : (float, float)
+        Share of the room of a motion at rest that is left at the end, of positions and velocities, and of the others.
+    ahead : float
+        Moment ahead for which the end has room, in the time that full acceleration takes to the largest speed.
+    shortest, longest, bisected : float
+        Durations tried, in the same time, and how near the least one is found.
+    """
 
-LENIENCE = ((DOUBTFUL, 0.05), (np.inf, 0.3), (np.inf, 3.0))
-"""Excess, below zero, above which a limit counts as not kept, and by how many widths it may be exceeded further.
+    instants: int = 16
+    margins: tuple[float, ...] = (1e-4, 1e-3, 4e-3, 2e-2)
+    doubtful: float = 0.02
+    leniences: tuple[tuple[float, float], ...] = ((0.02, 0.05), (np.inf, 0.3), (np.inf, 3.0))
+    rest_room: tuple[float, float] = (0.02, 0.5)
+    ahead: float = 0.1
+    shortest: float = 0.02
+    longest: float = 20.0
+    bisected: float = 1.1
 
-They are tried in this order."""
 
-REST_ROOM = {0: 0.02, 1: 0.02}
-"""Share of the room of a motion at rest that is left at the end of the piece, by order of the derivative."""
-
-HIGHER_REST_ROOM = 0.5
-"""The same for the orders above."""
-
-SHARE_AHEAD = 0.1
-"""Moment ahead for which the end has room, in the time that full acceleration takes to the largest speed."""
-
-SHORTEST_MOMENTS, LONGEST_MOMENTS, BISECTED = 0.02, 20.0, 1.1
-"""Durations tried, in the same time, and how near the least one is found."""
+RECOVERY = RecoverySettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +119,10 @@ def connect_start(
     piece = SinglePiece(state, scales[1], deadline)
     moment = scales[0] / scales[1]
     known = walls_on(walls, leg, state[0]) + walls_on(limits.walls(np.zeros((2, len(state[0])))), 0, state[0])
-    for lenience in LENIENCE:
+    for lenience in RECOVERY.leniences:
         demands = [demand for wall in known for demand in _demands(wall, piece.state, moment, lenience)]
         duration, answer = shortest(
-            _Solves(piece, demands), SHORTEST_MOMENTS * moment, LONGEST_MOMENTS * moment, BISECTED
+            _Solves(piece, demands), RECOVERY.shortest * moment, RECOVERY.longest * moment, RECOVERY.bisected
         )
         if answer is not None:
             return Recovery(Trajectory(answer[None] + state[0], np.array([duration])))
@@ -163,12 +174,12 @@ def _demands(walls: Walls, state: FloatArray, moment: float, lenience: tuple[flo
         return demands
     demands.append(Demand(walls, np.ones(1), _room(walls)))
     if order and order + 1 < len(state):
-        demands.append(Demand(walls, np.ones(1), _room(walls), ahead=SHARE_AHEAD * moment))
+        demands.append(Demand(walls, np.ones(1), _room(walls), ahead=RECOVERY.ahead * moment))
     return demands
 
 
 def piece_demands(
-    walls: Walls, state: FloatArray, moment: float, lenience: tuple[float, float] = LENIENCE[0]
+    walls: Walls, state: FloatArray, moment: float, lenience: tuple[float, float] = RECOVERY.leniences[0]
 ) -> list[Demand]:
     """Return the demands of some walls on a piece: kept where the start keeps it, else as far as it can be.
 
@@ -180,19 +191,19 @@ def piece_demands(
     moment : float
         Time that full acceleration takes to the largest speed [s].
     lenience : tuple of float
-        One of ``LENIENCE``.
+        One of ``RECOVERY.leniences``.
     """
-    order, inside = walls.order, np.arange(1, INSTANTS + 1) / INSTANTS
-    margin = np.full(INSTANTS, MARGINS[min(order, len(MARGINS) - 1)])
+    order, inside = walls.order, np.arange(1, RECOVERY.instants + 1) / RECOVERY.instants
+    margin = np.full(RECOVERY.instants, RECOVERY.margins[min(order, len(RECOVERY.margins) - 1)])
     if order >= len(state):
         return [Demand(walls, inside, margin)]
     now = walls.excess_at(state[order])
-    unsure = np.maximum(now, _soon(walls, state, moment)) > (-lenience[0] if order else -DOUBTFUL)
+    unsure = np.maximum(now, _soon(walls, state, moment)) > (-lenience[0] if order else -RECOVERY.doubtful)
     demands = [Demand(walls.chosen(~unsure), inside, margin)] if not unsure.all() else []
     if unsure.any():
         part, allowed = walls.chosen(unsure), np.maximum(now[unsure], 0.0) + lenience[1]
         demands.append(Demand(part, inside, margin * inside, soft=True))
-        demands.append(Demand(part, inside, np.broadcast_to(-allowed, (INSTANTS, len(allowed)))))
+        demands.append(Demand(part, inside, np.broadcast_to(-allowed, (RECOVERY.instants, len(allowed)))))
     return demands
 
 
@@ -200,12 +211,12 @@ def _soon(walls: Walls, state: FloatArray, moment: float) -> FloatArray:
     """Excess of a limit a moment ahead of the start, (r,); of a position at the start."""
     order = walls.order
     ahead = bool(order) and order + 1 < len(state)
-    return walls.excess_at(state[order] + SHARE_AHEAD * moment * state[order + 1] if ahead else state[order])
+    return walls.excess_at(state[order] + RECOVERY.ahead * moment * state[order + 1] if ahead else state[order])
 
 
 def _room(walls: Walls) -> FloatArray:
     """Inward move at the end, (1, r): a share of the room that rest has, or of the width for positions."""
-    share = REST_ROOM.get(walls.order, HIGHER_REST_ROOM)
+    share = RECOVERY.rest_room[walls.order > 1]
     if walls.order == 0:
         return np.full((1, len(walls.leg)), share)
     rest = walls.excess_at(np.zeros(walls.anchor.shape[1]))

@@ -8,7 +8,7 @@ axis, which unequal inertias ask for.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,17 +27,30 @@ from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import Quadrotor
 
-DIVISIONS = (3, 2)
-"""Parts into which pieces are divided one time after another where their number is left to the search."""
 
-WORTHWHILE = 0.08
-"""Relative gain by which pieces are divided once more: that gains about a sixteenth of it, here half a percent."""
+@dataclass(frozen=True)
+class QuestionSettings:
+    """What the search is asked beside the task.
 
-INWARD = 2e-4
-"""Share of their widths by which walls are moved inwards."""
+    Parameters
+    ----------
+    divisions : tuple of int
+        Parts into which pieces are divided one time after another where their number is left to the search.
+    worthwhile : float
+        Relative gain by which they are divided once more: that gains about a sixteenth of it, here half a percent.
+    inward : float
+        Share of their widths by which walls are moved inwards.
+    directed : float
+        Share of the weight below which thrust has no direction: there a small change turns it by any angle.
+    """
 
-DIRECTED = 0.1
-"""Share of the weight below which thrust is taken to have no direction: there a small change turns it by any angle."""
+    divisions: tuple[int, ...] = (3, 2)
+    worthwhile: float = 0.08
+    inward: float = 2e-4
+    directed: float = 0.1
+
+
+QUESTION = QuestionSettings()
 
 
 def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | None = None) -> ShortestQuestion:
@@ -63,11 +76,11 @@ def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | Non
         norm_limits(limits),
         [one for one in sets if len(one.place)],
         instant_limits(limits, heading, lengths),
-        DIVISIONS if refine else () if task.pieces == 1 else (task.pieces,),
+        QUESTION.divisions if refine else () if task.pieces == 1 else (task.pieces,),
         task.closed,
         not scales(task, limits),
-        WORTHWHILE,
-        0.0 if task.touches.any() else INWARD,
+        QUESTION.worthwhile,
+        0.0 if task.touches.any() else QUESTION.inward,
         turned=turned,
     )
 
@@ -162,8 +175,8 @@ def _sets(cones: Walls) -> ConeSets:
 def _least_thrust(task: Task, limits: Limits) -> list[ConeSets]:
     """Accelerations no nearer to free fall than the least thrust."""
     turned = limits.body_rate is not None or isinstance(limits, VehicleLimits)
-    directed = turned and (limits.min_thrust is None or limits.min_thrust < DIRECTED)
-    least = DIRECTED if directed else limits.min_thrust if _bounded(limits) else None
+    directed = turned and (limits.min_thrust is None or limits.min_thrust < QUESTION.directed)
+    least = QUESTION.directed if directed else limits.min_thrust if _bounded(limits) else None
     if least is None or limits.medium.drags:
         return []
     legs, radius = task.legs, np.full(task.legs, least * limits.gravity)

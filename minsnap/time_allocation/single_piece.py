@@ -20,17 +20,30 @@ from minsnap.corridors.constraint import Walls
 from minsnap.native.chain_programme import solve_chain
 from minsnap.polynomials.bernstein import end_basis, ends_gram, ends_to_points
 
-SMOOTH = 1e-6
-"""Weight of the squared highest derivative beside the slacks, so that the solution is unique."""
 
-FAILED = 1e-4
-"""Price of the slack of a soft condition, as a share of the price of a hard one."""
+@dataclass(frozen=True)
+class PieceSettings:
+    """What a programme weighs, and how exactly it is solved.
 
-ACCURACY = 1e-6
-"""Gap and residuals of a programme, relative to its cost."""
+    Parameters
+    ----------
+    smooth : float
+        Weight of the squared highest derivative beside the slacks, so that the solution is unique.
+    failed : float
+        Price of the slack of a soft condition, as a share of the price of a hard one.
+    accuracy : float
+        Gap and residuals, relative to the cost.
+    feasible : float
+        Slack of hard conditions that counts as none, in widths.
+    """
 
-FEASIBLE = 1e-6
-"""Slack of hard conditions that counts as none, in widths."""
+    smooth: float = 1e-6
+    failed: float = 1e-4
+    accuracy: float = 1e-6
+    feasible: float = 1e-6
+
+
+PIECE = PieceSettings()
 
 
 def walls_on(walls: Sequence[Walls], leg: int, origin: FloatArray) -> list[Walls]:
@@ -140,9 +153,9 @@ class SinglePiece:
                 np.concatenate([part.reshape(-1, size) for part, _ in rows]),
                 np.concatenate([b.ravel() for _, b in rows]),
             ),
-            ACCURACY,
+            PIECE.accuracy,
         )
-        if solution is None or solution[0][-2] > FEASIBLE:
+        if solution is None or solution[0][-2] > PIECE.feasible:
             return None
         moved = ends.copy()
         moved[self.half + np.asarray(free)] += unit * solution[0][:-2].reshape(len(free), self.dim)
@@ -169,11 +182,11 @@ class SinglePiece:
     def _costs(self, ends: FloatArray, free: Sequence[int]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return Hessian, further diagonal and gradient: of the slacks, and of the curve as a tie-break."""
         size = len(free) * self.dim + 2
-        gram = SMOOTH * ends_gram(self.degree) / ends_gram(self.degree).max()
+        gram = PIECE.smooth * ends_gram(self.degree) / ends_gram(self.degree).max()
         places = self.half + np.asarray(free)
         hessian = np.zeros((1, size, size))
         hessian[0, :-2, :-2] = np.kron(gram[np.ix_(places, places)], np.eye(self.dim))
         linear = np.zeros(size)
         linear[:-2] = (gram[places] @ ends).reshape(-1)
-        linear[-2:] = 1.0, FAILED
+        linear[-2:] = 1.0, PIECE.failed
         return hessian, np.full(size, 1e-9), linear

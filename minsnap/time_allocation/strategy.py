@@ -41,7 +41,7 @@ from minsnap.time_allocation.longer_times import RESERVES
 from minsnap.time_allocation.recovery import state_at
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import (
-    INWARD,
+    QUESTION,
     begun_from,
     coasting_guess,
     guess_of,
@@ -244,7 +244,7 @@ class Strategy:
                     break
                 solved = solved_at(self.task, answer, 1.0)
                 if not solved.inside:
-                    question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, INWARD))
+                    question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, QUESTION.inward))
                     continue
                 last = solved, answer
                 kept, excess = self._within(solved, limits, far, question.price > 0.0)

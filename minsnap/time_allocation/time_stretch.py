@@ -7,7 +7,7 @@ velocity, are kept by all factors from one on; others, such as a least velocity,
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,26 +26,44 @@ if TYPE_CHECKING:
     from minsnap.optimisation.task import Task
     from minsnap.time_allocation.timing import AttachHeading
 
-WALL_PRECISION, DOUBLINGS = 1e-10, 20
-"""Of a factor with which walls on derivatives are kept, relative, and how often one is doubled until they are."""
 
-ROUNDS, INSTANTS, ENOUGH = 40, 33, 1e-3
-"""How often legs that turn too fast are slowed, at how many instants a piece, and the relative excess that is left."""
+@dataclass(frozen=True)
+class StretchSettings:
+    """How exactly a factor on time is found, mostly by its logarithm.
 
-LIMIT_MET, SECANTS, TIME_STEP = 2e-7, 6, 0.05
-"""How near to 1 it is brought by the secant method, in how many steps, each how far at most."""
+    Parameters
+    ----------
+    precision, first_step, slowest : float
+        Of its logarithm where it is bracketed, the first step of the bracket, and the bound at which nothing limits.
+    met, secants, secant_step : float, int, float
+        How near to 1 a use is brought by the secant method, in how many steps, each how far at most.
+    crossing_steps : int
+        Steps in which a least thrust is looked for beyond the speed at which its vertical part is kept.
+    overused : float
+        Use above which it does not matter by how much a limit is exceeded.
+    wall_precision, doublings : float, int
+        Of a factor with which walls on derivatives are kept, and how often one is doubled until they are.
+    paces, pace_instants, pace_excess : int, int, float
+        How often legs on which the yaw turns too fast are slowed, at how many instants of a piece that is looked at,
+        and the relative excess that is left.
+    """
 
-CROSSING_STEPS = 100
-"""Steps in which a least thrust is looked for beyond the speed at which its vertical part is kept."""
+    precision: float = 1e-13
+    first_step: float = 0.02
+    slowest: float = 40.0
+    met: float = 2e-7
+    secants: int = 6
+    secant_step: float = 0.05
+    crossing_steps: int = 100
+    overused: float = 2.0
+    wall_precision: float = 1e-10
+    doublings: int = 20
+    paces: int = 40
+    pace_instants: int = 33
+    pace_excess: float = 1e-3
 
-OVERUSED = 2.0
-"""Utilisation above which it does not matter by how much a limit is exceeded."""
 
-SLOWEST = 40.0
-"""Bound on the logarithm of a factor on time."""
-
-FIRST_STEP, PRECISION = 0.02, 1e-13
-"""Of the logarithm of a factor on time."""
+STRETCH = StretchSettings()
 
 
 def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None = None) -> float:
@@ -54,7 +72,7 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None 
     Parameters
     ----------
     guess : float, optional
-        A factor from which some steps of the secant method may do, to ``LIMIT_MET``.
+        A factor from which some steps of the secant method may do, to ``STRETCH.met``.
 
     Raises
     ------
@@ -72,11 +90,11 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None 
         nearby = nearby_factor(limits, trajectory.stretched(guess))
         if nearby is not None:
             return guess * nearby
-    if powers is not None and powers <= np.exp(-SLOWEST):
+    if powers is not None and powers <= np.exp(-STRETCH.slowest):
         raise nothing_limits(list(limits.given()))
     root = _by_bracket(over, limits) if powers is None else float(np.log(powers))
     while over(root, True) > 0.0:
-        root += PRECISION + abs(root) * 1e-12
+        root += STRETCH.precision + abs(root) * 1e-12
     return float(np.exp(root))
 
 
@@ -93,14 +111,14 @@ def _by_bracket(over: Callable[..., float], limits: Limits) -> float:
     """Logarithm of the factor for any limits."""
     from scipy.optimize import brentq
 
-    low, high, step = 0.0, 0.0, FIRST_STEP
-    while over(high) > 0.0 and high < SLOWEST:
+    low, high, step = 0.0, 0.0, STRETCH.first_step
+    while over(high) > 0.0 and high < STRETCH.slowest:
         low, high, step = high, high + step, 2.0 * step
     while low == high or over(low) <= 0.0:
         low, high, step = low - step, low, 2.0 * step
-        if low < -SLOWEST:
+        if low < -STRETCH.slowest:
             raise nothing_limits(list(limits.given()))
-    root = float(brentq(over, low, high, xtol=PRECISION, rtol=1e-13))
+    root = float(brentq(over, low, high, xtol=STRETCH.precision, rtol=1e-13))
     if limits.min_thrust is not None:
         root = _first_crossing(lambda logarithm: over(logarithm, True), root)
     return root
@@ -121,19 +139,20 @@ def nearby_factor(
         Whether uses between samples count, where limits are proved by bounds.
     """
     place, slope, best, last = 0.0, -2.0, np.inf, (np.nan, np.nan)
-    for _ in range(SECANTS):
+    for _ in range(STRETCH.secants):
         if use is None:
             use = largest_use(limits, trajectory.stretched(float(np.exp(place))), proved)
         excess, use = float(np.log(np.clip(use, 1e-3, 1e3))), None
         if excess <= KEPT:
             best = min(best, place)
-            if excess >= -LIMIT_MET:
+            if excess >= -STRETCH.met:
                 break
-        if place > last[0] and excess > max(last[1], 0.0) + LIMIT_MET:
+        if place > last[0] and excess > max(last[1], 0.0) + STRETCH.met:
             break
         if place != last[0] and np.isfinite(last[0]):
             slope = float(np.clip((excess - last[1]) / (place - last[0]), -10.0, -0.2))
-        last, place = (place, excess), float(place - np.clip((excess + 0.5 * LIMIT_MET) / slope, -TIME_STEP, TIME_STEP))
+        step = np.clip((excess + 0.5 * STRETCH.met) / slope, -STRETCH.secant_step, STRETCH.secant_step)
+        last, place = (place, excess), float(place - step)
     else:
         return None
     return float(np.exp(best)) if np.isfinite(best) else None
@@ -146,20 +165,20 @@ def nothing_limits(names: Sequence[str]) -> LimitError:
 
 
 def _first_crossing(over: Callable[[float], float], start: float) -> float:
-    """First root of an excess below ``start``, in steps of FIRST_STEP; ``start`` if there is none nearby."""
+    """First root of an excess below ``start``, in steps of STRETCH.first_step; ``start`` if there is none nearby."""
     from scipy.optimize import brentq
 
     if over(start) > -KEPT:
         return start
-    for step in range(CROSSING_STEPS):
-        high, low = start - step * FIRST_STEP, start - (step + 1) * FIRST_STEP
+    for step in range(STRETCH.crossing_steps):
+        high, low = start - step * STRETCH.first_step, start - (step + 1) * STRETCH.first_step
         if over(low) > 0.0:
-            return float(brentq(over, low, high, xtol=PRECISION, rtol=1e-13))
+            return float(brentq(over, low, high, xtol=STRETCH.precision, rtol=1e-13))
     return start
 
 
 def _most_used_safely(limits: Limits, trajectory: Trajectory, exact: bool) -> float:
-    """Largest utilisation, at most OVERUSED; unless exact, of the vertical part in place of the least thrust.
+    """Largest utilisation, at most STRETCH.overused; unless exact, of the vertical part in place of the least thrust.
 
     The least thrust itself is not monotone in the time scale: a path so fast that its thrust is never small keeps it
     again.  Its vertical part is, and where that is kept the whole is.
@@ -167,8 +186,8 @@ def _most_used_safely(limits: Limits, trajectory: Trajectory, exact: bool) -> fl
     fractions = [used.fraction for used in limits.utilisation(trajectory) if exact or used.name != "min_thrust"]
     if limits.min_thrust is not None and not exact:
         least = trajectory.extent((0.0, 0.0, 1.0), 2)[0] / limits.gravity + 1.0
-        fractions.append(limits.min_thrust / least if least > 0.0 else OVERUSED)
-    return min(max(fractions), OVERUSED)
+        fractions.append(limits.min_thrust / least if least > 0.0 else STRETCH.overused)
+    return min(max(fractions), STRETCH.overused)
 
 
 def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray | None:
@@ -188,15 +207,15 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray 
         [s]; None where they take longer than the whole curve flown as slowly, as with a yaw that is a function of time.
     """
     durations = curve.durations.copy()
-    most = max(1.0, largest_yaw_rate(curve)[0] / limit) * curve.duration * (1.0 + ENOUGH)
-    for _ in range(ROUNDS):
+    most = max(1.0, largest_yaw_rate(curve)[0] / limit) * curve.duration * (1.0 + STRETCH.pace_excess)
+    for _ in range(STRETCH.paces):
         if durations.sum() > most:
             break
         slower = finish(Trajectory(curve.control_points, durations, pieces=curve.pieces))
-        t = slower.breaks[:-1, None] + np.linspace(0.0, 1.0, INSTANTS) * slower.durations[:, None]
+        t = slower.breaks[:-1, None] + np.linspace(0.0, 1.0, STRETCH.pace_instants) * slower.durations[:, None]
         rate = np.abs(slower.yaw(t, 1)).max(axis=1)
         rate = np.repeat(rate.reshape(curve.legs, -1).max(axis=1), curve.pieces)
-        if rate.max() <= limit * (1.0 + ENOUGH):
+        if rate.max() <= limit * (1.0 + STRETCH.pace_excess):
             return durations
         durations *= np.sqrt(np.maximum(rate / limit, 1.0))
     return None
@@ -242,13 +261,13 @@ def walled_factor(walls: Sequence[Walls], curve: Trajectory, least: float) -> fl
     if not bounded or keeps(least):
         return least
     low = high = least
-    for _ in range(DOUBLINGS):
+    for _ in range(STRETCH.doublings):
         low, high = high, 2.0 * high
         if keeps(high):
             break
     else:
         return None
-    while high - low > WALL_PRECISION * high:
+    while high - low > STRETCH.wall_precision * high:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if keeps(middle) else (middle, high)
     return high
