@@ -1,10 +1,10 @@
 from .columns import trajectory_of as trajectory_of
+from .dataset_rows import DrawnProblem as DrawnProblem
+from .dataset_rows import request as request
 from .lerobot import export_lerobot as export_lerobot
-from .ranges import seed_of as seed_of
-from .requests import DrawnProblem as DrawnProblem
-from .requests import request as request
 from .run import BatchResult as BatchResult
 from .run import run_batch as run_batch
 from .spec import Spec as Spec
 from .spec import read_mapping as read_mapping
 from .spec import read_spec as read_spec
+from .spec import seed_of as seed_of

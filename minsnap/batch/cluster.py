@@ -12,7 +12,7 @@ from functools import partial
 from time import monotonic
 from typing import Any
 
-from minsnap.batch.shards import Shard, ShardJob, make_shard
+from minsnap.batch.folder import Shard, ShardJob, make_shard
 from minsnap.errors import BatchError, MinsnapError
 
 AHEAD = 2

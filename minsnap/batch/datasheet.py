@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.batch.columns import COLUMNS, trajectory_of
-from minsnap.batch.folder import DATASHEET
+from minsnap.batch.folder import DATASHEET, Shard, shard_name
 from minsnap.batch.problem_table import pyarrow_parquet
-from minsnap.batch.shards import Shard, shard_name
 from minsnap.batch.spec import Spec
 from minsnap.batch.tally import BINS, MEASURED, Tally
 from minsnap.trajectory.trajectory import Trajectory

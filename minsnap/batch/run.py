@@ -13,8 +13,16 @@ from minsnap.basics.checks import is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.batch.cluster import Counted, connected, write_shards
 from minsnap.batch.datasheet import write_datasheet
-from minsnap.batch.folder import claimed, is_complete, write_manifest
-from minsnap.batch.shards import Shard, ShardJob, kept_shard, made_with, shard_name
+from minsnap.batch.folder import (
+    Shard,
+    ShardJob,
+    claimed,
+    is_complete,
+    kept_shard,
+    made_with,
+    shard_name,
+    write_manifest,
+)
 from minsnap.batch.spec import Spec
 from minsnap.batch.tally import Tally
 from minsnap.errors import BatchError, FileError, InputError

@@ -6,6 +6,7 @@ import importlib
 import importlib.util
 import io
 import os
+import re
 import sys
 import warnings
 from functools import lru_cache
@@ -61,6 +62,30 @@ app = typer.Typer(
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+ARGUMENTS = {
+    "align": "--align",
+    "closed": "--closed",
+    "continuity": "--continuity",
+    "corridor": "--corridor",
+    "degree": "--degree",
+    "hold_below": "--hold-below",
+    "limits": "a limit such as --max-speed",
+    "pieces": "--pieces",
+    "solver": "--solver",
+    "split": "--split",
+    "time_limit": "--time-limit",
+    "time_weight": "--time-weight",
+    "total_time": "--time",
+    "yaw": "--yaw",
+    "yaw_rate": "--yaw-rate",
+}
+"""Arguments of functions, and the options that stand for them."""
+
+_GIVEN = re.compile(r"\b([a-z]+(?:_[a-z]+)*)=('[^']*'|[^\s,:;]*)")
+
+_NAMED = re.compile(r"\b([a-z]+(?:_[a-z]+)+)\b")
 
 
 @app.callback()
@@ -157,8 +182,6 @@ def exit_status(error: MinsnapError) -> int:
 def _leave(error: Exception, words: list[str]) -> NoReturn:
     """Convert an exception to its message and exit status; an unexpected one keeps its traceback."""
     if isinstance(error, MinsnapError):
-        from minsnap.cli.words import in_options
-
         sentence = str(error) if isinstance(error, FileError) else in_options(str(error))  # columns and keys of a file
         fail(f"{sentence} [{error.code}]", exit_status(error))
     if isinstance(error, BrokenPipeError):
@@ -188,3 +211,22 @@ def _leave_pipe() -> NoReturn:
     """Exit like a program with a closed pipe, without a message from the interpreter's last flush."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(141)
+
+
+def in_options(sentence: str) -> str:
+    """Return a sentence with ``closed=True`` as ``--closed``, ``yaw='tilt'`` as ``--yaw tilt``, and so on.
+
+    A word that is also plain English, such as "corridor", is left as it is where no value follows.
+    """
+    return _NAMED.sub(_option, _GIVEN.sub(_option_with_value, sentence))
+
+
+def _option(match: re.Match[str]) -> str:
+    return ARGUMENTS.get(match[1], match[1])
+
+
+def _option_with_value(match: re.Match[str]) -> str:
+    name, value = match[1], match[2].strip("'")
+    if name not in ARGUMENTS:
+        return match[0]
+    return ARGUMENTS[name] if value in ("", "True") else f"{ARGUMENTS[name]} {value}"

@@ -1,4 +1,4 @@
-"""The command that checks a setpoint file before a flight."""
+"""The command that checks a setpoint file, a plan or a fleet."""
 
 from __future__ import annotations
 
@@ -16,8 +16,13 @@ if TYPE_CHECKING:
     from minsnap.certificate import Certificate
     from minsnap.files.consistency import AxisFigures, ConsistencyReport, Membership
     from minsnap.files.formats.polynomials import PlanFile
+    from minsnap.fleet.fleet_certificate import FleetCertificate
     from minsnap.trajectory.report import Utilisation
     from minsnap.trajectory.samples import Samples
+
+
+LISTED = 10
+"""Pairs that are shown."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +75,6 @@ def check(
     from minsnap.shows.fleet_files import is_fleet
 
     if is_fleet(file):
-        from minsnap.cli.fleet_check import check_fleet
-
         return check_fleet(file, separation, downwash, json)
     if separation is not None:
         raise InputError(f"{file} is one vehicle: --separation is for a folder of vehicles or a .skyc")
@@ -180,3 +183,65 @@ def _table(axes: tuple[AxisFigures, ...]) -> str:
         figures = (axis.lowest, axis.highest, axis.fastest, axis.hardest)
         rows.append([axis.name, *("-" if figure is None else f"{figure:.4g}" for figure in figures)])
     return aligned(rows)
+
+
+def check_fleet(path: Path, separation: float | None, downwash: float, json: bool) -> int:
+    """Print how far apart the vehicles of files stay, over all time; return 1 if that is less than their separation."""
+    from minsnap.fleet.common_clock import Separation
+    from minsnap.fleet.fleet_certificate import certify_fleet
+    from minsnap.shows.fleet_files import read_fleet
+
+    fleet = read_fleet(path)
+    apart = fleet.separation if separation is None else Separation(separation, downwash)
+    if apart is None:
+        raise InputError(f"{path} does not say how far apart its vehicles must be: give --separation M")
+    certificate = certify_fleet(fleet, apart)
+    print(_fleet_json(certificate) if json else _fleet_text(certificate))
+    return 0 if certificate.ok else 1
+
+
+def pair_rows(certificate: FleetCertificate, most: int = LISTED) -> list[list[str]]:
+    """Return the pairs that come nearest, as rows of text under a heading."""
+    from minsnap.basics.checks import point_text
+
+    rows = [["vehicles", "", "distance [m]", "separation [m]", "at [s]", "between [m]"]]
+    for near in certificate.nearest[:most]:
+        names = [certificate.fleet.name(vehicle) for vehicle in near.pair]
+        figures = f"{near.distance:.4f}", f"{near.required:.4g}", f"{near.instant:.2f}"
+        rows.append([*names, *figures, point_text(certificate.middle_of(near).round(2) + 0.0)])
+    return rows
+
+
+def _fleet_text(certificate: FleetCertificate) -> str:
+    fleet = certificate.fleet
+    fastest = max(curve.max_norm(1)[0] for curve in fleet)
+    hardest = max(curve.max_norm(2)[0] for curve in fleet)
+    lines = [("vehicles", str(len(fleet))), ("duration", f"{fleet.duration:.6g} s")]
+    lines += [("top speed", f"{fastest:.4g} m/s"), ("top acceleration", f"{hardest:.4g} m/s^2")]
+    table = ["", aligned(pair_rows(certificate))] if certificate.nearest else []
+    return "\n".join([labelled(lines), *table, "", _verdict(certificate)])
+
+
+def _verdict(certificate: FleetCertificate) -> str:
+    if certificate.least_distance is None or certificate.pair is None or certificate.instant is None:
+        return "one vehicle: there is no pair"
+    first, second = (certificate.fleet.name(vehicle) for vehicle in certificate.pair)
+    nearest = f"{first} and {second} come within {certificate.least_distance:.4f} m at {certificate.instant:.2f} s"
+    return f"apart at every instant: {nearest}" if certificate.ok else f"problem: {nearest}"
+
+
+def _fleet_json(certificate: FleetCertificate) -> str:
+    near = [vars(pair) | {"between": certificate.middle_of(pair).tolist()} for pair in certificate.nearest]
+    fleet = certificate.fleet
+    return jsonlib.dumps(
+        {
+            "ok": certificate.ok,
+            "vehicles": [fleet.name(i) for i in range(len(fleet))],
+            "duration": fleet.duration,
+            "least_distance": certificate.least_distance,
+            "pair": certificate.pair,
+            "instant": certificate.instant,
+            "nearest": near,
+        },
+        indent=2,
+    )

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from minsnap.cli import options
 from minsnap.cli.command import command
+from minsnap.cli.options import SimulatedVehicle
 from minsnap.cli.output import check_figure, on_terminal
-from minsnap.cli.vehicles import SimulatedVehicle
 from minsnap.errors import InputError
 
 

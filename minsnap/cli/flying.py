@@ -1,4 +1,4 @@
-"""Flying from the command line: preflight, a companion that shows the flight, signals that stop and hold."""
+"""Flying from the command line: options, preflight, a companion that shows the flight, signals that stop it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from minsnap.errors import FlightError, InputError
 
@@ -23,6 +23,34 @@ if TYPE_CHECKING:
     from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
     from minsnap.trajectory.samples import Samples
     from minsnap.trajectory.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class FlightOptions:
+    """How a flight begins, ends and stops."""
+
+    trigger: Annotated[str, "enter, mode (when the vehicle enters OFFBOARD or GUIDED) or now."] = "enter"
+    abort_distance: Annotated[
+        float | None, "M", "Distance of the vehicle from the plan at which the flight stops; by default fits its lag."
+    ] = None
+    arm: Annotated[bool, "Change the mode and arm. Never done without this."] = False
+    land: Annotated[bool, "Land at the end instead of holding."] = False
+    preflight: Annotated[
+        bool, "--preflight/--no-preflight", "Check parameters and state first; refuse what must end."
+    ] = True
+
+    def settings(self, max_start_distance: float = 1.0, **others: Any) -> StreamOptions:
+        """Return the options of the stream, with others of it.
+
+        Raises
+        ------
+        InputError
+            If the trigger is unknown.
+        """
+        from minsnap.flight.mavlink.stream_options import SafetyRules, StreamOptions
+
+        rules = SafetyRules(max_start_distance, self.abort_distance)
+        return StreamOptions(trigger=trigger_of(self.trigger), rules=rules, arm=self.arm, land=self.land, **others)
 
 
 class EnterKey:

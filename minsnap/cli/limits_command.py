@@ -7,7 +7,7 @@ from typing import Annotated
 
 from minsnap.cli import options
 from minsnap.cli.command import command
-from minsnap.cli.vehicles import vehicle_of
+from minsnap.cli.options import vehicle_of
 
 
 @command()

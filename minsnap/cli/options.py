@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import degrees, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from minsnap.basics.limit_kinds import KINDS, Kind
-from minsnap.cli.vehicles import VEHICLE_HELP
 from minsnap.errors import InputError, LimitError
 
 if TYPE_CHECKING:
     from minsnap.corridors.keep_out import Obstacle
+    from minsnap.flight.simulation.controllers import Controller
+    from minsnap.flight.simulation.disturbances import Wind
+    from minsnap.vehicle.quadrotor import Quadrotor
+
+Triple = tuple[float, float, float]
+
+VEHICLE_HELP = "f330, crazyflie, px4-sih, or a YAML file."
+
 
 Output = Annotated[
     Path | None,
@@ -20,28 +28,102 @@ Output = Annotated[
     "FILE",
     "File to write, in the format of its ending: .csv, .json, .yaml, .npz, .traj; - is standard output.",
 ]
+
 Rate = Annotated[float, "HZ", "Setpoints per second."]
 Frame = Annotated[str, "Axes of the file: enu, ned, flu, frd or optitrack."]
 Format = Annotated[str | None, "NAME", "Format of the file, where its ending does not tell."]
 ReadFrame = Annotated[str | None, "--from-frame", "--frame", "Axes of a CSV that does not say so itself: enu, ned, …"]
 Plot = Annotated[Path | None, "FILE", "Figure to write: PNG, SVG or PDF, by its ending."]
 View = Annotated[str | None, "Of the figure: xy (unless given), xz, yz or 3d; xy shows climbs from the side."]
+
 LINKS = "udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD."
 Connect = Annotated[str, "LINK", LINKS]
 FlightReport = Annotated[Path | None, "FILE", "HTML page: maps, error against time, legs, lag, wind."]
 ColourBy = Annotated[str | None, "speed", "Draw the path in the colours of its speed."]
 Json = Annotated[bool, "Print the summary as JSON."]
 NoClobber = Annotated[bool, "Refuse to replace a file that is there."]
-
 OffsetDrag = Annotated[float, "K", "Feed-forward of K times the velocity [1/s]: offsets drag."]
 OffsetVehicle = Annotated[str | None, "NAME", "Vehicle whose drag is offset instead: " + VEHICLE_HELP]
 Lead = Annotated[float, "S", "Send setpoints earlier by this: compensates the vehicle's delay."]
-
 FlownLead = Annotated[float | None, "S", "How much earlier than planned the flight's setpoints were sent."]
-
 Time = Annotated[float | None, "S", "Duration of the whole [s]."]
 Split = Annotated[str | None, "How --time is split over the legs: optimal, distance or trapezoid."]
 TimeWeight = Annotated[float | None, "W", "Least cost + W * time, instead of a duration [cost/s]."]
+NoLimit = Annotated[
+    str | None,
+    "NAME",
+    "Take off what holds beside the limits named: speed, acceleration, tilt, altitude; several with commas.",
+]
+
+Corridor = Annotated[str | None, "M", "Half-width around each leg [m]: one, or one per leg with commas."]
+Avoid = Annotated[list[str] | None, "X,Y,R", "Upright cylinder to keep out of [m]; or X,Y,R,LOW,HIGH."]
+References = Annotated[str, "What the cascade follows: position, velocity or acceleration."]
+Yaw = Annotated[str | None, "Heading [degrees]; 'velocity' to look where it flies; 'tilt' not to spin."]
+LookAtPoint = Annotated[tuple[float, float] | None, "X Y", "Point that the nose points at [m]."]
+YawRate = Annotated[float | None, "RAD/S", "With --yaw velocity: largest rate of a held heading [rad/s]."]
+HoldBelow = Annotated[float | None, "M/S", "With --yaw velocity: held below this horizontal speed [m/s]."]
+Degree = Annotated[int, "Degree of the polynomials: 3, 5, 7, 9 or 11."]
+Continuity = Annotated[int | None, "Derivatives continuous at the waypoints."]
+Pieces = Annotated[
+    str | None, "N|auto", "Polynomials per leg; by default 1. auto: with limits, as many as shorten the flight."
+]
+
+TimeLimit = Annotated[float | None, "S", "Seconds of search, after which the best plan so far is taken."]
+Solver = Annotated[str, "auto, or a solver's name: daqp, clarabel, osqp, or another of qpsolvers."]
+
+
+def vehicle_of(name: str) -> Quadrotor:
+    """Return a preset by its name, here or in Python and files, or the vehicle of a YAML file.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    from minsnap.vehicle.named import SHORT_NAMES, VEHICLES, named_vehicle
+    from minsnap.vehicle.quadrotor import Quadrotor
+
+    preset = SHORT_NAMES.get(name, name)
+    if preset in VEHICLES:
+        return named_vehicle(preset)
+    if not Path(name).suffix and not Path(name).exists():
+        raise InputError(f"--vehicle is {name!r}: give {VEHICLE_HELP.rstrip('.')}")
+    return Quadrotor.from_yaml(name)
+
+
+@dataclass(frozen=True)
+class SimulatedVehicle:
+    """Options of a simulated flight: the vehicle, its controller, the noise of its poses, and the wind."""
+
+    vehicle: Annotated[str, VEHICLE_HELP] = "f330"
+    controller: Annotated[str, "cascade (PX4's), lee or mellinger."] = "cascade"
+    noise: Annotated[float, "M", "Standard deviation of a pose [m]."] = 0.0
+    wind: Annotated[Triple, "X Y Z", "Mean wind [m/s]."] = (0.0, 0.0, 0.0)
+    gust: Annotated[float, "M/S", "Intensity of Dryden gusts [m/s]."] = 0.0
+    seed: Annotated[int, "Seed: the same number gives the same noise and gusts."] = 0
+
+    @property
+    def craft(self) -> Quadrotor:
+        """The vehicle."""
+        return vehicle_of(self.vehicle)
+
+    @property
+    def air(self) -> Wind:
+        """A constant wind, or one with Dryden gusts."""
+        from minsnap.flight.simulation.disturbances import ConstantWind, DrydenWind
+
+        gusts = (self.gust, self.gust, 0.5 * self.gust)
+        return DrydenWind(self.wind, gusts, seed=self.seed) if self.gust else ConstantWind(self.wind)
+
+    def pilot(self, references: str) -> Controller:
+        """Return the controller; ``references`` is what the cascade follows."""
+        from minsnap.flight.simulation.controllers import CascadeController, GeometricController
+
+        if self.controller == "cascade":
+            return CascadeController(references=references)
+        if self.controller in ("lee", "mellinger"):
+            return GeometricController(feed_forward=self.controller == "lee")
+        raise InputError(f"--controller is {self.controller!r}: it must be one of cascade, lee, mellinger")
 
 
 def limit_fields() -> list[tuple[str, Any, None]]:
@@ -68,13 +150,6 @@ def limit_values(options: Any) -> dict[str, Any]:
     return {kind.name: radians(value) if kind.degrees else value for kind, value in values.items() if value is not None}
 
 
-NoLimit = Annotated[
-    str | None,
-    "NAME",
-    "Take off what holds beside the limits named: speed, acceleration, tilt, altitude; several with commas.",
-]
-
-
 def taken_off(text: str | None) -> list[str]:
     """Return the names that ``--no-limit`` takes off.
 
@@ -97,22 +172,6 @@ def _limit_option(kind: Kind) -> Any:
     metavar = "RATIO" if kind.unit == "of the weight" else kind.typed_unit.upper().replace("^", "")
     what = f"Shortest time within [{kind.typed_unit}]."
     return Annotated[float | None, metavar, what]
-
-
-Corridor = Annotated[str | None, "M", "Half-width around each leg [m]: one, or one per leg with commas."]
-Avoid = Annotated[list[str] | None, "X,Y,R", "Upright cylinder to keep out of [m]; or X,Y,R,LOW,HIGH."]
-References = Annotated[str, "What the cascade follows: position, velocity or acceleration."]
-Yaw = Annotated[str | None, "Heading [degrees]; 'velocity' to look where it flies; 'tilt' not to spin."]
-LookAtPoint = Annotated[tuple[float, float] | None, "X Y", "Point that the nose points at [m]."]
-YawRate = Annotated[float | None, "RAD/S", "With --yaw velocity: largest rate of a held heading [rad/s]."]
-HoldBelow = Annotated[float | None, "M/S", "With --yaw velocity: held below this horizontal speed [m/s]."]
-Degree = Annotated[int, "Degree of the polynomials: 3, 5, 7, 9 or 11."]
-Continuity = Annotated[int | None, "Derivatives continuous at the waypoints."]
-Pieces = Annotated[
-    str | None, "N|auto", "Polynomials per leg; by default 1. auto: with limits, as many as shorten the flight."
-]
-TimeLimit = Annotated[float | None, "S", "Seconds of search, after which the best plan so far is taken."]
-Solver = Annotated[str, "auto, or a solver's name: daqp, clarabel, osqp, or another of qpsolvers."]
 
 
 def parse_corridor(text: str | None) -> float | list[float] | None:

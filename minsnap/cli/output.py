@@ -9,8 +9,8 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, cast
 
 from minsnap.cli import options
+from minsnap.cli.options import vehicle_of
 from minsnap.cli.summary import as_json, as_text, summarise
-from minsnap.cli.vehicles import vehicle_of
 from minsnap.errors import FileError, InputError
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from minsnap.basics.storage.text_columns import labelled
 from minsnap.cli import options
 from minsnap.cli.command import command
+from minsnap.cli.options import SimulatedVehicle
 from minsnap.cli.output import check_figure, on_terminal
-from minsnap.cli.vehicles import SimulatedVehicle
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from minsnap.cli import options
 from minsnap.cli.command import command
-from minsnap.cli.flight_options import FlightOptions
-from minsnap.cli.flying import flight_summary, fly, fly_fleet, one_of
-from minsnap.cli.vehicles import vehicle_of
+from minsnap.cli.flying import FlightOptions, flight_summary, fly, fly_fleet, one_of
+from minsnap.cli.options import vehicle_of
 from minsnap.errors import FlightError, InputError
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from minsnap.cli import options
 from minsnap.cli.command import command
-from minsnap.cli.flight_options import FlightOptions
+from minsnap.cli.flying import FlightOptions
 from minsnap.errors import FlightError, InputError, LinkError
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Plots against time beside the scene, with the limits and a cursor at the time of the vehicle."""
+"""Plots against time beside the scene, with the limits and a cursor at the time of the vehicle; the scale of speeds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.planning.request import PlanRequest
-from minsnap.studio.plan_drawing import Profiles
+from minsnap.studio.plan_drawing import SPEED_SCALE, Profiles
 from minsnap.vehicle.quadrotor import Quadrotor
 
 HEIGHT = 150
@@ -157,3 +157,29 @@ def round_up(value: float) -> float:
         power
         * next(step for step in (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 6.4, 8.0, 10.0) if step * power >= value)
     )
+
+
+class SpeedLegend:
+    """A bar of the colours of the path, from rest to the greatest speed.
+
+    Parameters
+    ----------
+    gui : viser.GuiApi
+        Where it is added, in the present container.
+    """
+
+    def __init__(self, gui: Any) -> None:
+        self._bar = gui.add_html(legend(0.0))
+
+    def show(self, top: float) -> None:
+        """Show the greatest speed [m/s]."""
+        self._bar.content = legend(top)
+
+
+def legend(top: float) -> str:
+    """Return the bar with its numbers as HTML; ``top`` is the greatest speed [m/s]."""
+    stops = ",".join(f"rgb({','.join(str(int(c)) for c in colour)})" for colour in SPEED_SCALE)
+    numbers = "".join(f"<span>{share * top:.2f}</span>" for share in (0.0, 0.5, 1.0))
+    bar = f'<div style="height:10px;border-radius:3px;background:linear-gradient(to right,{stops})"></div>'
+    row = f'<div style="display:flex;justify-content:space-between;font-size:0.8em">{numbers}</div>'
+    return f'<div style="padding:0.3em 0.8em"><span style="font-size:0.85em">speed [m/s]</span>{bar}{row}</div>'

@@ -18,9 +18,8 @@ from minsnap.studio.charts import data_with_cursor, round_up, time_chart
 from minsnap.studio.ground_view import BY_DAY, BY_NIGHT, GroundView
 from minsnap.studio.page_inputs import sentence, table
 from minsnap.studio.page_server import LOOPBACK, PORT
-from minsnap.studio.plan_drawing import ColourArray, speed_colours
+from minsnap.studio.plan_drawing import ColourArray, speed_colours, thin_lines
 from minsnap.studio.player import Player
-from minsnap.studio.thin_lines import thin_lines
 
 VEHICLE, NEAR = (31, 42, 68), (224, 49, 49)
 """Colours of vehicles whose lamp is dark, and of those that are near another."""

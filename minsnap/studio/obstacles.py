@@ -16,7 +16,7 @@ from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.waypoints import read_waypoints
 from minsnap.paths.routes.map_images import read_map_entries
-from minsnap.studio.wall_shapes import box_surface
+from minsnap.studio.wall_view import box_surface
 
 MOST_CELLS = 200_000
 """Occupied cells of the largest grid that is shown."""

@@ -10,26 +10,21 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.planning.request import PlanRequest
 from minsnap.studio.browser_page import Page, several
-from minsnap.studio.charts import Charts
-from minsnap.studio.corridor_panel import CorridorPanel
+from minsnap.studio.charts import Charts, SpeedLegend
 from minsnap.studio.file_panel import FilePanel
-from minsnap.studio.gate_view import GateView
 from minsnap.studio.ground_view import GroundView
 from minsnap.studio.obstacles import Obstacles
 from minsnap.studio.page_inputs import Change
 from minsnap.studio.page_server import LOOPBACK, PORT
-from minsnap.studio.path_view import PathView
+from minsnap.studio.path_view import PathView, VehicleView
 from minsnap.studio.plan_drawing import pose_at, profiles_of
-from minsnap.studio.plan_stages import PlannedScene
+from minsnap.studio.plan_worker import PlannedScene
 from minsnap.studio.player import Player
-from minsnap.studio.route_panel import RoutePanel
-from minsnap.studio.speed_legend import SpeedLegend
+from minsnap.studio.route_panel import CorridorPanel, RoutePanel
 from minsnap.studio.status_panel import StatusPanel
-from minsnap.studio.time_panel import TimePanel
-from minsnap.studio.vehicle_panel import DRAWN, VehiclePanel
-from minsnap.studio.vehicle_view import VehicleView
+from minsnap.studio.time_panel import DRAWN, TimePanel, VehiclePanel
 from minsnap.studio.wall_view import WallView
-from minsnap.studio.waypoint_view import WaypointView
+from minsnap.studio.waypoint_view import GateView, WaypointView
 from minsnap.studio.workbench import BenchState, Workbench
 from minsnap.studio.working_folder import WorkingFolder
 from minsnap.trajectory.trajectory import Trajectory

@@ -4,8 +4,7 @@ from batches import good_row, walks, write_problems
 
 import minsnap
 from minsnap.batch.columns import COLUMNS, parquet_writer, record_batch, schema, trajectory_of
-from minsnap.batch.dataset_rows import planned_row
-from minsnap.batch.requests import request
+from minsnap.batch.dataset_rows import planned_row, request
 from minsnap.batch.spec import read_mapping
 from minsnap.errors import InputError
 

@@ -5,8 +5,7 @@ import pytest
 from batches import good_row, walks, write_problems
 
 import minsnap
-from minsnap.batch.dataset_rows import STATUSES, planned_row, stopped_row
-from minsnap.batch.requests import request
+from minsnap.batch.dataset_rows import STATUSES, planned_row, request, stopped_row
 from minsnap.batch.spec import read_mapping
 from minsnap.time_allocation import allocate
 

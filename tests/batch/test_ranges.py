@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from minsnap.batch.ranges import Range, draws_of, ranged, seed_of
+from minsnap.batch.spec import Range, draws_of, ranged, seed_of
 from minsnap.errors import FileError
 
 

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from batches import good_row, walks, write_problems
 
-from minsnap.batch.ranges import seed_of
-from minsnap.batch.requests import request
-from minsnap.batch.spec import read_mapping
+from minsnap.batch.dataset_rows import request
+from minsnap.batch.spec import read_mapping, seed_of
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate
 from minsnap.errors import InputError

@@ -6,7 +6,7 @@ import numpy as np
 import pyarrow
 import pytest
 
-from minsnap.batch import shards
+from minsnap.batch import folder
 from minsnap.batch.columns import record_batch
 
 PART = 256
@@ -32,12 +32,12 @@ def peak_of(rows, groups, path):
             most[1] = max(most[1], pyarrow.total_allocated_bytes() - before)
             yield part
 
-    shards._write(path, answered, range(groups * shards.GROUP_ROWS), {}, None)
+    folder._write(path, answered, range(groups * folder.GROUP_ROWS), {}, None)
     return most
 
 
 def test_a_file_of_any_length_takes_the_memory_of_one_group(rows, tmp_path):
     short, long = (peak_of(rows, groups, tmp_path / f"{groups}.parquet") for groups in (2, 12))
-    assert short[0] == long[0] <= shards.GROUP_ROWS // PART + 1
+    assert short[0] == long[0] <= folder.GROUP_ROWS // PART + 1
     assert 0 < long[1] <= 1.2 * short[1]
-    assert pyarrow.parquet.ParquetFile(tmp_path / "12.parquet").metadata.num_rows == 12 * shards.GROUP_ROWS
+    assert pyarrow.parquet.ParquetFile(tmp_path / "12.parquet").metadata.num_rows == 12 * folder.GROUP_ROWS

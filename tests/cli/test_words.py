@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.cli.words import ARGUMENTS, in_options
+from minsnap.cli.app import ARGUMENTS, in_options
 from minsnap.trajectory.samples import Samples
 
 SENTENCES = [

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from minsnap.studio.camera import FILLED, framing
+from minsnap.studio.browser_page import FILLED, framing
 
 
 @pytest.mark.parametrize("aspect", [0.4, 1.0, 2.4])

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from minsnap.planning.request import PlanRequest
-from minsnap.studio.edit_history import PAUSE, EditHistory
+from minsnap.studio.workbench import PAUSE, EditHistory
 
 FIRST = PlanRequest(((0.0, 0.0, 1.0), (1.0, 0.0, 1.0)), total_time=1.0)
 

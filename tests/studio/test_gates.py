@@ -11,7 +11,7 @@ import minsnap
 from minsnap.errors import FileError, WaypointError
 from minsnap.files.request_yaml import read_request, write_request
 from minsnap.studio import Studio, documents, edits
-from minsnap.studio.reproduction import as_python
+from minsnap.studio.file_panel import as_python
 
 POINTS = ((0.0, 0.0, 1.0), (4.0, 0.0, 1.5), (4.0, 4.0, 1.0), (0.0, 4.0, 1.0))
 SCENE = edits.with_gate(documents.PlanRequest(POINTS, total_time=6.0), 1, True)
@@ -101,7 +101,7 @@ def test_the_page_draws_and_turns_gates(tmp_path):
 
 @pytest.mark.slow
 def test_a_plan_with_gates_is_drawn_and_saved_with_them(tmp_path):
-    from minsnap.studio.plan_stages import planned_in_stages
+    from minsnap.studio.plan_worker import planned_in_stages
 
     planned = list(planned_in_stages(SCENE, None, lambda: False))[-1]
     documents.save_as("figure (SVG)", planned, SCENE, tmp_path / "a.svg")

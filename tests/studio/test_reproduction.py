@@ -11,7 +11,7 @@ import minsnap
 from minsnap import Search
 from minsnap.studio.documents import example_scene
 from minsnap.studio.edits import insert_waypoint, move_waypoint, set_width, with_boxes, with_room, with_time
-from minsnap.studio.reproduction import as_command, as_python
+from minsnap.studio.file_panel import as_command, as_python
 
 EXAMPLE = example_scene()
 TENTH = move_waypoint(set_width(EXAMPLE, 1, 0.1 + 0.2), 1, (8.0, 1.0 / 3.0, 1.0))

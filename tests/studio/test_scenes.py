@@ -8,9 +8,8 @@ import pytest
 import minsnap
 from minsnap.errors import CorridorError, InputError, LimitError, YawError
 from minsnap.files.formats.polynomials import write_polynomials
-from minsnap.studio.documents import open_scene
+from minsnap.studio.documents import open_scene, scene_of
 from minsnap.studio.edits import set_reserve
-from minsnap.studio.scenes import scene_of
 from minsnap.studio.showing import show
 from minsnap.vehicle import Quadrotor
 

@@ -11,7 +11,7 @@ from page_browser import chromium, on_screen, open_page
 from PIL import Image
 
 import minsnap
-from minsnap.studio.thin_lines import thin_lines
+from minsnap.studio.plan_drawing import thin_lines
 
 
 def read_glb(content):

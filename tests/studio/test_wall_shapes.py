@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 
 from minsnap.corridors.tubes import Tube
 from minsnap.plot.outlines import leg_bodies
-from minsnap.studio.wall_shapes import box_edges, box_surface, face_centres, tube_prism
+from minsnap.studio.wall_view import box_edges, box_surface, face_centres, tube_prism
 
 COORDINATES = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
 BOX = ((0.0, -1.0, 2.0), (1.0, 3.0, 7.0))

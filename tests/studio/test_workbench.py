@@ -11,7 +11,7 @@ from minsnap.errors import InputError
 from minsnap.studio import plan_worker
 from minsnap.studio.documents import example_scene
 from minsnap.studio.edits import move_waypoint, set_width, with_time
-from minsnap.studio.plan_stages import planned_in_stages
+from minsnap.studio.plan_worker import planned_in_stages
 from minsnap.studio.workbench import Workbench
 
 
