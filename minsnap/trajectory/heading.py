@@ -14,7 +14,7 @@ from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import YawError
 from minsnap.native.shortest_time import InstantLimit
-from minsnap.trajectory.instants import as_instants, check_order
+from minsnap.trajectory.instants import as_instants, check_order, within
 from minsnap.trajectory.medium import Medium
 
 Largest = tuple[float, float]
@@ -101,6 +101,47 @@ class Heading:
     def rule(self, curve: Any) -> dict[str, Any] | None:
         """Return how the yaw follows from a curve, as plain text and numbers; None where it follows no rule."""
         return None
+
+
+class RuledHeading(Heading):
+    """A heading that follows from a path by a rule, which holds for other paths as well."""
+
+    path: Any
+
+    what: str
+    """What messages call it."""
+
+    highest: float = np.inf
+    """Order of the highest derivative that it has."""
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Yaw or its derivative at ``t``, in the shape of ``t``.
+
+        Raises
+        ------
+        YawError
+            For a higher order than it has.
+        """
+        if check_order(order) > self.highest:
+            raise YawError(f"{self.what} has derivatives up to order {self.highest}, not {order}")
+        instants = as_instants(t)
+        return self._at(within(instants, self.path.duration), int(order)).reshape(instants.shape)
+
+    def _at(self, t: FloatArray, order: int) -> FloatArray:
+        """Return yaw or a derivative at instants (m,) of the path."""
+        raise NotImplementedError
+
+    def by_rule(self, curve: Any) -> Heading:
+        """Return the heading of another curve by the same rule."""
+        return self.on(curve)
+
+    def rule(self, curve: Any) -> dict[str, Any] | None:
+        """Return the rule for the path's own curve; of another one it would give another heading."""
+        return self._rule() if curve.is_like(self.path) else None
+
+    def _rule(self) -> dict[str, Any]:
+        """Return the rule as plain text and numbers."""
+        raise NotImplementedError
 
 
 YawFunction = Callable[..., FloatArray]

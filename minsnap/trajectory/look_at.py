@@ -15,8 +15,8 @@ from minsnap.basics.arrays import FloatArray, bounded, numbers, set_fields
 from minsnap.basics.checks import check_array
 from minsnap.errors import YawError
 from minsnap.native.shortest_time import InstantKind, InstantLimit
-from minsnap.trajectory.heading import Heading, Largest, nearest_turn
-from minsnap.trajectory.instants import as_instants, check_order, parted_instants, within
+from minsnap.trajectory.heading import Heading, Largest, RuledHeading, nearest_turn
+from minsnap.trajectory.instants import parted_instants
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_look_rate
@@ -64,7 +64,7 @@ class LookAt:
         return LookAtHeading(path, self)
 
 
-class LookAtHeading(Heading):
+class LookAtHeading(RuledHeading):
     r"""Yaw towards a point, continuous (not wrapped), with exact derivatives of any order.
 
     With :math:`w = p_x - x + i (p_y - y)` the yaw is :math:`\arg w`, and its derivatives are those of
@@ -84,7 +84,7 @@ class LookAtHeading(Heading):
         If the path has one coordinate, or passes nearer than a millimetre to the point.
     """
 
-    limited_softly = True
+    what, limited_softly = "a yaw towards a point", True
 
     def __init__(self, path: Path, target: LookAt) -> None:
         if path.dim < 2:
@@ -101,10 +101,6 @@ class LookAtHeading(Heading):
         """Return the heading towards the same point along another path."""
         return LookAtHeading(curve, self.target)
 
-    def by_rule(self, curve: Path) -> LookAtHeading:
-        """Return the heading towards the same point along another path."""
-        return self.on(curve)
-
     def before(self, other: Heading, curve: Path, switch: float) -> Heading:
         """Return one heading where both look at the same point."""
         same = isinstance(other, LookAtHeading) and np.array_equal(self.target.point[:2], other.target.point[:2])
@@ -120,22 +116,18 @@ class LookAtHeading(Heading):
         east, north = map(float, self.target.point[:2])
         return [InstantLimit(InstantKind.LOOK_RATE, (most, east, north, length))]
 
-    def rule(self, curve: Path) -> dict[str, Any] | None:
-        """Return the rule with its point."""
-        return {"rule": "look at", "point": self.target.point.tolist()} if curve.is_like(self.path) else None
+    def _rule(self) -> dict[str, Any]:
+        return {"rule": "look at", "point": self.target.point.tolist()}
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
-        """Yaw or its derivative at ``t``, in the shape of ``t``."""
-        instants = as_instants(t)
-        flat = within(instants, self.path.duration)
-        if check_order(order) == 0:
-            return self._angle(flat).reshape(instants.shape)
-        w = [self._spoke(flat, n) for n in range(order + 1)]
+    def _at(self, t: FloatArray, order: int) -> FloatArray:
+        if order == 0:
+            return self._angle(t)
+        w = [self._spoke(t, n) for n in range(order + 1)]
         q: list[Any] = []
         for m in range(order):
-            rest = sum((comb(m, k) * q[k] * w[m - k] for k in range(m)), np.zeros(len(flat), dtype=np.complex128))
+            rest = sum((comb(m, k) * q[k] * w[m - k] for k in range(m)), np.zeros(len(t), dtype=np.complex128))
             q.append((w[m + 1] - rest) / w[0])
-        return np.asarray(q[-1].imag).reshape(instants.shape)
+        return np.asarray(q[-1].imag)
 
     def _spoke(self, t: FloatArray, order: int) -> npt.NDArray[np.complex128]:
         """Return the vector to the point, or its derivative, as complex numbers."""

@@ -6,12 +6,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import YawError
-from minsnap.trajectory.heading import Heading, Largest, nearest_turn
-from minsnap.trajectory.instants import as_instants, check_order, within
+from minsnap.trajectory.heading import Heading, Largest, RuledHeading, nearest_turn
 from minsnap.trajectory.medium import AIRLESS, Medium
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.transport import Frame, Transport, carried, least_rotation, lift_of
@@ -23,7 +21,7 @@ VERTICAL = 1e-12
 """Squared length of the lateral axis seen from above below which its direction, the yaw, is held."""
 
 
-class TiltHeading(Heading):
+class TiltHeading(RuledHeading):
     r"""Yaw of a vehicle that turns only as its thrust axis tilts, and never spins about it.
 
     Called, it gives the yaw angle :math:`\psi` of that attitude, :math:`y_B \perp (\cos\psi, \sin\psi, 0)`, and its
@@ -49,6 +47,7 @@ class TiltHeading(Heading):
         If the path has one coordinate, or more than three.
     """
 
+    what, highest = "a heading from the tilt", 2
     medium: Medium
 
     def __init__(self, path: Path, angle: float = 0.0, medium: Medium = AIRLESS) -> None:
@@ -56,20 +55,8 @@ class TiltHeading(Heading):
             raise YawError(f"a heading from the tilt needs two or three coordinates, this path has {path.dim}")
         self.path, self.angle, self.medium = path, float(angle), Medium(*medium.values[:3])
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
-        """Yaw, yaw rate or yaw acceleration (order 0, 1, 2) at ``t``, in the shape of ``t``.
-
-        Raises
-        ------
-        YawError
-            For a higher order.
-        """
-        if check_order(order) > 2:
-            raise YawError(f"a heading from the tilt has derivatives up to order 2, not {order}")
-        instants = as_instants(t)
-        flat = within(instants, self.path.duration)
-        value = self._yaw(flat) if order == 0 else self._yaw_derivative(flat, order)
-        return value.reshape(instants.shape)
+    def _at(self, t: FloatArray, order: int) -> FloatArray:
+        return self._yaw(t) if order == 0 else self._yaw_derivative(t, order)
 
     def axes(self, t: FloatArray) -> Frame:
         """Body axes x, y, z in the world frame at instants (m,), each of shape (3, m)."""
@@ -90,10 +77,6 @@ class TiltHeading(Heading):
         angle = np.arctan2((x * level[1]).sum(), (x * level[0]).sum())
         return TiltHeading(curve, float(angle), self.medium)
 
-    def by_rule(self, curve: Path) -> TiltHeading:
-        """Return the heading from the tilt of another path that begins with the same turn."""
-        return self.on(curve)
-
     def before(self, other: Heading, curve: Path, switch: float) -> Heading:
         """Return one heading from the tilt where both are one."""
         return super().before(other, curve, switch) if other.medium is None else self.on(curve)
@@ -102,10 +85,7 @@ class TiltHeading(Heading):
         """Return the spin about the thrust axis, which is limited in place of the yaw: there is none."""
         return 0.0, start
 
-    def rule(self, curve: Path) -> dict[str, Any] | None:
-        """Return the rule with gravity and drag."""
-        if not curve.is_like(self.path):
-            return None
+    def _rule(self) -> dict[str, Any]:
         gravity, *drag = self.medium.values[:3]
         return {"rule": "tilt", "angle_at_start": self.angle, "gravity": gravity, "drag": drag}
 

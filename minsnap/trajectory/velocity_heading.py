@@ -7,15 +7,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from minsnap.basics.arrays import BoolArray, FloatArray, set_fields
 from minsnap.basics.checks import check_positive
 from minsnap.errors import YawError
 from minsnap.native.shortest_time import InstantKind, InstantLimit
-from minsnap.trajectory.heading import Heading, Largest, nearest_turn
+from minsnap.trajectory.heading import Heading, Largest, RuledHeading, nearest_turn
 from minsnap.trajectory.held_turns import HeadingTable, Turns, turns_of
-from minsnap.trajectory.instants import as_instants, check_order, parted_instants, within
+from minsnap.trajectory.instants import parted_instants
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_turn_within
@@ -74,7 +73,7 @@ class Velocity:
         return VelocityHeading(curve, self.yaw_rate, self.hold_below)
 
 
-class VelocityHeading(Heading):
+class VelocityHeading(RuledHeading):
     r"""Yaw along the horizontal velocity, continuous with a continuous rate over the whole path.
 
     :math:`\psi = \operatorname{atan2}(v_y, v_x)`,
@@ -99,7 +98,7 @@ class VelocityHeading(Heading):
         If the path has fewer than two coordinates or never moves horizontally, or a parameter is not positive.
     """
 
-    limited_last = True
+    what, highest, limited_last = "a yaw along the velocity", 2, True
 
     def __init__(self, path: Path, yaw_rate: float | None = None, hold_below: float | None = None) -> None:
         if path.dim < 2:
@@ -159,28 +158,14 @@ class VelocityHeading(Heading):
         held = min(SLOW, SLOW_SHARE * speed) if self.hold_below is None else self.hold_below
         return [InstantLimit(InstantKind.HEADING_RATE, (most, speed, held, HELD_ROOM))]
 
-    def rule(self, curve: Path) -> dict[str, Any] | None:
-        """Return the rule with its rate and speed."""
-        if not curve.is_like(self.path):
-            return None
+    def _rule(self) -> dict[str, Any]:
         return {"rule": "velocity", "yaw_rate": self.yaw_rate, "hold_below": self.hold_below}
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
-        """Yaw, yaw rate or yaw acceleration (order 0, 1, 2) at ``t``, in the shape of ``t``.
-
-        Raises
-        ------
-        YawError
-            For a higher order.
-        """
-        if check_order(order) > 2:
-            raise YawError(f"a yaw along the velocity has derivatives up to order 2, not {order}")
-        instants = as_instants(t)
-        flat = within(instants, self.path.duration)
-        value = self._turns(flat, order)
-        follows = self._turns.follows[self._turns.piece(flat)]
-        value[follows] = self._following(flat[follows], order)
-        return value.reshape(instants.shape)
+    def _at(self, t: FloatArray, order: int) -> FloatArray:
+        value = self._turns(t, order)
+        follows = self._turns.follows[self._turns.piece(t)]
+        value[follows] = self._following(t[follows], order)
+        return value
 
     def _following(self, t: FloatArray, order: int) -> FloatArray:
         velocity = self.path(t, 1)[:, :2]

@@ -82,6 +82,10 @@ class Route(Path):
         """Least distance to an occupied cell over all time [m]."""
         return self.approach.distance
 
+    def as_trajectory(self) -> Trajectory:
+        """Return the plan."""
+        return self.trajectory
+
     def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
         return self.trajectory._evaluate(t, order)
 
