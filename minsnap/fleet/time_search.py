@@ -162,7 +162,9 @@ class TimeSearch:
             time = self._stretched(curves, time)
         fleet = Fleet((*flown(curves[: len(task)], time), *task.fixed))  # type: ignore[arg-type]
         certificate = certify_fleet(fleet, **held_to)  # type: ignore[arg-type]
-        kept = certificate.ok and self._inside(curves) and (self._stretches or self._limits_kept(fleet))
+        limited = task.limits is not None and not self._stretches
+        kept = certificate.ok and self._inside(curves)
+        kept = kept and (not limited or certify_fleet(fleet[: len(task)], limits=task.limits).ok)
         return (Certified(curves.copy(), time, certificate) if kept else None), certificate
 
     @cached_property
@@ -182,10 +184,6 @@ class TimeSearch:
                 if (least < boxes.lower[leg[piece]]).any() or (most > boxes.upper[leg[piece]]).any():
                     return False
         return True
-
-    def _limits_kept(self, fleet: Fleet) -> bool:
-        limits = self.task.limits
-        return limits is None or certify_fleet(fleet[: len(self.task)], limits=limits).ok
 
     def _stretched(self, curves: FloatArray, time: float) -> float:
         """Return the least time at which limits on derivatives are kept."""
@@ -222,10 +220,10 @@ class TimeSearch:
             share = min(largest, GROWTH * share) if gain > ENOUGH * aim else 0.5 * share
         return best
 
-    def least_snap(self, time: float, weights: tuple[float, ...] = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)) -> Certified | None:
+    def least_snap(self, time: float) -> Certified | None:
         """Return curves of little snap that are certified at a time, from the best ones; None if none are."""
         assert self.best is not None
-        for weight in weights:
+        for weight in (1.0, 1e-1, 1e-2, 1e-3, 1e-4):
             search, curves = self.search_of(FINE), self.at_time(self.best.curves, time)
             settings = replace(LAST, smoothness=weight, iterations=60, settle=True)
             outcome = search.run(curves, time, self.unit, settings, self.stopped)

@@ -78,7 +78,8 @@ def plot_overview(
     """
     check_view(view)
     samples = dense_samples(path)
-    rows = _rows(samples, limits) + (["rotors"] if _has_rotors(path, limits) else [])
+    rotors = isinstance(limits, VehicleLimits) and isinstance(path, Path)
+    rows = _rows(samples, limits) + (["rotors"] if rotors else [])
     side = view == "xy" and _climbs(samples)
     shape = _shape(samples, view, side)
     heights = _heights(shape, len(rows))
@@ -98,11 +99,6 @@ def _rows(samples: Samples, limits: Any) -> list[Any]:
     known = heading_rows(samples)
     heading = [name for name, _, _ in known] if any(np.any(values) for _, _, values in known) else []
     return [*available_orders(samples), *heading, *(["limits"] if _can_show(limits, samples) else [])]
-
-
-def _has_rotors(path: Path | Samples, limits: Any) -> bool:
-    """Whether the limits are those of a vehicle's rotors, whose thrusts are drawn too."""
-    return isinstance(limits, VehicleLimits) and isinstance(path, Path)
 
 
 def _can_show(limits: Any, samples: Samples) -> bool:

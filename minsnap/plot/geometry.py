@@ -97,17 +97,20 @@ def plot_path(
     """
     samples = dense_samples(path)
     chosen = view_coordinates(view, samples.dim)
-    axes = _own_axes(samples.position[:, chosen]) if ax is None else _suitable(ax, view)
+    axes = _own_axes(samples.position[:, chosen]) if ax is None else ax
+    if (axes.name == "3d") != (view == "3d"):
+        raise InputError(f"the view {view!r} needs axes of {'three' if view == '3d' else 'two'} dimensions")
     points, gates = _waypoints(path, waypoints)
     if corridor is not None and points is not None:
         _draw_corridor(axes, corridor, points, chosen)
     if avoid and len(chosen) == 2:
         _draw_obstacles(axes, avoid, chosen, samples.position[:, chosen])
     if colour_by is None:
-        _draw_curve(axes, samples.position[:, chosen])
+        curve = samples.position[:, chosen].T
+        axes.plot(*curve, color=PATH_COLOUR, linewidth=1.8, label="path", zorder=3)
     else:
         draw_coloured(axes, samples, chosen, colour_by)
-        _draw_ends(axes, samples.position[:, chosen])
+    _draw_ends(axes, samples.position[:, chosen])
     if points is not None:
         draw_waypoints(axes, np.delete(points, list(gates), axis=0), chosen)
         draw_gates(axes, list(gates.values()), chosen)
@@ -133,13 +136,6 @@ def fitting_size(points: FloatArray) -> tuple[float, float]:
     """Return the size of a figure whose shape is about that of points in a plane [inches]."""
     width, height = np.ptp(points, axis=0)
     return 7.5, float(np.clip(6.0 * height / max(width, 1e-9 * height, 1e-300) + 0.8, 2.5, 7.0))
-
-
-def _suitable(ax: Axes, view: str) -> Axes:
-    """Return axes that have the dimension of a view."""
-    if (ax.name == "3d") != (view == "3d"):
-        raise InputError(f"the view {view!r} needs axes of {'three' if view == '3d' else 'two'} dimensions")
-    return ax
 
 
 def check_view(view: str) -> str:
@@ -196,11 +192,6 @@ def _draw_obstacles(ax: Axes, avoid: Sequence[Obstacle], chosen: list[int], plac
         if curved.all():
             ring = np.clip(center[chosen] + reach * np.stack([np.cos(angles), np.sin(angles)], axis=1), low, high)
         ax.fill(*ring.T, color=OBSTACLE_COLOUR, alpha=0.6, linewidth=0.0, label="_" if number else "obstacles")
-
-
-def _draw_curve(ax: Axes, points: FloatArray) -> None:
-    ax.plot(*points.T, color=PATH_COLOUR, linewidth=1.8, label="path", zorder=3)
-    _draw_ends(ax, points)
 
 
 def _draw_ends(ax: Axes, points: FloatArray) -> None:

@@ -150,7 +150,8 @@ def read_skyc(path: str | os.PathLike[str]) -> SkybrushShow:
         if not 1 <= len(settings) <= MOST:
             raise FileError(f"{path} has {len(settings)} vehicles: a show has 1 to {MOST}")
         curves = [_curve(_resolved(archive, entry["trajectory"])) for entry in settings]
-        lamps = [_lamp(_resolved(archive, entry.get("lights"))) for entry in settings]
+        found = [_resolved(archive, entry.get("lights")) for entry in settings]
+        lamps = [lights_of(base64.b64decode(each["data"])) if each else None for each in found]
     names = tuple(str(entry.get("name") or f"drone {i + 1}") for i, entry in enumerate(settings))
     return SkybrushShow(Fleet(tuple(curves), names if len(set(names)) == len(names) else None), tuple(lamps))
 
@@ -166,10 +167,6 @@ def _resolved(archive: zipfile.ZipFile, entry: Any) -> Any:
     if not isinstance(entry, dict) or "$ref" not in entry:
         return entry
     return _load(archive, str(entry["$ref"]).removesuffix("#").removeprefix("./"))
-
-
-def _lamp(entry: Any) -> Lights | None:
-    return None if not entry else lights_of(base64.b64decode(entry["data"]))
 
 
 def _curve(entry: Any) -> Trajectory:

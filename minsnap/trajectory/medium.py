@@ -49,21 +49,19 @@ class Medium:
         """All numbers in their order."""
         return self.gravity, self.linear, self.quadratic, self.more_linear, self.more_quadratic
 
-    def lift(self, *motion: FloatArray, floor: float = 0.0) -> tuple[FloatArray, ...]:
+    def lift(self, *motion: FloatArray) -> tuple[FloatArray, ...]:
         """Return f and as many of its derivatives as the motion allows, each of shape (..., 3).
 
         Parameters
         ----------
         *motion : ndarray, shape (..., 3)
             Velocity, acceleration, and jerk and snap if wanted; complex steps pass through.
-        floor : float
-            Added to the squared speed before its root is taken; without one the speed's derivatives at rest are zero.
         """
         velocity, acceleration, *others = motion
         force = acceleration + np.array([0.0, 0.0, self.gravity])
         if not (self.linear or self.quadratic):
             return force, *others
-        speed = norm(velocity, floor)[..., None]
+        speed = norm(velocity)[..., None]
         share, divisor = self.linear + self.quadratic * speed, np.where(speed == 0.0, np.inf, speed)
         derivatives = [force + share * velocity]
         if others:
@@ -76,12 +74,12 @@ class Medium:
             derivatives.append(others[1] + change + share * others[0])
         return tuple(np.asarray(part) for part in derivatives)
 
-    def thrust(self, force: FloatArray, velocity: FloatArray, floor: float = 0.0) -> FloatArray:
+    def thrust(self, force: FloatArray, velocity: FloatArray) -> FloatArray:
         """Return the thrust per mass (...) where f and the velocity are (..., 3)."""
-        size = norm(force, floor)
+        size = norm(force)
         if not (self.more_linear or self.more_quadratic):
             return size
-        share = self.more_linear + self.more_quadratic * norm(velocity, floor)
+        share = self.more_linear + self.more_quadratic * norm(velocity)
         return np.asarray(size + share * inner(force, velocity) / np.where(size == 0.0, np.inf, size))
 
 
@@ -89,9 +87,9 @@ AIRLESS = Medium()
 """Gravity without drag."""
 
 
-def norm(vectors: FloatArray, floor: float = 0.0) -> FloatArray:
+def norm(vectors: FloatArray) -> FloatArray:
     """Euclidean norm over the last axis, analytic, so that complex steps pass through it."""
-    return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1) + floor))
+    return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1)))
 
 
 def inner(left: FloatArray, right: FloatArray) -> FloatArray:

@@ -151,16 +151,11 @@ def _angles(
     return np.asarray(np.cumsum(swap) + np.concatenate(([0.0], np.cumsum(gain)[:-1])))
 
 
-def spatial_columns(path: Path, t: FloatArray, order: int) -> FloatArray:
-    """Return a derivative of a path of two or three coordinates, shape (3, m)."""
-    vector = np.zeros((3, len(t)))
-    vector[: path.dim] = path(t, order).T
-    return vector
-
-
 def lift_of(path: Path, medium: Medium, t: FloatArray, derivatives: int = 0) -> list[FloatArray]:
     """Vector along the thrust axis and its derivatives, each (3, m) [m/s^2], ...; upright where there is no thrust."""
-    motion = [spatial_columns(path, t, order).T for order in range(1, 3 + derivatives)]
+    motion = np.zeros((2 + derivatives, len(t), 3))
+    for order, columns in enumerate(motion, 1):
+        columns[:, : path.dim] = path(t, order)
     forces = [part.T.copy() for part in medium.lift(*motion)]
     forces[0][:, np.linalg.norm(forces[0], axis=0) <= FREE_FALL * medium.gravity] = [[0.0], [0.0], [medium.gravity]]
     return forces

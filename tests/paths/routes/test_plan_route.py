@@ -47,6 +47,7 @@ def test_where_it_is_nearest_is_said(route):
 def test_a_route_is_a_path(route, tmp_path):
     minsnap.write_csv(route, tmp_path / "route.csv")
     assert minsnap.read_csv(tmp_path / "route.csv").position[0] == pytest.approx([1.0, 1.0, 0.0])
+    assert minsnap.certify(route, corridor=route.corridor, limits=route.limits).ok
 
 
 def test_altitudes_above_a_plane_map_are_flown():
