@@ -262,8 +262,6 @@ def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
     if Path(path).suffix.lower() in (".yaml", ".yml"):
         return waypoints_of(f"{path}", load_yaml(path))
     if Path(path).suffix.lower() == ".plan":
-        from minsnap.files.waypoints import read_mission
-
         return Waypoints(read_mission(path).points)
     try:
         table, units = read_loose_table(path, TABLE)
