@@ -253,7 +253,6 @@ def _term_names(surface: Surface) -> list[str]:
 
 def plot_table_fit(table_fit: TableFit) -> Any:
     """Draw a fit with its measurements and return the axes: a parabola, a surface, or the residuals."""
-
     if isinstance(table_fit.fitted, CoefficientFit):
         quantity = "thrust [N]" if table_fit.form == "thrust" else "torque [N m]"
         return plot_coefficient_fit(
