@@ -39,7 +39,7 @@ class FlightOptions:
         bool, "--preflight/--no-preflight", "Check parameters and state first; refuse what must end."
     ] = True
 
-    def settings(self, max_start_distance: float = 1.0, **others: Any) -> StreamOptions:
+    def settings(self, **others: Any) -> StreamOptions:
         """Return the options of the stream, with others of it.
 
         Raises
@@ -49,8 +49,8 @@ class FlightOptions:
         """
         from minsnap.flight.mavlink.stream_options import SafetyRules, StreamOptions
 
-        rules = SafetyRules(max_start_distance, self.abort_distance)
-        return StreamOptions(trigger=trigger_of(self.trigger), rules=rules, arm=self.arm, land=self.land, **others)
+        own = {"trigger": trigger_of(self.trigger), "rules": SafetyRules(abort_distance=self.abort_distance)}
+        return StreamOptions(arm=self.arm, land=self.land, **{**own, **others})
 
 
 class EnterKey:
