@@ -10,7 +10,6 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray, OwnsArrays
 from minsnap.files.frames import FRAMES, map_samples
 from minsnap.trajectory.samples import ARRAYS, Samples
-from minsnap.vehicle.attitude import quaternions, rotations
 
 WORLD, BODY = FRAMES["ned"].matrix, FRAMES["ned"].body_matrix
 """From NED to ENU, and from forward-right-down to forward-left-up."""
@@ -67,6 +66,8 @@ def inertial_log(
     start : float
         Time since boot that is 0 in the log [s].
     """
+    from minsnap.vehicle.attitude import quaternions, rotations
+
     (t, turns), (force_t, pulls) = _finite(*attitude), _finite(*force)
     turned = quaternions(WORLD @ rotations(turns) @ BODY)
     felt = pulls @ BODY

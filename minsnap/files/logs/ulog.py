@@ -19,7 +19,6 @@ from minsnap.errors import FileError, InputError
 from minsnap.files.frames import map_samples
 from minsnap.files.logs.flight_log import BODY, WORLD, FlightLog, InertialLog, flight_log, inertial_log
 from minsnap.trajectory.samples import Samples
-from minsnap.vehicle.attitude import rotations
 
 POSITION = "vehicle_local_position"
 SETPOINTS = ("trajectory_setpoint", "vehicle_local_position_setpoint")
@@ -223,6 +222,8 @@ def _felt(inertial: InertialLog | None) -> list[Topic]:
     if inertial is None:
         return []
     from scipy.spatial.transform import Rotation
+
+    from minsnap.vehicle.attitude import rotations
 
     turns = WORLD.T @ rotations(inertial.quaternion) @ BODY
     quaternion = np.roll(Rotation.from_matrix(turns).as_quat(), 1, axis=1)
