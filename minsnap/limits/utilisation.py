@@ -19,7 +19,7 @@ def measured(bounds: Mapping[str, float], traj: Trajectory, norm: str, gravity: 
     """Measure limits, by name, over all time of a trajectory; exactly, but for the drag."""
     orders = [KIND[name].order for name in bounds if KIND[name].measure == "norm"] if norm == "euclidean" else []
     norms = dict(zip(orders, traj.max_norms([min(p, traj.degree + 1) for p in orders]) if orders else [], strict=True))
-    motion = exact_motion(traj, norm, gravity)
+    motion: Motion | None = None
     used = []
     for name, limit in bounds.items():
         kind = KIND[name]
@@ -29,6 +29,7 @@ def measured(bounds: Mapping[str, float], traj: Trajectory, norm: str, gravity: 
         if kind.order in norms and kind.measure == "norm":
             used.append(used_at(traj, name, limit, *norms[kind.order]))
             continue
+        motion = motion or exact_motion(traj, norm, gravity)
         value, piece, s = MEASURES[kind.measure].largest(motion, kind.order)
         instant = float(traj.breaks[piece] + s * traj.durations[piece])
         used.append(Utilisation(name, value, limit, _share(kind, value, limit), piece // traj.pieces, instant))

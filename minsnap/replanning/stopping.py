@@ -59,7 +59,7 @@ class StopSettings:
     """
 
     durations: tuple[float, float, int] = (0.6, 8.0, 24)
-    together: int = 6
+    together: int = 12
     programmed: tuple[int, int] = (2, 4)
     reaches: tuple[float, ...] = (0.0, -0.12, 0.12)
     legs: int = 2
