@@ -156,3 +156,17 @@ def test_a_single_leg_has_the_total_asked_for():
     with pytest.raises(InfeasibleError, match="would do$") as refused:
         minsnap.plan([(0, 0, 0), (5, 0, 0)], **asked)
     assert refused.value.verify()
+
+
+@pytest.mark.parametrize("pieces", [1, 3])
+def test_a_total_of_a_single_leg_is_proved_too_short_for_limits(pieces):
+    asked = {"waypoints": [(0, 0, 0), (5, 0, 0)], "limits": Limits(speed=6.0, acceleration=6.0), "pieces": pieces}
+    with pytest.raises(InfeasibleError, match="cannot be kept in 1.6 s.* times as long would do") as refused:
+        minsnap.plan(total_time=1.6, **asked)
+    assert refused.type is InfeasibleError and refused.value.verify()
+    assert minsnap.plan(total_time=1.6 * refused.value.stretch, **asked).duration > 1.8
+
+
+def test_where_pieces_are_chosen_a_total_of_a_single_leg_is_not_proved_too_short():
+    with pytest.raises(UnprovedError, match="the shortest found is"):
+        minsnap.plan([(0, 0, 0), (5, 0, 0)], total_time=1.6, limits=Limits(speed=6.0, acceleration=6.0), pieces="auto")

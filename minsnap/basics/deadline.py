@@ -1,9 +1,9 @@
-"""The instant by which work is due, on a monotonic clock."""
+"""When work is due: by an instant on a monotonic clock, or after so much of it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from math import inf
 from time import monotonic, thread_time
 
@@ -13,6 +13,70 @@ Clock = Callable[[], float]
 """Reads a monotonic clock [s]."""
 
 LATE = "time_limit has passed without a certified plan: give more time, or loosen a limit"
+
+
+SPENT = "no plan was certified within the work that a question is worth: loosen a limit, or give a time_limit for more"
+
+
+@dataclass(frozen=True)
+class Prices:
+    """What work is counted as, in milliseconds of a processor, about.
+
+    Parameters
+    ----------
+    solve : float
+        A solve of the native core that does all the work that one is worth.
+    iteration, widest : float, int
+        An iteration of a search for the shortest time for each coordinate and each two pieces, of so many at most.
+    rotors, derivatives : float
+        How far limits are used, of rotors and attitudes or of derivatives alone.
+    free_curve : float
+        A curve without walls, and how far it is outside.
+    active_set, interior_point, slacks : float
+        A QP by either method, and a programme of slacks, for each entry of its rows and each unknown.
+    term : float
+        An exact coefficient that is added to a sum.
+    question, legs, pieces : float, int, int
+        What a question of so many legs and pieces is worth; it grows with the square of either.
+    """
+
+    solve: float = 180.0
+    iteration: float = 0.0025
+    widest: int = 30
+    rotors: float = 20.0
+    derivatives: float = 1.0
+    free_curve: float = 1.0
+    active_set: float = 1e-5
+    interior_point: float = 1e-4
+    slacks: float = 8e-6
+    term: float = 0.01
+    question: float = 1700.0
+    legs: int = 5
+    pieces: int = 30
+
+    def worth(self, legs: int, pieces: int) -> float:
+        """Return what a question of so many legs, and pieces in all, is worth."""
+        return self.question * max(1.0, legs / self.legs, pieces / self.pieces) ** 2
+
+
+PRICES = Prices()
+
+
+@dataclass(eq=False)
+class Work:
+    """Work on one question, counted, so that neither the machine nor its load decides where a search ends.
+
+    Parameters
+    ----------
+    worth : float
+        Milliseconds of a processor, about, after which nothing new is begun; after half of it what was found is not
+        improved any more.
+    done : float
+        So far.
+    """
+
+    worth: float = inf
+    done: float = 0.0
 
 
 class Stopwatch:
@@ -55,7 +119,7 @@ class Stopwatch:
 
 
 class LateError(SolverError):
-    """The time allowed was over before there was a plan that can be certified."""
+    """The time or the work allowed was over before there was a plan that can be certified."""
 
 
 @dataclass(eq=False)
@@ -70,18 +134,26 @@ class Deadline:
         Reads a monotonic clock [s].
     expected : float
         How long the work between two checks may take, as far as is known [s].
+    work : Work
+        Of the question, which all its deadlines share.
     """
 
     due: float = inf
     clock: Clock = monotonic
     expected: float = 0.0
+    work: Work = field(default_factory=Work)
 
     def __post_init__(self) -> None:
         self.longest, self._watch = 0.0, Stopwatch(self.clock)
 
     @property
     def passed(self) -> bool:
-        """Whether it is over."""
+        """Whether it is time to end with what was found."""
+        return self.late or self.work.done > 0.5 * self.work.worth
+
+    @property
+    def late(self) -> bool:
+        """Whether the instant is over."""
         return self.due < inf and self.clock() > self.due
 
     @property
@@ -99,12 +171,29 @@ class Deadline:
         self._watch.restart()
 
     def require(self) -> None:
-        """Raise LateError if it is over."""
-        if self.passed:
-            raise LateError(LATE)
+        """Raise LateError if time or work are over."""
+        if self.late or self.work.done > self.work.worth:
+            raise self.error()
+
+    def error(self) -> LateError:
+        """Return the error that says what is over."""
+        return LateError(LATE if self.late else SPENT)
+
+    def until(self, due: float) -> Deadline:
+        """Return the same question's deadline at another instant."""
+        return replace(self, due=due)
+
+    def spend(self, milliseconds: float) -> None:
+        """Count work."""
+        self.work.done += milliseconds
+
+    def affords(self, milliseconds: float) -> bool:
+        """Whether time and so much more work are left."""
+        return not self.late and self.work.done + milliseconds <= self.work.worth
 
     def check(self) -> None:
         """Raise LateError if the work until the next check would be late, judged by the longest between two so far."""
+        self.require()
         if self.due == inf:
             return
         self.longest = max(self.longest, self._watch.lap())

@@ -72,14 +72,15 @@ def _refuse(placement: Placement, wall: Walls, waypoint: int, row: int, excess: 
 def _check_pins(pins: Pins, wall: Walls) -> None:
     for waypoint, state in pins.items():
         value = state.get(wall.order)
-        if value is None or not value.any():
+        if value is None:
             continue
         excess = -wall.slack(value[None, None])[:, 0]
         wrong = [int(row) for row in _rows_at(wall, waypoint) if excess[row] > 0.0]
         if wrong:
+            what = f"{DERIVATIVES[wall.order]} {'pinned' if value.any() else 'of rest'}"
             raise WaypointError(
-                f"the {DERIVATIVES[wall.order]} pinned at waypoint {waypoint} is {excess[wrong[0]]:.3g} outside the "
-                f"{wall.name} of leg {wall.leg[wrong[0]]}: change one of them",
+                f"the {what} at waypoint {waypoint} is {excess[wrong[0]]:.3g} outside the {wall.name} of leg "
+                f"{wall.leg[wrong[0]]}: change one of them",
                 waypoint=waypoint,
                 leg=int(wall.leg[wrong[0]]),
             )

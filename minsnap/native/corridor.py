@@ -90,7 +90,7 @@ class CorridorQuestion:
 
 @dataclass(frozen=True, eq=False)
 class CorridorAnswer:
-    """What the native core returned; all but ``status`` and ``attempts`` hold only if the status is ``DONE``.
+    """What the native core returned; all but ``status``, ``work`` and ``attempts`` hold only if the status is ``DONE``.
 
     Parameters
     ----------
@@ -109,6 +109,8 @@ class CorridorAnswer:
         Normalised cost, and a lower bound of the cost of every curve inside the walls, computed from the multipliers.
     share : float
         Share of their widths by which walls were moved inwards to leave room for the proof.
+    work : float
+        Counted work; 1 is what a question is worth.
     rounds : int
     attempts : int
         1: double precision was enough; 2: double-double arithmetic was used.
@@ -123,6 +125,7 @@ class CorridorAnswer:
     cost: float
     bound: float
     share: float
+    work: float
     rounds: int
     attempts: int
 
@@ -145,8 +148,8 @@ def solve_corridor(
     status = Status(function(corridor_record(question, question.durations, gap, effort, seconds), answer_record))
     used = slice(0, answer_record.rows)
     active = wall[used], rows[0, used], rows[1, used]
-    figures = answer_record.cost, answer_record.bound, answer_record.share, answer_record.rounds, answer_record.attempts
-    return CorridorAnswer(status, points, knots, *active, *figures)
+    names = ("cost", "bound", "share", "work", "rounds", "attempts")
+    return CorridorAnswer(status, points, knots, *active, *(getattr(answer_record, name) for name in names))
 
 
 def corridor_record(

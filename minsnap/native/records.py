@@ -125,7 +125,7 @@ class CorridorAnswerRecord(Record):
 
     _fields_ = (
         *_arrays("points", "knots", "wall", "s", "multiplier"),
-        *_floats("cost", "bound", "share"),
+        *_floats("cost", "bound", "share", "work"),
         *_integers("rows", "rounds", "attempts"),
     )
     arrays: ClassVar = {"wall": INTEGERS, **dict.fromkeys(("points", "knots", "s", "multiplier"), NUMBERS)}

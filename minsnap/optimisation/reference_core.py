@@ -28,7 +28,7 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 from scipy.sparse import csc_matrix, csr_matrix, diags, identity
 
 from minsnap.basics.arrays import BoolArray, FloatArray
-from minsnap.basics.deadline import LateError
+from minsnap.basics.deadline import PRICES
 from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.errors import SolverError
@@ -242,7 +242,13 @@ class ReferenceCore:
         if not self.problem.size:
             raise InfeasibleRowsError
         programme, size, norms = self._programme(state)
+        entries = 0 if programme.G is None else programme.G.nnz
         for solver in self.solvers:
+            price = PRICES.active_set if solver == "daqp" else PRICES.interior_point
+            work = price * entries * self.problem.size
+            if not self.task.deadline.affords(work):
+                raise self.task.deadline.error()
+            self.task.deadline.spend(work)
             solution = solve_qp(programme, solver)
             if solution is None:
                 self.failed[solver] = None
@@ -310,7 +316,7 @@ class ReferenceCore:
                     return self._told(state, ("blend",))
                 share = 2.0 if share == 1.0 else min(1.0, 2.0 * share + EXACT)
         if task.deadline.passed:
-            raise LateError("time_limit has passed without a certified plan: give more time, or widen the corridor")
+            raise task.deadline.error()
         raise leg_on_wall(task, curve) or InfeasibleRowsError()
 
     def _with_room(self, curve: Curve) -> Curve | None:

@@ -24,7 +24,7 @@ from minsnap.basics.checks import (
     check_pins,
     check_words,
 )
-from minsnap.basics.deadline import NEVER, Deadline
+from minsnap.basics.deadline import NEVER, PRICES, Deadline
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.constraint import Constraint, walls_of
@@ -204,6 +204,8 @@ def _planned(request: PlanRequest, progress: Progress | bool | None, began: floa
     timing.check()
     walls, instants = unsampled(request.corridor, limits is not None)
     task = task_of(replace(request, corridor=walls), _deadline(timing))
+    if timing.time_limit is None and not obstacles:
+        task.deadline.work.worth = PRICES.worth(task.legs, task.legs * task.pieces)
     heading = chosen_heading(request.yaw, task.legs, task.closed, limits)
     with progress_line(progress, "searching", lambda line: _steps_in(line, how.on_interrupt)) as watch:
         watched = timing if watch is None else replace(timing, progress=watch)
@@ -248,7 +250,7 @@ def _usual(closed: bool, solver: str, pieces: int | str) -> bool:
 def _deadline(timing: Timing) -> Deadline:
     """Return when planning for fixed durations ends; a search has its own deadline."""
     if timing.time_limit is None or (timing.durations is None and timing.limits is not None):
-        return NEVER
+        return Deadline()
     if timing.durations is None:
         raise TimingError("time_limit goes with durations or limits: end a search for a split with Ctrl-C")
     return Deadline(monotonic() + timing.time_limit)

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from time import monotonic
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import PRICES, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -23,7 +23,7 @@ from minsnap.polynomials.bernstein import basis, differentiate
 from minsnap.trajectory.trajectory import Trajectory
 
 
-def fitting_durations(task: Task, first: FloatArray, total: float | None, due: float) -> FloatArray | None:
+def fitting_durations(task: Task, first: FloatArray, total: float | None, deadline: Deadline) -> FloatArray | None:
     """Find durations of the legs.
 
     Parameters
@@ -34,8 +34,8 @@ def fitting_durations(task: Task, first: FloatArray, total: float | None, due: f
         Durations to begin with [s]; without a total they are scaled first.
     total : float or None
         Of all legs together [s].
-    due : float
-        Reading of the monotonic clock at which the search ends [s].
+    deadline : Deadline
+        At which the search ends.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def fitting_durations(task: Task, first: FloatArray, total: float | None, due: f
     """
     from scipy.optimize import minimize
 
-    search = _LeastExcess(task, first, total, due)
+    search = _LeastExcess(task, first, total, deadline)
     start = np.zeros(task.legs)
     if total is None:
         scales = sorted(np.linspace(-3.0, 3.0, 25), key=abs)  # the first where it does not matter
@@ -58,9 +58,9 @@ def fitting_durations(task: Task, first: FloatArray, total: float | None, due: f
 class _LeastExcess:
     """The largest excess over all walls at logarithms of factors on the first durations; parameters as above."""
 
-    def __init__(self, task: Task, first: FloatArray, total: float | None, due: float) -> None:
+    def __init__(self, task: Task, first: FloatArray, total: float | None, deadline: Deadline) -> None:
         self.free, self.walls = replace(task, walls=(), touching=False), task.walls
-        self.first, self.total, self.due = first, total, due
+        self.first, self.total, self.deadline = first, total, deadline
         self.best = (np.inf, np.zeros(len(first)))
 
     def durations(self, logarithms: FloatArray) -> FloatArray:
@@ -72,6 +72,7 @@ class _LeastExcess:
 
     def excess(self, logarithms: FloatArray) -> float:
         """Return the largest excess in widths, of six digits."""
+        self.deadline.spend(PRICES.free_curve)
         try:
             curve = solve(self.free, self.free.piece_durations(self.durations(logarithms))).trajectory
         except (InfeasibleRowsError, SolverError):
@@ -83,7 +84,7 @@ class _LeastExcess:
 
     def check(self, _: FloatArray) -> None:
         """End the search where a curve has some room, or the time is over."""
-        if self.best[0] < -0.01 or monotonic() > self.due:
+        if self.best[0] < -0.01 or self.deadline.passed:
             raise StopIteration
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import LateError
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Patience
 from minsnap.optimisation.solved_task import NATIVE
@@ -117,7 +118,12 @@ class CostSearch:
         reach = -np.log(SHORTEST_SHARE)
         bounds = [(-reach, reach)] * self.task.legs
         options = {"maxiter": ITERATIONS, "ftol": ACCURACY, "gtol": 1e-7, "maxcor": 20}
-        minimize(self.evaluate, np.zeros(self.task.legs), jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        start = np.zeros(self.task.legs)
+        try:
+            minimize(self.evaluate, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        except LateError:
+            if not np.isfinite(self.best[0]):
+                raise
         return self.best[1]
 
     def evaluate(self, logarithms: FloatArray) -> tuple[float, FloatArray]:

@@ -9,13 +9,12 @@ the reference too, which takes seconds to give up.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import inf
-from time import monotonic
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import LONGEST, SHORTEST
+from minsnap.basics.deadline import Deadline
 from minsnap.time_allocation.timing import Timed
 
 RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
@@ -35,7 +34,7 @@ Attempt = Callable[[FloatArray], Timed | None]
 
 
 def least_longer(
-    attempt: Attempt, durations: FloatArray, still: bool, due: float = inf, thorough: Attempt | None = None
+    attempt: Attempt, durations: FloatArray, still: bool, deadline: Deadline, thorough: Attempt | None = None
 ) -> Timed | None:
     """Return the plan of the least factor on durations, from one on; None where no factor has one.
 
@@ -46,18 +45,18 @@ def least_longer(
         Whose proportions are kept [s].
     still : bool
         Whether what has a plan in some time has one in more, so that the longest decides whether there is one.
-    due : float
-        Reading of the monotonic clock from which a plan that was found is not shortened any more [s].
+    deadline : Deadline
+        From which a plan that was found is not shortened any more, and no other is sought.
     thorough : callable, optional
         The same where more work finds more plans.
     """
     first = _first(attempt, durations, LONGER, still)
-    if first is None and thorough is not None and monotonic() < due:
+    if first is None and thorough is not None and not deadline.passed:
         attempt, first = thorough, _first(thorough, durations, SOME, still)
     if first is None:
         return None
     low, high, shortest = first
-    while high / low - 1.0 > TIME_FOUND and monotonic() < due:
+    while high / low - 1.0 > TIME_FOUND and not deadline.passed:
         middle = float(np.sqrt(low * high))
         shorter = _attempted(attempt, durations * middle)
         low, high = (middle, high) if shorter is None else (low, middle)

@@ -62,12 +62,12 @@ def in_other_times(
         return planned or _where_free_curves_fit(task, bounded, timing, finish, refused)
     plan = plans_for(bounded, task, limits, finish, rest)
     attempt = partial(plan, natively=True)
-    slows = task.still and not any(wall.order for wall in task.walls)
+    slows, deadline = task.still and not any(wall.order for wall in task.walls), bounded.deadline
     *others, last = _proportions(task, timing, refused)
-    tried = (least_longer(attempt, durations, slows, timing.due) for durations in others)
+    tried = (least_longer(attempt, durations, slows, deadline) for durations in others)
     planned = next((one for one in tried if one is not None), None)
     planned = planned or _where_free_curves_fit(task, bounded, timing, finish, refused)
-    return planned or least_longer(attempt, last, slows, timing.due, plan)
+    return planned or least_longer(attempt, last, slows, deadline, plan)
 
 
 def _where_free_curves_fit(
@@ -75,7 +75,7 @@ def _where_free_curves_fit(
 ) -> Timed | None:
     """Plan from durations whose curve without walls is inside, of a price or a total near to the cheapest of these."""
     first = leg_sums(next(_proportions(task, timing, refused)), task.pieces)
-    fitting = fitting_durations(bounded, first, timing.total_time, timing.due)
+    fitting = fitting_durations(bounded, first, timing.total_time, bounded.deadline)
     if fitting is None:
         return None
     priced = timing.time_weight is not None or timing.total_time is not None
@@ -116,12 +116,12 @@ def by_necessary_walls(
 
 
 def _for_all_times(task: Task, timing: Timing, refused: Refused) -> bool:
-    """Whether a proof is of all times: of one polynomial from rest to rest by walls on positions, or of a total."""
+    """Whether a proof is of all times: of one leg from rest to rest by walls on positions, or of its total."""
     proof = getattr(refused, "contradiction", None)
-    if proof is None or len(proof.durations) > 1:
+    if proof is None or task.legs > 1 or timing.refine:
         return False
     if timing.total_time is not None:
-        return bool(proof.durations[0] == timing.total_time)
+        return _of_these_times(proof, task, timing)
     return task.still and not any(row.order for row in proof.rows)
 
 
@@ -153,10 +153,11 @@ def explained_by_times(
         _refuse_short(task, timing, getattr(refused, "shortest", None))
     if not isinstance(refused, InfeasibleError) or _for_all_times(task, timing, refused):
         return refused
-    if timing.total_time is not None and len(task.waypoints) == 2 and task.pieces == 1 and not own_times:
+    own = _own_times(task, timing)
+    if timing.total_time is not None and own is not None and not own_times:
         limits = timing.limits
         bounded = task if limits is None else task.with_walls(limits.necessary_walls(task.waypoints))
-        again = explain(bounded, np.array([timing.total]))
+        again = explain(bounded, own)
         refused, own_times = (again, True) if isinstance(again, InfeasibleError) else (refused, False)
     factor = _stretch_tried(refused, task, timing, finish, plan)
     sentence, note = (
@@ -183,12 +184,11 @@ def _stretch_tried(
     durations = next(_proportions(task, timing, refused))
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
-    attempt = partial(
-        plans_for(_bounded(task, timing), task, timing.limits, finish, Run(()), exact=True), natively=True
-    )
+    bounded = _bounded(task, timing)
+    attempt = partial(plans_for(bounded, task, timing.limits, finish, Run(()), exact=True), natively=True)
     total = float(durations.sum()) if timing.durations is not None else timing.total
     try:
-        longer = least_longer(attempt, total / durations.sum() * durations, False, timing.due)
+        longer = least_longer(attempt, total / durations.sum() * durations, False, bounded.deadline)
         factors = () if longer is None else (_rounded_up(longer.trajectory.duration / total * more) for more in MORE)
         return next((factor for factor in factors if _planned(plan, _slower(task, timing, factor))), None)
     except LateError:
@@ -213,9 +213,9 @@ def _slower(task: Task, timing: Timing, factor: float) -> Timing:
 
 
 def _bounded(task: Task, timing: Timing) -> Task:
-    """Return the task with the walls of the limits, whose refusals are not explained."""
+    """Return the task with the walls of the limits, whose refusals are not explained, due when the search is."""
     bounded = task if timing.limits is None else task.with_walls(timing.limits.walls(task.waypoints))
-    return replace(bounded, explained=False)
+    return replace(bounded, explained=False, deadline=task.deadline.until(timing.due))
 
 
 def _rounded_up(factor: float) -> float:
@@ -267,7 +267,13 @@ def _refuse_short(task: Task, timing: Timing, shortest: float | None) -> None:
 
 def _of_these_times(proof: Contradiction, task: Task, timing: Timing) -> bool:
     """Whether a proof is of the durations of the request: it may be of others that a search chose."""
+    own = _own_times(task, timing)
+    return own is not None and np.array_equal(proof.durations, own)
+
+
+def _own_times(task: Task, timing: Timing) -> FloatArray | None:
+    """Piece durations that the request leaves no choice of: its own, or those of the one leg that has its total."""
     if timing.durations is not None:
-        durations = task.piece_durations(check_durations(timing.durations, task.legs))
-        return np.array_equal(proof.durations, durations)
-    return timing.total_time is not None and proof.durations.tolist() == [timing.total]
+        return task.piece_durations(check_durations(timing.durations, task.legs))
+    one = timing.total_time is not None and task.legs == 1 and not timing.refine
+    return task.piece_durations(np.array([timing.total])) if one else None

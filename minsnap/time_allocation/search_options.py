@@ -35,8 +35,8 @@ class Search:
     time_limit : float, optional
         Seconds after which planning ends: for given durations with a certified plan that may cost more than the least
         or with a SolverError (checked after every round of the exchange); for the shortest time within limits with
-        the best certified plan found so far. It ends the search for a proof of a refusal too. Not with a total time or
-        ``time_weight`` alone.
+        the best certified plan found so far. It ends the search for a proof of a refusal too. Without it the work is
+        counted, and ends after some two seconds for up to five legs. Not with a total time or ``time_weight`` alone.
     on_interrupt : {"raise", "return"}
         What Ctrl-C does during a search: raise KeyboardInterrupt, or end it with the best plan found so far, certified
         like any other (``report.interrupted`` says so).

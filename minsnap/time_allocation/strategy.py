@@ -23,7 +23,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import LONGEST
-from minsnap.basics.deadline import LATE, Deadline, LateError
+from minsnap.basics.deadline import PRICES
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
@@ -88,6 +88,8 @@ class StrategySettings:
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
     grain : float
         Factors on time are rounded up to its fractions, so that the last bits of exact extrema do not decide a plan.
+    refined : int
+        Pieces of a leg that are counted where the search chooses them.
     """
 
     vanishing: float = 1e-6
@@ -101,6 +103,7 @@ class StrategySettings:
     enough: float = 2.0
     not_longer: float = 1e-3
     grain: float = 2.0**32
+    refined: int = 4
 
 
 SETTINGS = StrategySettings()
@@ -136,7 +139,8 @@ class Strategy:
         self.task, self.limits, self.timing, self.finish = task, limits, timing, finish
         self.log, self.interrupted, self.longest = Log(timing.progress), False, 0.0
         left = timing.time_limit
-        self.due = task.deadline.due if left is None else min(task.deadline.due, task.deadline.clock() + left)
+        due = task.deadline.due if left is None else min(task.deadline.due, task.deadline.clock() + left)
+        self.deadline = task.deadline.until(due)
         self.answer: ShortestCurve | None = None
         self._last: tuple[SolvedTask, Trajectory] | None = None
         self.walled = any(wall.order for wall in task.walls)
@@ -167,7 +171,7 @@ class Strategy:
         if solved is None and self.interrupted and self.task.still:
             solved = self._resting()
         if solved is None:
-            raise LateError(LATE) if self.interrupted else self.reason()
+            raise self.deadline.error() if self.interrupted else self.reason()
         return solved, Run(tuple(self.log.steps), self.interrupted, (solved, self._flown(solved)))
 
     def solve(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
@@ -341,7 +345,9 @@ class Strategy:
                 raise KeyboardInterrupt
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
-        self.interrupted = self.interrupted or self.task.deadline.clock() > self.due
+        pieces = self.task.legs * (SETTINGS.refined if self.timing.refine else self.task.pieces)
+        self.deadline.spend(PRICES.iteration * pieces * min(pieces, PRICES.widest) * self.task.dim)
+        self.interrupted = self.interrupted or self.deadline.passed
         return self.interrupted
 
     def _end_at_ctrl_c(self) -> None:
@@ -374,7 +380,7 @@ class Strategy:
         if task.pieces == 1 and not self.timing.refine:
             return None
         alone = Strategy(replace(task, pieces=1), self.limits, replace(self.timing, refine=False), self.finish)
-        alone.log, alone.due = self.log, self.due
+        alone.log, alone.deadline = self.log, self.deadline
         first = alone.solve(None)
         if first is None or alone.interrupted or self.timing.refine:
             self.interrupted = alone.interrupted
@@ -425,10 +431,12 @@ class Strategy:
         durations = answer.durations if answer is not None and answer.kept else self.times
         if not (durations <= LONGEST).all():
             return SolverError(f"no plan that keeps the limits was found within {LONGEST:g} s a leg: loosen a limit")
-        task = replace(self.task, pieces=len(durations) // self.task.legs, deadline=Deadline(self.due))
+        task = replace(self.task, pieces=len(durations) // self.task.legs, deadline=self.deadline)
         reason = explain(task, durations)
-        if answer is None or not isinstance(reason, SolverError):
+        if not isinstance(reason, SolverError):
             return reason
+        if answer is None:
+            return SolverError("no plan that keeps the limits was found: give more time, or loosen a limit")
         return SolverError(f"the plan of {durations.sum():.6g} s found could not be certified: loosen a limit")
 
     def _exceeded(self) -> Utilisation | None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from time import monotonic
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import PRICES
+from minsnap.basics.limit_kinds import KIND
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import keeps, largest_use
@@ -96,7 +97,8 @@ class _ScaledSearch:
     def __init__(
         self, task: Task, timing: Timing, limits: Limits, finish: AttachHeading, first: FloatArray, most: int
     ) -> None:
-        self.task, self.limits, self.finish, self.due = task, limits, finish, timing.due
+        self.task, self.limits, self.finish = task, limits, finish
+        self.deadline = task.deadline.until(timing.due)
         self.first, self.most, self.shape = first, most, without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
         self.log = Log(timing.progress)
@@ -116,8 +118,9 @@ class _ScaledSearch:
         """Logarithm of the scaled total; above the best by ``BARRED`` where there is no plan, or no time left."""
         durations = self.first * np.repeat(np.exp(np.append(logarithms, 0.0)), self.task.pieces)
         barred = self.best[0] + BARRED
-        if np.isfinite(barred) and monotonic() > self.due:
+        if np.isfinite(barred) and self.deadline.passed:
             return barred
+        self.deadline.spend(measuring(self.limits))
         try:
             trajectory = self.finish(self.patience.solve(self.shape, durations).trajectory)
             factor = np.exp(self.best[0]) / trajectory.duration if np.isfinite(barred) else None
@@ -133,6 +136,11 @@ class _ScaledSearch:
             self.best = (value, durations)
         self.log.add(np.exp(value), np.exp(value))
         return value
+
+
+def measuring(limits: Limits) -> float:
+    """Work of measuring how far limits are used [ms]; those not of derivatives alone are sought at many instants."""
+    return PRICES.derivatives if all(KIND[name].order for name in limits.given()) else PRICES.rotors
 
 
 def proportions(task: Task, split: str, limits: Limits) -> FloatArray:

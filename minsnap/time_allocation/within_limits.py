@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import Deadline
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps, most_used
@@ -23,7 +22,7 @@ from minsnap.time_allocation.least_priced import LeastPriced
 from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.strategy import Strategy
-from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
+from minsnap.time_allocation.time_scaling import flown_fastest, measuring, proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import touching_factor
 from minsnap.time_allocation.timing import (
     AttachHeading,
@@ -78,10 +77,10 @@ def _smoother(
 ) -> Timed:
     """Plan with more derivatives continuous than a piece of the search shares, at its durations and longer ones."""
     durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
-    bounded = replace(bounded, pieces=pieces, deadline=Deadline(timing.due))
+    bounded = replace(bounded, pieces=pieces, deadline=task.deadline.until(timing.due))
     plan = plans_for(bounded, task, timing.limits, finish, search)
-    tried = [least_longer(partial(plan, natively=True), durations, False, timing.due, plan)]
-    if task.still and timing.limits is not None:
+    tried = [least_longer(partial(plan, natively=True), durations, False, bounded.deadline, plan)]
+    if task.still and timing.limits is not None and not (tried[0] and bounded.deadline.passed):
         tried.append(shortest_scaled(replace(task, pieces=pieces), timing, timing.limits, finish, durations))
     shortest = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
     if shortest is None:
@@ -110,6 +109,10 @@ def plans_for(
     patience = Patience()
 
     def plan(durations: FloatArray, natively: bool = False) -> Timed | None:
+        work = 0.0 if limits is None else measuring(limits)
+        if not bounded.deadline.affords(work):
+            return None
+        bounded.deadline.spend(work)
         try:
             solved = (Patience(0) if natively else patience).solve(bounded, durations)
             trajectory = finish(solved.trajectory)
@@ -127,7 +130,7 @@ def plans_for(
 def limited_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
     """Plan for a total or a price, and limits besides; parameters as of :func:`shortest_plan`."""
     bounded = task.with_walls(limits.walls(task.waypoints))
-    in_time = Deadline(timing.due)
+    in_time = task.deadline.until(timing.due)
     if timing.total_time is not None and timing.split != "optimal":
         durations = timing.total * proportions(task, timing.split, limits)
         return require_limits_kept(timed(solved_or_explained(bounded, task.piece_durations(durations)), finish), limits)

@@ -3,7 +3,7 @@
 import pytest
 
 from minsnap.basics import deadline as module
-from minsnap.basics.deadline import NEVER, Deadline, LateError, Stopwatch
+from minsnap.basics.deadline import NEVER, Deadline, LateError, Stopwatch, Work
 
 
 class Ticking:
@@ -68,3 +68,17 @@ def test_without_a_deadline_nothing_is_late():
     NEVER.check()
     NEVER.resume()
     assert not NEVER.passed and NEVER.left == float("inf")
+
+
+def test_counted_work_ends_what_improves_at_half_and_what_begins_at_the_whole():
+    deadline = Deadline(work=Work(10.0))
+    other = deadline.until(float("inf"))
+    deadline.spend(4.0)
+    assert not other.passed
+    other.spend(2.0)
+    assert deadline.passed and deadline.affords(4.0) and not deadline.affords(4.5)
+    deadline.check()
+    deadline.spend(5.0)
+    for required in (deadline.check, other.require):
+        with pytest.raises(LateError, match="the work that a question is worth"):
+            required()

@@ -109,6 +109,11 @@ def test_velocity_pinned_beyond_a_limit_is_refused():
         minsnap.plan(points, [1, 1], corridor=SpeedBox(1.0), pins={1: {"velocity": (1.5, 0.0)}})
 
 
+def test_rest_outside_a_wall_on_the_velocity_is_refused():
+    with refused(WaypointError, "the velocity of rest at waypoint 0 is 0.5 outside the half-space of leg 0"):
+        minsnap.plan([(0, 0), (1, 1)], total_time=1.0, corridor=HalfSpaces((1.0, 0.0), -0.5, order=1))
+
+
 def test_velocity_pinned_within_a_limit_serves():
     points = [(0, 0), (1, 1), (2, 0)]
     traj = minsnap.plan(points, [3, 3], corridor=SpeedBox(1.0), pins={1: {"velocity": (0.5, 0.0)}})

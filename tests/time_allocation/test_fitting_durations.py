@@ -1,11 +1,10 @@
 """Durations that leave a curve whose derivatives all join inside its walls."""
 
-import math
-
 import numpy as np
 import pytest
 
 import minsnap
+from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.planning.planner import task_of
 from minsnap.planning.request import PlanRequest
 from minsnap.time_allocation.fitting_durations import fitting_durations
@@ -23,15 +22,15 @@ def test_a_smooth_curve_that_only_its_durations_bend_is_brought_inside(total):
     lengths = np.linalg.norm(np.diff(np.array(POINTS, float), axis=0), axis=1)
     free = minsnap.plan(POINTS, lengths, continuity=6)
     assert minsnap.certify(free, corridor=0.2).corridor_margin < 0.0
-    found = fitting_durations(task(0.2), lengths, total, math.inf)
+    found = fitting_durations(task(0.2), lengths, total, NEVER)
     assert total is None or found.sum() == pytest.approx(total, rel=1e-14)
     assert minsnap.certify(minsnap.plan(POINTS, found, continuity=6), corridor=0.2).corridor_margin > 0.0
 
 
 def test_no_durations_are_found_where_none_bring_the_curve_inside_or_no_time_is_left():
     lengths = np.ones(4)
-    assert fitting_durations(task(1e-3), lengths, None, math.inf) is None
-    assert fitting_durations(task(0.2), lengths, 10.0, 0.0) is None
+    assert fitting_durations(task(1e-3), lengths, None, NEVER) is None
+    assert fitting_durations(task(0.2), lengths, 10.0, Deadline(0.0)) is None
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """Where a plan chooses its times, longer ones are tried before it is refused; what a refusal names was tried."""
 
-from time import monotonic
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +7,7 @@ import pytest
 
 import minsnap
 from minsnap import HalfSpaces, InfeasibleError, Limits, UnprovedError
+from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.optimisation import solve
 from minsnap.planning.request import plan_arguments
 from minsnap.time_allocation.longer_times import LONGER, least_longer
@@ -95,10 +95,10 @@ def test_a_plan_that_was_found_is_not_shortened_after_the_time_limit():
         tried.append(float(durations[0]))
         return SimpleNamespace(trajectory=SimpleNamespace(duration=tried[-1])) if tried[-1] >= 2.0 else None
 
-    shortest = least_longer(attempt, np.ones(1), False).trajectory.duration
+    shortest = least_longer(attempt, np.ones(1), False, NEVER).trajectory.duration
     assert 2.0 <= shortest <= 2.02 and len(tried) > len(LONGER)
     tried.clear()
-    assert least_longer(attempt, np.ones(1), False, due=monotonic()).trajectory.duration == tried[-1] == 2.5
+    assert least_longer(attempt, np.ones(1), False, Deadline(0.0)).trajectory.duration == tried[-1] == 2.5
     assert len(tried) < len(LONGER)
 
 
@@ -111,10 +111,10 @@ def test_the_reference_is_asked_only_where_no_factor_has_a_native_plan():
         return SimpleNamespace(trajectory=SimpleNamespace(duration=1.0)) if len(asked) > few else None
 
     few = len(LONGER) - 1
-    assert least_longer(attempt, np.ones(1), False, thorough=lambda one: attempt(one, False)) is not None
+    assert least_longer(attempt, np.ones(1), False, NEVER, thorough=lambda one: attempt(one, False)) is not None
     assert all(asked)
     few, asked = len(LONGER), []
-    assert least_longer(attempt, np.ones(1), False, thorough=lambda one: attempt(one, False)) is not None
+    assert least_longer(attempt, np.ones(1), False, NEVER, thorough=lambda one: attempt(one, False)) is not None
     assert asked[: len(LONGER) + 1] == [True] * len(LONGER) + [False]
 
 

@@ -40,7 +40,7 @@ struct CorridorAnswerRecord {
     double *points, *knots;  // (pieces, 2k, dim) [m]; (pieces + 1, k, dim)
     std::int64_t *wall;      // (pieces * k * dim + 2,)
     double *s, *multiplier;  // the same
-    double cost, bound, share;
+    double cost, bound, share, work;
     std::int64_t rows, rounds, attempts;
 };
 
@@ -185,6 +185,7 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(CorridorAnswerRecord, cost),
     MINSNAP_FIELD(CorridorAnswerRecord, bound),
     MINSNAP_FIELD(CorridorAnswerRecord, share),
+    MINSNAP_FIELD(CorridorAnswerRecord, work),
     MINSNAP_FIELD(CorridorAnswerRecord, rows),
     MINSNAP_FIELD(CorridorAnswerRecord, rounds),
     MINSNAP_FIELD(CorridorAnswerRecord, attempts),

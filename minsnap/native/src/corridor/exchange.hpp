@@ -41,7 +41,7 @@ private:
         if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
         if (status == Status::done) status = meet_equalities();
         if (status == Status::done) status = iterate(answer.points);
-        answer.rounds = rounds_;
+        answer.rounds = rounds_, answer.work += work_ / most_work;
         if (status == Status::done && aim == Aim::proved && !joined(answer.points)) status = Status::not_proved;
         return status;
     }

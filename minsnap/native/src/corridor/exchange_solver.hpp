@@ -17,6 +17,7 @@ struct Answer {
     double cost, bound, share;  // of the curve; a lower bound of any cost, zero unless proved; share of the widths moved inwards
     std::int64_t rows, rounds;
     double *direction = nullptr;  // (rows, dim): of balls' tangent planes; or null
+    double work = 0.0;            // counted work of all solves so far; 1 is what a request is worth
 };
 
 // What is asked of an answer.
