@@ -9,6 +9,8 @@ import os
 import re
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from typing import Annotated, Any, NoReturn
 
@@ -166,6 +168,15 @@ def _built(commands: int) -> Any:
 def _show_warning(message: Warning | str, *_: object) -> None:
     """Print a warning in one line on stderr, like an error."""
     print(f"minsnap: {message}", file=sys.stderr)
+
+
+@contextmanager
+def told_warnings() -> Iterator[None]:
+    """Print all warnings at once, such as those about the part of a damaged log that could not be read."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warnings.showwarning = _show_warning  # type: ignore[assignment]
+        yield
 
 
 def fail(message: str, status: int) -> NoReturn:

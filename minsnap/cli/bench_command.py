@@ -13,6 +13,7 @@ import typer
 from minsnap.basics.storage.text_columns import labelled
 from minsnap.cli import options
 from minsnap.cli.command import command
+from minsnap.cli.summary import as_json
 
 if TYPE_CHECKING:
     from minsnap.basics.arrays import FloatArray
@@ -40,8 +41,6 @@ def bench(
     """
     results = dict(_measured(seconds))
     if json:
-        from minsnap.cli.summary import as_json
-
         print(as_json(results))
         return
     times = [(name, f"{1e3 * took:.3g} ms") for name, took in results.items() if isinstance(took, float)]

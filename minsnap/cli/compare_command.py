@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from minsnap.cli import options
+from minsnap.cli.app import told_warnings
 from minsnap.cli.command import command
 from minsnap.cli.output import check_figure
+from minsnap.cli.summary import as_json
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -77,8 +77,7 @@ def _compared(
     from minsnap.files.flights import load_reference
 
     flights_by_name: dict[str, ComparedFlight] = {}
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with told_warnings():
         wanted = load_reference(reference, frame) if _is_flight(reference) else read_samples(reference, frame)
         wanted = wanted if lead is None else replace(wanted, lead=lead)
         if sent and len(sent) != len(paths):
@@ -90,8 +89,6 @@ def _compared(
             flights = _flights(wanted, commanded, path, reference, frame, align, max_delay)
             for number, one in enumerate(flights, 1):
                 flights_by_name[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
-    for warning in caught:
-        print(f"minsnap: {warning.message}", file=sys.stderr)
     return flights_by_name
 
 
@@ -159,8 +156,6 @@ def _name(path: Path, flights: list[Path]) -> str:
 
 def _say(compared: dict[str, ComparedFlight], kept: dict[str, dict[str, Any]], json: bool) -> None:
     if json:
-        from minsnap.cli.summary import as_json
-
         print(as_json({name: one.comparison.as_dict() | _place(one) | kept[name] for name, one in compared.items()}))
         return
     from minsnap.flight.tracking.comparison import comparison_text

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-import warnings
 from pathlib import Path
 from typing import Annotated
 
 from minsnap.cli import options
+from minsnap.cli.app import told_warnings
 from minsnap.cli.command import command
 
 
@@ -33,11 +32,8 @@ def convert(
 
     check_frame(format_of(target, to), frame)
     refuse_source(target, source)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with told_warnings():
         content = read_any(source, from_frame)
-    for warning in caught:  # a damaged log warns about the part that could be read
-        print(f"minsnap: {warning.message}", file=sys.stderr)
     name, lost = written(content, target, to, rate, Writing(frame, not no_clobber))
     print(f"{target}: {name}, frame {formats()[name].frame or frame}{f'; {lost}' if lost else ''}")
     return 0

@@ -9,6 +9,7 @@ from minsnap.cli import options
 from minsnap.cli.command import command
 from minsnap.cli.options import SimulatedVehicle
 from minsnap.cli.output import check_figure, on_terminal
+from minsnap.cli.summary import as_json
 from minsnap.errors import InputError
 
 
@@ -64,12 +65,7 @@ def experiment(
         from minsnap.plot.figures import save_figure
 
         save_figure(plot_experiment(result, view or "xy"), plot)
-    if json:
-        from minsnap.cli.summary import as_json
-
-        print(as_json(experiment_dict(result)))
-    else:
-        print(experiment_text(result))
+    print(as_json(experiment_dict(result)) if json else experiment_text(result))
 
 
 def _compensations(compensate: str, models: list[str]) -> list[str | None]:

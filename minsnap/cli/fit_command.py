@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from minsnap.cli import options
 from minsnap.cli.command import command
+from minsnap.cli.summary import as_json
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.flight.thesis.fit_table import TableFit
-    from minsnap.flight.tracking.flight_fit import FlightFit
+    pass
 
 
 @command()
@@ -48,7 +48,7 @@ def fit(
         from minsnap.plot.figures import save_figure
 
         save_figure(plot_table_fit(table_fit).figure, plot)
-    _say(table_fit, json)
+    print(as_json(table_fit.as_dict()) if json else table_fit)
 
 
 def _fit_flight(
@@ -74,10 +74,4 @@ def _fit_flight(
         save_figure(plot_flight_fit(flight_fit), plot)
     if output is not None:
         flight_fit.vehicle(None if base is None else read_vehicle(base), mass, default_name(file)).to_yaml(output)
-    _say(flight_fit, json)
-
-
-def _say(result: FlightFit | TableFit, json: bool) -> None:
-    from minsnap.cli.summary import as_json
-
-    print(as_json(result.as_dict()) if json else result)
+    print(as_json(flight_fit.as_dict()) if json else flight_fit)

@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -85,16 +85,13 @@ def fly(
     from minsnap.flight.mavlink.streaming import Streamer
 
     table, clock = prepare(source, settings), Clock()
-    link = open_link(connect, clock, system=system, signing_key=key)
-    try:
+    with closing(open_link(connect, clock, system=system, signing_key=key)) as link:
         if preflight:
             _check(link, clock, source, settings)
         with Companion(callable(settings.trigger), listening) as beside:
             streamer = beside.streamer = Streamer(table, link, settings, clock, beside.event, beside.status)
             with _stopped_by_signals(streamer.stop):
                 return streamer.run()
-    finally:
-        link.close()
 
 
 def fly_fleet(
@@ -115,9 +112,9 @@ def fly_fleet(
     each = [replace(settings, log=_log_of(settings.log, name)) for name in names]
     tables = [prepare(curve, how) for curve, how in zip(fleet, each, strict=True)]
     links: list[Link] = []
-    try:
+    with ExitStack() as opened:
         for address, curve in zip(addresses, fleet, strict=True):
-            links.append(open_link(address, clock, signing_key=key))
+            links.append(opened.enter_context(closing(open_link(address, clock, signing_key=key))))
             if preflight:
                 _check(links[-1], clock, curve, settings)
         with Companion(callable(settings.trigger)) as beside:
@@ -130,9 +127,6 @@ def fly_fleet(
             how = (tables, links, each, names, clock, told)
             with _stopped_by_signals() as stops:
                 return dict(zip(names, stream_together(*how, begun=stops.append), strict=True))
-    finally:
-        for link in links:
-            link.close()
 
 
 def links_of(connect: str, count: int) -> list[str]:

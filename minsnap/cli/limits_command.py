@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
 from minsnap.cli import options
 from minsnap.cli.command import command
 from minsnap.cli.options import vehicle_of
+from minsnap.cli.summary import as_json
 
 
 @command()
@@ -26,19 +28,15 @@ def limits(
     A tenth of everything is left to the controller, and what drag takes of the tilt (--vehicle as fit writes it, or
     --drag) is taken off the acceleration and the speed.
     """
-    from minsnap.cli.summary import as_json
     from minsnap.flight.mavlink.link import open_link
     from minsnap.flight.mavlink.parameters import PARAMETERS, Parameters, autopilot_limits
     from minsnap.flight.mavlink.schedule import Clock
     from minsnap.flight.mavlink.vehicle_messages import get_autopilot
 
     lean, clock = drag if vehicle is None else _drag_of(vehicle), Clock()
-    link = open_link(connect, clock)
-    try:
+    with closing(open_link(connect, clock)) as link:
         stack = get_autopilot(autopilot, link.wait_for_vehicle(wait)).name
         parameters = Parameters(link, clock).read(PARAMETERS.get(stack, ()))
-    finally:
-        link.close()
     values = autopilot_limits(stack, {name: each.value for name, each in parameters.items()}, lean).given()
     text = "limits:\n" + "".join(f"  {name}: {value:g}\n" for name, value in values.items())
     if output is not None:

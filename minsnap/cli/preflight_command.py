@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from minsnap.cli import options
 from minsnap.cli.command import command
+from minsnap.cli.summary import as_json
 from minsnap.errors import InputError, LinkError
 
 if TYPE_CHECKING:
@@ -42,15 +44,12 @@ def preflight(
     samples = None if file is None else read_csv(file, frame)
     axes = "ned" if file is None else vehicle_frame(frame_of(file, frame))
     wanted, clock = _assignments(change or []), Clock()
-    link = open_link(connect, clock, events=TEXTS if events is None else read_events(events))
-    try:
+    with closing(open_link(connect, clock, events=TEXTS if events is None else read_events(events))) as link:
         stack = get_autopilot(autopilot, link.wait_for_vehicle(wait))
         if stack.name == "generic":
             raise LinkError("the autopilot is neither PX4 nor ArduPilot: there are no rules for its parameters")
         _set(Parameters(link, clock), wanted)
         findings = check_vehicle(link, clock, stack, samples, axes)
-    finally:
-        link.close()
     _say(findings, json)
     return 1 if any(finding.problem for finding in findings) else 0
 
@@ -74,8 +73,6 @@ def _set(parameters: Parameters, wanted: dict[str, float]) -> None:
 
 def _say(findings: list[Finding], json: bool) -> None:
     if json:
-        from minsnap.cli.summary import as_json
-
         print(as_json({finding.name: _as_dict(finding) for finding in findings}))
         return
     for finding in findings:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from contextlib import closing
 from typing import TYPE_CHECKING, Annotated
 
 from minsnap.cli.command import command
@@ -34,18 +35,12 @@ def relay(
     from minsnap.flight.mocap.sources import open_source
 
     clock = Clock()
-    link = open_link(target, clock)
-    try:
-        poses = open_source(source, body, clock)
-        try:
+    with closing(open_link(target, clock)) as link:
+        with closing(open_source(source, body, clock)) as poses:
             runner = Relay(poses, link, clock, message, frame, rate, max_age)
             for number in (signal.SIGINT, signal.SIGTERM):
                 signal.signal(number, lambda *_: runner.stop())
             report = runner.run(lambda so_far: print(_line(so_far), file=sys.stderr, flush=True))
-        finally:
-            poses.close()
-    finally:
-        link.close()
     print(_line(report))
     return 0 if report.sent else 1
 

@@ -11,6 +11,7 @@ from minsnap.cli import options
 from minsnap.cli.command import command
 from minsnap.cli.options import SimulatedVehicle
 from minsnap.cli.output import check_figure, on_terminal
+from minsnap.cli.summary import as_json
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def simulate(
         write_ulog(simulated_log(craft, flight, path, seed=simulated.seed), log)
     figures = flight_figures(flight, craft) | {"log": None if log is None else str(log)}
     figures |= _write(flight, output, plot, animate, view or "xy", shown)
-    print(_as_json(figures) if json else _as_text(figures))
+    print(as_json(figures) if json else _as_text(figures))
 
 
 def _check_files(
@@ -113,12 +114,6 @@ def _write(
         animate_path(flight.reference, animate, flight=flight.samples, view=view, progress=shown)
     named = {"output": output, "plot": plot, "animation": animate}
     return {name: None if path is None else str(path) for name, path in named.items()}
-
-
-def _as_json(figures: dict[str, Any]) -> str:
-    from minsnap.cli.summary import as_json
-
-    return as_json(figures)
 
 
 def _as_text(figures: dict[str, Any]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -108,8 +109,7 @@ class _Pilot:
         from minsnap.flight.mavlink.vehicle_messages import PX4
 
         clock = Clock()
-        link = open_link(self._connect, clock)
-        try:
+        with closing(open_link(self._connect, clock)) as link:
             link.wait_for_vehicle(self._how.wait)
             print("minsnap: waiting for the vehicle to disarm, which closes its log", file=sys.stderr)
             deadline = clock.now() + _DISARMED
@@ -121,5 +121,3 @@ class _Pilot:
             place = Path(f"{stem}-{number}{'.ulg' if link.vehicle.autopilot == PX4 else '.bin'}")
             download_log(link, clock, place)
             return place
-        finally:
-            link.close()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from minsnap.corridors.gates import Gate
 from minsnap.errors import InputError, WaypointError
 from minsnap.planning.request import Box, Opening, PlanRequest, Point
 
-_Entry = TypeVar("_Entry")
+_Made = Callable[[Any], Sequence[Any]]
 
 SPEED = 1.0
 """Average speed that gives a new leg its duration [m/s]."""
@@ -40,12 +40,8 @@ def move_waypoint(request: PlanRequest, index: int, position: Sequence[float]) -
     step = np.subtract(point, points[index])
     for i in ends if joined else (index,):
         points[i] = point
-    moved = ends if joined else (index,)
-    openings = tuple(
-        (i, _points(np.array(corners) + step), *how) if i in moved else (i, corners, *how)
-        for i, corners, *how in request.openings
-    )
-    return replace(request, waypoints=tuple(points), openings=openings)  # type: ignore[arg-type]
+    moved = replace(request, waypoints=tuple(points))
+    return _with_corners(moved, ends if joined else (index,), lambda corners: corners + step)
 
 
 def insert_waypoint(request: PlanRequest, index: int) -> PlanRequest:
@@ -64,7 +60,8 @@ def insert_waypoint(request: PlanRequest, index: int) -> PlanRequest:
     shares = (1.0, 0.5) if index >= last else (0.5, 0.5)
     openings = _renumbered(request, [*range(index + 1), *range(index + 2, last + 2)])
     changed = replace(request, waypoints=tuple(_plain(point) for point in points), yaw=yaw, openings=openings)
-    return _grown(_with_legs(changed, request, leg, shares))
+    twice: _Made = lambda values: values * 2  # noqa: E731
+    return _grown(_with_legs(changed, slice(leg, leg + 1), lambda d: [share * d[0] for share in shares], twice, twice))
 
 
 def delete_waypoint(request: PlanRequest, index: int) -> PlanRequest:
@@ -82,15 +79,10 @@ def delete_waypoint(request: PlanRequest, index: int) -> PlanRequest:
     first, last = max(index - 1, 0), min(index, request.legs - 1)
     openings = _renumbered(request, [*range(index), None, *range(index, len(points))])
     changed = replace(request, waypoints=points, yaw=yaw, openings=openings)
-    if first == last:
-        gone = 0 if index == 0 else request.legs - 1
-        return replace(
-            changed,
-            durations=_without(request.durations, gone),
-            corridor=_without(request.corridor, gone),
-            boxes=_without(request.boxes, gone),
-        )
-    return _joined(changed, request, first)
+    if first == last:  # an end, whose leg goes with it
+        return _with_legs(changed, slice(first, last + 1), *(lambda values: (),) * 3)
+    hull = lambda boxes: (_hull((*boxes[0], *boxes[1])),)  # noqa: E731
+    return _with_legs(changed, slice(first, last + 1), lambda d: (sum(d),), lambda w: (min(w),), hull)
 
 
 def move_in_order(request: PlanRequest, index: int, step: int) -> PlanRequest:
@@ -121,11 +113,7 @@ def with_gate(request: PlanRequest, index: int, wanted: bool) -> PlanRequest:
 def reshape_gate(request: PlanRequest, index: int, matrix: FloatArray) -> PlanRequest:
     """Return the request with the corners of a gate turned or scaled about its center, by a matrix (3, 3)."""
     center = np.array(request.waypoints[index])
-    openings = tuple(
-        (i, _points(center + (np.array(corners) - center) @ matrix.T), *how) if i == index else (i, corners, *how)
-        for i, corners, *how in request.openings
-    )
-    return replace(request, openings=openings)  # type: ignore[arg-type]
+    return _with_corners(request, (index,), lambda corners: center + (corners - center) @ matrix.T)
 
 
 def sized(corners: FloatArray, width: float, height: float) -> FloatArray:
@@ -252,33 +240,31 @@ def _renumbered(request: PlanRequest, order: Sequence[int | None]) -> tuple[Open
     return tuple(sorted(kept))  # type: ignore[arg-type]
 
 
+def _with_corners(
+    request: PlanRequest, moved: Sequence[int], change: Callable[[FloatArray], FloatArray]
+) -> PlanRequest:
+    """Return the request with other corners of the gates at some waypoints."""
+    openings = (
+        (i, _points(change(np.array(corners))) if i in moved else corners, *how)
+        for i, corners, *how in request.openings
+    )
+    return replace(request, openings=tuple(openings))  # type: ignore[arg-type]
+
+
 def _points(corners: FloatArray) -> tuple[Point, ...]:
     return tuple(_plain(corner) for corner in corners)
 
 
-def _with_legs(changed: PlanRequest, before: PlanRequest, leg: int, shares: tuple[float, float]) -> PlanRequest:
-    """Return the request with the values of a leg copied to the two legs that replace it."""
-    durations, corridor, boxes = before.durations, before.corridor, before.boxes
-    if durations is not None:
-        halves = tuple(share * durations[leg] for share in shares)
-        durations = (*durations[:leg], *halves, *durations[leg + 1 :])
-    if corridor is not None:
-        corridor = (*corridor[: leg + 1], *corridor[leg:])
-    if boxes is not None:
-        boxes = (*boxes[: leg + 1], *boxes[leg:])
-    return replace(changed, durations=durations, corridor=corridor, boxes=boxes)
+def _with_legs(request: PlanRequest, legs: slice, durations: _Made, widths: _Made, boxes: _Made) -> PlanRequest:
+    """Return the request with other legs in the place of some: their values are made of those of these."""
 
+    def spliced(values: Any, made: _Made) -> Any:
+        return None if values is None else (*values[: legs.start], *made(values[legs]), *values[legs.stop :])
 
-def _joined(changed: PlanRequest, before: PlanRequest, leg: int) -> PlanRequest:
-    """Return the request with the values of a leg and its successor joined in one."""
-    durations, corridor, boxes = before.durations, before.corridor, before.boxes
-    if durations is not None:
-        durations = (*durations[:leg], durations[leg] + durations[leg + 1], *durations[leg + 2 :])
-    if corridor is not None:
-        corridor = (*corridor[:leg], min(corridor[leg : leg + 2]), *corridor[leg + 2 :])
-    if boxes is not None:
-        boxes = (*boxes[:leg], _hull((*boxes[leg], *boxes[leg + 1])), *boxes[leg + 2 :])
-    return replace(changed, durations=durations, corridor=corridor, boxes=boxes)
+    times = spliced(request.durations, durations)
+    return replace(
+        request, durations=times, corridor=spliced(request.corridor, widths), boxes=spliced(request.boxes, boxes)
+    )
 
 
 def _grown(request: PlanRequest) -> PlanRequest:
@@ -309,7 +295,3 @@ def _hull(points: Sequence[Point]) -> Box:
 
 def _plain(values: Sequence[float] | FloatArray) -> Point:
     return tuple(float(value) for value in values)
-
-
-def _without(values: tuple[_Entry, ...] | None, index: int) -> tuple[_Entry, ...] | None:
-    return None if values is None else values[:index] + values[index + 1 :]
