@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.native.proved_extrema import largest_norms
+from minsnap.native.proved_extrema import largest_norms, maximum
 from minsnap.polynomials.enclosures import TINY, UNIT, Enclosure, derivative
-from minsnap.polynomials.extrema import maximum
 
 FAINT = 1e-100
 """Norm below which its square, or it itself, may be lost to underflow: it is then scaled, and what is lost added."""
