@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -14,13 +14,14 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_array, check_positive, check_switch, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import ShapeError, YawError
-from minsnap.limits.limits import Limits, check_limits
-from minsnap.time_allocation.time_stretch import touching_factor
 from minsnap.trajectory.heading import ConstantHeading, Heading
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.phase import ComplexArray, PhaseLaw, PhasePath
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
+
+if TYPE_CHECKING:
+    from minsnap.limits.limits import Limits
 
 Turning = TypeVar("Turning", bound=PhasePath)
 
@@ -104,6 +105,9 @@ class Shape(PhasePath):
         LimitError
             If a limit is exceeded at any pace.
         """
+        from minsnap.limits.limits import check_limits
+        from minsnap.time_allocation.time_stretch import touching_factor
+
         check_limits(limits)
         factor = touching_factor(limits, self.as_trajectory())
         slower = replace(self, law=replace(self.law, rate=self.law.rate / factor))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,13 +13,14 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_positive, check_switch, is_whole, refuse_repeated
 from minsnap.basics.messages import shown
 from minsnap.errors import ShapeError, TimingError
-from minsnap.limits.limits import Limits
-from minsnap.limits.ordinary import ordinary_limits
 from minsnap.paths.shapes.curves import check_finite, check_point
 from minsnap.planning.planner import plan
 from minsnap.time_allocation.search_options import is_priced
 from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from minsnap.limits.limits import Limits
 
 SPEED = 1.0
 """Average speed of a line without a time and limits [m/s]."""
@@ -137,6 +138,8 @@ def rectangle(
     steps = np.arange(4 * turns + 1) * (-1 if check_switch("clockwise", clockwise) else 1)
     waypoints = corners[(first + steps) % 4]
     if total_time is None and durations is None and limits is None and not is_priced(options):
+        from minsnap.limits.ordinary import ordinary_limits
+
         limits = ordinary_limits()
     times = {"total_time": total_time, "durations": durations, "limits": limits}
     return _plan(waypoints, corridor=corridor, **times, **options)
