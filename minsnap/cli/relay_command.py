@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from minsnap.cli.command import command
 
 if TYPE_CHECKING:
-    from minsnap.flight.mocap.relay import RelayReport
+    from minsnap.flight.mocap import RelayReport
 
 
 @command()
@@ -31,8 +31,7 @@ def relay(
     """
     from minsnap.flight.mavlink.link import open_link
     from minsnap.flight.mavlink.schedule import Clock
-    from minsnap.flight.mocap.relay import Relay
-    from minsnap.flight.mocap.sources import open_source
+    from minsnap.flight.mocap import Relay, open_source
 
     clock = Clock()
     with closing(open_link(target, clock)) as link:

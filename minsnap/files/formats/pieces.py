@@ -101,8 +101,7 @@ def yaw_powers(trajectory: Trajectory, degree: int) -> FloatArray:
             f"the heading of piece {error.argmax()} is {error.max():.3g} rad from any polynomial of degree {degree}: "
             "use a planned or constant yaw, or shorter legs"
         )
-    scaled: FloatArray = powers / trajectory.durations[:, None] ** np.arange(degree + 1)
-    return scaled
+    return np.asarray(powers / trajectory.durations[:, None] ** np.arange(degree + 1))
 
 
 def _yaw_at(trajectory: Trajectory, s: FloatArray) -> FloatArray:
@@ -135,8 +134,7 @@ def _points(durations: FloatArray, powers: FloatArray) -> FloatArray:
     degree = powers.shape[1] - 1
     with np.errstate(over="ignore", invalid="ignore"):
         scaled = powers * durations[:, None, None] ** np.arange(degree + 1)[None, :, None]
-    points: FloatArray = np.einsum("ji,mid->mjd", powers_to_points(degree), scaled)
-    return points
+    return np.asarray(np.einsum("ji,mid->mjd", powers_to_points(degree), scaled))
 
 
 def yaw_description(trajectory: Trajectory) -> dict[str, Any]:

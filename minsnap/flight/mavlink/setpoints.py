@@ -309,8 +309,7 @@ def _column(samples: Samples, name: str, held: bool) -> FloatArray:
         return np.zeros((len(samples), width))
     if name == "yaw":
         values = np.where(np.abs(values) <= math.pi, values, wrap(values))
-    column: FloatArray = np.asarray(values, dtype=np.float64).reshape(len(samples), width)
-    return column
+    return np.asarray(values, dtype=np.float64).reshape(len(samples), width)
 
 
 def _check_laps(samples: Samples, laps: int) -> None:

@@ -9,8 +9,7 @@ from standin import COASTING, RETURN, PointMass, StandIn, mavlink
 
 from minsnap.errors import FlightError
 from minsnap.flight.mavlink.link import open_link
-from minsnap.flight.mocap.relay import Relay
-from minsnap.flight.mocap.sources import Pose, PoseSource
+from minsnap.flight.mocap import Pose, PoseSource, Relay
 
 
 def lost(stack, velocity, seconds, **settings):

@@ -16,8 +16,7 @@ from standin import mavutil
 from minsnap.errors import FileError, InputError, LinkError
 from minsnap.flight.mavlink.link import open_link
 from minsnap.flight.mavlink.schedule import Clock
-from minsnap.flight.mocap.relay import Relay, euler_angles
-from minsnap.flight.mocap.sources import NatNetSource, Pose, PoseSource, UdpJsonSource, open_source
+from minsnap.flight.mocap import NatNetSource, Pose, PoseSource, Relay, UdpJsonSource, euler_angles, open_source
 
 Y_UP = ((1.0, 2.0, 3.0), (math.cos(0.2), 0.0, math.sin(0.2), 0.0))
 """At (1, 2, 3) in OptiTrack's axes, turned by 0.4 rad to the left about its upward y."""

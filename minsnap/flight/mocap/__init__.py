@@ -1,5 +1,0 @@
-"""Poses from motion capture, relayed to a vehicle."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
