@@ -1,4 +1,4 @@
-"""Flights and references for comparison: setpoint CSV, and the logs of PX4, ArduPilot and of a stream."""
+"""Flights from files: setpoint CSV, the logs of PX4 and ArduPilot, and that of ``minsnap stream``, in z-down axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Setpoints as text: CSV with one header line, written atomically, and what such a file says of itself.
+"""Setpoint CSV: a path at a uniform rate, numbers that read back exactly, and what such a file says of itself.
 
 A CSV in another frame than ENU has a last column ``frame_ned`` of ones, which stays with the numbers wherever they go
 and which readers of columns by name, and of the first twelve, do not notice. Further data are in ``NAME.csv.meta``:

@@ -1,4 +1,4 @@
-"""Waypoint files in CSV or YAML, and missions of QGroundControl."""
+"""Waypoint files in CSV or YAML, with headings and durations, and missions of QGroundControl (``.plan``)."""
 
 from __future__ import annotations
 

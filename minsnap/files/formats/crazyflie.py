@@ -1,11 +1,12 @@
-"""Trajectories of the Crazyflie.
+"""Trajectories of the Crazyflie and of Crazyswarm, world axes, z up: rows of power coefficients, and compressed ones.
 
-A start of 4 int16 (x, y, z in millimetres, yaw in tenths of a degree), then the pieces (``bezier_segments``), then the
-header of a piece that lasts 0 ms: the firmware ends there and nowhere else, and flies on without it into what lies
-behind in its memory. World axes, z up.
+Rows (uav_trajectories, crazyswarm2): one per piece, its duration [s] and 8 ascending powers of x, y, z [m] and yaw
+[rad], in seconds from the piece's start. The firmware evaluates degree 7 in float32 and keeps 4096 bytes, which is 31
+pieces of 132 bytes (TRAJECTORY_MEMORY_SIZE).
 
-World axes, z up; metres, radians, seconds from each piece's start. The firmware evaluates degree 7 in float32 and
-keeps 4096 bytes, which is 31 pieces of 132 bytes (TRAJECTORY_MEMORY_SIZE).
+Compressed: a start of 4 int16 (x, y, z in millimetres, yaw in tenths of a degree), then the pieces
+(``bezier_segments``), 45 bytes each at constant yaw, then the header of a piece that lasts 0 ms: the firmware ends
+there and nowhere else, and flies on without it into what lies behind in its memory.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Polynomials and headings of a trajectory as formats hold them."""
+"""Polynomials as other programs' files hold them: powers in seconds, headings with their rules, fits to samples."""
 
 from __future__ import annotations
 

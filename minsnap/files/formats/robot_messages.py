@@ -1,9 +1,11 @@
-"""Messages of PX4 and ROS.
+"""Setpoints shaped like messages of PX4 and ROS, without ROS.
 
-NED, float32, yaw in [-pi, pi]; NaN marks values that are not controlled (PX4's message definition).
+px4_msgs/TrajectorySetpoint: NED, float32, yaw in [-pi, pi]; NaN marks values that are not controlled (PX4's message
+definition).
 
-The MAV convention: transforms hold position and heading, velocities the first derivative, accelerations the second.
-ENU, z up (REP 103), named in the header.
+trajectory_msgs/MultiDOFJointTrajectory as JSON, one array element per point. The MAV convention: transforms hold
+position and heading, velocities the first derivative, accelerations the second. ENU, z up (REP 103), named in the
+header.
 """
 
 from __future__ import annotations

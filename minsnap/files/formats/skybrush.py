@@ -1,7 +1,8 @@
-"""Skybrush's binary shows: a trajectory as cubics, and lights.
+"""Skybrush's binary shows, ``.skyb``: a trajectory as cubics of whole millimetres, and lights, with a checksum.
 
 A cubic has the curve's position and velocity at both ends of its interval, so that halving it divides the distance by
-16 (error of Hermite interpolation, h^4 max|x''''| / 384). Intervals end at whole milliseconds: no time is rounded.
+16 (error of Hermite interpolation, h^4 max|x''''| / 384); intervals are halved until they are proved to be near.
+They end at whole milliseconds: no time is rounded.
 
 After ``skyb``, the version (2), a byte of features (bit 0: a checksum) and the CRC-32 of the whole file with these
 four bytes zero; then blocks of a type, a length as uint16 and a body. Block 1 is the trajectory: a unit in millimetres,

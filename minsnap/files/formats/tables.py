@@ -1,4 +1,8 @@
-"""NumPy archives, pandas' tables and Parquet."""
+"""Tables of numbers: NumPy archives, exact and never a pickle, pandas' tables and Parquet files (extra ``tables``).
+
+An archive holds a trajectory by its control points, or samples by their columns; a table has the columns of a setpoint
+CSV.
+"""
 
 from __future__ import annotations
 

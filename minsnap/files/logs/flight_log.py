@@ -1,4 +1,4 @@
-"""The content of a flight log: reference, flight and what the body felt, on one clock, in z-up axes."""
+"""The content of a flight log, on one clock, in z-up world axes: reference, flight, and what the body felt."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""PX4's ULog, read (extra ``logs``) and written."""
+"""PX4's ULog, read (extra ``logs``) and written, with the topics of its own logs (docs.px4.io, ULog file format).
+
+``vehicle_local_position`` is the flight, ``trajectory_setpoint`` the reference.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How bytes of MAVLink travel: UDP, TCP and serial ports, opened by a connection string."""
+"""Sockets and serial ports for MAVLink, non-blocking and reconnecting after a loss, opened by a connection string."""
 
 from __future__ import annotations
 

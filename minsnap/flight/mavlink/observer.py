@@ -1,4 +1,4 @@
-"""What is told of a stream while it runs: words, status, tracking error and the log."""
+"""Observation of a flight: words, status, tracking error, and a log whose lines survive a kill."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Parameters of an autopilot: read and written by name, and the limits that they set.
+r"""Parameters of an autopilot, by MAVLink's parameter protocol, and the limits of a path that they set.
 
 At a speed v the thrust leans against the drag k v as well as along the acceleration a, so that
 :math:`a + k v \le g \tan\theta`. Drag may take half of the tilt at the greatest speed; the rest, less a tenth for

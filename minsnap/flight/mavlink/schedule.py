@@ -1,4 +1,4 @@
-"""Instants: the clock, the slots of setpoints, and the common start of several vehicles."""
+"""Slots of a monotonic clock, one setpoint in each without bursts, and the common start of several vehicles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Setpoints that leave on time: from a thread of their own or the one that decides, in an undisturbed program."""
+"""Setpoints that leave on time: from a thread of their own or the one that decides, and nothing that disturbs them.
+
+Undisturbed is a flight with real-time priority, memory that stays in place and no garbage collection.
+"""
 
 from __future__ import annotations
 

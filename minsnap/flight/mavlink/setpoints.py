@@ -1,8 +1,9 @@
-"""Setpoints as a table and as messages, with what offsets drag and delay.
+"""Setpoints for SET_POSITION_TARGET_LOCAL_NED: rows in the vehicle's z-down frame, with what offsets drag and delay.
 
-A lead shifts the whole flight: the first setpoint is sent ``lead`` before the instant that it is planned for, so that a
-path that begins at rest still does, and nothing of it is left out. Where the vehicle is to be at an instant is where
-the setpoint sent ``lead`` before it was; every distance to the plan is measured there.
+Drag is offset through the acceleration. A lead, which offsets the delay, shifts the whole flight: the first setpoint is
+sent ``lead`` before the instant that it is planned for, so that a path that begins at rest still does, and nothing of
+it is left out. Where the vehicle is to be at an instant is where the setpoint sent ``lead`` before it was; every
+distance to the plan is measured there.
 """
 
 from __future__ import annotations

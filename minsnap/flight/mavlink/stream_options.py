@@ -1,4 +1,4 @@
-"""Options of a stream, its safety rules, and what it reports."""
+"""Options and report of a streamed flight, and the safety rules that refuse or stop it by the vehicle's messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Controllers of a simulated vehicle: a cascade like PX4's, and geometric control on SE(3).
+"""Controllers of a simulated vehicle: the cascade of PX4, and geometric control on SE(3) (Lee, Mellinger).
 
 A controller is an immutable value: gains and limits. Its ``pilot`` controls one vehicle and holds the state between
 calls. Pilots use floats, which for single vectors are several times faster than arrays.

@@ -1,4 +1,7 @@
-"""What disturbs a simulated vehicle: wind, and sensors that are late and noisy."""
+"""What disturbs a simulated vehicle: wind, constant or in Dryden gusts, and poses that are late and noisy.
+
+Both are reproducible by their seeds. Poses are fused with inertial sensors, as an autopilot's estimator does.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a simulated vehicle is to follow: setpoints as a table, with states from flatness and feed-forward of drag."""
+"""The reference of a simulation: setpoints, each held until the next, and the feed-forward that offsets drag."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Simulation of a flight, step by step: with a controller, or open loop under the inputs from flatness."""
+"""Simulation of a flight by steps: controller, sensors, motors and wind, or open loop under inputs from flatness."""
 
 from __future__ import annotations
 

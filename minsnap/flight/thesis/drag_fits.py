@@ -1,4 +1,4 @@
-"""The drag surfaces as published, and least-squares fits: of their forms, and of a drag that vanishes at rest.
+"""Drag surfaces of the thesis: as printed, and least-squares fits of their forms and of a drag that vanishes at rest.
 
 Source: *Effect of Incorporating Aerodynamic Drag Model on Trajectory Tracking Performance of DJI F330 Quadcopter*
 (Arizona State University), sections 3.3 and 3.4. Its angles are in degrees, its rotor speeds in revolutions per minute.

@@ -1,4 +1,8 @@
-"""Tracking error of a flight: errors per axis, delay, and distance to the path separated from the error in time."""
+"""Tracking error of a flight: errors per axis, delay, and distance to the path separated from the error in time.
+
+The delay is that of the best cross-correlation, refined to a fraction of a sample. The reference counts as a curve
+through its samples, by Hermite interpolation where it has velocities.
+"""
 
 from __future__ import annotations
 
