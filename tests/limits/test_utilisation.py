@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.limits import limits
 from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import leg_at, measured
 from minsnap.trajectory.trajectory import Trajectory
@@ -219,3 +220,35 @@ def test_legs_are_counted_not_pieces():
     used = Limits(speed=1.0).utilisation(path)[0]
     assert path.leg_breaks[used.leg] <= used.instant <= path.leg_breaks[used.leg + 1]
     assert np.linalg.norm(path(used.instant, 1)) == pytest.approx(used.value)
+
+
+RATES = {"speed": 3.0, "acceleration": 6.0, "horizontal_speed": 2.0, "climb_speed": 1.0, "descent_speed": 0.7}
+ALL = Limits(**RATES, max_thrust=1.8, min_thrust=0.3, tilt=0.9, body_rate=2.0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_state_is_measured_as_the_curve_is_at_its_start(seed):
+    """A piece that keeps its highest derivative hardly changes in a tenth of a millisecond."""
+    random = np.random.default_rng(seed)
+    state = dict(enumerate(random.normal(size=(3, 3)), 1))
+    motion = [np.zeros(3), *state.values()]
+    steps = np.array([[0, 0, 0, 0], [0, 1 / 3, 0, 0], [0, 2 / 3, 1 / 6, 0], [0, 1, 1 / 2, 1 / 6]])
+    curve = Trajectory((steps @ (np.array(motion) * 1e-4 ** np.arange(4)[:, None]))[None], [1e-4])
+    at_once, exactly = ALL.use_of_state(state, 3), ALL.utilisation(curve)
+    assert [used.name for used in at_once] == [used.name for used in exactly]
+    assert [used.fraction for used in at_once] == pytest.approx([used.fraction for used in exactly], rel=3e-3)
+
+
+def test_thrust_that_vanishes_has_no_direction_and_turns_at_once():
+    used = {one.name: one for one in ALL.use_of_state({2: np.array([0.0, 0.0, -GRAVITY]), 3: np.ones(3)}, 3)}
+    assert used["tilt"].value == np.pi / 2.0 and used["body_rate"].fraction == used["min_thrust"].fraction == np.inf
+
+
+def test_a_curve_is_measured_once_and_anew_for_others_of_either(monkeypatch):
+    seen = []
+    monkeypatch.setattr(limits, "measured", lambda *given: seen.append(given) or measured(*given))
+    path, same, equal = random_path(0), Limits(speed=2.0), Limits(speed=2.0)
+    first = same.utilisation(path)
+    assert same.utilisation(path) is first and len(seen) == 1
+    assert equal.utilisation(path) == first and len(seen) == 2
+    assert same.utilisation(path.stretched(2.0)) != first and len(seen) == 3
