@@ -1,1 +1,1 @@
-"""Polynomials on the unit interval: the Bernstein basis, exact extrema, ranges and quadrature."""
+"""Polynomials on the unit interval: the Bernstein basis, exact extrema, quotients and ranges."""

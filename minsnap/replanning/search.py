@@ -71,11 +71,8 @@ class Aim:
         """Return the conditions of the legs after the first, if that may be flown in ``left`` seconds; None if not."""
         if self.durations is not None:
             first, *others = np.asarray(self.durations, dtype=np.float64).ravel()
-            return (
-                replace(self, durations=others)
-                if others and np.isclose(first, left, rtol=EQUAL_TIMES, atol=0.0)
-                else None
-            )
+            same = bool(others) and np.isclose(first, left, rtol=EQUAL_TIMES, atol=0.0)
+            return replace(self, durations=others) if same else None
         if self.total_time is None:
             return self
         rest = self.total_time - left

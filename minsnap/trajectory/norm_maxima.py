@@ -1,4 +1,4 @@
-"""Greatest norms and extents of the derivatives of piecewise polynomials, proved over all time."""
+"""Greatest norms, extents and lengths of piecewise polynomials and their derivatives; norms and extents are proved."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.native.proved_extrema import largest_norms, maximum
+from minsnap.polynomials.bernstein import basis
 from minsnap.polynomials.enclosures import TINY, UNIT, Enclosure, derivative
 
 FAINT = 1e-100
@@ -64,3 +65,28 @@ def _instant(durations: FloatArray, breaks: FloatArray, piece: int, s: float) ->
 def _norm_of(square: float) -> float:
     """Square root, not below the exact one."""
     return float(np.sqrt(max(square, 0.0))) * (1.0 + 4.0 * UNIT)
+
+
+def arc_length(points: FloatArray, widths: FloatArray, tolerance: float) -> float:
+    """Integrate the norm of a velocity, to that relative tolerance.
+
+    Parameters
+    ----------
+    points : ndarray, shape (pieces, n + 1, dim)
+        Control points of its polynomials [m/s].
+    widths : ndarray, shape (pieces,)
+        Durations [s].
+
+    Returns
+    -------
+    float
+        [m]
+    """
+    from scipy.integrate import quad_vec
+
+    def speeds(s: float) -> FloatArray:
+        weights = basis(points.shape[1] - 1, np.array([s]))[0]
+        return np.asarray(np.linalg.norm(np.einsum("j,mjd->md", weights, points), axis=1) * widths)
+
+    lengths, _ = quad_vec(speeds, 0.0, 1.0, epsabs=0.0, epsrel=tolerance)
+    return float(lengths.sum())

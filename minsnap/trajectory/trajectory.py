@@ -22,7 +22,7 @@ from minsnap.polynomials.bernstein import basis, careful_differences, differenti
 from minsnap.trajectory.cut_pieces import LONGEST_PIECE, SHORTEST_PIECE, cut, elevated_points
 from minsnap.trajectory.heading import ConstantHeading, Heading, YawFunction, as_heading
 from minsnap.trajectory.instants import check_order
-from minsnap.trajectory.norm_maxima import extent_along, norm_maxima
+from minsnap.trajectory.norm_maxima import arc_length, extent_along, norm_maxima
 from minsnap.trajectory.path import Path
 
 if TYPE_CHECKING:
@@ -286,8 +286,6 @@ class Trajectory(ReadOnly, Path):
 
     def arc_length(self, tolerance: float = 1e-10) -> float:
         """Length of the curve [m], by adaptive quadrature to that relative tolerance."""
-        from minsnap.polynomials.quadrature import arc_length
-
         if not (is_number(tolerance) and float(tolerance) >= LEAST_TOLERANCE):
             raise InputError(f"the tolerance of a length is {shown(tolerance)}: give {LEAST_TOLERANCE:g} or more")
         return arc_length(self.derivative(1).control_points, self.durations, float(tolerance))

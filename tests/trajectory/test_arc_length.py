@@ -5,7 +5,7 @@ from math import asinh, sqrt
 import numpy as np
 import pytest
 
-from minsnap.polynomials.quadrature import arc_length
+from minsnap.trajectory.norm_maxima import arc_length
 
 
 def test_arc_length_of_parabolas_is_that_of_the_closed_form():
