@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,18 +19,60 @@ if TYPE_CHECKING:
     from minsnap.trajectory.samples import Samples
 
 
+@dataclass(frozen=True)
+class Matching:
+    """How flights are set beside what they were to fly."""
+
+    align: Annotated[
+        bool, "For flights without setpoints: estimate the clocks' offset; the delay is then not measured."
+    ] = False
+    max_delay: Annotated[float, "S", "Longest delay looked for [s]."] = 2.0
+    lead: options.FlownLead = None
+    sent: Annotated[list[Path] | None, "FILE", "What was sent for REFERENCE, as tune wrote it; once a flight."] = None
+    frame: options.ReadFrame = None
+
+    def compared(self, reference: Path, paths: list[Path]) -> dict[str, ComparedFlight]:
+        """Read and compare all files; damage in a log is reported on standard error."""
+        from minsnap.files.convert import read_samples
+        from minsnap.files.flights import load_reference
+
+        sent, flights_by_name = self.sent or [], {}
+        with told_warnings():
+            wanted = (load_reference if _is_flight(reference) else read_samples)(reference, self.frame)
+            wanted = wanted if self.lead is None else replace(wanted, lead=self.lead)
+            if sent and len(sent) != len(paths):
+                count = f"{len(sent)} times beside {len(paths)} flights"
+                raise InputError(f"--sent stands {count}: write it once a flight, in their order")
+            for index, path in enumerate(paths):
+                commanded = read_samples(sent[index], self.frame) if sent else None
+                flights = self._flights(wanted, commanded, path, reference)
+                for number, one in enumerate(flights, 1):
+                    flights_by_name[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
+        return flights_by_name
+
+    def _flights(self, wanted: Samples, sent: Samples | None, path: Path, reference: Path) -> list[ComparedFlight]:
+        """Return the flights of a file: those of a log at its own setpoints, the only one of a table of samples."""
+        from minsnap.files.flights import load_flight, load_log
+        from minsnap.flight.tracking.comparison import compare as compare_samples
+        from minsnap.flight.tracking.comparison import moved
+        from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
+
+        log = None if path == reference else load_log(path)
+        if log is not None and log.reference is not None and log.flight is not None:
+            planned = None if sent is None else wanted
+            return compare_in_log(sent or wanted, log.reference, log.flight, self.max_delay, planned)
+        _refuse_unknown_clock(path, log, self.align)
+        flight = load_flight(path, self.frame)
+        comparison = compare_samples(wanted, flight, align=self.align, max_delay=self.max_delay)
+        return [ComparedFlight(comparison, wanted, moved(flight, comparison.offset))]
+
+
 @command()
 def compare(
+    matching: Matching,
     reference: Annotated[Path, "REFERENCE", "Setpoint CSV, or a log to take it from."],
     flights: Annotated[list[Path], "FLIGHT...", "CSV, ULog (.ulg), dataflash log (.bin), log of a stream."],
     *,
-    align: Annotated[
-        bool, "For flights without setpoints: estimate the clocks' offset; the delay is then not measured."
-    ] = False,
-    max_delay: Annotated[float, "S", "Longest delay looked for [s]."] = 2.0,
-    lead: options.FlownLead = None,
-    sent: Annotated[list[Path] | None, "FILE", "What was sent for REFERENCE, as tune wrote it; once a flight."] = None,
-    frame: options.ReadFrame = None,
     waypoints: Annotated[Path | None, "FILE", "Waypoints of the corridor, as for plan."] = None,
     corridor: options.Corridor = None,
     max_speed: Annotated[float | None, "M/S", "Limit on speed to compare with."] = None,
@@ -47,7 +89,7 @@ def compare(
     """
     options.check_corridor(corridor, waypoints)
     check_figure(plot, view)
-    compared = _compared(reference, flights, frame, align, max_delay, lead, sent or [])
+    compared = matching.compared(reference, flights)
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in compared.items()}
     if plot is not None:
         from minsnap.flight.tracking.tracking_plot import plot_comparison
@@ -61,60 +103,6 @@ def compare(
         legs = None if waypoints is None else read_waypoints(waypoints).points
         write_flight_page(compared, report, logs={_name(path, flights): path for path in flights}, waypoints=legs)
     _say(compared, kept, json)
-
-
-def _compared(
-    reference: Path,
-    paths: list[Path],
-    frame: str | None,
-    align: bool,
-    max_delay: float,
-    lead: float | None,
-    sent: list[Path],
-) -> dict[str, ComparedFlight]:
-    """Read and compare all files; damage in a log is reported on standard error."""
-    from minsnap.files.convert import read_samples
-    from minsnap.files.flights import load_reference
-
-    flights_by_name: dict[str, ComparedFlight] = {}
-    with told_warnings():
-        wanted = load_reference(reference, frame) if _is_flight(reference) else read_samples(reference, frame)
-        wanted = wanted if lead is None else replace(wanted, lead=lead)
-        if sent and len(sent) != len(paths):
-            raise InputError(
-                f"--sent stands {len(sent)} times beside {len(paths)} flights: write it once a flight, in their order"
-            )
-        for index, path in enumerate(paths):
-            commanded = read_samples(sent[index], frame) if sent else None
-            flights = _flights(wanted, commanded, path, reference, frame, align, max_delay)
-            for number, one in enumerate(flights, 1):
-                flights_by_name[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
-    return flights_by_name
-
-
-def _flights(
-    wanted: Samples,
-    sent: Samples | None,
-    path: Path,
-    reference: Path,
-    frame: str | None,
-    align: bool,
-    max_delay: float,
-) -> list[ComparedFlight]:
-    """Return the flights of a file: those of a log at its own setpoints, the only one of a table of samples."""
-    from minsnap.files.flights import load_flight, load_log
-    from minsnap.flight.tracking.comparison import compare as compare_samples
-    from minsnap.flight.tracking.comparison import moved
-    from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
-
-    log = None if path == reference else load_log(path)
-    if log is not None and log.reference is not None and log.flight is not None:
-        planned = None if sent is None else wanted
-        return compare_in_log(sent or wanted, log.reference, log.flight, max_delay, planned)
-    _refuse_unknown_clock(path, log, align)
-    flight = load_flight(path, frame)
-    comparison = compare_samples(wanted, flight, align=align, max_delay=max_delay)
-    return [ComparedFlight(comparison, wanted, moved(flight, comparison.offset))]
 
 
 def _refuse_unknown_clock(path: Path, log: FlightLog | None, align: bool) -> None:

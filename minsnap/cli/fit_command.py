@@ -36,30 +36,11 @@ def fit(
     With standard errors. Drag is per mass; -o writes a vehicle with it, which stream, plan and the shapes take as
     --vehicle.
     """
-    if form is None:
-        _fit_flight(file, output, base, mass, lead, plot, json)
+    if form is not None:
+        if output is not None or base is not None or mass is not None:
+            raise InputError("--output, --base and --mass are for logs of flights: leave them out with --form")
+        _fit_table(file, form, plot, json)
         return
-    if output is not None or base is not None or mass is not None:
-        raise InputError("--output, --base and --mass are for logs of flights: leave them out with --form")
-    from minsnap.flight.thesis.fit_table import fit_table, plot_table_fit
-
-    table_fit = fit_table(file, form)
-    if plot is not None:
-        from minsnap.plot.figures import save_figure
-
-        save_figure(plot_table_fit(table_fit).figure, plot)
-    print(as_json(table_fit.as_dict()) if json else table_fit)
-
-
-def _fit_flight(
-    file: Path,
-    output: Path | None,
-    base: Path | None,
-    mass: float | None,
-    lead: float | None,
-    plot: Path | None,
-    json: bool,
-) -> None:
     from minsnap.basics.storage.atomic import refuse_source
     from minsnap.flight.tracking.flight_fit import default_name, fit_flight
     from minsnap.vehicle import read_vehicle
@@ -75,3 +56,14 @@ def _fit_flight(
     if output is not None:
         flight_fit.vehicle(None if base is None else read_vehicle(base), mass, default_name(file)).to_yaml(output)
     print(as_json(flight_fit.as_dict()) if json else flight_fit)
+
+
+def _fit_table(file: Path, form: str, plot: Path | None, json: bool) -> None:
+    from minsnap.flight.thesis.fit_table import fit_table, plot_table_fit
+
+    table_fit = fit_table(file, form)
+    if plot is not None:
+        from minsnap.plot.figures import save_figure
+
+        save_figure(plot_table_fit(table_fit).figure, plot)
+    print(as_json(table_fit.as_dict()) if json else table_fit)

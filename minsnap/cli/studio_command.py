@@ -59,7 +59,7 @@ def studio(
 
 def _page(file: Path | None, folder: Path, host: str, port: int, obstacles: Path | None) -> Page:
     from minsnap.studio.documents import example_scene, open_scene
-    from minsnap.studio.obstacles import read_obstacles
+    from minsnap.studio.ground_view import read_obstacles
     from minsnap.studio.studio import Studio
 
     request = example_scene() if file is None else open_scene(file)

@@ -9,8 +9,8 @@ from typing import Any
 from minsnap.files.request_yaml import request_text
 from minsnap.planning.request import PLAIN, PlanRequest
 from minsnap.studio.documents import ENDINGS, EXPORTS, open_upload, save_as
-from minsnap.studio.obstacles import ENDINGS as OBSTACLE_ENDINGS
-from minsnap.studio.obstacles import PICTURES, Obstacles, floor, read_obstacles
+from minsnap.studio.ground_view import ENDINGS as OBSTACLE_ENDINGS
+from minsnap.studio.ground_view import PICTURES, Obstacles, floor, read_obstacles
 from minsnap.studio.page_inputs import Editor, copyable, sentence, when_clicked
 from minsnap.studio.workbench import BenchState
 from minsnap.studio.working_folder import WorkingFolder

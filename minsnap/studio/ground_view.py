@@ -1,14 +1,39 @@
-"""What stands still in the scene: the ground grid, the axes with their names, obstacles, the scale of speeds."""
+"""What stands still in the scene: the ground grid, the axes with their names, and obstacles read from files."""
 
 from __future__ import annotations
 
+import os
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly
+from minsnap.basics.storage.archive import read_archive
+from minsnap.basics.storage.reading import check_size, reading
+from minsnap.errors import FileError, InputError
 from minsnap.files.frames import get_frame
-from minsnap.studio.obstacles import Floor, Obstacles
+from minsnap.files.waypoints import read_waypoints
+from minsnap.paths.routes.map_images import read_map_entries
+from minsnap.studio.wall_view import box_surface
+
+MOST_CELLS = 200_000
+"""Occupied cells of the largest grid that is shown."""
+
+MOST_PIXELS = 16_000_000
+"""Of the largest floor."""
+
+MOST_POINTS = 200_000
+"""Points that are shown of a cloud; of larger ones every n-th."""
+
+ENDINGS = (".npz", ".csv", ".yaml", ".yml")
+"""Of files of obstacles and floors."""
+
+PICTURES = (".png", ".jpg", ".jpeg", ".pgm")
+"""Of pictures of a floor."""
+
 
 AXES = {
     "enu": ("x East", "y North", "z Up"),
@@ -20,12 +45,180 @@ AXES = {
 """Names of the axes of every frame."""
 
 COLOURS = ((213, 0, 0), (0, 140, 0), (0, 60, 220))
+
 OBSTACLE = (134, 96, 62)
 
 Lines = tuple[tuple[int, int, int], tuple[int, int, int]]
+
 BY_DAY: Lines = ((222, 226, 230), (173, 181, 189))
+
 BY_NIGHT: Lines = ((30, 37, 56), (48, 57, 80))
 """Colours of the lines of the ground: of cells, and of every fifth."""
+
+
+@dataclass(frozen=True, eq=False)
+class Floor:
+    """A picture on the ground, such as a floor plan or an aerial photograph.
+
+    Parameters
+    ----------
+    picture : ndarray, shape (rows, columns, 3)
+        Red, green, blue; north, which is y, is up.
+    resolution : float
+        Side of a pixel [m].
+    corner : tuple of 2 floats
+        The lower left one [m].
+    """
+
+    picture: npt.NDArray[np.uint8]
+    resolution: float
+    corner: tuple[float, float]
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height [m]."""
+        return self.picture.shape[1] * self.resolution, self.picture.shape[0] * self.resolution
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacles(ReadOnly):
+    """What is to be shown.
+
+    Parameters
+    ----------
+    boxes : ndarray, shape (m, 2, 3)
+        Corners of occupied columns of cells [m].
+    points : ndarray, shape (n, 3)
+        [m].
+    point_size : float
+        [m].
+    floor : Floor or None
+        A picture on the ground.
+    """
+
+    boxes: FloatArray
+    points: FloatArray
+    point_size: float = 0.05
+    floor: Floor | None = None
+
+    def surface(self) -> tuple[FloatArray, IntArray]:
+        """Return the boxes as vertices (8 m, 3) [m] and triangles (12 m, 3)."""
+        parts = [box_surface((tuple(low), tuple(high))) for low, high in self.boxes.tolist()]
+        faces = np.concatenate([faces + 8 * i for i, (_, faces) in enumerate(parts)])
+        return np.concatenate([vertices for vertices, _ in parts]), faces
+
+
+def cloud(points: npt.ArrayLike) -> Obstacles:
+    """Return a point cloud, shape (n, 3) [m], thinned if it is large.
+
+    Raises
+    ------
+    InputError
+        If it has another shape or is not finite.
+    """
+    values = np.asarray(points, dtype=np.float64)
+    if values.ndim != 2 or values.shape[1] != 3 or not len(values) or not np.isfinite(values).all():
+        raise InputError(f"a point cloud has shape (n, 3) and finite coordinates, not shape {values.shape}")
+    step = -(-len(values) // MOST_POINTS)
+    size = 0.004 * float(max(np.ptp(values, axis=0).max(), 1.0))
+    return Obstacles(np.zeros((0, 2, 3)), values[::step], size)
+
+
+def grid(occupancy: npt.ArrayLike, resolution: npt.ArrayLike, origin: npt.ArrayLike | None = None) -> Obstacles:
+    """Return the occupied cells of a grid, as :func:`minsnap.corridor_from_grid` takes it.
+
+    Cells that follow each other along z become one box; a grid of two axes stands 1 m high on the ground.
+
+    Parameters
+    ----------
+    occupancy : array_like, shape (nx, ny) or (nx, ny, nz)
+        0 where free.
+    resolution : float or array_like
+        Side of a cell [m].
+    origin : array_like, optional
+        Outer corner of the first cell [m]; by default zero.
+
+    Raises
+    ------
+    InputError
+        If an array has another shape, or too many cells are occupied.
+    """
+    taken = np.asarray(occupancy) != 0
+    if taken.ndim not in (2, 3):
+        raise InputError(f"an occupancy grid has 2 or 3 axes, not {taken.ndim}")
+    side = np.broadcast_to(np.asarray(resolution, dtype=np.float64), (taken.ndim,))
+    corner = np.zeros(taken.ndim) if origin is None else np.asarray(origin, dtype=np.float64).reshape(-1)
+    if len(corner) != taken.ndim or not np.isfinite(corner).all() or not (np.isfinite(side) & (side > 0.0)).all():
+        raise InputError(
+            "the grid needs a positive cell size and a finite origin of as many coordinates as it has axes"
+        )
+    if taken.ndim == 2:
+        taken, side, corner = taken[:, :, None], np.append(side, 1.0), np.append(corner, 0.0)
+    if taken.sum() > MOST_CELLS:
+        raise InputError(f"{int(taken.sum())} cells are occupied: the studio shows up to {MOST_CELLS}")
+    return Obstacles(corner + side * _columns(taken), np.zeros((0, 3)))
+
+
+def floor(path: str | os.PathLike[str], resolution: float, corner: npt.ArrayLike) -> Obstacles:
+    """Read a picture of the ground: metres a pixel, and where its lower left corner lies [m].
+
+    Raises
+    ------
+    FileError
+        If it is no picture, or too large.
+    InputError
+        If the numbers are not finite, or the first not positive.
+    """
+    from PIL import Image
+
+    place = np.asarray(corner, dtype=np.float64).reshape(-1)
+    if not (np.isfinite(resolution) and resolution > 0.0 and len(place) >= 2 and np.isfinite(place).all()):
+        raise InputError("a floor needs the side of a pixel [m], which is positive, and its lower left corner, x and y")
+    check_size(path)
+    with reading(path, "a picture"), Image.open(path, formats=("PNG", "JPEG", "PPM")) as opened:
+        if opened.width * opened.height > MOST_PIXELS:
+            raise FileError(f"{path} has {opened.width} x {opened.height} pixels: at most {MOST_PIXELS} are shown")
+        picture = np.array(opened.convert("RGB"), dtype=np.uint8)
+    nothing = np.zeros((0, 3))
+    shown = Floor(picture, float(resolution), (float(place[0]), float(place[1])))
+    return Obstacles(np.zeros((0, 2, 3)), nothing, floor=shown)
+
+
+def read_obstacles(path: str | os.PathLike[str]) -> Obstacles:
+    """Read obstacles: x,y,z CSV; or an ``.npz`` archive of ``points``, or of ``occupancy``, ``resolution``, ``origin``.
+
+    A map of ROS's map_server (YAML with its picture beside it) is a floor.
+
+    Raises
+    ------
+    FileError
+        If the file is neither.
+    """
+    if Path(path).suffix.lower() == ".csv":
+        return cloud(read_waypoints(path).points)
+    if Path(path).suffix.lower() in (".yaml", ".yml"):
+        entries = read_map_entries(path)
+        return floor(Path(path).parent / entries["image"], entries["resolution"], entries["origin"])
+    if Path(path).suffix.lower() != ".npz":
+        raise FileError(f"{Path(path).name} holds no obstacles by its ending: it must be one of {', '.join(ENDINGS)}")
+    content: dict[str, Any] = read_archive(path)
+    try:
+        if "points" in content:
+            return cloud(content["points"])
+        return grid(content["occupancy"], content["resolution"], content.get("origin"))
+    except KeyError:
+        raise FileError(f"{path} needs an array called points, or two called occupancy and resolution") from None
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
+
+
+def _columns(taken: npt.NDArray[np.bool_]) -> FloatArray:
+    """Return runs of occupied cells along the last axis as corners in cells, shape (m, 2, 3)."""
+    padded = np.pad(taken, ((0, 0), (0, 0), (1, 1))).astype(np.int8)
+    change = np.diff(padded, axis=2)
+    starts, ends = np.argwhere(change == 1), np.argwhere(change == -1)
+    upper = ends + [1, 1, 0]
+    return np.stack([starts, upper], axis=1).astype(np.float64)
 
 
 class GroundView:

@@ -18,7 +18,7 @@ from minsnap.planning.request import PlanRequest
 from minsnap.studio.browser_page import Page
 from minsnap.studio.documents import scene_of
 from minsnap.studio.fleet_studio import FleetStudio
-from minsnap.studio.obstacles import cloud, grid
+from minsnap.studio.ground_view import cloud, grid
 from minsnap.studio.page_server import LOOPBACK
 from minsnap.studio.plan_worker import PlannedScene
 from minsnap.studio.studio import Studio

@@ -9,17 +9,15 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.planning.request import PlanRequest
-from minsnap.studio.browser_page import Page, several
+from minsnap.studio.browser_page import Page, Player, several
 from minsnap.studio.charts import Charts, SpeedLegend
 from minsnap.studio.file_panel import FilePanel
-from minsnap.studio.ground_view import GroundView
-from minsnap.studio.obstacles import Obstacles
+from minsnap.studio.ground_view import GroundView, Obstacles
 from minsnap.studio.page_inputs import Change
 from minsnap.studio.page_server import LOOPBACK, PORT
 from minsnap.studio.path_view import PathView, VehicleView
 from minsnap.studio.plan_drawing import pose_at, profiles_of
 from minsnap.studio.plan_worker import PlannedScene
-from minsnap.studio.player import Player
 from minsnap.studio.route_panel import CorridorPanel, RoutePanel
 from minsnap.studio.status_panel import StatusPanel
 from minsnap.studio.time_panel import DRAWN, TimePanel, VehiclePanel

@@ -127,7 +127,7 @@ def readers():
     from minsnap.batch.spec import read_spec
     from minsnap.files.convert import read_any
     from minsnap.files.request_yaml import read_request
-    from minsnap.studio.obstacles import read_obstacles
+    from minsnap.studio.ground_view import read_obstacles
     from minsnap.vehicle import read_vehicle
 
     by_reader = {

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from minsnap.errors import FileError, InputError
-from minsnap.studio.obstacles import MOST_POINTS, cloud, floor, grid, read_obstacles
+from minsnap.studio.ground_view import MOST_POINTS, cloud, floor, grid, read_obstacles
 
 
 def test_boxes_cover_exactly_the_occupied_cells():
