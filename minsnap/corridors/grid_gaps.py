@@ -62,8 +62,9 @@ def _grown_by_shifts(taken: BoolArray, clearance: float, size: FloatArray, count
     """Grow along the last axis by every number of cells, then shift these along the others and join them."""
     columns = [taken]
     for steps in range(1, int(count[-1]) + 1):
-        columns.append(columns[-1] | _shifted(taken, (*(0,) * (taken.ndim - 1), steps)))
-        columns[-1] |= _shifted(taken, (*(0,) * (taken.ndim - 1), -steps))
+        columns.append(columns[-1].copy())
+        for along in (steps, -steps):
+            _join(columns[-1], taken, (*(0,) * (taken.ndim - 1), along))
     reach = np.maximum(np.arange(len(columns)) - 1, 0) * size[-1]
     grown = taken.copy()
     for step in product(*(range(-int(n), int(n) + 1) for n in count[:-1])):
@@ -74,14 +75,13 @@ def _grown_by_shifts(taken: BoolArray, clearance: float, size: FloatArray, count
     return grown
 
 
-def _shifted(taken: BoolArray, step: tuple[int, ...]) -> BoolArray:
-    shifted = np.zeros_like(taken)
-    _join(shifted, taken, step)
-    return shifted
-
-
 def _join(joined: BoolArray, taken: BoolArray, step: tuple[int, ...]) -> None:
     """Add occupied cells moved by a step, in place."""
-    to = tuple(slice(max(change, 0), change if change < 0 else None) for change in step)
-    source = tuple(slice(max(-change, 0), -change if change > 0 else None) for change in step)
-    joined[to] |= taken[source]
+    joined[block(taken.shape, step, step)] |= taken[block(taken.shape, step)]
+
+
+def block(shape: tuple[int, ...], step: tuple[int, ...], part: tuple[int, ...] | None = None) -> tuple[slice, ...]:
+    """Return the part of a grid from which a step stays inside, itself moved by a part of the step."""
+    moved = (0,) * len(shape) if part is None else part
+    sides = zip(shape, step, moved, strict=True)
+    return tuple(slice(max(-whole, 0) + by, length - max(whole, 0) + by) for length, whole, by in sides)

@@ -7,10 +7,9 @@ from typing import Any
 
 from minsnap.basics.arrays import FloatArray, ReadOnly, owned, set_fields
 
-VECTORS = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
-"""Fields of shape (m, dim)."""
-
 _PREFIXES = {"position": "", "velocity": "v", "acceleration": "a", "jerk": "j", "snap": "s", "feed_forward": "ff"}
+VECTORS = tuple(_PREFIXES)
+"""Fields of shape (m, dim), whose columns in a table begin so."""
 
 
 @dataclass(frozen=True, eq=False)

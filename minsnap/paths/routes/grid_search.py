@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.corridors.grid_gaps import block
 
 LARGE = 400_000
 """Cells above which a way is looked for in blocks of 2 cells a side first, all of whose cells are free."""
@@ -74,7 +75,7 @@ def _graph(free: BoolArray, size: FloatArray, corners: bool, avoided: BoolArray 
     for step in product((-1, 0, 1), repeat=free.ndim):
         if step <= (0,) * free.ndim or not (corners or np.count_nonzero(step) == 1):
             continue
-        here, there = _shifted(step)
+        here, there = block(free.shape, step), block(free.shape, step, step)
         open_ = _all_open(free, step)
         rows.append(index[here][open_])
         columns.append(index[there][open_])
@@ -85,27 +86,12 @@ def _graph(free: BoolArray, size: FloatArray, corners: bool, avoided: BoolArray 
     return csr_matrix(entries, shape=(free.size, free.size))
 
 
-def _shifted(step: tuple[int, ...]) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
-    """Return the parts of a grid from which a step stays inside, and where it leads."""
-    here = tuple(slice(max(-change, 0), -change if change > 0 else None) for change in step)
-    there = tuple(slice(max(change, 0), change if change < 0 else None) for change in step)
-    return here, there
-
-
 def _all_open(free: BoolArray, step: tuple[int, ...]) -> BoolArray:
     """Return where all cells of the block that a step goes through are free."""
-    here, _ = _shifted(step)
-    open_cells = np.ones(free[here].shape, dtype=np.bool_)
+    open_cells = np.ones(free[block(free.shape, step)].shape, dtype=np.bool_)
     for part in product(*((0, change) if change else (0,) for change in step)):
-        offsets = zip(part, step, free.shape, strict=True)
-        open_cells &= free[tuple(_moved(change, whole, length) for change, whole, length in offsets)]
+        open_cells &= free[block(free.shape, step, part)]
     return open_cells
-
-
-def _moved(change: int, whole: int, length: int) -> slice:
-    """Return the slice of one axis from which a step of ``whole`` stays inside, moved by a part of it."""
-    low, high = max(-whole, 0), length - max(whole, 0)
-    return slice(low + change, high + change)
 
 
 def _traced(graph: Any, start: int, goal: int, shape: tuple[int, ...]) -> IntArray | None:
