@@ -14,6 +14,7 @@ from minsnap.basics.checks import check_durations, refuse_repeated
 from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.optimisation.task import Task
+from minsnap.time_allocation.initial_guess import priced_first_guess
 from minsnap.time_allocation.last_look import fault
 from minsnap.time_allocation.least_cost import CostSearch, distance_split
 from minsnap.time_allocation.refused_times import by_necessary_walls, explained_by_times, in_other_times
@@ -21,7 +22,6 @@ from minsnap.time_allocation.timing import (
     AttachHeading,
     Timed,
     Timing,
-    priced_first_guess,
     searched,
     solved_or_explained,
     timed,

@@ -1,13 +1,21 @@
-"""Where searches for the shortest time begin: at rest at every waypoint, no faster than limits on norms allow."""
+"""Where searches begin: for the shortest time at rest at every waypoint, no faster than limits on norms allow."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.limit_kinds import KIND
 from minsnap.limits.limits import Limits
+from minsnap.optimisation.optimum import InfeasibleRowsError
+from minsnap.optimisation.solve import Effort, solve
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
+from minsnap.time_allocation.least_cost import distance_split
+from minsnap.time_allocation.time_stretch import walled_factor, without_derivative_walls
+from minsnap.time_allocation.timing import solved_or_explained
 
 PEAKS = (2.1875, 7.5132, 52.5, 840.0)
 """Largest derivatives of the rest-to-rest profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval."""
@@ -42,3 +50,21 @@ def stop_and_go_times(lengths: FloatArray, limits: Limits) -> FloatArray:
 def guessed_lengths(task: Task) -> FloatArray:
     """Straight lengths of the legs, none much shorter than the others, (legs,) [m]."""
     return np.maximum(task.lengths, SHORT * task.length)
+
+
+def priced_first_guess(task: Task, price: float) -> FloatArray:
+    """Leg durations by distance at the total where cost + price * time is least, or the next that walls allow."""
+    durations = distance_split(task, float(task.legs))
+    times = task.piece_durations(durations)
+    try:
+        solved = solve(without_derivative_walls(task), times, effort=Effort.WHOLE)
+    except InfeasibleRowsError:  # at these times, which are only a guess
+        solved = solved_or_explained(replace(task, walls=()), times)
+    factor = priced_factor(solved, price)
+    return np.asarray(durations * (walled_factor(task.walls, solved.trajectory, factor) or factor))
+
+
+def priced_factor(solved: SolvedTask, price: float) -> float:
+    """Factor on time at which cost + price * time is least; the cost goes as total^(1 - 2k)."""
+    power, cost = 2 * solved.task.half - 1, solved.cost
+    return float((power * cost / (price * solved.durations.sum())) ** (1.0 / (power + 1))) if cost > 0.0 else 1.0

@@ -18,7 +18,7 @@ from minsnap.limits.compliance import keeps
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.fitting_durations import fitting_durations
-from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
+from minsnap.time_allocation.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.longer_times import least_longer
 from minsnap.time_allocation.refusal import explain
@@ -28,7 +28,6 @@ from minsnap.time_allocation.timing import (
     Run,
     Timed,
     Timing,
-    priced_factor,
     searched,
     solved_or_explained,
     timed,

@@ -20,7 +20,6 @@ from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve, solve_again
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.least_cost import distance_split
 from minsnap.trajectory.report import Progress, Step
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -193,19 +192,6 @@ def _explained(task: Task, durations: FloatArray) -> MinsnapError:
     from minsnap.time_allocation.refusal import explain
 
     return explain(task, durations)
-
-
-def priced_first_guess(task: Task, price: float) -> FloatArray:
-    """Leg durations by distance at the total where cost + price * time is least."""
-    durations = distance_split(task, float(task.legs))
-    solved = solved_or_explained(task, task.piece_durations(durations))
-    return np.asarray(durations * priced_factor(solved, price))
-
-
-def priced_factor(solved: SolvedTask, price: float) -> float:
-    """Factor on time at which cost + price * time is least; the cost goes as total^(1 - 2k)."""
-    power, cost = 2 * solved.task.half - 1, solved.cost
-    return float((power * cost / (price * solved.durations.sum())) ** (1.0 / (power + 1))) if cost > 0.0 else 1.0
 
 
 @dataclass(frozen=True, eq=False)

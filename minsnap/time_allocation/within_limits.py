@@ -18,7 +18,7 @@ from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Patience, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
+from minsnap.time_allocation.initial_guess import guessed_lengths, priced_first_guess, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.refusal import explain
@@ -31,7 +31,6 @@ from minsnap.time_allocation.timing import (
     Run,
     Timed,
     Timing,
-    priced_first_guess,
     searched,
     solved_or_explained,
     timed,

@@ -30,3 +30,11 @@ def test_limits_on_parts_bound_what_any_direction_may_do():
     speed, acceleration, jerk, snap = norm_limits(limits)
     assert speed == 1.0 and acceleration == pytest.approx(0.2 * limits.gravity) and np.isinf(snap)
     assert jerk == pytest.approx(limits.gravity)
+
+
+def test_a_price_begins_at_times_that_walls_on_the_velocity_allow():
+    """Two legs in 2 s, where the proportions are priced, break the wall."""
+    points, wall = [(0, 0, 0), (5, 0, 0), (5, 4, 0)], minsnap.HalfSpaces((1, 0, 0), 0.9, order=1)
+    best = minsnap.plan(points, corridor=wall, search=minsnap.Search(time_weight=2000.0))
+    other = minsnap.plan(points, [9.0, 2.0], corridor=wall)
+    assert best.cost(4) + 2000.0 * best.duration < other.cost(4) + 2000.0 * other.duration
