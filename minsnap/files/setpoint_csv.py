@@ -140,17 +140,6 @@ def origin_of(path: str | os.PathLike[str]) -> tuple[float, ...] | None:
     return _noted(path).get("origin")
 
 
-def lead_of(path: str | os.PathLike[str]) -> float:
-    """Return how much earlier than planned the rows of a CSV are to be sent [s]; 0 where its note does not say.
-
-    Raises
-    ------
-    FileError
-        If the note is damaged, or the CSV was changed after it was written.
-    """
-    return float(_noted(path).get("lead", 0.0))
-
-
 def _noted(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Return frame, origin and lead from the note of a CSV, as far as it has them; nothing without a note."""
     beside = _beside(path)
@@ -343,7 +332,7 @@ def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
         )
     _check_groups(path, table)
     _check_increasing(path, table["t"])
-    return map_samples(samples_of(table, lead_of(path)), axes, "enu")
+    return map_samples(samples_of(table, _noted(path).get("lead", 0.0)), axes, "enu")
 
 
 def in_space(samples: Samples) -> Samples:

@@ -345,7 +345,9 @@ def waypoints_of(path: str, content: Any) -> Waypoints:
     rows = [_waypoint(f"{path}, waypoint {i}", item) for i, item in enumerate(keys["waypoints"])]
     names = [name for name in COLUMNS if any(name in row for row in rows)]
     for i, row in enumerate(rows):
-        _check_complete(f"{path}, waypoint {i}", row, names)
+        missing = [name for name in names if name not in row and name != "duration"]
+        if missing:
+            raise FileError(f"{path}, waypoint {i}: {', '.join(missing)} is missing, which other waypoints have")
     waypoints = _from_columns(f"{path}", {name: np.array([row.get(name, np.nan) for row in rows]) for name in names})
     yaw = _listed(path, keys, "yaw", waypoints.yaw)
     return Waypoints(waypoints.points, yaw, _listed(path, keys, "durations", waypoints.durations))
@@ -358,12 +360,6 @@ def _waypoint(where: str, item: Any) -> dict[str, float]:
     if not isinstance(item, dict) or not {"x", "y"} <= item.keys() <= set(COLUMNS):
         raise FileError(f"{where}: give [x, y], [x, y, z] or a mapping of {', '.join(COLUMNS)}, not {shown(item)}")
     return {name: finite_number(f"{where}: {name}", value) for name, value in item.items() if value is not None}
-
-
-def _check_complete(where: str, row: Mapping[str, float], names: list[str]) -> None:
-    missing = [name for name in names if name not in row and name != "duration"]
-    if missing:
-        raise FileError(f"{where}: {', '.join(missing)} is missing, which other waypoints have")
 
 
 def _listed(

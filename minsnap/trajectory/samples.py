@@ -61,9 +61,12 @@ class Samples(ReadOnly):
 
     def __getitem__(self, rows: Any) -> Samples:
         """Return the samples of some rows: a slice, a mask or indices."""
-        known = {name: getattr(self, name) for name in ARRAYS}
-        taken: dict[str, Any] = {name: values[rows] for name, values in known.items() if values is not None}
+        taken: dict[str, Any] = {name: values[rows] for name, values in self.arrays().items()}
         return replace(self, **taken)
+
+    def arrays(self) -> dict[str, FloatArray]:
+        """Return all arrays that are known, by name."""
+        return {name: getattr(self, name) for name in ARRAYS if getattr(self, name) is not None}
 
     def to_dataframe(self) -> Any:
         """Return a pandas.DataFrame: columns t, x, y, z, vx, …, ax, …, jx, …, sx, …, ffx, …, yaw, yaw_rate if known.

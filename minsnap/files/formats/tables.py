@@ -154,14 +154,12 @@ def write_npz(source: Path | Samples, path: str | os.PathLike[str], *, clobber: 
     YawError
         If a heading is no polynomial.
     """
-    arrays = _of_samples(source) if isinstance(source, Samples) else _of_trajectory(polynomials_of(source)[0])
+    if isinstance(source, Samples):
+        arrays = source.arrays() | ({"lead": np.array(source.lead)} if source.lead else {})
+    else:
+        arrays = _of_trajectory(polynomials_of(source)[0])
     with atomic_write(path, "wb", clobber=clobber) as file:
-        np.savez_compressed(file, frame=np.array("enu"), **arrays)  # type: ignore[arg-type]
-
-
-def _of_samples(samples: Samples) -> dict[str, FloatArray]:
-    arrays = {name: getattr(samples, name) for name in ARRAYS if getattr(samples, name) is not None}
-    return arrays | ({"lead": np.array(samples.lead)} if samples.lead else {})
+        np.savez_compressed(file, frame=np.array("enu"), **arrays)
 
 
 def _of_trajectory(trajectory: Trajectory) -> dict[str, FloatArray]:

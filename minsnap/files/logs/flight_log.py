@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, OwnsArrays
 from minsnap.files.frames import FRAMES, map_samples
-from minsnap.trajectory.samples import ARRAYS, Samples
+from minsnap.trajectory.samples import Samples
 
 WORLD, BODY = FRAMES["ned"].matrix, FRAMES["ned"].body_matrix
 """From NED to ENU, and from forward-right-down to forward-left-up."""
@@ -143,10 +143,7 @@ def _cleaned(raw: Samples) -> Samples | None:
     kept = raw[_good(raw.t, raw.position)]
     if not len(kept):
         return None
-    known = {name: getattr(kept, name) for name in ARRAYS}
-    changed: dict[str, Any] = {
-        name: None for name, each in known.items() if not (each is None or np.isfinite(each).all())
-    }
+    changed: dict[str, Any] = {name: None for name, each in kept.arrays().items() if not np.isfinite(each).all()}
     if kept.yaw is not None and "yaw" not in changed:
         changed["yaw"] = np.unwrap(kept.yaw)
     return replace(kept, **changed)

@@ -269,18 +269,14 @@ def tabulate(
     stated = _resampled(map_samples(samples, "enu", frame), rate)
     flown = stated.commanded()
     _check_laps(flown, laps)
-    held = tuple(name for name in wanted if getattr(flown, name) is not None)
-    held = held if "velocity" in held else tuple(name for name in held if name != "acceleration")
-    missing = tuple(name for name in wanted if name not in held) if fields is not None else _absent(flown)
+    known = tuple(name for name in wanted if getattr(flown, name) is not None)
+    held = known if "velocity" in known else tuple(name for name in known if name != "acceleration")
+    missing = tuple(name for name in wanted if name not in (known if fields is None else held))
     rows = np.concatenate([_column(flown, name, name in held) for name in FIELDS], axis=1)
     rows.flags.writeable = False
     feed_forward = stated.feed_forward if "acceleration" in held else None
     rate = samples.rate if rate is None else float(rate)
     return SetpointTable(rows, rate, held, missing, laps, frame=frame, lead=samples.lead, added=feed_forward)
-
-
-def _absent(samples: Samples) -> tuple[str, ...]:
-    return tuple(name for name in FIELDS if getattr(samples, name) is None)
 
 
 def _check_fields(fields: Sequence[str] | None) -> tuple[str, ...]:

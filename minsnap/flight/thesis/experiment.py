@@ -357,7 +357,7 @@ def experiment_text(experiment: Experiment) -> str:
 
 def _axis_table(experiment: Experiment) -> str:
     """Return rows x, y, z: error without compensation, and per model the error with it and the difference."""
-    base = _baseline(experiment)
+    base = next((run for run in experiment.runs if run.compensation is None), None)
     columns = [["axis", *"XYZ"]]
     if base is not None:
         columns.append(["without", *(f"{value:.4f}" for value in base.whole.rmse)])
@@ -378,10 +378,6 @@ def _part_table(experiment: Experiment) -> list[str]:
         whole = [f"{run.whole.max_error:.4f}", f"{run.whole.delay:.3f}", f"{run.whole.path_rmse:.4f}"]
         rows.append([run.compensation or "none", *parts, *whole])
     return ["3-D error [m]: transient and steady state apart", aligned(rows)]
-
-
-def _baseline(experiment: Experiment) -> ExperimentRun | None:
-    return next((run for run in experiment.runs if run.compensation is None), None)
 
 
 def write_flights(experiment: Experiment, folder: str | os.PathLike[str]) -> list[FilePath]:
