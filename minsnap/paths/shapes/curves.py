@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from minsnap.trajectory.velocity_heading import VelocityHeading
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
 
-Turning = TypeVar("Turning", bound=PhasePath)
 
 RAMP = math.pi / 2.0
 """Angle over which shapes spin up and down unless told otherwise [rad]."""
@@ -76,7 +75,7 @@ def phase_law(
     return PhaseLaw(2.0 * math.pi / seconds, angle, float(ramp))
 
 
-def with_yaw(path: Turning, yaw: float | str | LookAt) -> Turning:
+def with_yaw(path: Shape, yaw: float | str | LookAt) -> Shape:
     """Return the path with a constant yaw [rad], with the yaw ``"velocity"`` or ``"tilt"``, or towards a point."""
     heading: Heading
     if isinstance(yaw, str) and yaw in ("velocity", "tilt"):
