@@ -2,8 +2,8 @@
 
 It judges the curve by its stored control points alone, with the proofs of ``certify``, whatever found it.  Of what the
 solver believes it takes nothing over.  A margin that ``certify``'s own proof gave of this very curve and this very wall
-counts as looked at: both are compared by identity, so that another curve, the same one at another speed, or a wall that
-the solver did not know is proved anew.
+counts as looked at, and so does the use of these very limits by this very curve: all are compared by identity, so that
+another curve, the same one at another speed, or a wall or limits that the solver did not know are measured anew.
 """
 
 from __future__ import annotations
