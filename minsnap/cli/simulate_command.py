@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,33 +19,74 @@ if TYPE_CHECKING:
     from minsnap.flight.simulation.simulated_flight import Flight
 
 
+@dataclass(frozen=True)
+class FlightFiles:
+    """What is written of a flight."""
+
+    output: Annotated[Path | None, "--output", "-o", "FILE", "CSV of what was flown, 50 rows per second."] = None
+    log: Annotated[Path | None, "FILE", "The flight as PX4 would log it (.ulg), for fit."] = None
+    plot: options.Plot = None
+    view: options.View = None
+    animate: Annotated[Path | None, "FILE", "Animation: .gif, or .mp4 with ffmpeg."] = None
+
+    def check(self, source: Path) -> None:
+        """Check all names before the simulation."""
+        from minsnap.basics.storage.atomic import check_destination, refuse_source
+        from minsnap.plot.animation import check_animation_name
+
+        check_figure(self.plot, self.view if self.plot else None)
+        if self.animate is not None:
+            check_animation_name(self.animate, self.view or "xy")
+        elif self.view is not None and self.plot is None:
+            raise InputError(f"--view {self.view} is of a figure: give --plot or --animate with it")
+        if self.output is not None and self.output.suffix.lower() != ".csv":
+            raise InputError(f"{self.output} does not end in .csv: a flight is written as one")
+        if self.log is not None and self.log.suffix.lower() != ".ulg":
+            raise InputError(f"{self.log} does not end in .ulg: a log is written as PX4's")
+        for written in filter(None, (self.output, self.log, self.plot, self.animate)):
+            check_destination(written)
+            refuse_source(written, source)
+
+    def write(self, flight: Flight, shown: bool) -> dict[str, str | None]:
+        """Write what does not need the vehicle, and return all names."""
+        view = self.view or "xy"
+        if self.output is not None:
+            from minsnap.files.setpoint_csv import write_csv
+
+            write_csv(flight.at_rate(50.0), self.output)
+        if self.plot is not None:
+            from minsnap.flight.tracking.simulated_log import compared
+            from minsnap.flight.tracking.tracking_plot import plot_comparison
+            from minsnap.plot.figures import save_figure
+
+            save_figure(plot_comparison({"simulated": compared(flight)}, view), self.plot)
+        if self.animate is not None:
+            from minsnap.plot.animation import animate_path
+
+            animate_path(flight.reference, self.animate, flight=flight.samples, view=view, progress=shown)
+        named = {"log": self.log, "output": self.output, "plot": self.plot, "animation": self.animate}
+        return {name: None if path is None else str(path) for name, path in named.items()}
+
+
 @command()
 def simulate(
     simulated: SimulatedVehicle,
+    files: FlightFiles,
     file: Annotated[Path, "FILE", "Setpoint CSV, or any file of a path."],
     *,
     references: options.References = "acceleration",
     compensate: Annotated[bool, "Offset the vehicle's own drag."] = False,
     delay: Annotated[float, "S", "Time until a setpoint reaches the controller [s]."] = 0.0,
     frame: options.ReadFrame = None,
-    output: Annotated[Path | None, "--output", "-o", "FILE", "CSV of what was flown, 50 rows per second."] = None,
-    log: Annotated[Path | None, "FILE", "The flight as PX4 would log it (.ulg), for fit."] = None,
-    plot: options.Plot = None,
-    view: options.View = None,
-    animate: Annotated[Path | None, "FILE", "Animation: .gif, or .mp4 with ffmpeg."] = None,
     json: options.Json = False,
 ) -> None:
     """Simulate a flight along a path: how far the vehicle was from it, and what it took of the vehicle."""
-    from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.convert import read_any
     from minsnap.flight.simulation.disturbances import Sensors
     from minsnap.flight.simulation.simulated_flight import simulate as fly
     from minsnap.flight.tracking.simulated_log import flight_figures
 
-    check_figure(plot, view if plot else None)
-    _check_files(output, log, plot, animate, view)
-    for written in (output, log, plot, animate):
-        refuse_source(written, file)
+    files.check(file)
     path = read_any(file, frame)
     if path.dim != 3:
         raise InputError(f"{file} has {path.dim} coordinates: a vehicle flies in three; write it with an altitude")
@@ -59,61 +101,13 @@ def simulate(
         wind=simulated.air,
         progress=shown,
     )
-    if log is not None:
+    if files.log is not None:
         from minsnap.files.logs.ulog import write_ulog
         from minsnap.flight.tracking.simulated_log import simulated_log
 
-        write_ulog(simulated_log(craft, flight, path, seed=simulated.seed), log)
-    figures = flight_figures(flight, craft) | {"log": None if log is None else str(log)}
-    figures |= _write(flight, output, plot, animate, view or "xy", shown)
+        write_ulog(simulated_log(craft, flight, path, seed=simulated.seed), files.log)
+    figures = flight_figures(flight, craft) | files.write(flight, shown)
     print(as_json(figures) if json else _as_text(figures))
-
-
-def _check_files(
-    output: Path | None, log: Path | None, plot: Path | None, animate: Path | None, view: str | None
-) -> None:
-    """Check the names of all files before the simulation."""
-    from minsnap.basics.storage.atomic import check_destination
-    from minsnap.plot.animation import check_animation_name
-
-    if animate is not None:
-        check_animation_name(animate, view or "xy")
-    elif view is not None and plot is None:
-        raise InputError(f"--view {view} is of a figure: give --plot or --animate with it")
-    if output is not None and output.suffix.lower() != ".csv":
-        raise InputError(f"{output} does not end in .csv: a flight is written as one")
-    if log is not None and log.suffix.lower() != ".ulg":
-        raise InputError(f"{log} does not end in .ulg: a log is written as PX4's")
-    for written in (output, log, plot, animate):
-        if written is not None:
-            check_destination(written)
-
-
-def _write(
-    flight: Flight,
-    output: Path | None,
-    plot: Path | None,
-    animate: Path | None,
-    view: str,
-    shown: bool,
-) -> dict[str, str | None]:
-    """Write the requested files; return their names."""
-    if output is not None:
-        from minsnap.files.setpoint_csv import write_csv
-
-        write_csv(flight.at_rate(50.0), output)
-    if plot is not None:
-        from minsnap.flight.tracking.simulated_log import compared
-        from minsnap.flight.tracking.tracking_plot import plot_comparison
-        from minsnap.plot.figures import save_figure
-
-        save_figure(plot_comparison({"simulated": compared(flight)}, view), plot)
-    if animate is not None:
-        from minsnap.plot.animation import animate_path
-
-        animate_path(flight.reference, animate, flight=flight.samples, view=view, progress=shown)
-    named = {"output": output, "plot": plot, "animation": animate}
-    return {name: None if path is None else str(path) for name, path in named.items()}
 
 
 def _as_text(figures: dict[str, Any]) -> str:

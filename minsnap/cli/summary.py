@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.path import Path
+    from minsnap.trajectory.trajectory import Trajectory
 
 _LINES = (
     ("duration", "duration", "{:.6g} s"),
@@ -70,13 +71,17 @@ def summarise(
         corridor_margin [m], solver, rounds, milliseconds, limits: for each, how far it is used, and where
         most; binding: those used up.
     """
+    from minsnap.certificate import certify
     from minsnap.trajectory.trajectory import Trajectory
 
     known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-4])
-    known |= {"duration": path.duration, "cost_unit": None, "limits": [], "binding": []}
-    if isinstance(path, Trajectory):
-        return known | _of_trajectory(path, corridor, waypoints, limits)
-    return known | _of_shape(path, limits)
+    certificate = certify(path, waypoints=waypoints, corridor=corridor, limits=limits)
+    known |= {name: getattr(certificate, name) for name in ("max_speed", "max_acceleration", "max_jerk")}
+    known |= {"duration": path.duration, "cost_unit": None}
+    known["corridor_margin"] = None if corridor is None else certificate.corridor_margin
+    known["limits"] = [asdict(used) for used in certificate.utilisation]
+    known["binding"] = [used.name for used in certificate.utilisation if used.fraction >= BINDING]
+    return known | (_of_plan(path) if isinstance(path, Trajectory) else {})
 
 
 def as_text(figures: Mapping[str, Any]) -> str:
@@ -117,46 +122,21 @@ def as_json(figures: Mapping[str, Any]) -> str:
     return json.dumps(dict(figures), indent=2)
 
 
-def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, limits: Limits | None) -> dict[str, Any]:
-    from minsnap.certificate import certify
+def _of_plan(path: Trajectory) -> dict[str, Any]:
+    """Return the figures that a shape does not have."""
     from minsnap.trajectory.report import cost_unit
 
-    certificate = certify(path, waypoints=waypoints, corridor=corridor, limits=limits)
-    report = path.report
-    return {
-        "legs": path.legs,
-        "start": _start(path),
-        "cost": path.cost(),
-        "cost_unit": cost_unit(path.cost_order),
-        "max_speed": certificate.max_speed,
-        "max_acceleration": certificate.max_acceleration,
-        "max_jerk": certificate.max_jerk,
-        "limits": [asdict(used) for used in certificate.utilisation],
-        "binding": [used.name for used in certificate.utilisation if used.fraction >= BINDING],
-        "corridor_margin": None if corridor is None else certificate.corridor_margin,
-        "solver": report.solver if report else None,
-        "rounds": report.rounds if report else None,
-        "milliseconds": report.milliseconds if report else None,
-        "interrupted": "yes" if report and report.interrupted else None,
-        "note": "; ".join(report.notes) if report and report.notes else None,
-    }
+    figures: dict[str, Any] = {"legs": path.legs, "start": _start(path), "cost": path.cost()}
+    figures["cost_unit"], report = cost_unit(path.cost_order), path.report
+    if report is None:
+        return figures
+    made = {name: getattr(report, name) for name in ("solver", "rounds", "milliseconds")}
+    return (
+        figures | made | {"interrupted": "yes" if report.interrupted else None, "note": "; ".join(report.notes) or None}
+    )
 
 
 def _start(path: Any) -> str | None:
     """Return the speed at which a path begins; None at rest."""
     speed = sum(float(part) ** 2 for part in path(0.0, 1)) ** 0.5
     return f"flying, at {speed:.4g} m/s: a vehicle has to reach it first" if speed > STANDING else None
-
-
-def _of_shape(path: Path, limits: Limits | None) -> dict[str, Any]:
-    """Return the figures of a shape, by its polynomials."""
-    from minsnap.certificate import certify
-
-    certificate = certify(path, limits=limits)
-    return {
-        "max_speed": certificate.max_speed,
-        "max_acceleration": certificate.max_acceleration,
-        "max_jerk": certificate.max_jerk,
-        "limits": [asdict(used) for used in certificate.utilisation],
-        "binding": [used.name for used in certificate.utilisation if used.fraction >= BINDING],
-    }
