@@ -202,15 +202,19 @@ class ManyProblems:
     began: float
     watch: Callable[[int, int], None] | None = None
 
+    def request(self, index: int) -> PlanRequest:
+        """Return the question of one problem."""
+        points, durations = self.batch.problem(index)
+        names = DERIVATIVES[1 : self.half]
+        start, end = (None if e is None else dict(zip(names, e[index], strict=True)) for e in self.ends)
+        corridor = None if self.corridors is None else self.corridors[index]
+        own = {"durations": durations} | (self.others[index] if self.others else {})
+        return PlanRequest(points, corridor=corridor, start=start, end=end, degree=2 * self.half - 1, **own)
+
     def alone(self, index: int) -> Trajectory | MinsnapError:
         """Plan one problem by itself."""
-        points, start, end = self._places(index)
-        arguments: dict[str, Any] = {"durations": self.batch.problem(index)[1]} | (
-            self.others[index] if self.others else {}
-        )
         try:
-            ends = {"start": start, "end": end, "degree": 2 * self.half - 1}
-            curve = plan(points, corridor=self._corridor(index), **ends, **arguments)  # type: ignore[arg-type]
+            curve = plan(**self.request(index).arguments())
             if curve.dim != self.batch.dim:
                 raise WaypointError(
                     f"problem {index} has {curve.dim} coordinates and the others {self.batch.dim}: plan it apart"
@@ -236,27 +240,16 @@ class ManyProblems:
         from minsnap.optimisation.place_gradient import place_gradient
         from minsnap.optimisation.solve import solve
 
-        corridor = self._corridor(index)
-        if not as_constraints(corridor):
+        request = self.request(index)
+        constraints = as_constraints(request.corridor)
+        if not constraints:
             times, forces = free_slopes(curve.control_points, curve.durations)
             return Slopes(times, np.diff(-forces, axis=0, prepend=0.0, append=0.0), np.zeros(len(times)))
-        points, start, end = self._places(index)
-        pins = None if self.others is None else self.others[index].get("pins")
-        request = PlanRequest(points, start=start, end=end, pins=pins, corridor=corridor, degree=2 * self.half - 1)
         try:
             solved = solve(task_of(request), curve.durations, gap=GRADIENT_GAP)
         except (SolverError, InfeasibleRowsError):
             return Slopes.unknown(curve.legs, curve.dim)
-        return Slopes(cost_gradient(solved), *place_gradient(solved, as_constraints(corridor)))
-
-    def _places(self, index: int) -> tuple[Any, State | None, State | None]:
-        """Waypoints of one problem, and its states at both ends."""
-        names = DERIVATIVES[1 : self.half]
-        start, end = (None if e is None else dict(zip(names, e[index], strict=True)) for e in self.ends)
-        return self.batch.problem(index)[0], start, end
-
-    def _corridor(self, index: int) -> Any:
-        return None if self.corridors is None else self.corridors[index]
+        return Slopes(cost_gradient(solved), *place_gradient(solved, constraints))
 
     def widths(self) -> FloatArray | None:
         """Half-widths of all legs (legs in all,) where every corridor is a tube of numbers; else None.

@@ -162,7 +162,10 @@ class PlanRequest:
         """
         boxes = [] if self.boxes is None else [Boxes(*zip(*self.boxes, strict=True))]  # type: ignore[arg-type]
         widths = self.corridor
-        if isinstance(widths, tuple) and len(widths) == self.legs and len(set(widths)) == 1:
+        plain = (
+            isinstance(self.waypoints, tuple) and isinstance(widths, tuple) and {float}.issuperset(map(type, widths))
+        )
+        if plain and len(widths) == self.legs and len(set(widths)) == 1:
             widths = widths[0]  # the same for all legs
         return with_walls(widths, *boxes, *as_room(self.room))
 
