@@ -169,19 +169,18 @@ def plan(
         If there is less memory than the plan takes.
     """
     began = perf_counter()
-    check_words(solver=solver)
     how = check_search(search)
     if is_table(waypoints):
         table = read_columns(waypoints)
         waypoints, yaw = table.points, table.yaw if yaw is None else yaw
-        free = _all_none((durations, total_time, limits, how.time_weight))
-        durations = table.durations if free else durations
+        if durations is None and total_time is None and limits is None and how.time_weight is None:
+            durations = table.durations
     # The quick path takes a few microseconds: it runs before the imports and checks below, and knows their defaults.
-    others = limits, continuity, yaw, start, end, pins, waypoint_tolerance, avoid
     if (
         (search is None or replace(how, on_interrupt="raise") == USUAL)
-        and _usual(closed, solver, pieces)
-        and _all_none(others)
+        and (limits is None and continuity is None and yaw is None and start is None and end is None)
+        and (pins is None and waypoint_tolerance is None and avoid is None)
+        and (closed is False and type(pieces) is int and pieces == 1 and isinstance(solver, str) and solver == "auto")
         and not isinstance(corridor, Sampled)
     ):
         quick = resting_plan(waypoints, durations, total_time, corridor, degree)
@@ -199,6 +198,7 @@ def _planned(request: PlanRequest, progress: Progress | bool | None, began: floa
     from minsnap.planning.around import plan_around
     from minsnap.time_allocation.allocate import plan_timed
 
+    check_words(solver=request.solver)
     how, limits, obstacles = check_search(request.search), request.limits, as_obstacles(request.avoid)
     timing = Timing(request.durations, request.total_time, limits, **vars(how), refine=check_pieces(request.pieces)[1])
     timing.check()
@@ -232,19 +232,6 @@ def _steps_in(line: ProgressLine, on_interrupt: str) -> Progress:
     """Return a callback that shows every step of a search in a line."""
     hint = " (Ctrl-C takes the best)" if on_interrupt == "return" else ""
     return lambda step: line.show(None, f"{step.evaluation} plans, {step.total_time:.4g} s{hint}")
-
-
-def _all_none(values: tuple[object, ...]) -> bool:
-    """Whether all are None; ``count`` and ``in`` will not do, since arrays compare entry by entry."""
-    for value in values:
-        if value is not None:
-            return False
-    return True
-
-
-def _usual(closed: bool, solver: str, pieces: int | str) -> bool:
-    """Whether these arguments have their defaults."""
-    return closed is False and type(pieces) is int and pieces == 1 and solver == "auto"
 
 
 def _deadline(timing: Timing) -> Deadline:
