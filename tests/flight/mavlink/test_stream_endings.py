@@ -111,7 +111,7 @@ def test_a_lag_that_would_stop_the_flight_is_refused_or_allowed_for(clock, given
         with Flight(vehicle, FAST, clock, **given) as flight:
             vehicle.until(lambda v: v.setpoints)
             assert any(f"it will lag {lag:.1f} m" in event for event in flight.events)
-            assert flight.streamer._rules.abort_distance == pytest.approx(1.5 * lag, rel=0.02)
+            assert flight.streamer._options.rules.abort_distance == pytest.approx(1.5 * lag, rel=0.02)
         with Flight(vehicle, FAST, clock, rules=SafetyRules(abort_distance=2.0), delay=0.1) as flight:
             vehicle.until(lambda v: "ready" in flight.events)
 
