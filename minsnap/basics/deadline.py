@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from math import inf
 from time import monotonic, thread_time
 
+from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import SolverError
 
 Clock = Callable[[], float]
@@ -19,17 +20,17 @@ SPENT = "no plan was certified within the work that a question is worth: loosen 
 
 
 @dataclass(frozen=True)
-class Prices:
+class WorkPrices:
     """What work is counted as, in milliseconds of a processor, about.
 
     Parameters
     ----------
     solve : float
         A solve of the native core that does all the work that one is worth.
-    iteration, widest : float, int
-        An iteration of a search for the shortest time for each coordinate and each two pieces, of so many at most.
     rotors, derivatives : float
         How far limits are used, of rotors and attitudes or of derivatives alone.
+    iteration : float
+        An iteration of a search for the shortest time, for each row, within limits of which measuring is counted as 1.
     free_curve : float
         A curve without walls, and how far it is outside.
     active_set, interior_point, slacks : float
@@ -41,13 +42,12 @@ class Prices:
     """
 
     solve: float = 180.0
-    iteration: float = 0.0025
-    widest: int = 30
+    iteration: float = 2.5e-5
     rotors: float = 20.0
     derivatives: float = 1.0
     free_curve: float = 1.0
     active_set: float = 1e-5
-    interior_point: float = 1e-4
+    interior_point: float = 6e-5
     slacks: float = 8e-6
     term: float = 0.01
     question: float = 1700.0
@@ -58,8 +58,12 @@ class Prices:
         """Return what a question of so many legs, and pieces in all, is worth."""
         return self.question * max(1.0, legs / self.legs, pieces / self.pieces) ** 2
 
+    def measuring(self, names: Iterable[str]) -> float:
+        """Return the price of how far limits of these names are used."""
+        return self.derivatives if all(KIND[name].order or name == "yaw_rate" for name in names) else self.rotors
 
-PRICES = Prices()
+
+WORK = WorkPrices()
 
 
 @dataclass(eq=False)

@@ -174,15 +174,15 @@ class ShortestCurve:
     kept: bool
 
 
-def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool], bool]) -> ShortestCurve | None:
+def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int], bool]) -> ShortestCurve | None:
     """Search for the shortest time; None where the native core is not in use, or does not take the question.
 
     Parameters
     ----------
     question : ShortestQuestion
     poll : callable
-        Called before every iteration with the total time [s], and whether Ctrl-C was pressed since the search began;
-        True ends the search. What it raises is raised here.
+        Called before every iteration with the total time [s], whether Ctrl-C was pressed since the search began, and
+        the number of rows; True ends the search. What it raises is raised here.
     """
     search = _SEARCH.function()
     if search is None:
@@ -191,10 +191,10 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool], bo
     pressed: list[int] = []
     told: list[bool] = []
 
-    def polled(total: float, _: int) -> int:
+    def polled(total: float, rows: int) -> int:
         try:
             told.extend([True] * bool(pressed))
-            return int(poll(total, bool(pressed)))
+            return int(poll(total, bool(pressed), rows))
         except BaseException as error:  # noqa: BLE001 - carried through the native core
             raised.append(error)
             return 1

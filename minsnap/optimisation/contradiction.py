@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import PRICES
+from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.optimisation.elastic import Relaxed
 from minsnap.optimisation.native_walls import native_walls
@@ -232,7 +232,7 @@ class ExactRows:
         """Return what is left of the sum of all rows: coefficients, and the bound."""
         left: dict[Unknown, Fraction] = {}
         side = Fraction(0)
-        self.task.deadline.spend(PRICES.term * sum(len(row) for row, _ in self.rows))
+        self.task.deadline.spend(WORK.term * sum(len(row) for row, _ in self.rows))
         for (row, bound), multiplier in zip(self.rows, multipliers, strict=True):
             side += multiplier * bound
             for place, value in row.items():

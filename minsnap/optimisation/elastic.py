@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.basics.deadline import NEVER, PRICES, Deadline
+from minsnap.basics.deadline import NEVER, WORK, Deadline
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import SolverError
 from minsnap.optimisation.linear_rows import DENSE, LinearRows
@@ -338,7 +338,7 @@ class Elastic:
         own = np.zeros_like(self.rows.source.piece) if dense else self.rows.source.piece
         piece = np.append(own, np.full(m, own.max(initial=0) + 1))
         system = bmat(parts, format="csc")
-        self.deadline.spend(PRICES.slacks * system.nnz * system.shape[1])
+        self.deadline.spend(WORK.slacks * system.nnz * system.shape[1])
         solution = least_sum(SlackProgramme(system, sides, len(coordinates.b), piece, m), solver)
         if solution is None:
             return None

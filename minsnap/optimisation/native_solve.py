@@ -7,7 +7,7 @@ from math import perm
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import PRICES
+from minsnap.basics.deadline import WORK
 from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, solve_corridor
 from minsnap.native.free_optimum import pinned_optimum
 from minsnap.native.library import core
@@ -31,7 +31,7 @@ def solve_natively(
     answer = solve_corridor(question, gap, effort, task.deadline.left)
     if answer is None:
         return core().reason
-    task.deadline.spend(PRICES.solve * answer.work)
+    task.deadline.spend(WORK.solve * answer.work)
     return answer if answer.status is Status.DONE else answer.status.reason
 
 

@@ -28,7 +28,7 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 from scipy.sparse import csc_matrix, csr_matrix, diags, identity
 
 from minsnap.basics.arrays import BoolArray, FloatArray
-from minsnap.basics.deadline import PRICES
+from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.errors import SolverError
@@ -244,7 +244,7 @@ class ReferenceCore:
         programme, size, norms = self._programme(state)
         entries = 0 if programme.G is None else programme.G.nnz
         for solver in self.solvers:
-            price = PRICES.active_set if solver == "daqp" else PRICES.interior_point
+            price = WORK.active_set if solver == "daqp" else WORK.interior_point
             work = price * entries * self.problem.size
             if not self.task.deadline.affords(work):
                 raise self.task.deadline.error()
@@ -332,7 +332,8 @@ class ReferenceCore:
             return None
         give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1, -NEARLY_INSIDE)
         try:
-            relaxed = Elastic(self.problem, self.compiled, give, accuracy=ACCURACY, sign=True).run()
+            deadline = self.task.deadline
+            relaxed = Elastic(self.problem, self.compiled, give, accuracy=ACCURACY, sign=True, deadline=deadline).run()
         except SolverError:
             return None
         if relaxed.slacks[0] > APPARENT:

@@ -24,7 +24,7 @@ from minsnap.basics.checks import (
     check_pins,
     check_words,
 )
-from minsnap.basics.deadline import NEVER, PRICES, Deadline
+from minsnap.basics.deadline import NEVER, WORK, Deadline
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.constraint import Constraint, walls_of
@@ -205,7 +205,7 @@ def _planned(request: PlanRequest, progress: Progress | bool | None, began: floa
     walls, instants = unsampled(request.corridor, limits is not None)
     task = task_of(replace(request, corridor=walls), _deadline(timing))
     if timing.time_limit is None and not obstacles:
-        task.deadline.work.worth = PRICES.worth(task.legs, task.legs * task.pieces)
+        task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
     heading = chosen_heading(request.yaw, task.legs, task.closed, limits)
     with progress_line(progress, "searching", lambda line: _steps_in(line, how.on_interrupt)) as watch:
         watched = timing if watch is None else replace(timing, progress=watch)

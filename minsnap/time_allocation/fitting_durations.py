@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import PRICES, Deadline
+from minsnap.basics.deadline import WORK, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -72,7 +72,7 @@ class _LeastExcess:
 
     def excess(self, logarithms: FloatArray) -> float:
         """Return the largest excess in widths, of six digits."""
-        self.deadline.spend(PRICES.free_curve)
+        self.deadline.spend(WORK.free_curve)
         try:
             curve = solve(self.free, self.free.piece_durations(self.durations(logarithms))).trajectory
         except (InfeasibleRowsError, SolverError):

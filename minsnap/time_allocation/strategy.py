@@ -23,7 +23,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import LONGEST
-from minsnap.basics.deadline import PRICES
+from minsnap.basics.deadline import WORK
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
@@ -88,8 +88,6 @@ class StrategySettings:
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
     grain : float
         Factors on time are rounded up to its fractions, so that the last bits of exact extrema do not decide a plan.
-    refined : int
-        Pieces of a leg that are counted where the search chooses them.
     """
 
     vanishing: float = 1e-6
@@ -103,7 +101,6 @@ class StrategySettings:
     enough: float = 2.0
     not_longer: float = 1e-3
     grain: float = 2.0**32
-    refined: int = 4
 
 
 SETTINGS = StrategySettings()
@@ -141,6 +138,7 @@ class Strategy:
         left = timing.time_limit
         due = task.deadline.due if left is None else min(task.deadline.due, task.deadline.clock() + left)
         self.deadline = task.deadline.until(due)
+        self.price = WORK.measuring(limits.given())
         self.answer: ShortestCurve | None = None
         self._last: tuple[SolvedTask, Trajectory] | None = None
         self.walled = any(wall.order for wall in task.walls)
@@ -334,7 +332,7 @@ class Strategy:
             self._last = solved, self.finish(solved.trajectory)
         return self._last[1]
 
-    def polled(self, total: float, pressed: bool) -> bool:
+    def polled(self, total: float, pressed: bool, rows: int) -> bool:
         """Tell of an iteration, and say whether the search must end: late, or by Ctrl-C."""
         self.longest = max(self.longest, total)
         if total < SETTINGS.vanishing * self.longest:
@@ -345,8 +343,7 @@ class Strategy:
                 raise KeyboardInterrupt
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
-        pieces = self.task.legs * (SETTINGS.refined if self.timing.refine else self.task.pieces)
-        self.deadline.spend(PRICES.iteration * pieces * min(pieces, PRICES.widest) * self.task.dim)
+        self.deadline.spend(WORK.iteration * self.price * rows)
         self.interrupted = self.interrupted or self.deadline.passed
         return self.interrupted
 

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import PRICES
-from minsnap.basics.limit_kinds import KIND
+from minsnap.basics.deadline import WORK
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import keeps, largest_use
@@ -120,7 +119,7 @@ class _ScaledSearch:
         barred = self.best[0] + BARRED
         if np.isfinite(barred) and self.deadline.passed:
             return barred
-        self.deadline.spend(measuring(self.limits))
+        self.deadline.spend(WORK.measuring(self.limits.given()))
         try:
             trajectory = self.finish(self.patience.solve(self.shape, durations).trajectory)
             factor = np.exp(self.best[0]) / trajectory.duration if np.isfinite(barred) else None
@@ -136,11 +135,6 @@ class _ScaledSearch:
             self.best = (value, durations)
         self.log.add(np.exp(value), np.exp(value))
         return value
-
-
-def measuring(limits: Limits) -> float:
-    """Work of measuring how far limits are used [ms]; those not of derivatives alone are sought at many instants."""
-    return PRICES.derivatives if all(KIND[name].order for name in limits.given()) else PRICES.rotors
 
 
 def proportions(task: Task, split: str, limits: Limits) -> FloatArray:

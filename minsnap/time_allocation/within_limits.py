@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import WORK
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
@@ -24,7 +25,7 @@ from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import guess_of
 from minsnap.time_allocation.strategy import Strategy
-from minsnap.time_allocation.time_scaling import flown_fastest, measuring, proportions, scaled_plan, shortest_scaled
+from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import touching_factor
 from minsnap.time_allocation.timing import (
     AttachHeading,
@@ -134,7 +135,7 @@ def plans_for(
     patience = Patience()
 
     def plan(durations: FloatArray, natively: bool = False) -> Timed | None:
-        work = 0.0 if limits is None else measuring(limits)
+        work = 0.0 if limits is None else WORK.measuring(limits.given())
         if not bounded.deadline.affords(work):
             return None
         bounded.deadline.spend(work)

@@ -22,7 +22,7 @@ def question(points=CORNERS, limits=None, pieces=1, closed=False):
     return question_of(task, limits or Limits(speed=3.0, acceleration=6.0), False)
 
 
-def go_on(total, pressed):
+def go_on(total, pressed, rows):
     return False
 
 
@@ -64,10 +64,10 @@ def test_turning_and_moving_a_course_changes_nothing():
 
 def test_a_poll_ends_the_search_and_what_it_raises_is_raised():
     told = []
-    stopped = search_shortest(question(), lambda total, pressed: told.append(total) or len(told) == 3)
+    stopped = search_shortest(question(), lambda total, *_: told.append(total) or len(told) == 3)
     assert stopped.stopped and len(told) == 3
 
-    def broken(total, pressed):
+    def broken(total, pressed, rows):
         raise ZeroDivisionError("of the caller")
 
     with pytest.raises(ZeroDivisionError, match="of the caller"):

@@ -43,7 +43,7 @@ struct ShortestRequest {
     const double *turned;             // (legs + 1, dim, dim) columns are the axes of a waypoint's position, zeros for the world's; or null
     const ConeGroup *cones;           // (groups,)
     const MomentaryLimit *momentary;  // (limits,)
-    std::int64_t (*poll)(double, std::int64_t);  // called with the total time [s] and the iteration; not 0 ends the search
+    std::int64_t (*poll)(double, std::int64_t);  // called with the total time [s] and the number of rows; not 0 ends it
 };
 
 struct ShortestAnswer {

@@ -84,7 +84,7 @@ public:
         filter_.clear();
         for (int iteration = 0; iteration < Settings::iterations; ++iteration, ++iterations) {
             const double total = chain.total();
-            if (poll != nullptr && poll(total, iterations) != 0) return StageEnd::stopped;
+            if (poll != nullptr && poll(total, rows.count) != 0) return StageEnd::stopped;
             weigh();
             newton_.assemble(chain, rows, objective, states_, {multiplier_.data(), outer_.data(), gradient_.data()});
             if (shortened == 0) damping /= Settings::damping_change;
