@@ -20,9 +20,9 @@ PLANTED = (
     *[100001, 100043, 100083, 100126, 100166, 100206, 100239, 100279, 100325, 100366, 100406, 100443],
     *[100479, 100518, 100562, 100603, 100643, 100688, 100730, 100776, 100817, 100857, 100895, 100937],
     *[100978, 101016, 101065, 101103, 101153, 101193, 101244, 101291, 101332, 101380, 101423, 101461],
-    *[101519],
+    *[101519, 7006408, 7006775, 7007251, 7008043],
 )
-"""Seeds of questions of which a plan is known, and at the end what was once refused with proof."""
+"""Seeds of questions of which a plan is known, and at the end those that were refused, by proof or the count of work."""
 
 
 @pytest.mark.slow

@@ -73,8 +73,9 @@ def _where_free_curves_fit(
     task: Task, bounded: Task, timing: Timing, finish: AttachHeading, refused: Refused
 ) -> Timed | None:
     """Plan from durations whose curve without walls is inside, of a price or a total near to the cheapest of these."""
-    first = leg_sums(next(_proportions(task, timing, refused)), task.pieces)
-    fitting = fitting_durations(bounded, first, timing.total_time, bounded.deadline)
+    starts = (leg_sums(one, task.pieces) for one in _proportions(task, timing, refused))
+    found = (fitting_durations(bounded, start, timing.total_time, bounded.deadline) for start in starts)
+    fitting = next((one for one in found if one is not None), None)
     if fitting is None:
         return None
     priced = timing.time_weight is not None or timing.total_time is not None
