@@ -22,7 +22,7 @@ PLANTED = (
     *[100978, 101016, 101065, 101103, 101153, 101193, 101244, 101291, 101332, 101380, 101423, 101461],
     *[101519, 7006408, 7006775, 7007251, 7008043],
 )
-"""Seeds of questions of which a plan is known, and at the end those that were refused, by proof or the count of work."""
+"""Seeds of questions of which a plan is known; at the end those once refused, by proof or by the count of work."""
 
 
 @pytest.mark.slow
