@@ -164,6 +164,8 @@ class ShortestCurve:
         Whether the search was ended from outside.
     kept : bool
         Whether it converged to a curve inside all walls.
+    slack : float
+        How far inside its bound the most used limit of the search is, in widths.
     """
 
     durations: FloatArray
@@ -172,6 +174,7 @@ class ShortestCurve:
     iterations: int
     stopped: bool
     kept: bool
+    slack: float = 0.0
 
 
 def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int], bool]) -> ShortestCurve | None:
@@ -221,7 +224,8 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
         return None
     count = answer.pieces * (waypoints - 1)
     found = durations[:count], points[:count, :, :dim], knots[: count + 1, :, :dim]
-    return ShortestCurve(*found, answer.iterations, status is Status.SPENT, status is not Status.NO_PROGRESS)
+    ended = status is Status.SPENT, status is not Status.NO_PROGRESS
+    return ShortestCurve(*found, answer.iterations, *ended, slack=-answer.limit)
 
 
 @contextmanager

@@ -74,6 +74,8 @@ class StrategySettings:
         Share of the first total below which nothing limits the time.
     idle : float
         Factor on time below which nothing limits it: only that curves should be smooth ended the search.
+    far, nearly : float
+        How far inside all limits a search ended that they did not end, in widths (else within 0.01); that factor then.
     softer, slower : float
         Factor on rates in a first search, and on the time of its curve, from which the search goes on.
     looser : float
@@ -92,6 +94,8 @@ class StrategySettings:
 
     vanishing: float = 1e-6
     idle: float = 0.8
+    far: float = 0.05
+    nearly: float = 0.98
     softer: float = 2.0
     slower: float = 1.3
     looser: float = 4.0
@@ -286,7 +290,7 @@ class Strategy:
         )
         if priced or self.walled:
             factor = max(factor, 1.0)
-        elif factor < SETTINGS.idle and not answer.stopped:
+        elif factor < (SETTINGS.nearly if answer.slack > SETTINGS.far else SETTINGS.idle) and not answer.stopped:
             raise nothing_limits(list(limits.given()))
         kept = solved_at(self.task, answer, factor) if factor <= 1.0 + far or answer.stopped else None
         return kept, factor - 1.0

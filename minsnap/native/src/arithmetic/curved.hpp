@@ -3,14 +3,8 @@
 #pragma once
 
 #include "arithmetic/dual.hpp"
-#include "arithmetic/lanes.hpp"
 
 namespace minsnap {
-
-// The square root, lane by lane.
-MINSNAP_INLINE Quad root(const Quad &number) {
-    return Quad{std::sqrt(number[0]), std::sqrt(number[1]), std::sqrt(number[2]), std::sqrt(number[3])};
-}
 
 template <int count, class Real = double>
 struct Curved {

@@ -43,13 +43,19 @@ struct Lanes<Pair> : VectorLanes<Pair, 2> {};
 template <>
 struct Lanes<Quad> : VectorLanes<Quad, 4> {};
 
-// Four numbers that lie in a row, and the sum of four lanes.
+// Four numbers that lie in a row, read and written; the sum of four lanes, and the largest.
 MINSNAP_INLINE Quad four(const double *from) {
     Quad numbers;
     __builtin_memcpy(&numbers, from, sizeof numbers);
     return numbers;
 }
+MINSNAP_INLINE void put_four(double *to, const Quad &numbers) { __builtin_memcpy(to, &numbers, sizeof numbers); }
 MINSNAP_INLINE double total(const Quad &numbers) { return (numbers[0] + numbers[1]) + (numbers[2] + numbers[3]); }
+
+MINSNAP_INLINE double largest_of(const Quad &numbers) {
+    const double one = numbers[0] > numbers[1] ? numbers[0] : numbers[1], two = numbers[2] > numbers[3] ? numbers[2] : numbers[3];
+    return one > two ? one : two;
+}
 
 // The same number in every lane.
 template <class Real>

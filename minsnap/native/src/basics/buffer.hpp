@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <utility>
 #if defined(_WIN32)
 #include <malloc.h>
 #endif
@@ -28,6 +29,11 @@ public:
         values_ = static_cast<Value *>(fresh);
         count_ = count;
         return true;
+    }
+
+    void swap(Buffer &other) {
+        std::swap(values_, other.values_);
+        std::swap(count_, other.count_);
     }
 
     Value *data() { return values_; }

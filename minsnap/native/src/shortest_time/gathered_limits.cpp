@@ -1,4 +1,4 @@
-// First and second derivatives of limits on several derivatives, at four instants at once.
+// Limits on several derivatives at four instants at once: values, changes along a step, weighted sums of first and second derivatives.
 #include "arithmetic/wide.hpp"
 #include "shortest_time/instant_limits.hpp"
 
@@ -91,6 +91,24 @@ private:
         limit.of_products(x, limit.rotors() ? root(x[0] + Medium(limit.parameters).floor()) : 0.0 * x[0], out);
     }
 };
+
+void InstantLimit::values(const Quad *u, Quad *out) const {
+    widely([&]() MINSNAP_INLINED {
+        Dual<0, Quad> x[most_inputs], found[most_functions];
+        for (int n = 0; n < inputs(); ++n) x[n].value = u[n];
+        functions_at(x, found);
+        for (int f = 0; f < functions; ++f) out[f] = found[f].value;
+    });
+}
+
+void InstantLimit::slopes(const Quad *u, const Quad *step, Quad *out) const {
+    widely([&]() MINSNAP_INLINED {
+        Dual<1, Quad> x[most_inputs], found[most_functions];
+        for (int n = 0; n < inputs(); ++n) x[n].value = u[n], x[n].slope[0] = step[n];
+        functions_at(x, found);
+        for (int f = 0; f < functions; ++f) out[f] = found[f].slope[0];
+    });
+}
 
 void InstantLimit::gather(const Quad *u, const RowWeights &weights, int stride, InstantTerms &terms) const {
     GatheredLimit{*this, weights, stride}.add(u, terms);

@@ -205,6 +205,10 @@ struct InstantLimit {
         functions_at(u, out);
     }
 
+    // The same at four instants, and the change of all functions along a change of the derivatives there.
+    void values(const Quad *u, Quad *out) const;
+    void slopes(const Quad *u, const Quad *step, Quad *out) const;
+
     // Add up for weights of the functions, `stride` apart.
     void gather(const Quad *u, const RowWeights &weights, int stride, InstantTerms &terms) const;
 

@@ -63,6 +63,7 @@ public:
             slack_[j] = std::max(-value_[j], Settings::least_slack);
             multiplier_[j] = barrier_ / slack_[j];
         }
+        list_awake();
         return true;
     }
 
@@ -70,17 +71,20 @@ public:
     void resume(double gap) {
         evaluate(chain, states_, value_.data());
         barrier_ = gap / rows.regular;
-        for (int j = 0; j < rows.count; ++j) {
-            slack_[j] = std::max(slack_[j], -value_[j]);
-            multiplier_[j] = std::min(std::max(multiplier_[j], 0.1 * barrier_ / slack_[j]), 10.0 * barrier_ / slack_[j]);
-        }
+        settle();
+        each_awake([&](int group) {
+            for (int j = group; j < group + together; ++j) {
+                slack_[j] = std::max(slack_[j], -value_[j]);
+                multiplier_[j] = std::min(std::max(multiplier_[j], 0.1 * barrier_ / slack_[j]), 10.0 * barrier_ / slack_[j]);
+            }
+        });
     }
 
     // Lower the barrier to a gap. A rough stage ends as soon as it is about there: another one follows from its curve.
     StageEnd run(double last_gap, bool rough = false) {
         const double last = last_gap / rows.regular;
         double damping = 0.0, least_damping = 0.0, former = 0.0;
-        int shortened = 0, failed = 0, stalled = 0, grown = 0;
+        int shortened = 0, failed = 0, lost = 0, stalled = 0, grown = 0;
         filter_.clear();
         for (int iteration = 0; iteration < Settings::iterations; ++iteration, ++iterations) {
             const double total = chain.total();
@@ -90,7 +94,14 @@ public:
             if (shortened == 0) damping /= Settings::damping_change;
             damping = std::max(damping > 1e-6 ? damping : 0.0, least_damping);
             if (!newton_.solve(chain, damping)) return StageEnd::stuck;
+            lost = damping > Settings::hopeless ? lost + 1 : 0;
+            if (lost > Settings::longest_stall) return StageEnd::stuck;
             shortened = search();
+            if (shortened == woken) {
+                filter_.clear();
+                shortened = 1;
+                continue;
+            }
             if (shortened < 0) {
                 damping = std::max(damping * 10.0, 1e-2);
                 if (damping > 1e3 || ++failed > Settings::failures) return StageEnd::stuck;
@@ -105,10 +116,11 @@ public:
             former = now;
             const bool still = stalled >= Settings::stalls;
             if (barrier_ > last * 1.0001) {  // far outside, a barrier that has fallen lets slacks cut every step short
-                if (!(decrement < gap && infeasibility_ < Settings::infeasibility) && !still) continue;
+                if (!(decrement < gap && infeasibility_ < allowed()) && !still) continue;
                 barrier_ = std::max(last, barrier_ * Settings::barrier_fall);
                 filter_.clear();
                 if (barrier_ * rows.regular < Settings::margin_gap) freeze(grown > 0);
+                if (barrier_ * rows.regular < Settings::asleep_gap) settle();
                 continue;
             }
             if (rough && (decrement < gap || still)) return StageEnd::converged;
@@ -117,7 +129,9 @@ public:
                 barrier_ *= 3.0;
                 filter_.clear();
                 stalled = 0;
-                for (int j = 0; j < rows.count; ++j) multiplier_[j] = std::max(multiplier_[j], 0.3 * barrier_ / slack_[j]);
+                each_awake([&](int group) {
+                    for (int j = group; j < group + together; ++j) multiplier_[j] = std::max(multiplier_[j], 0.3 * barrier_ / slack_[j]);
+                });
             }
             if (stalled > 0) least_damping = Settings::settled;
         }
@@ -151,8 +165,55 @@ private:
     [[nodiscard]] bool allocate_rows(int count) {
         return value_.allocate(count) && slack_.allocate(count) && multiplier_.allocate(count) && outer_.allocate(count) &&
                gradient_.allocate(count) && slope_.allocate(count) && slack_step_.allocate(count) && multiplier_step_.allocate(count) &&
-               trial_value_.allocate(count) && trial_slack_.allocate(count) && frozen_.allocate(count);
+               trial_value_.allocate(count) && trial_slack_.allocate(count) && frozen_.allocate(count) &&
+               groups_.allocate(count / together);
     }
+
+    // Call action(first row) for every group of rows that is awake.
+    template <class Action>
+    MINSNAP_INLINE void each_awake(Action action) const {
+        for (int n = 0; n < group_count_; ++n) action(groups_[n]);
+    }
+
+    void list_awake() {
+        group_count_ = 0;
+        for (int j = 0; j < rows.count; j += together)
+            if (rows.is_awake(j)) groups_[group_count_++] = j;
+    }
+
+    // Let groups of rows sleep that are far inside, and wake the others.
+    void settle() {
+        for (int j = 0; j < rows.count; j += together) {
+            const bool far = largest_of(four(value_.data() + j)) < -Settings::asleep;
+            if (!far && !rows.is_awake(j)) wake(j);
+            if (!far) continue;
+            rows.awake[j / together] = 0;
+            for (int k = j; k < j + together; ++k) multiplier_[k] = outer_[k] = gradient_[k] = 0.0;
+        }
+        list_awake();
+    }
+
+    void wake(int group) {
+        rows.awake[group / together] = 1;
+        for (int k = group; k < group + together; ++k) {
+            slack_[k] = std::max(-value_[k], Settings::least_slack);
+            multiplier_[k] = barrier_ / slack_[k];
+        }
+    }
+
+    // Wake rows that a step would bring near or across their bounds: whether there are any.
+    bool wake_crossed() {
+        bool any = false;
+        for (int j = 0; j < rows.count; j += together) {
+            if (rows.is_awake(j) || largest_of(four(trial_value_.data() + j)) < -Settings::woken) continue;
+            wake(j);
+            any = true;
+        }
+        if (any) list_awake();
+        return any;
+    }
+
+    double allowed() const { return Settings::infeasibility * rows.regular; }
 
     // Values of all rows and the smooth objective.
     double evaluate(const Chain<S> &at, PieceState<S> *states, double *value) const {
@@ -170,35 +231,38 @@ private:
     }
 
     void weigh() {
-        for (int j = 0; j < rows.count; ++j) {
-            outer_[j] = multiplier_[j] / slack_[j];
-            gradient_[j] = (barrier_ + multiplier_[j] * (value_[j] + slack_[j])) / slack_[j];
-        }
+        widely([&]() MINSNAP_INLINED {
+            each_awake([&](int j) MINSNAP_INLINED {
+                const Quad slack = four(slack_.data() + j), multiplier = four(multiplier_.data() + j), inverse = 1.0 / slack;
+                put_four(outer_.data() + j, multiplier * inverse);
+                put_four(gradient_.data() + j, (barrier_ + multiplier * (four(value_.data() + j) + slack)) * inverse);
+            });
+        });
     }
 
     // Steps of slacks and multipliers, and the shares of both that stay inside.
     void complete(double &primal, double &dual) {
-        double falls = 0.0, drops = 0.0;
+        double falls, drops;
         widely([&]() MINSNAP_INLINED {
             double changed[S::whole];
             for (int i = 0; i < chain.pieces; ++i) {
                 chain.change(i, states_[i].ends, newton_.step_durations.data(), newton_.step_knots.data(), changed);
                 rows.slopes(chain, i, states_[i].ends, states_[i].jets, changed, newton_.step_durations[i], slope_.data());
             }
-            constexpr int together = 64;
-            double fall[together], drop[together];
-            for (int begin = 0; begin < rows.count; begin += together) {
-                const int count = std::min(together, rows.count - begin);
-                for (int k = 0; k < count; ++k) {
-                    const int j = begin + k;
-                    const double ds = -(value_[j] + slack_[j]) - slope_[j], dz = barrier_ / slack_[j] - multiplier_[j] - outer_[j] * ds;
-                    slack_step_[j] = ds;
-                    multiplier_step_[j] = dz;
-                    fall[k] = -ds / slack_[j];
-                    drop[k] = -dz / multiplier_[j];
-                }
-                for (int k = 0; k < count; ++k) falls = std::max(falls, fall[k]), drops = std::max(drops, drop[k]);
-            }
+            Quad fall = {}, drop = {};
+            each_awake([&](int j) MINSNAP_INLINED {
+                const Quad slack = four(slack_.data() + j), multiplier = four(multiplier_.data() + j), outer = four(outer_.data() + j),
+                           inverse = 1.0 / slack;
+                const Quad ds = -(four(value_.data() + j) + slack) - four(slope_.data() + j),
+                           dz = barrier_ * inverse - multiplier - outer * ds;
+                put_four(slack_step_.data() + j, ds);
+                put_four(multiplier_step_.data() + j, dz);
+                const Quad share = -ds * inverse, portion = -dz / multiplier;
+                fall = share > fall ? share : fall;
+                drop = portion > drop ? portion : drop;
+            });
+            falls = largest_of(fall);
+            drops = largest_of(drop);
         });
         primal = falls > Settings::to_boundary ? Settings::to_boundary / falls : 1.0;
         dual = drops > Settings::to_boundary ? Settings::to_boundary / drops : 1.0;
@@ -206,19 +270,21 @@ private:
 
     double barrier_terms(const double *value, const double *slack, double &infeasibility) const {
         double sum = 0.0, product = 1.0;
-        infeasibility = 0.0;
-        for (int j = 0; j < rows.count; ++j) {
-            product *= slack[j];
+        Quad residual = {};
+        each_awake([&](int j) MINSNAP_INLINED {
+            const Quad here = four(slack + j), left = four(value + j) + here;
+            residual += left > 0.0 ? left : -left;
+            product *= (here[0] * here[1]) * (here[2] * here[3]);
             if (product < 1e-200 || product > 1e200) {
                 sum += logarithm(product);
                 product = 1.0;
             }
-            infeasibility += std::abs(value[j] + slack[j]);
-        }
+        });
+        infeasibility = total(residual);
         return barrier_ * (sum + logarithm(product));
     }
 
-    // Take as much of the step as the filter accepts: the number of halvings, or -1.
+    // Take as much of the step as the filter accepts: the number of halvings, -1 for nothing, or `woken` where another step is needed.
     int search() {
         double share = 1.0, dual = 1.0, before = 0.0, after = 0.0, largest = 0.0;
         complete(share, dual);
@@ -228,11 +294,15 @@ private:
         for (int halving = 0; halving < Settings::halvings; ++halving, share *= 0.5) {
             move(share);
             const double trial = evaluate(trial_, trial_states_, trial_value_.data());
-            for (int j = 0; j < rows.count; ++j) trial_slack_[j] = std::max(slack_[j] + share * slack_step_[j], -trial_value_[j]);
+            if (wake_crossed()) return woken;
+            each_awake([&](int j) MINSNAP_INLINED {
+                const Quad moved = four(slack_.data() + j) + share * four(slack_step_.data() + j), least = -four(trial_value_.data() + j);
+                put_four(trial_slack_.data() + j, moved < least ? least : moved);
+            });
             const double reached = trial - barrier_terms(trial_value_.data(), trial_slack_.data(), after);
             const bool better = after <= (1.0 - 1e-2 * share) * before ||
                                 reached <= merit - 1e-3 * share * std::min(before, 1.0) - 1e-6 * share * std::abs(slope);
-            const bool passes = better && after < std::max(Settings::infeasibility, 2.0 * before) && filter_.accepts(after, reached);
+            const bool passes = better && after < std::max(allowed(), 2.0 * before) && filter_.accepts(after, reached);
             if (passes || (after < 1e-9 && reached <= merit + 1e-10)) {
                 filter_.add(before, merit);
                 smooth_ = trial;
@@ -253,17 +323,18 @@ private:
         constexpr double spread = 1e4;
         chain.copy(trial_);
         std::swap(states_, trial_states_);
-        for (int j = 0; j < rows.count; ++j) {
-            value_[j] = trial_value_[j];
-            slack_[j] = trial_slack_[j];
-            const double middle = barrier_ / slack_[j];
-            multiplier_[j] = std::min(std::max(multiplier_[j] + dual * multiplier_step_[j], middle / spread), middle * spread);
-        }
+        value_.swap(trial_value_);
+        slack_.swap(trial_slack_);
+        each_awake([&](int j) MINSNAP_INLINED {
+            const Quad middle = barrier_ / four(slack_.data() + j), least = middle * (1.0 / spread), most = middle * spread;
+            const Quad moved = four(multiplier_.data() + j) + dual * four(multiplier_step_.data() + j);
+            put_four(multiplier_.data() + j, moved < least ? least : moved > most ? most : moved);
+        });
     }
 
     double residual() const {
         double most = 0.0;
-        for (int j = 0; j < rows.count; ++j) most = std::max(most, value_[j] + slack_[j]);
+        each_awake([&](int j) { most = std::max(most, largest_of(four(value_.data() + j) + four(slack_.data() + j))); });
         return most;
     }
 
@@ -281,10 +352,12 @@ private:
             const double change = frozen_[j] - rows.margin[j];
             value_[j] += change;
             rows.margin[j] = frozen_[j];
-            if (value_[j] + slack_[j] > 0.0) growth = std::max(growth, change);
+            if (rows.is_awake(j) && value_[j] + slack_[j] > 0.0) growth = std::max(growth, change);
         }
         return growth;
     }
+
+    static constexpr int together = Rows<S>::together, woken = -2;
 
     Chain<S> trial_;
     NewtonSystem<S> newton_;
@@ -296,6 +369,8 @@ private:
     double barrier_ = 0.0;
     Buffer<double> value_, slack_, multiplier_, outer_, gradient_, slope_, slack_step_, multiplier_step_, trial_value_, trial_slack_,
         frozen_;
+    Buffer<int> groups_;  // first rows of the groups that are awake
+    int group_count_ = 0;
 };
 
 }  // namespace minsnap

@@ -36,10 +36,11 @@ struct PieceModel {
         int row = begin;
         for (int k = 0, q = 0; q < condition_orders; ++q) {
             if (k == rows.legs.count(leg) || condition->order != q) continue;
-            double bend[S::pairs][count_at] = {}, slope[S::dim][count_at] = {}, pull[S::dim][count_at] = {};
+            Gathered sums;
             for (; k < rows.legs.count(leg) && condition->order == q; ++k, ++condition, row += count_at)
-                add_condition(*condition, jet[q], row, weights, bend, slope, pull);
-            put(rows.instants, q, piece.inverse[q], jet[q], bend, slope, pull);
+                for (int g = 0; g < count_at; g += together)
+                    if (rows.is_awake(row + g)) add_condition(*condition, jet[q], g, weights.from(row + g), sums);
+            put(rows.instants, q, piece.inverse[q], jet[q], sums);
         }
         add_limits(rows, chain, i, piece, jet, weights, row);
         rows.knot_rows(chain, i, piece,
@@ -71,6 +72,14 @@ struct PieceModel {
     }
 
 private:
+    // Sums over the conditions on one derivative at all instants, four by four; those whose conditions all sleep are not used.
+    struct Gathered {
+        struct Group {
+            Quad bend[S::pairs], slope[S::dim], pull[S::dim];
+        } groups[count_at / together];
+        bool used[count_at / together] = {};
+    };
+
     // Slopes, pulls and turns of limits at instants, brought to the ends.
     using Sums = double[S::dim][3][S::ends];
 
@@ -90,16 +99,19 @@ private:
                 Quad u[InstantLimit::most_inputs];
                 InstantTerms own, all;
                 all.clear(span.count() * axes);
+                bool used = false;
                 int from = row + g;
                 for (int k = 0; k < rows.limit_count; from += rows.limits[k++].functions * count_at) {
                     const InstantLimit &limit = rows.limits[k];
-                    if (limit.axes != axes) continue;
+                    if (limit.axes != axes || !rows.is_awake(limit, from)) continue;
+                    used = true;
                     rows.inputs(limit.span, axes, jet, g, u);
                     limit.gather(u, weights.from(from), count_at, own);
                     if (g == 0 && rows.pinned(chain, i, 0, limit)) own.silence(limit.inputs(), 0);
                     if (g + together == count_at && rows.pinned(chain, i, 1, limit)) own.silence(limit.inputs(), together - 1);
                     all.add(own, limit.inputs(), (limit.span.low - span.low) * axes);
                 }
+                if (!used) continue;
                 rows.inputs(span, axes, jet, g, u);
                 put(rows.instants, span, axes, g, piece, u, all, sums);
             }
@@ -174,45 +186,50 @@ private:
         }
     }
 
-    static void add_condition(const Condition<S::dim> &condition, const double (&x)[S::dim][count_at], int row, const RowWeights &weights,
-                              double (&bend)[S::pairs][count_at], double (&slope)[S::dim][count_at], double (&pull)[S::dim][count_at]) {
-        const double *hessian = weights.hessian + row, *outer = weights.outer + row, *gradient = weights.gradient + row;
-        double y[S::dim][count_at], scaled[count_at];
-        Rows<S>::gradients(condition, x, y);
+    static MINSNAP_INLINE void add_condition(const Condition<S::dim> &condition, const double (&x)[S::dim][count_at], int g,
+                                             const RowWeights &weights, Gathered &sums) {
+        auto &to = sums.groups[g / together];
+        if (!sums.used[g / together]) to = {};
+        sums.used[g / together] = true;
+        const Quad hessian = four(weights.hessian), outer = four(weights.outer), gradient = four(weights.gradient);
+        Quad y[S::dim];
+        Rows<S>::gradients(condition, x, g, y);
         for (int c = 0, t = 0; c < S::dim; ++c) {
-            for (int g = 0; g < count_at; ++g) {
-                slope[c][g] += gradient[g] * y[c][g];
-                pull[c][g] += hessian[g] * y[c][g];
-                scaled[g] = outer[g] * y[c][g];
-            }
+            to.slope[c] += gradient * y[c];
+            to.pull[c] += hessian * y[c];
+            const Quad scaled = outer * y[c];
             for (int d = 0; d <= c; ++d, ++t) {
-                for (int g = 0; g < count_at; ++g) bend[t][g] += scaled[g] * y[d][g];
-                if (condition.curved && condition.curvature[t] != 0.0)
-                    for (int g = 0; g < count_at; ++g) bend[t][g] += hessian[g] * condition.curvature[t];
+                to.bend[t] += scaled * y[d];
+                if (condition.curved && condition.curvature[t] != 0.0) to.bend[t] += hessian * condition.curvature[t];
             }
         }
     }
 
     // Bring what was gathered at the instants for one order to the ends.
-    void put(const Instants<S::half, S::instants> &instants, int q, double inverse, const double (&x)[S::dim][count_at],
-             const double (&bend)[S::pairs][count_at], const double (&slope)[S::dim][count_at], const double (&pull)[S::dim][count_at]) {
-        static_assert(count_at % together == 0, "instants are taken four at a time");
-        Quad turn[S::dim][count_at / together], sloped = {}, turned = {};  // turn: minus the derivative of the gradient in the own duration
-        for (int c = 0; c < S::dim; ++c)
-            for (int g = 0; g < count_at; g += together) {
-                Quad sum = four(pull[c] + g);
-                for (int d = 0; d < S::dim; ++d) sum += four(bend[c > d ? c * (c + 1) / 2 + d : d * (d + 1) / 2 + c] + g) * four(x[d] + g);
-                turn[c][g / together] = sum;
-                sloped += four(x[c] + g) * four(slope[c] + g);
-                turned += four(x[c] + g) * sum;
+    MINSNAP_INLINE void put(const Instants<S::half, S::instants> &instants, int q, double inverse, const double (&x)[S::dim][count_at],
+                            const Gathered &sums) {
+        constexpr int groups = count_at / together;
+        Quad turn[S::dim][groups], sloped = {}, turned = {};  // turn: minus the derivative of the gradient in the own duration
+        int used[groups], count = 0;
+        for (int n = 0; n < groups; ++n) {
+            if (!sums.used[n]) continue;
+            used[count++] = n;
+            const auto &from = sums.groups[n];
+            for (int c = 0; c < S::dim; ++c) {
+                Quad sum = from.pull[c];
+                for (int d = 0; d < S::dim; ++d)
+                    sum += from.bend[c > d ? c * (c + 1) / 2 + d : d * (d + 1) / 2 + c] * four(x[d] + n * together);
+                turn[c][n] = sum;
+                sloped += four(x[c] + n * together) * from.slope[c];
+                turned += four(x[c] + n * together) * sum;
             }
+        }
         own_gradient -= q * total(sloped);
         own += q * q * total(turned);
         for (int t = 0; t < S::pairs; ++t)
-            for (int g = 0; g < count_at; g += together) {
-                double weight[together];
-                for (int n = 0; n < together; ++n) weight[n] = bend[t][g + n] * inverse * inverse;
-                const auto *product = instants.products[q] + g;
+            for (int m = 0; m < count; ++m) {
+                const Quad weight = sums.groups[used[m]].bend[t] * (inverse * inverse);
+                const auto *product = instants.products[q] + used[m] * together;
                 for (int k = 0; k < S::packed; ++k)
                     blocks[t][k] +=
                         (weight[0] * product[0][k] + weight[1] * product[1][k]) + (weight[2] * product[2][k] + weight[3] * product[3][k]);
@@ -220,11 +237,12 @@ private:
         for (int c = 0; c < S::dim; ++c)
             for (int a = 0; a < S::ends; ++a) {
                 Quad slopes = {}, pulls = {}, turns = {};
-                for (int g = 0; g < count_at; g += together) {
-                    const Quad factor = four(instants.by_end[q][a] + g);
-                    slopes += factor * four(slope[c] + g);
-                    pulls += factor * four(pull[c] + g);
-                    turns += factor * turn[c][g / together];
+                for (int m = 0; m < count; ++m) {
+                    const int n = used[m];
+                    const Quad factor = four(instants.by_end[q][a] + n * together);
+                    slopes += factor * sums.groups[n].slope[c];
+                    pulls += factor * sums.groups[n].pull[c];
+                    turns += factor * turn[c][n];
                 }
                 gradient[a * S::dim + c] += inverse * total(slopes);
                 force[a * S::dim + c] += inverse * total(pulls);

@@ -1,6 +1,7 @@
 // Rows of the programme: every condition of a leg at every instant of its pieces, and conditions of knots; their values and their change along a step.
 //
-// Rows of one piece stand together: by condition, then by instant, so that loops over instants run along contiguous numbers; those of its knot follow.
+// Rows of one piece stand together: by condition, then by instant, so that loops over instants run along contiguous numbers; those of its knot follow,
+// and rows that always hold, to a multiple of four. Four rows in a group sleep as long as all are far inside: they have values, but no slacks.
 #pragma once
 
 #include "shortest_time/chain.hpp"
@@ -21,16 +22,18 @@ struct PieceState {
 template <class S>
 class Rows {
 public:
-    static constexpr int count_at = S::instants;
+    static constexpr int count_at = S::instants, together = InstantTerms::together;
+    static_assert(count_at % together == 0, "instants are taken four at a time");
     using Jets = typename PieceState<S>::Jets;
 
     const Instants<S::half, S::instants> &instants;
     ConditionTable<S::dim> legs, knots;
     Buffer<InstantLimit> limits;  // on all legs
     int limit_count = 0;
-    Buffer<std::int32_t> first;  // row of every piece, and their number
-    Buffer<double> margin;       // (rows,) added to the value: frozen between changes of the barrier
-    Buffer<double> floor;        // (pieces,) logarithms of durations that none goes below, where `floored`
+    Buffer<std::int32_t> first;   // row of every piece, and their number
+    Buffer<double> margin;        // (rows,) added to the value: frozen between changes of the barrier
+    Buffer<unsigned char> awake;  // (rows / together,)
+    Buffer<double> floor;         // (pieces,) logarithms of durations that none goes below, where `floored`
     bool floored = false;
     bool used[condition_orders] = {};  // orders of derivatives that conditions of legs and limits depend on
     int count = 0, regular = 0;        // rows, and those not of knots
@@ -59,10 +62,12 @@ public:
             count += most;
             for (int right = 0; right < 2; ++right) count += knot_count(chain, i, right);
             count += floored ? 1 : 0;
+            count = (count + together - 1) / together * together;
         }
         first[chain.pieces] = count;
-        if (!margin.allocate(count)) return false;
+        if (!margin.allocate(count) || !awake.allocate(count / together)) return false;
         for (int j = 0; j < count; ++j) margin[j] = 0.0;
+        for (int j = 0; j < count / together; ++j) awake[j] = 1;
         return true;
     }
 
@@ -71,6 +76,15 @@ public:
         for (int k = 0; k < limit_count; ++k)
             if (limits[k].kind == LimitKind::look_rate) return false;
         return limit_count > 0;
+    }
+
+    bool is_awake(int row) const { return awake[row / together] != 0; }
+
+    // Whether four instants of any function of a limit are, of which the first stand at a row.
+    bool is_awake(const InstantLimit &limit, int row) const {
+        bool found = false;
+        for (int f = 0; f < limit.functions; ++f) found = found || is_awake(row + f * count_at);
+        return found;
     }
 
     // Rows of a piece at instants.
@@ -109,16 +123,17 @@ public:
         const int leg = i / chain.per_leg;
         const Condition<S::dim> *condition = legs.begin(leg);
         const double *margins = margin.data() + first[i];
+        const double *end = value + first[i + 1];
         value += first[i];
         for (int k = 0; k < legs.count(leg); ++k, ++condition, value += count_at, margins += count_at) {
             const double moved = condition->order == 0 ? wall_margin : limit_margin;
-            for (int g = 0; g < count_at; ++g) value[g] = 0.0;
-            double gradient[S::dim][count_at];
-            gradients(*condition, jet[condition->order], gradient);
-            for (int c = 0; c < S::dim; ++c)
-                for (int g = 0; g < count_at; ++g)
-                    value[g] += 0.5 * (gradient[c][g] + condition->slope[c]) * (jet[condition->order][c][g] - condition->anchor[c]);
-            for (int g = 0; g < count_at; ++g) value[g] += condition->constant + moved + margins[g];
+            const auto &x = jet[condition->order];
+            for (int g = 0; g < count_at; g += together) {
+                Quad gradient[S::dim], sum = {};
+                gradients(*condition, x, g, gradient);
+                for (int c = 0; c < S::dim; ++c) sum += 0.5 * (gradient[c] + condition->slope[c]) * (four(x[c] + g) - condition->anchor[c]);
+                put_four(value + g, sum + (condition->constant + moved + four(margins + g)));
+            }
             silence(chain, i, condition->order, value, -1.0);
         }
         limit_values(chain, i, jet, value, margins);
@@ -126,24 +141,28 @@ public:
             double gradient[S::dim];
             *value++ = at_knot.at(x, gradient) + wall_margin;
         });
-        if (floored) *value = floor[i] - chain.sigma[i];
+        if (floored) *value++ = floor[i] - chain.sigma[i];
+        while (value < end) *value++ = -1.0;
     }
 
-    // Change of all rows of a piece along a step that changes its ends and the logarithm of its duration.
+    // Change of the rows of a piece that are awake along a step that changes its ends and the logarithm of its duration.
     void slopes(const Chain<S> &chain, int i, const PieceEnds<S> &piece, const Jets &jet, const double *changed, double own,
                 double *slope) const {
         Jets moved;
         jets(piece, changed, moved);
         const int leg = i / chain.per_leg;
         const Condition<S::dim> *condition = legs.begin(leg);
+        const double *end = slope + first[i + 1];
         slope += first[i];
-        for (int k = 0; k < legs.count(leg); ++k, ++condition, slope += count_at) {
+        for (int k = 0, row = first[i]; k < legs.count(leg); ++k, ++condition, slope += count_at, row += count_at) {
             const int q = condition->order;
-            double gradient[S::dim][count_at];
-            gradients(*condition, jet[q], gradient);
-            for (int g = 0; g < count_at; ++g) slope[g] = 0.0;
-            for (int c = 0; c < S::dim; ++c)
-                for (int g = 0; g < count_at; ++g) slope[g] += gradient[c][g] * (moved[q][c][g] - q * own * jet[q][c][g]);
+            for (int g = 0; g < count_at; g += together) {
+                if (!is_awake(row + g)) continue;
+                Quad gradient[S::dim], sum = {};
+                gradients(*condition, jet[q], g, gradient);
+                for (int c = 0; c < S::dim; ++c) sum += gradient[c] * (four(moved[q][c] + g) - q * own * four(jet[q][c] + g));
+                put_four(slope + g, sum);
+            }
             silence(chain, i, q, slope, 0.0);
         }
         limit_slopes(chain, i, jet, moved, own, slope);
@@ -154,16 +173,11 @@ public:
                 sum += gradient[c] * (changed[a * S::dim + c] * piece.inverse[at_knot.order] - at_knot.order * own * x[c]);
             *slope++ = sum;
         });
-        if (floored) *slope = -own;
+        if (floored) *slope++ = -own;
+        while (slope < end) *slope++ = 0.0;
     }
 
-    // What a limit depends on at an instant.
-    static void inputs(const InstantLimit &limit, const Jets &jet, int g, double *u) {
-        for (int q = limit.span.low; q <= limit.span.high; ++q)
-            for (int c = 0; c < limit.axes; ++c) *u++ = jet[q][c][g];
-    }
-
-    // The same at as many instants as there are lanes.
+    // Derivatives of so many coordinates at as many instants as there are lanes.
     static MINSNAP_INLINE void inputs(const Span &span, int axes, const Jets &jet, int g, Quad *u) {
         for (int q = span.low; q <= span.high; ++q)
             for (int c = 0; c < axes; ++c) *u++ = four(jet[q][c] + g);
@@ -180,18 +194,17 @@ public:
         return span;
     }
 
-    // Gradients of a condition at all instants.
-    static void gradients(const Condition<S::dim> &condition, const double (&x)[S::dim][count_at], double (&gradient)[S::dim][count_at]) {
-        for (int c = 0; c < S::dim; ++c)
-            for (int g = 0; g < count_at; ++g) gradient[c][g] = condition.slope[c];
+    // Gradients of a condition at as many instants as there are lanes.
+    static MINSNAP_INLINE void gradients(const Condition<S::dim> &condition, const double (&x)[S::dim][count_at], int g,
+                                         Quad (&gradient)[S::dim]) {
+        for (int c = 0; c < S::dim; ++c) gradient[c] = filled<Quad>(condition.slope[c]);
         if (!condition.curved) return;
         for (int c = 0, t = 0; c < S::dim; ++c)
             for (int d = 0; d <= c; ++d, ++t) {
                 const double entry = condition.curvature[t];
                 if (entry == 0.0) continue;
-                for (int g = 0; g < count_at; ++g) gradient[c][g] += entry * (x[d][g] - condition.anchor[d]);
-                if (c != d)
-                    for (int g = 0; g < count_at; ++g) gradient[d][g] += entry * (x[c][g] - condition.anchor[c]);
+                gradient[c] += entry * (four(x[d] + g) - condition.anchor[d]);
+                if (c != d) gradient[d] += entry * (four(x[c] + g) - condition.anchor[c]);
             }
     }
 
@@ -213,31 +226,30 @@ public:
 
     // What limits on several derivatives add to the values of a piece, and to their change along a step; both move the pointers on.
     void limit_values(const Chain<S> &chain, int i, const Jets &jet, double *&value, const double *margins) const {
+        Quad u[InstantLimit::most_inputs], out[InstantLimit::most_functions];
         for (int k = 0; k < limit_count; ++k) {
             const InstantLimit &limit = limits[k];
-            for (int g = 0; g < count_at; ++g) {
-                double u[InstantLimit::most_inputs], out[InstantLimit::most_functions];
-                inputs(limit, jet, g, u);
-                limit.at(u, out);
-                for (int f = 0; f < limit.functions; ++f) value[f * count_at + g] = out[f] + limit_margin + margins[f * count_at + g];
+            for (int g = 0; g < count_at; g += together) {
+                inputs(limit.span, limit.axes, jet, g, u);
+                limit.values(u, out);
+                for (int f = 0, row = g; f < limit.functions; ++f, row += count_at)
+                    put_four(value + row, out[f] + limit_margin + four(margins + row));
             }
             for (int f = 0; f < limit.functions; ++f, value += count_at, margins += count_at) silence(chain, i, limit, value, -1.0);
         }
     }
     void limit_slopes(const Chain<S> &chain, int i, const Jets &jet, const Jets &moved, double own, double *&slope) const {
-        for (int k = 0; k < limit_count; ++k) {
+        Quad u[InstantLimit::most_inputs], step[InstantLimit::most_inputs], out[InstantLimit::most_functions];
+        int row = first[i] + legs.count(i / chain.per_leg) * count_at;
+        for (int k = 0; k < limit_count; row += limits[k++].functions * count_at) {
             const InstantLimit &limit = limits[k];
-            for (int g = 0; g < count_at; ++g) {
-                double u[InstantLimit::most_inputs], step[InstantLimit::most_inputs];
-                Dual<1> along[InstantLimit::most_inputs], out[InstantLimit::most_functions];
-                inputs(limit, jet, g, u);
-                inputs(limit, moved, g, step);
-                for (int n = 0; n < limit.inputs(); ++n) {
-                    along[n].value = u[n];
-                    along[n].slope[0] = step[n] - limit.order(n) * own * u[n];
-                }
-                limit.at(along, out);
-                for (int f = 0; f < limit.functions; ++f) slope[f * count_at + g] = out[f].slope[0];
+            for (int g = 0; g < count_at; g += together) {
+                if (!is_awake(limit, row + g)) continue;
+                inputs(limit.span, limit.axes, jet, g, u);
+                inputs(limit.span, limit.axes, moved, g, step);
+                for (int n = 0; n < limit.inputs(); ++n) step[n] -= limit.order(n) * own * u[n];
+                limit.slopes(u, step, out);
+                for (int f = 0; f < limit.functions; ++f) put_four(slope + f * count_at + g, out[f]);
             }
             for (int f = 0; f < limit.functions; ++f, slope += count_at) silence(chain, i, limit, slope, 0.0);
         }

@@ -12,7 +12,7 @@ struct ShortestSettings {
     static constexpr int halvings = 8;             // of a step
     static constexpr int failures = 6;             // steps in a row without progress that end a stage
     static constexpr int stalls = 3;               // steps in a row that barely change the time, after which the barrier falls
-    static constexpr int longest_stall = 12;       // the same, after which a stage ends although residuals are left
+    static constexpr int longest_stall = 12;       // the same, or hopelessly damped, after which a stage ends although residuals are left
     static constexpr int rounds = 3;               // of margins that only grow, at the last barrier
     static constexpr int repairs = 4;              // of walls or limits moved inwards after the last stage
     static constexpr double first_gap = 0.3;       // barrier times number of conditions, relative to the time
@@ -35,12 +35,16 @@ struct ShortestSettings {
     static constexpr double damping_growth = 6.0;  // where a pivot is not positive
     static constexpr double damping_change = 3.0;  // after steps that were shortened or not
     static constexpr double held = 10.0;           // damping above which a step is held back
+    static constexpr double hopeless = 1e4;        // damping that lets nothing move, many times in a row
     static constexpr double settled = 0.1;         // least damping at the last barrier once the time stalls: stops drift along flat valleys
     static constexpr double stalled = 1e-4;        // change of the time that counts as none, relative
     static constexpr double residual = 2e-4;       // of a condition at the end, in widths
     static constexpr double grown = 3e-4;          // growth of margins that counts as none, in widths
     static constexpr double near = 0.3;            // how far inside its bound a sampled peak is looked at, in widths
-    static constexpr double infeasibility = 10.0;  // sum of residuals that a step may reach, and below which the barrier may fall
+    static constexpr double infeasibility = 1e-2;  // mean residual that a step may reach, and below which the barrier may fall
+    static constexpr double asleep_gap = 1e-2;     // below which rows sleep that are far inside
+    static constexpr double asleep = 0.3;          // how far inside all rows of a group are that sleeps, in widths
+    static constexpr double woken = 0.1;           // how far inside a sleeping row would be after a step that wakes it, in widths
     static constexpr double leak = 1e-9;           // excess that counts as none, in widths
 };
 
