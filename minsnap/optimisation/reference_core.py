@@ -33,6 +33,7 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.errors import SolverError
 from minsnap.native.corridor import Give, least_slack
+from minsnap.native.library import core
 from minsnap.native.status import Status
 from minsnap.optimisation.linear_rows import DENSE, LinearRows, joined_exactly, of_unit_length
 from minsnap.optimisation.native_solve import corridor_question
@@ -158,7 +159,7 @@ class ReferenceCore:
             return self._told(state, ())
         state = nearest = self._added(State(start), momentary_rows(start))
         try:
-            while state.rounds < ROUNDS and state.inward < NEARLY_INSIDE and not self.task.deadline.passed:
+            while state.rounds < ROUNDS and state.inward < NEARLY_INSIDE and not self._spent():
                 state, ended = self._round(state)
                 if ended:
                     return self._told(state, ())
@@ -166,6 +167,11 @@ class ReferenceCore:
         except InfeasibleRowsError:
             pass
         return self._without_noise(nearest) or self._blended(nearest)
+
+    def _spent(self) -> bool:
+        """Whether rounds must end: after half of the work where the native core may then find a curve with room."""
+        deadline = self.task.deadline
+        return deadline.passed if core().name == "native" else not deadline.affords(0.0)
 
     def _round(self, state: State) -> tuple[State, bool]:
         """Solve, look where the curve is outside, and add rows there; whether it is inside instead."""
@@ -303,7 +309,7 @@ class ReferenceCore:
         """
         task, curve = self.task, nearest.curve
         inner = straight(curve) if straight_inside(curve) else self._with_room(curve)
-        knots = self.single() if self.single is not None and not task.deadline.passed else None
+        knots = self.single() if self.single is not None and task.deadline.affords(0.0) else None
         state = State(replace(curve, knots=curve.knots if knots is None else knots))
         if knots is not None and self._inside(state):
             return self._told(state, ("one polynomial per leg",))

@@ -494,11 +494,14 @@ private:
         Real largest_part = 0;
         answer.rows = 0;
         if (status == Status::no_memory || status == Status::singular || status == Status::unsupported) return status;
-        answer.rows = active.count();
-        for (int k = 0; k < active.count(); ++k) largest_part = largest(largest_part, fabs(active.row(k).multiplier / active.row(k).norm));
         for (int k = 0; k < active.count(); ++k) {
+            if (!isfinite(active.row(k).multiplier)) return Status::no_progress;
+            largest_part = largest(largest_part, fabs(active.row(k).multiplier / active.row(k).norm));
+        }
+        for (int k = 0; k < active.count() && largest_part > 0; ++k) {
             const Real sign = active.is_equality(k) ? active.row(k).direction[0] : Real(1);
             write_row(answer, k, sign * pressing(k) / active.row(k).norm / largest_part);
+            answer.rows = k + 1;
         }
         for (int i = 0; i < given_->slacks.count; ++i) answer.slack[i] = to_double(active.slack(i));
         write_knots(answer);

@@ -19,13 +19,9 @@
 namespace minsnap {
 namespace {
 
-struct Stage {
-    double price;  // K^2, over the cost of the curve without walls and of stops at all knots
-    bool extended;
-};
-
-constexpr Stage stages[] = {{1e3, false}, {1e6, false}, {1e12, true}, {1e18, true}};
-constexpr double effort = 1.0;  // share of the work that a request is worth, for each stage
+constexpr double prices[] = {1e3, 1e6, 1e12, 1e18};  // K^2, over the cost of the curve without walls and of stops at all knots
+constexpr double most_in_double = 1e6;               // price beyond which slacks need double-double arithmetic
+constexpr double effort = 2.0, most_effort = 4.0;    // shares of the work that a request is worth: for a stage, and for all
 
 bool slacks_fit(const SlackRecord &slacks, const Request &given) {
     if (slacks.count < 1 || slacks.count > given.pieces) return false;
@@ -43,22 +39,46 @@ int take_contacts(const Answer &answer, int dim, Buffer<Contact> &known) {
     return count;
 }
 
-// Go through the stages, each from the contacts of the last one that ended with a solution.
-Status solve(Request &given, Answer &answer) {
-    ExchangeSolver quick;
-    Buffer<Contact> known;
-    if (!known.allocate(std::size_t(given.pieces) * given.half * given.dim + given.slacks.count + 2)) return Status::no_memory;
-    int count = 0;
-    Status status = Status::no_progress;
-    for (const Stage &stage : stages) {
-        given.slacks.price = stage.price, given.effort = effort;
-        status = stage.extended ? solve_extended(given, answer, Aim::widened, known.data(), count)
-                                : quick.solve(given, answer, Aim::widened, known.data(), count);
-        if (status == Status::no_memory) return status;
-        if (status == Status::done) count = take_contacts(answer, given.dim, known);
+// The stages of one request.
+class Stages {
+public:
+    Stages(Request &given, Answer &answer) : given_(given), answer_(answer) {}
+
+    // Go through the prices, each from the contacts of the last one that ended with a solution. Where the highest has none, that
+    // of the price before is the answer: multipliers of lower prices, or of a stage that did not end, prove less often.
+    Status run() {
+        if (!known_.allocate(std::size_t(given_.pieces) * given_.half * given_.dim + given_.slacks.count + 2)) return Status::no_memory;
+        Status status = Status::no_progress;
+        double solved = 0.0;
+        bool extended = false;
+        for (const double price : prices) {
+            if (answer_.work > most_effort) break;
+            if (price > most_in_double) extended = true;
+            status = stage(price, extended);
+            if (status != Status::done && !extended) extended = true, status = stage(price, true);
+            if (status == Status::no_memory) return status;
+            if (status == Status::done)
+                solved = price, count_ = take_contacts(answer_, given_.dim, known_);
+            else if (solved > most_in_double)
+                return stage(solved, true);
+        }
+        return status;
     }
-    return status;
-}
+
+private:
+    Request &given_;
+    Answer &answer_;
+    ExchangeSolver quick_;
+    Buffer<Contact> known_;
+    int count_ = 0;
+
+    Status stage(double price, bool extended) {
+        given_.slacks.price = price;
+        given_.effort = effort;
+        return extended ? solve_extended(given_, answer_, Aim::widened, known_.data(), count_)
+                        : quick_.solve(given_, answer_, Aim::widened, known_.data(), count_);
+    }
+};
 
 }  // namespace
 }  // namespace minsnap
@@ -76,7 +96,7 @@ MINSNAP_EXPORT std::int32_t minsnap_least_slack(const minsnap::CorridorRecord *a
     given.slacks = {int(slacks->count), slacks->group, slacks->weight};
     Answer answer = {found->points, found->knots, found->wall, found->s, found->multiplier, 0.0, 0.0, 0.0, 0, 0, found->direction};
     answer.slack = slacks->slack, answer.remainder = slacks->remainder;
-    const Status status = solve(given, answer);
+    const Status status = Stages(given, answer).run();
     found->rows = answer.rows, found->rounds = answer.rounds, found->work = answer.work;
     return std::int32_t(status);
 }
