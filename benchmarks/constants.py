@@ -17,7 +17,7 @@ from problems import DURATIONS, RECTANGLE, corridor, walk
 import minsnap
 from minsnap.basics import tolerances
 from minsnap.errors import MinsnapError
-from minsnap.optimisation import high_precision, linear_rows, qp, reference_core, solve
+from minsnap.optimisation import elastic, high_precision, infeasibility, linear_rows, qp, reference_core, solve
 from minsnap.polynomials import extrema, local_maxima
 
 CONSTANTS = (
@@ -31,6 +31,11 @@ CONSTANTS = (
     (linear_rows, "DENSE"),
     (qp, "ACCURACY"),
     (high_precision, "DIGITS"),
+    (elastic, "ACCURACY"),
+    (elastic, "DENSE_WORK"),
+    (elastic, "ROUNDS"),
+    (infeasibility, "NOTICEABLE"),
+    (infeasibility, "WIDTH_ROOM"),
     (extrema, "PARTS"),
     (local_maxima, "REFINED_BELOW"),
     (local_maxima, "STEPS"),
@@ -46,6 +51,7 @@ def scaled(module, name, factor):
     changed = value * factor if isinstance(value, float) else max(1, round(value * factor))
     homes = [m for k, m in sys.modules.items() if k.startswith("minsnap.") and vars(m).get(name) == value]
     takers = {"GAP": [solve.solve]}.get(name, [])
+    takers += [elastic.Elastic.__init__] if module is elastic and name == "ACCURACY" else []
     defaults = [taker.__defaults__ for taker in takers]
     for home in homes:
         setattr(home, name, changed)
@@ -61,8 +67,9 @@ def scaled(module, name, factor):
 
 
 def problems(count):
-    """Rectangles wide and narrow, a walk, corridors of the soak and some with extreme durations."""
+    """Rectangles wide and narrow, a walk, refusals, corridors of the soak and some with extreme durations."""
     asked = [{"waypoints": RECTANGLE, "durations": DURATIONS, "corridor": width} for width in (1.0, 0.3, 0.01, 1e-5)]
+    asked += [asked[1] | {"continuity": 5, "corridor": 1e-3}]
     points, durations, widths = walk(60)
     asked += [{"waypoints": points, "durations": durations, "corridor": widths}]
     for seed in range(2 * count):
@@ -74,14 +81,14 @@ def problems(count):
 
 
 def answers(asked):
-    """Cost and rounds of every problem, and the time of all [s]."""
+    """Cost (or the smallest width that a refusal names) and rounds of every problem, and the time of all [s]."""
     began, found = time.process_time(), []
     for given in asked:
         try:
             traj = minsnap.plan(**given)
             found.append((traj.cost(), traj.report.rounds))
-        except MinsnapError:
-            found.append((np.inf, 0))
+        except MinsnapError as error:
+            found.append((getattr(error, "smallest_width", None) or np.inf, 0))
     return np.array(found), time.process_time() - began
 
 

@@ -33,8 +33,8 @@ class WorkPrices:
         An iteration of a search for the shortest time, for each row, within limits of which measuring is counted as 1.
     free_curve : float
         A curve without walls, and how far it is outside.
-    active_set, interior_point : float
-        A QP by either method, for each entry of its rows and each unknown.
+    active_set, interior_point, slacks : float
+        A QP by either method, and a programme of slacks, for each entry of its rows and each unknown.
     term : float
         An exact coefficient that is added to a sum.
     question, legs, pieces : float, int, int
@@ -48,6 +48,7 @@ class WorkPrices:
     free_curve: float = 1.0
     active_set: float = 1e-5
     interior_point: float = 6e-5
+    slacks: float = 8e-6
     term: float = 0.01
     question: float = 1700.0
     legs: int = 5

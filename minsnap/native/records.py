@@ -124,18 +124,11 @@ class CorridorAnswerRecord(Record):
     """Where an answer is written; see ``CorridorAnswer``."""
 
     _fields_ = (
-        *_arrays("points", "knots", "wall", "s", "multiplier", "direction"),
+        *_arrays("points", "knots", "wall", "s", "multiplier"),
         *_floats("cost", "bound", "share", "work"),
         *_integers("rows", "rounds", "attempts"),
     )
-    arrays: ClassVar = {"wall": INTEGERS, **dict.fromkeys(("points", "knots", "s", "multiplier", "direction"), NUMBERS)}
-
-
-class SlackRecord(Record):
-    """Slacks of walls, and where they are written; see ``least_slack``."""
-
-    _fields_ = (*_integers("count"), *_arrays("group", "weight", "slack", "remainder"))
-    arrays: ClassVar = {"group": INTEGERS, **dict.fromkeys(("weight", "slack", "remainder"), NUMBERS)}
+    arrays: ClassVar = {"wall": INTEGERS, **dict.fromkeys(("points", "knots", "s", "multiplier"), NUMBERS)}
 
 
 class ChainRecord(Record):

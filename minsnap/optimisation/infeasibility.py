@@ -4,86 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import WORK
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.deadline import LateError
+from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
-from minsnap.native.corridor import CorridorQuestion, Give, LeastSlack, WallArrays, least_slack
-from minsnap.native.status import Status
-from minsnap.optimisation.contradiction import Contradiction, find_contradiction
-from minsnap.optimisation.native_solve import corridor_question
+from minsnap.optimisation.contradiction import find_contradiction
+from minsnap.optimisation.elastic import Elastic, Relaxation, Relaxed
+from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import Effort, solve
+from minsnap.optimisation.reduced_qp import ReducedProblem
+from minsnap.optimisation.rows import Curve, rows_in_unknowns, rows_outside
+from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
+from minsnap.optimisation.units import Units
 
 NOTICEABLE = 1e-6
 """Slack, in widths, below which a problem counts as solvable after all."""
 
 WIDTH_ROOM = 1e-4
-"""Share added to a smallest width so that it does; up to a hundred times as much where it does not."""
+"""Share added to a smallest width so that it does."""
 
 
 UNPROVED = "no curve was found that keeps all walls, and it could not be proved that there is none: "
-
-
-class Pressed:
-    """Walls that give way by the least slacks, what presses against them then, and what that proves.
-
-    Parameters
-    ----------
-    task : Task
-    durations : ndarray, shape (pieces,)
-        [s].
-    question : CorridorQuestion
-        The same task and durations for the native core.
-    give : Give
-    """
-
-    def __init__(self, task: Task, durations: FloatArray, question: CorridorQuestion, give: Give) -> None:
-        self.task, self.durations, self.walls = task, durations, question.walls
-        least = least_slack(question, give, task.deadline.left)
-        assert least is not None, "questions are for the native core"
-        task.deadline.spend(WORK.solve * least.work)
-        task.deadline.require()
-        self.least: LeastSlack = least
-
-    @property
-    def possible(self) -> bool:
-        """Whether a curve keeps all walls as they are, but for rounding."""
-        return self.least.status is Status.DONE and not self.noticeable
-
-    @property
-    def noticeable(self) -> bool:
-        """Whether walls give way, by what is known."""
-        return float(self.least.slacks.max()) > NOTICEABLE
-
-    def proof(self) -> Contradiction | None:
-        """Return the contradiction of the rows that press; None where that is not proved."""
-        return find_contradiction(self.task, self.durations, self.walls, self.least)
-
-    def hardest(self) -> tuple[int, float]:
-        """Leg and instant of the row that presses hardest."""
-        wall, task = self.least.wall, self.task
-        if not len(wall):
-            return 0, 0.0
-        piece, sizes = self.walls.piece[wall], self.walls.width[wall]
-        press = self.least.multiplier * sizes / task.units(self.durations).length
-        press *= task.units(self.durations).time ** self.walls.order[wall]
-        leg = int(np.bincount(piece // task.pieces, press, task.legs).argmax())
-        row = int(np.where(piece // task.pieces == leg, press, -np.inf).argmax())
-        breaks = np.concatenate(([0.0], np.cumsum(self.durations)))
-        return leg, float(breaks[piece[row]] + self.least.s[row] * self.durations[piece[row]])
-
-
-def asked_natively(task: Task, durations: FloatArray) -> CorridorQuestion | SolverError:
-    """Return a question whose refusal the native core can prove, or the error that says why it cannot."""
-    question = corridor_question(replace(task, solver="auto"), durations, task.units(durations))
-    if isinstance(question, str):
-        return SolverError(f"{UNPROVED}{question}")
-    return question
 
 
 def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | SolverError | None:
@@ -96,29 +43,34 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
         that has no proof; None where the walls on positions leave a curve inside.
     """
     corridor = replace(task, walls=[wall for wall in task.walls if wall.order == 0], touching=False)
-    question = asked_natively(corridor, durations)
-    if isinstance(question, SolverError):
-        return question
-    if not len(question.walls.piece):
+    problem, units, compiled = normalised(corridor, durations)
+    if not compiled.blocks:
         return None
-    give, names = _leg_groups(corridor, question.walls)
-    pressed = Pressed(corridor, durations, question, give)
-    if pressed.possible:
+    groups, names = _leg_groups(corridor, compiled)
+    give = Relaxation(groups, np.ones(len(groups)), len(names))
+    inward = 4.0 * WIDTH_ROOM
+    try:
+        relaxed = Elastic(problem, compiled, give, accuracy=NOTICEABLE, inward=inward, deadline=task.deadline).run()
+    except LateError:
+        raise
+    except SolverError as unsolved:
+        return _standing(corridor, durations, problem, units, compiled) or unsolved
+    if relaxed.slacks.max() <= NOTICEABLE:
         return None
-    standing = None if pressed.least.status is Status.DONE else _standing(corridor, durations, question)
-    leg, instant = pressed.hardest()
-    proof = pressed.proof() if standing is None else None
+    if relaxed.rows is None:
+        relaxed = _outside(problem, compiled, relaxed)
+    leg, instant = hardest_pressed(corridor, problem, units, relaxed)
+    proof = find_contradiction(corridor, durations, problem, relaxed)
     if proof is None:
-        advice = f"widen the corridor of leg {leg}, or change durations that differ much"
-        return standing or SolverError(f"{UNPROVED}{advice}")
-    tried = _room(task, durations, pressed.least.slacks)
-    room, share = WIDTH_ROOM if tried is None else tried, np.append(pressed.least.slacks, 0.0)
-    widths = question.walls.width * (1.0 + share[give.group] * (1.0 + room) + room)
-    on_leg = (give.group >= 0) & (question.walls.piece // task.pieces == leg)
+        return SolverError(f"{UNPROVED}widen the corridor of leg {leg}, or change durations that differ much")
+    tried = _room(task, durations, problem, relaxed)
+    room = WIDTH_ROOM if tried is None else tried
+    widths = compiled.widths * units.length * (1.0 + np.append(relaxed.slacks, 0.0)[groups] * (1.0 + room) + room)
+    on_leg = (groups >= 0) & (np.concatenate([block.leg for block in compiled.blocks]) // task.pieces == leg)
     width = float(widths[on_leg].max())
     others = {
-        name: float(widths[give.group == name].max())
-        for name, slack in zip(names, pressed.least.slacks, strict=True)
+        name: float(widths[groups == name].max())
+        for name, slack in zip(names, relaxed.slacks, strict=True)
         if slack > NOTICEABLE and name not in (None, leg)
     }
     message = (
@@ -129,13 +81,18 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     return InfeasibleError(message, leg=leg, instant=instant, smallest_width=smallest, contradiction=proof)
 
 
-def _room(task: Task, durations: FloatArray, slacks: FloatArray) -> float | None:
-    """Share to add to widths for which a plan keeps the other walls and limits too; None without one."""
-    for room in (WIDTH_ROOM, 10.0 * WIDTH_ROOM, 100.0 * WIDTH_ROOM):
-        share = np.broadcast_to(slacks * (1.0 + room) + room, task.legs)
+def _room(task: Task, durations: FloatArray, problem: ReducedProblem, relaxed: Relaxed) -> float | None:
+    """Share to add to widths for which a plan keeps the other walls and limits too; None without one.
+
+    Curves with control points ten million legs away keep walls by differences of large numbers, which solvers find only
+    a little inside.
+    """
+    giant = EXACT * np.abs(problem.relative_points(relaxed.knots)).max() >= 0.01
+    for room in (0.01, 0.02, 0.05) if giant else (WIDTH_ROOM, 0.01):
+        share = np.broadcast_to(relaxed.slacks * (1.0 + room) + room, task.legs)
         walls = [wall if wall.order else _widened(wall, share[wall.leg]) for wall in task.walls]
         try:
-            solve(replace(task, walls=walls), durations, effort=Effort.WHOLE)
+            solve(replace(task, walls=walls), durations)
         except (InfeasibleRowsError, MinsnapError):
             continue
         return room
@@ -159,14 +116,17 @@ def _sufficient(width: float, everywhere: bool, others: Mapping[int, float], tri
     return f"{what}, together with {wider}" if wider else what
 
 
-def _standing(task: Task, durations: FloatArray, question: CorridorQuestion) -> InfeasibleError | None:
-    """Return the error where walls contradict each other at waypoints, which widths of a corridor do not help."""
-    count = len(question.walls.piece)
-    pressed = Pressed(task, durations, question, Give(np.zeros(count, dtype=np.int64), np.ones(count), 1))
-    proof = pressed.proof() if pressed.noticeable else None
+def _standing(
+    task: Task, durations: FloatArray, problem: ReducedProblem, units: Units, compiled: Compiled
+) -> InfeasibleError | None:
+    """Return the error where the walls contradict each other at waypoints, which widths of a corridor do not help."""
+    count = len(compiled.widths)
+    give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1)
+    relaxed = Elastic(problem, compiled, give, accuracy=NOTICEABLE, deadline=task.deadline).run()
+    proof = find_contradiction(task, durations, problem, relaxed)
     if proof is None:
         return None
-    leg, instant = pressed.hardest()
+    leg, instant = hardest_pressed(task, problem, units, relaxed)
     return InfeasibleError(
         f"no curve passes the waypoints as near as asked for: leg {leg} is the hardest, at {instant:.4g} s; widen the "
         f"tolerances or gates, pin fewer derivatives, or lower continuity={task.continuity}",
@@ -176,14 +136,31 @@ def _standing(task: Task, durations: FloatArray, question: CorridorQuestion) -> 
     )
 
 
-def _leg_groups(task: Task, walls: WallArrays) -> tuple[Give, list[int | None]]:
-    """One common slack if all walls are equally wide, else one per leg; and the leg of each slack."""
-    leg, when = walls.piece // task.pieces, walls.when
-    stands = np.zeros(len(leg), dtype=bool) if when is None else when >= 0  # what holds at one instant never gives way
-    width, weight = walls.width[~stands], np.ones(len(leg))
+def _outside(problem: ReducedProblem, compiled: Compiled, relaxed: Relaxed) -> Relaxed:
+    """Add the rows that a curve without unknowns breaks, each pressed by as much."""
+    rows, _ = rows_outside(Curve(problem, compiled, problem.values), None, np.zeros(0))
+    if not rows:
+        return relaxed
+    known = rows_in_unknowns(problem, problem.plain_ends(problem.values), compiled, reduce(WallRows.joined, rows))
+    pressed = np.maximum(-known.bound, 0.0)
+    return replace(relaxed, rows=known, multipliers=pressed)
+
+
+def normalised(task: Task, durations: FloatArray) -> tuple[ReducedProblem, Units, Compiled]:
+    """Return a task's problem at piece durations, its units and its walls."""
+    units = task.units(durations)
+    problem = task.problem(durations, units)
+    return problem, units, compile_walls(task, problem, units)
+
+
+def _leg_groups(task: Task, compiled: Compiled) -> tuple[IntArray, list[int | None]]:
+    """One common slack if all walls are equally wide, else one per leg: slack of each wall, leg of each slack."""
+    leg = np.concatenate([block.leg // task.pieces for block in compiled.blocks])
+    stands = compiled.momentary
+    width = compiled.widths[~stands]
     if len(width) and np.ptp(width) <= 1e-9 * width.max():
-        return Give(np.where(stands, -1, 0), weight, 1), [None]
-    return Give(np.where(stands, -1, leg), weight, task.legs), list(range(task.legs))
+        return np.where(stands, -1, 0), [None]
+    return np.where(stands, -1, leg), list(range(task.legs))
 
 
 def _advice(task: Task) -> str:
@@ -193,3 +170,16 @@ def _advice(task: Task) -> str:
             f"continuity={task.half - 1} fits any width from rest to rest"
         )
     return ""
+
+
+def hardest_pressed(task: Task, problem: ReducedProblem, units: Units, relaxed: Relaxed) -> tuple[int, float]:
+    """Leg and instant of the row with the largest multiplier."""
+    if relaxed.rows is None:
+        return 0, 0.0
+    rows = relaxed.rows.source
+    press = relaxed.multipliers * relaxed.rows.width
+    by_leg = np.bincount(rows.piece // task.pieces, press, task.legs)
+    leg = int(by_leg.argmax())
+    row = int(np.where(rows.piece // task.pieces == leg, press, -1.0).argmax())
+    breaks = np.concatenate(([0.0], np.cumsum(problem.durations)))
+    return leg, float((breaks[rows.piece[row]] + rows.s[row] * problem.durations[rows.piece[row]]) * units.time)

@@ -94,6 +94,11 @@ class Compiled:
             by_order[order] = differentiate(points, order) / problem.durations[:, None, None] ** order
         return [block.excess_along(_bounded(by_order[block.order], block)) for block in self.blocks]
 
+    def relaxed(self, amounts: FloatArray) -> Compiled:
+        """Return the same walls, each moved outwards by so many of its widths."""
+        parts = np.split(amounts, self.first[1:-1])
+        return replace(self, blocks=tuple(b.moved(part * b.width) for b, part in zip(self.blocks, parts, strict=True)))
+
     def rows(self, problem: ReducedProblem, points: FloatArray, block: int, index: IntArray, s: FloatArray) -> WallRows:
         """Rows for some walls of a block, each at its own s."""
         chosen = self.blocks[block].chosen(index)

@@ -12,7 +12,7 @@ applications", SIAM Review 35, 1993).  So:
 5. The curve ends it where exact extrema prove it inside.
 
 Where that fails the nearest curve is blended with one that has room to all walls: stop-and-go along the legs, or the
-curve of most room that the native core finds.  Walls are convex, so that the least share of it follows from the
+curve of most room that an elastic problem finds.  Walls are convex, so that the least share of it follows from the
 extrema of both.  The native core does the same with an active set of its own, and asks here where it does not end.
 """
 
@@ -32,14 +32,12 @@ from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.errors import SolverError
-from minsnap.native.corridor import Give, least_slack
-from minsnap.native.library import core
-from minsnap.native.status import Status
+from minsnap.optimisation.elastic import ACCURACY as APPARENT
+from minsnap.optimisation.elastic import Elastic, Relaxation
 from minsnap.optimisation.linear_rows import DENSE, LinearRows, joined_exactly, of_unit_length
-from minsnap.optimisation.native_solve import corridor_question
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
-from minsnap.optimisation.qp import Programme, Solution, solve_qp
+from minsnap.optimisation.qp import ACCURACY, Programme, Solution, solve_qp
 from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, proved_rows, rows_in_unknowns, rows_outside
 from minsnap.optimisation.solved_task import SolvedTask
@@ -159,7 +157,7 @@ class ReferenceCore:
             return self._told(state, ())
         state = nearest = self._added(State(start), momentary_rows(start))
         try:
-            while state.rounds < ROUNDS and state.inward < NEARLY_INSIDE and not self._spent():
+            while state.rounds < ROUNDS and state.inward < NEARLY_INSIDE and not self.task.deadline.passed:
                 state, ended = self._round(state)
                 if ended:
                     return self._told(state, ())
@@ -167,11 +165,6 @@ class ReferenceCore:
         except InfeasibleRowsError:
             pass
         return self._without_noise(nearest) or self._blended(nearest)
-
-    def _spent(self) -> bool:
-        """Whether rounds must end: after half of the work where the native core may then find a curve with room."""
-        deadline = self.task.deadline
-        return deadline.passed if core().name == "native" else not deadline.affords(0.0)
 
     def _round(self, state: State) -> tuple[State, bool]:
         """Solve, look where the curve is outside, and add rows there; whether it is inside instead."""
@@ -309,7 +302,7 @@ class ReferenceCore:
         """
         task, curve = self.task, nearest.curve
         inner = straight(curve) if straight_inside(curve) else self._with_room(curve)
-        knots = self.single() if self.single is not None and task.deadline.affords(0.0) else None
+        knots = self.single() if self.single is not None and not task.deadline.passed else None
         state = State(replace(curve, knots=curve.knots if knots is None else knots))
         if knots is not None and self._inside(state):
             return self._told(state, ("one polynomial per leg",))
@@ -327,21 +320,25 @@ class ReferenceCore:
         raise leg_on_wall(task, curve) or InfeasibleRowsError()
 
     def _with_room(self, curve: Curve) -> Curve | None:
-        """Return the curve with most room to all walls, at most ``NEARLY_INSIDE`` widths; None where none is found."""
-        task, count = replace(self.task, solver="auto", touching=False), len(self.compiled.widths)
-        question = corridor_question(task, self.durations, self.units)
-        if isinstance(question, str) or not count:
+        """Return a curve with room to all walls, at most ``NEARLY_INSIDE`` widths; None where there is none.
+
+        Raises
+        ------
+        InfeasibleRowsError
+            If no curve keeps all walls.
+        """
+        count = len(self.compiled.widths)
+        if not count:
             return None
-        walls = question.walls
-        nearer = replace(question, walls=replace(walls, bound=walls.bound - NEARLY_INSIDE * walls.width))
-        give = Give(np.zeros(len(walls.piece), dtype=np.int64), np.ones(len(walls.piece)), 1)
-        least = least_slack(nearer, give, task.deadline.left)
-        if least is None:
+        give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1, -NEARLY_INSIDE)
+        try:
+            deadline = self.task.deadline
+            relaxed = Elastic(self.problem, self.compiled, give, accuracy=ACCURACY, sign=True, deadline=deadline).run()
+        except SolverError:
             return None
-        task.deadline.spend(WORK.solve * least.work)
-        if least.status is not Status.DONE or least.slacks[0] >= NEARLY_INSIDE:
-            return None
-        return replace(curve, knots=least.knots)
+        if relaxed.slacks[0] > APPARENT:
+            raise InfeasibleRowsError
+        return replace(curve, knots=relaxed.knots) if relaxed.slacks[0] < 0.0 else None
 
 
 def _sampled(curve: Curve, instants: int) -> list[WallRows]:

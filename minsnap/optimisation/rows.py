@@ -140,6 +140,32 @@ def momentary_rows(curve: Curve) -> list[WallRows]:
     return rows
 
 
+def all_walls_rows(curve: Curve) -> list[WallRows]:
+    """Rows of every wall: at its knot, or at as many Chebyshev points as a piece has control points.
+
+    Balls and cones have the tangent planes of both directions of every row of their matrix there.
+    """
+    count = curve.problem.degree + 1
+    s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    rows = []
+    for number, block in enumerate(curve.compiled.blocks):
+        walls = np.arange(len(block.leg))
+        if block.at is None:
+            index, places = np.repeat(walls, count), np.tile(s, len(walls))
+        else:
+            index, places = walls, block.at.astype(np.float64)
+        rows += _both_directions(curve, number, index, places)
+    return rows
+
+
+def _both_directions(curve: Curve, number: int, index: IntArray, s: FloatArray) -> list[WallRows]:
+    walls, numbers = curve.compiled.blocks[number].chosen(index), curve.compiled.first[number] + index
+    along = np.eye(walls.matrix.shape[1])
+    directions = np.vstack((along, -along)) if len(along) else np.zeros((1, 0))
+    every = (np.broadcast_to(direction, (len(s), len(along))) for direction in directions)
+    return [WallRows.of(walls, numbers, s, walls.tangents(direction)) for direction in every]
+
+
 def rows_outside(
     curve: Curve, rows: RowSet | None, multipliers: FloatArray, floor: float = 0.0
 ) -> tuple[list[WallRows], float]:

@@ -1,19 +1,14 @@
-"""The tests of this room are about the Python core, but for those of what only the native one does."""
+"""The tests of this room are about the Python core, but for those of the hand-over between the cores."""
 
 import pytest
 
-from minsnap.native.library import core, using
-
-NATIVE = ("test_native_solve.py", "test_contradiction.py", "test_infeasibility.py")
+from minsnap.native.library import using
 
 
 @pytest.fixture(autouse=True)
 def _python_core(request):
-    if request.path.name not in NATIVE:
-        with using("python"):
-            yield
+    if request.path.name == "test_native_solve.py":
+        yield
         return
-    with using("auto"):
-        if core().library is None:
-            pytest.skip("refusals are proved by the native core")
+    with using("python"):
         yield
