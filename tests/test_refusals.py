@@ -60,7 +60,7 @@ SITES = [
         {"waypoints": POINTS, "total_time": 4.0, "limits": LIMITS},
     ),
     (
-        ("refused_times", "_refuse_short", InfeasibleError),
+        ("refused_times", "refuse_short", InfeasibleError),
         "3 s are too short for the limits: the velocity alone needs 3.05.* s, and the shortest found is 4.3",
         {"waypoints": POINTS, "total_time": 3.0, "limits": LIMITS},
     ),
@@ -75,7 +75,7 @@ SITES = [
         {"waypoints": POINTS, "durations": [1, 1, 1], "limits": Limits(body_rate=1.0)},
     ),
     (
-        ("refused_times", "_refuse_short", InfeasibleError),
+        ("refused_times", "refuse_short", InfeasibleError),
         "leg 0 has 0.01 s, and the velocity alone needs 1 s",
         {"waypoints": POINTS, "durations": [0.01, 2, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
     ),

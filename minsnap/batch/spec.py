@@ -129,7 +129,9 @@ COMMON = {
         "drawn for each problem",
     ),
     "vehicle": Key(either(PRESET, several(PRESET, "a list of some")), "whose rotors keep within their range"),
-    **{name: Key(ranged(1e-9, 1e12), FURTHER[name].text) for name in DRAWN},
+    **{
+        name: Key(ranged(1e-9, 1e12), FURTHER[name].text.removesuffix(", one for all or one per leg")) for name in DRAWN
+    },
     **{name: FURTHER[name] for name in FIXED},
 }
 

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from minsnap.cli import options
 from minsnap.cli.command import command
 from minsnap.cli.summary import as_json
 from minsnap.errors import InputError
-
-if TYPE_CHECKING:
-    pass
 
 
 @command()

@@ -174,7 +174,10 @@ def _timed(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> Plan
 
     from minsnap.paths.shapes.straight import leg_durations
 
-    own = {"durations": None, "total_time": None, "limits": (), "rotors": None} if searched else {}
+    own: dict[str, Any] = {"durations": None, "total_time": None, "limits": (), "rotors": None} if searched else {}
+    own |= {"time_weight": None} if searched else {}
+    own |= {"time_limit": None} if chosen.get("total_time") is not None else {}
+    own |= {"split": "optimal"} if chosen.get("time_weight") is not None else {}
     timed = request.changed(**own | chosen)
     if timed.durations is not None or timed.total_time is not None or (timed.search and timed.search.time_weight):
         return timed

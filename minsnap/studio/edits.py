@@ -196,9 +196,12 @@ def with_time(request: PlanRequest, mode: str, durations: Sequence[float], limit
     if mode == "limits":
         kept = request.limits or tuple(limits.items())
         return replace(request, durations=None, total_time=None, limits=kept)
+    search = request.search and replace(request.search, time_weight=None)
+    request = replace(request, limits=(), rotors=None)
     if mode == "total time":
-        return replace(request, durations=None, total_time=sum(times), limits=(), rotors=None)
-    return replace(request, durations=times, total_time=None, limits=(), rotors=None)
+        search = search and replace(search, time_limit=None)
+        return replace(request, durations=None, total_time=sum(times), search=search)
+    return replace(request, durations=times, total_time=None, search=search and replace(search, split="optimal"))
 
 
 def set_limit(request: PlanRequest, name: str, value: float | None) -> PlanRequest:

@@ -110,7 +110,8 @@ def planned_in_stages(
 def _certified(
     request: PlanRequest, curve: Trajectory, limits: Limits | None, final: bool, began: float
 ) -> PlannedScene:
-    certificate = certify(curve, waypoints=request.places, corridor=request.walls, limits=limits)
+    tolerance = 0.0 if request.waypoint_tolerance is None else request.waypoint_tolerance
+    certificate = certify(curve, request.places, request.walls, limits, tolerance)
     return PlannedScene(request, curve, certificate, final, 1e3 * (perf_counter() - began))
 
 

@@ -17,7 +17,7 @@ from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import priced_first_guess
 from minsnap.time_allocation.last_look import fault
 from minsnap.time_allocation.least_cost import CostSearch, distance_split
-from minsnap.time_allocation.refused_times import by_necessary_walls, explained_by_times, in_other_times
+from minsnap.time_allocation.refused_times import by_necessary_walls, explained_by_times, in_other_times, refuse_short
 from minsnap.time_allocation.timing import (
     AttachHeading,
     Timed,
@@ -57,6 +57,8 @@ def plan_timed(task: Task, timing: Timing, finish: AttachHeading, samples: int |
     try:
         return looked_at(_timed(task, timing, finish, samples), task, timing, samples)
     except LateError:
+        if not task.deadline.late:
+            refuse_short(task, timing)  # what is proved at no cost is said, although the work is spent
         raise
     except (InfeasibleError, SolverError) as refused:
         if not task.explained:

@@ -150,7 +150,7 @@ def explained_by_times(
     proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
     own_times = proof is not None and _of_these_times(proof, task, timing)
     if not own_times:
-        _refuse_short(task, timing, getattr(refused, "shortest", None))
+        refuse_short(task, timing, getattr(refused, "shortest", None))
     if not isinstance(refused, InfeasibleError) or _for_all_times(task, timing, refused):
         return refused
     own = _own_times(task, timing)
@@ -233,7 +233,7 @@ def _unproved(refused: InfeasibleError) -> UnprovedError:
     return error
 
 
-def _refuse_short(task: Task, timing: Timing, shortest: float | None) -> None:
+def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> None:
     """Raise InfeasibleError if the times of the request are proved too short for the velocity alone.
 
     ``shortest`` is the shortest total found [s], if any.

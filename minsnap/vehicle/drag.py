@@ -155,7 +155,7 @@ class RotorSpeedDrag:
         """Return force and torque of the drag at every hub; see :class:`HubDrag`."""
         rates = np.asarray(body_rates, dtype=np.float64)[..., None, :]
         local = np.asarray(velocity, dtype=np.float64)[..., None, :] + np.cross(rates, hubs)
-        forces = -np.asarray(air["rotor_speed"], dtype=np.float64)[..., None] * self.coefficient * local
+        forces = -np.asarray(air.get("rotor_speed", 0.0), dtype=np.float64)[..., None] * self.coefficient * local
         return forces.sum(axis=-2), np.cross(hubs, forces).sum(axis=-2)
 
     def at(self, rotor_speed: float) -> BodyDrag:

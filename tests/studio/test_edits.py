@@ -1,5 +1,7 @@
 """Edits keep as many widths, boxes, durations and headings as there are legs and waypoints."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,6 +11,7 @@ from minsnap.errors import InputError, WaypointError
 from minsnap.planning.planner import plan
 from minsnap.planning.request import PlanRequest
 from minsnap.studio import edits
+from minsnap.time_allocation.search_options import Search
 
 CORNERS = ((0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0))
 FULL = edits.with_room(
@@ -85,6 +88,15 @@ def test_modes_of_time_exclude_each_other():
     whole = edits.with_time(limited, "total time", (1.0, 2.0, 3.0), {})
     assert (whole.durations, whole.total_time, whole.limits) == (None, 6.0, ())
     assert edits.with_time(whole, "durations", (1.0, 2.0, 3.0), {}).durations == (1.0, 2.0, 3.0)
+
+
+def test_a_mode_of_time_takes_what_contradicts_it_out_of_the_search():
+    asked = replace(FULL, search=Search(time_weight=5.0, enforce="scaling"))
+    for mode in ("total time", "durations"):
+        assert edits.with_time(asked, mode, (1.0, 2.0, 3.0), {}).search == Search(enforce="scaling")
+    timed = replace(FULL, search=Search(split="distance", time_limit=3.0))
+    assert edits.with_time(timed, "total time", (1.0, 2.0, 3.0), {}).search == Search(split="distance")
+    assert edits.with_time(timed, "durations", (1.0, 2.0, 3.0), {}).search == Search(time_limit=3.0)
 
 
 def test_the_last_limit_stays_where_it_gives_the_time():

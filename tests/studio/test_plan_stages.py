@@ -1,5 +1,7 @@
 """Plans of the studio keep everything that the scene holds, the quick one as the last: what does not is not shown."""
 
+from dataclasses import replace
+
 import pytest
 
 import minsnap
@@ -31,3 +33,10 @@ def test_a_quick_plan_that_leaves_the_corridor_is_not_shown(monkeypatch, other):
 
     monkeypatch.setattr(plan_worker, "plan", loose)
     assert shown() == [True]
+
+
+def test_waypoints_are_held_to_the_tolerance_of_the_scene():
+    scene = replace(SCENE, waypoint_tolerance=0.2)
+    plans = list(planned_in_stages(scene, None, lambda: False))
+    assert plans and all(plan.certificate.ok for plan in plans)
+    assert plans[-1].certificate.waypoint_error > 1e-3

@@ -108,6 +108,11 @@ def test_models_add_up() -> None:
         one + 3  # noqa: B018
 
 
+def test_rotors_that_stand_still_have_no_drag_at_their_hubs() -> None:
+    force, torque = RotorSpeedDrag((1e-4, 2e-4, 0)).wrench((1.0, 2.0, 3.0), (0.1, 0.2, 0.3), np.eye(3))
+    assert not force.any() and not torque.any()
+
+
 def test_rotor_drag_grows_with_rotor_speed_and_is_linear_at_one() -> None:
     model = RotorSpeedDrag((1e-4, 2e-4, 0))
     air = np.array([3.0, -2.0, 1.0])
