@@ -9,7 +9,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Annotated, Any, NoReturn
@@ -193,7 +193,7 @@ def exit_status(error: MinsnapError) -> int:
 def _leave(error: Exception, words: list[str]) -> NoReturn:
     """Convert an exception to its message and exit status; an unexpected one keeps its traceback."""
     if isinstance(error, MinsnapError):
-        sentence = str(error) if isinstance(error, FileError) else in_options(str(error))  # columns and keys of a file
+        sentence = str(error) if isinstance(error, FileError) else in_options(str(error), words)
         fail(f"{sentence} [{error.code}]", exit_status(error))
     if isinstance(error, BrokenPipeError):
         _leave_pipe()
@@ -224,20 +224,23 @@ def _leave_pipe() -> NoReturn:
     sys.exit(141)
 
 
-def in_options(sentence: str) -> str:
+def in_options(sentence: str, words: Sequence[str] = ()) -> str:
     """Return a sentence with ``closed=True`` as ``--closed``, ``yaw='tilt'`` as ``--yaw tilt``, and so on.
 
-    A word that is also plain English, such as "corridor", is left as it is where no value follows.
+    A word that is also plain English, such as "corridor", is left as it is where no value follows. Where the words of
+    the command line name a plan file, its keys ``time_limit`` and ``split: distance`` are told as it says them, unless
+    an option says them in their place.
     """
-    return _NAMED.sub(_option, _GIVEN.sub(_option_with_value, sentence))
+    in_file = words[:1] == ["plan"] and any(word.endswith((".yaml", ".yml")) for word in words)
+    typed = {word.split("=")[0] for word in words}
+    options = {name: option for name, option in ARGUMENTS.items() if not in_file or option in typed}
 
+    def with_value(match: re.Match[str]) -> str:
+        name, value = match[1], match[2].strip("'")
+        if name not in ARGUMENTS:
+            return match[0]
+        if name not in options:
+            return f"{name}: {value.lower()}" if value else name
+        return options[name] if value in ("", "True") else f"{options[name]} {value}"
 
-def _option(match: re.Match[str]) -> str:
-    return ARGUMENTS.get(match[1], match[1])
-
-
-def _option_with_value(match: re.Match[str]) -> str:
-    name, value = match[1], match[2].strip("'")
-    if name not in ARGUMENTS:
-        return match[0]
-    return ARGUMENTS[name] if value in ("", "True") else f"{ARGUMENTS[name]} {value}"
+    return _NAMED.sub(lambda match: options.get(match[1], match[1]), _GIVEN.sub(with_value, sentence))

@@ -107,11 +107,10 @@ def _home(file: Path) -> tuple[float, ...] | None:
 
 def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> Course | None:
     """Return the course: that of a file, or waypoints with laps, take-off or landing; None without these."""
-    from minsnap.files.request_yaml import is_request
     from minsnap.paths.missions.course_file import is_course, read_course
 
     wanted = laps is not None or takeoff or land
-    described = file.suffix.lower() in (".yaml", ".yml") and not is_request(file) and is_course(file, wanted)
+    described = is_course(file, wanted)
     if not (described or wanted):
         return None
     course = read_course(file) if described else course_of(file)

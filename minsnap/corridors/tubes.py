@@ -89,9 +89,10 @@ class Tube(ReadOnly):
     def _of_legs(self, legs: int, dim: int) -> FloatArray:
         widths = self.half_width
         if widths.shape not in ((), (legs,), (legs, 1), (legs, dim)):
+            count = f"{len(widths)} half-widths" if widths.ndim == 1 else f"half-widths of shape {widths.shape}"
             raise CorridorError(
-                f"the corridor has half-widths of shape {widths.shape} for {legs} legs of {dim} axes: "
-                f"give one, one per leg, or one per leg and axis"
+                f"the corridor has {count} for {legs} legs of {dim} axes: "
+                "give one, one per leg, or one per leg and axis"
             )
         return np.broadcast_to(widths[:, None] if widths.ndim == 1 else widths, (legs, dim))
 

@@ -81,14 +81,14 @@ POINTS = Key(several(either(POINT, ENTRY), "a list of waypoints"), "[m]", needed
 REQUEST = mapping({"waypoints": POINTS, **PLAIN, **FURTHER}, "a mapping with waypoints")
 """The whole file."""
 
-ITS_OWN = FURTHER.keys() - {"limits", "boxes", "closed"}
-"""Keys that only requests have, and courses do not."""
+SHARED = {name: FURTHER[name] for name in ("limits", "closed")}
+"""Keys that courses have too; theirs of the name ``boxes`` is a mapping."""
 
 
-def is_request(path: str | os.PathLike[str]) -> bool:
-    """Whether a YAML file says how to plan, as the studio writes it, with a key that no course has."""
-    content = load_yaml(path)
-    return isinstance(content, dict) and any(key in content for key in ITS_OWN)
+def is_request(content: Any) -> bool:
+    """Whether the content of a YAML file says how to plan, as the studio writes it, with a key that no course has."""
+    known = isinstance(content, dict) and content.keys() & (FURTHER.keys() - SHARED.keys())
+    return bool(known) and (known != {"boxes"} or isinstance(content["boxes"], list))
 
 
 def read_request(path: str | os.PathLike[str]) -> PlanRequest:

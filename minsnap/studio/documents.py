@@ -19,7 +19,7 @@ from minsnap.errors import CorridorError, FileError, LimitError, WaypointError, 
 from minsnap.files.convert import RATE, written
 from minsnap.files.format import Writing
 from minsnap.files.limits_in_files import besides_rotors
-from minsnap.files.request_yaml import is_request, read_request, write_request
+from minsnap.files.request_yaml import read_request, write_request
 from minsnap.files.setpoint_csv import write_csv
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.paths.missions.course import Course
@@ -91,7 +91,7 @@ def open_scene(path: str | os.PathLike[str]) -> PlanRequest:
     ending = Path(path).suffix.lower()
     if ending not in ENDINGS:
         raise FileError(f"{Path(path).name} cannot be opened by its ending: it must be one of {', '.join(ENDINGS)}")
-    if ending in (".yaml", ".yml") and is_course(path) and not is_request(path):
+    if is_course(path):
         request = _of_course(read_course(path))
     else:
         request = _of_plan(path) if ending != ".csv" and is_polynomials(path) else read_request(path)

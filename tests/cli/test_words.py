@@ -49,6 +49,27 @@ def test_messages_name_options(call, arguments):
     assert not re.search(rf"\b({'|'.join(ARGUMENTS)})=|[a-z]_[a-z]", run.stderr), run.stderr
 
 
+KEYS = [
+    ("time_limit: -2", "time_limit is -2.0: it must be a positive number [s]"),
+    ("total_time: 6\ntime_limit: 4", "time_limit goes with durations or limits"),
+    ("split: distance\ntime_weight: 3", "split: distance does not go with time_weight, which determines the split"),
+    ("corridor: [0.3, 0.3, 0.2]", "the corridor has 3 half-widths for 2 legs of 3 axes: give one, one per leg"),
+    ("boxes: [[[0, 0, 0], [4, 4, 4]]]", "the corridor has 1 boxes for 2 legs: give one per leg"),
+]
+
+
+@pytest.mark.parametrize(("lines", "said"), KEYS)
+def test_what_a_plan_file_says_is_named_by_its_keys(call, lines, said):
+    Path("w.yaml").write_text(f"waypoints: [[0,0,1],[4,0,1],[4,4,1]]\n{lines}\n")
+    run = call("plan", "w.yaml")
+    assert run.returncode == 2 and said in run.stderr
+
+
+def test_options_beside_a_plan_file_are_named_as_options(call):
+    Path("w.yaml").write_text("waypoints: [[0,0,1],[4,0,1]]\ntime_limit: 2\n")
+    assert "--time-limit is -2.0" in call("plan", "w.yaml", "--time-limit=-2").stderr
+
+
 def test_files_are_spoken_of_in_their_own_words(call):
     Path("pose.csv").write_text("t,x,y,z,qw\n0,0,0,1,1\n")
     run = call("check", "pose.csv")

@@ -20,6 +20,8 @@ from minsnap.corridors.tubes import Tube
 from minsnap.errors import WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ordinary_limits
+from minsnap.planning.request import PlanRequest
+from minsnap.trajectory.velocity_heading import Velocity
 
 LEAN = tan(radians(1.0))
 """How much the velocity may lean towards a side of a gate that is passed straight."""
@@ -159,6 +161,13 @@ class Course:
         """Waypoints and gates of one lap, as :func:`minsnap.plot.plot_path` draws them."""
         return [stop.place for stop in self.stops]
 
+    def request(self, *walls: Constraint, **fields: Any) -> PlanRequest:
+        """Return the question of a part of the course, within its limits, its boxes, its tube and more walls."""
+        own: list[Constraint] = [self.boxes] if self.boxes else []
+        own += [] if self.tube is None else [Tube(np.array(self.tube))]
+        yaw = self.yaw if isinstance(self.yaw, (str, Velocity)) else None  # others are for the whole flight
+        return PlanRequest(**fields, limits=self.bounds, corridor=[*own, *walls] or None, yaw=yaw)
+
     def changed(self, **fields: Any) -> Course:
         """Return the course with other fields."""
         return replace(self, **fields)
@@ -172,8 +181,8 @@ class Course:
         return lap + (self.laps - 1) * again
 
 
-def section_arguments(stops: Sequence[Stop], course: Course, closed: bool) -> dict[str, Any]:
-    """Return the arguments of :func:`minsnap.plan` for stops that are flown without a pause between.
+def section_request(stops: Sequence[Stop], course: Course, closed: bool) -> PlanRequest:
+    """Return the question of :func:`minsnap.plan` for stops that are flown without a pause between.
 
     Ends of an open section are points: the vehicle rests there. A gate that is passed straight becomes three.
     """
@@ -194,13 +203,9 @@ def section_arguments(stops: Sequence[Stop], course: Course, closed: bool) -> di
         balls.append(stop.ball if inner else 0.0)
     if closed:
         places[-1] = places[0]
-    corridor: list[Constraint] = [] if course.tube is None else [Tube(np.array(course.tube))]
-    corridor += [part for knot, gate in straight for part in _straight_passage(knot, gate)]
-    arguments: dict[str, Any] = {"waypoints": places, "closed": closed, "limits": course.bounds}
-    arguments |= {"corridor": corridor} if corridor else {}
-    if any(balls):
-        return arguments | {"waypoint_tolerance": Ball(balls)}
-    return arguments | ({"waypoint_tolerance": course.tolerance} if course.tolerance else {})
+    straight_parts = [part for knot, gate in straight for part in _straight_passage(knot, gate)]
+    tolerance = Ball(balls) if any(balls) else course.tolerance or None
+    return course.request(*straight_parts, waypoints=places, closed=closed, waypoint_tolerance=tolerance)
 
 
 def _straight_passage(knot: int, gate: Gate) -> list[Constraint]:
@@ -212,7 +217,7 @@ def _straight_passage(knot: int, gate: Gate) -> list[Constraint]:
 
 
 def knots_of(stops: Sequence[Stop]) -> list[int]:
-    """Return the knot of each stop of an open section, as :func:`section_arguments` places them."""
+    """Return the knot of each stop of an open section, as :func:`section_request` places them."""
     knots, knot = [], 0
     for index, stop in enumerate(stops):
         inner = bool(stop.straight) and 0 < index < len(stops) - 1

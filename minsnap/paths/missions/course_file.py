@@ -10,25 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.schema import ANYTHING, FLAG, HEADING, NUMBER, POINT, TEXT, WHOLE, Key, either, mapping, several
+from minsnap.basics.schema import ANYTHING, FLAG, NUMBER, POINT, TEXT, WHOLE, Key, either, mapping, several
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import load_yaml
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate
 from minsnap.errors import FileError
-from minsnap.files.limits_in_files import DESCRIBED, LIMITS, complete, limits_of, vehicle_of, without_null
+from minsnap.files.limits_in_files import DESCRIBED, complete, limits_of, vehicle_of, without_null
+from minsnap.files.request_yaml import PLAIN, SHARED, is_request
 from minsnap.files.waypoints import COLUMNS
 from minsnap.limits.limits import Limits
 from minsnap.paths.missions.course import Course, Stop
 
 MOST_TURNED = 2.0 * pi
 """Heading of a gate above which it is refused as one in degrees [rad]."""
-
-PLAIN = ("waypoints", "yaw", "durations")
-"""Keys of a waypoint file, which is no course."""
-
-EITHER = ("limits",)
-"""Keys beside waypoints that say nothing of a course."""
 
 LENGTH = Key(NUMBER, "[m]")
 PASSED = {
@@ -75,7 +70,7 @@ COURSE = mapping(
         "boxes": Key(mapping({"lower": CORNERS, "upper": CORNERS}, "their corners as lower and upper, a list of each")),
         "start": Key(STATE),
         "end": Key(STATE),
-        "closed": Key(FLAG, "a lap"),
+        "closed": SHARED["closed"],
         "laps": Key(WHOLE, "how often it is flown"),
         "takeoff": Key(GROUND, "from the ground below the start, or from a point"),
         "land": Key(GROUND, "on the ground below the end, or at a point"),
@@ -83,8 +78,8 @@ COURSE = mapping(
         "ball": Key(either(NUMBER, LISTED), "of all waypoints, or of each [m]"),
         "margin": Key(NUMBER, "of all gates [m]"),
         "tolerance": Key(NUMBER, "half-width of the boxes around inner waypoints [m]"),
-        "yaw": Key(either(HEADING, LISTED), "[rad], or velocity or tilt"),
-        "limits": Key(LIMITS),
+        "yaw": PLAIN["yaw"],
+        "limits": SHARED["limits"],
         "vehicle": Key(DESCRIBED),
         "best": Key(ANYTHING, "a remark"),
         "published": Key(ANYTHING, "a remark"),
@@ -95,12 +90,16 @@ COURSE = mapping(
 
 
 def is_course(path: str | os.PathLike[str], wanted: bool = True) -> bool:
-    """Whether a YAML file describes a course: more than a list of waypoints with headings and durations.
+    """Whether a file describes a course: YAML with more than waypoints, headings and durations, and no request.
 
     Points with ``limits`` alone may be either, and are a course where one is wanted.
     """
+    if Path(path).suffix.lower() not in (".yaml", ".yml"):
+        return False
     content = load_yaml(path)
-    if isinstance(content, dict) and set(content) - set(PLAIN if wanted else (*PLAIN, *EITHER)):
+    if is_request(content):
+        return False
+    if isinstance(content, dict) and set(content) - {"waypoints", *PLAIN, *(() if wanted else ("limits",))}:
         return True
     entries = content.get("waypoints") if isinstance(content, dict) else content
     mappings = [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []

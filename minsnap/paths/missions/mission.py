@@ -16,17 +16,15 @@ from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.passing import GatePassage, numbered_passages
-from minsnap.corridors.tubes import Tube
 from minsnap.errors import SolverError, WaypointError
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ACCELERATION, SPEED
 from minsnap.optimisation.planned_yaw import chosen_heading
-from minsnap.paths.missions.course import Course, Stop, knots_of, section_arguments
+from minsnap.paths.missions.course import Course, Stop, knots_of, section_request
 from minsnap.planning.planner import plan
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.trajectory.trajectory import Trajectory, concatenate
-from minsnap.trajectory.velocity_heading import Velocity
 
 CLIMB_SPEED, LANDING_SPEED, GENTLE = 1.0, 0.5, 2.0
 """Largest speeds of take-off and landing [m/s], and their acceleration [m/s^2]."""
@@ -199,22 +197,19 @@ def _look_at(curve: Trajectory, corridor: Sequence[HalfSpaces], wanted: int | No
 
 def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
     """Plan the course itself."""
-    yaw = course.yaw if isinstance(course.yaw, (str, Velocity)) else None
     on_ground = course.takeoff is not False or course.land is not False
     if course.boxes is not None:
-        walls = [course.boxes] if course.tube is None else [course.boxes, Tube(np.array(course.tube))]
         ends = {"start": course.start, "end": course.end}
-        curve = plan(None, corridor=walls, limits=course.bounds, yaw=yaw, **ends, **planning)  # type: ignore[arg-type]
+        curve = plan(**course.request(waypoints=None, **ends).arguments() | planning)
         return [_Flown(curve, (("course", 0.0),), _walls([course.boxes], curve(curve.leg_breaks)))]
     if course.periodic and not on_ground:
-        arguments = section_arguments([*course.stops, course.stops[0]], course, closed=True)
-        lap = plan(yaw=yaw, **arguments, **planning)
-        kept = _walls(arguments.get("corridor", ()), arguments["waypoints"])
+        request = section_request([*course.stops, course.stops[0]], course, closed=True)
+        lap, kept = plan(**request.arguments() | planning), _walls(request.corridor or (), request.waypoints)
         return [_Flown(lap, ((f"lap {number}", 0.0),), kept) for number in range(1, course.laps + 1)]
-    return _sections(course, yaw, planning)
+    return _sections(course, planning)
 
 
-def _sections(course: Course, yaw: str | Velocity | None, planning: dict[str, Any]) -> list[_Flown]:
+def _sections(course: Course, planning: dict[str, Any]) -> list[_Flown]:
     """Plan from hold to hold, each from rest to rest, and the holds between."""
     sections: list[_Flown] = []
     section: list[tuple[str, Stop]] = []
@@ -224,7 +219,7 @@ def _sections(course: Course, yaw: str | Velocity | None, planning: dict[str, An
         last = index == len(order) - 1
         if len(section) > 1 and (entry[1].hold or last):
             ends = _end_states(course, index == len(section) - 1, last)
-            sections.append(_section(section, course, yaw, ends | planning))
+            sections.append(_section(section, course, ends | planning))
             section = [entry]
         if entry[1].hold:
             sections.append(_Flown(_at_rest(entry[1].center, entry[1].hold), (("hold", 0.0),)))
@@ -258,17 +253,15 @@ def _run(course: Course, stop: Stop, where: Any, side: float, name: str) -> list
     return [] if np.array_equal(place, stop.center) else [(name, Stop(place))]
 
 
-def _section(
-    section: list[tuple[str, Stop]], course: Course, yaw: str | Velocity | None, planning: dict[str, Any]
-) -> _Flown:
+def _section(section: list[tuple[str, Stop]], course: Course, planning: dict[str, Any]) -> _Flown:
     """Plan a section, and name its parts."""
     stops = [stop for _, stop in section]
-    arguments = section_arguments(stops, course, closed=False)
-    curve = plan(yaw=yaw, **arguments, **planning)
+    request = section_request(stops, course, closed=False)
+    curve = plan(**request.arguments() | planning)
     times = curve.leg_breaks[knots_of(stops)]
     names = [(name, float(t)) for (name, _), t in zip(section[:-1], times, strict=False)]
     kept = [entry for i, entry in enumerate(names) if i == 0 or entry[0] != names[i - 1][0]]
-    return _Flown(curve, tuple(kept), _walls(arguments.get("corridor", ()), arguments["waypoints"]))
+    return _Flown(curve, tuple(kept), _walls(request.corridor or (), request.waypoints))
 
 
 def _walls(corridor: Sequence[Constraint], places: Any) -> list[Walls]:

@@ -107,7 +107,7 @@ class PlannerNode(Node):
     def _fly_course(self) -> None:
         """Plan a course as it says, and what it leaves open, or waypoints, as the parameters say."""
         file, asked = self._value("course"), self._asked()
-        if not (file.endswith((".yaml", ".yml")) and is_course(file)):
+        if not is_course(file):
             self._fly(minsnap.plan(minsnap.read_waypoints(file).points, **asked))
             return
         course = minsnap.read_course(file)

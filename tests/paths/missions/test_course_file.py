@@ -53,6 +53,8 @@ def test_waypoint_files_are_no_courses(write):
     assert not is_course(write("waypoints: [{x: 0, y: 0, yaw: 1}, {x: 1, y: 1, yaw: 0}]\ndurations: [2]\n", "b.yaml"))
     limited = write("waypoints: [[0, 0, 1], [1, 1, 1]]\nlimits: {rotors: {vehicle: f330}}\n", "d.yaml")
     assert is_course(limited) and not is_course(limited, wanted=False)
+    assert not is_course(write("waypoints: [[0, 0, 1], [1, 1, 1]]\nboxes: [[[0, 0, 0], [2, 2, 2]]]\n", "e.yaml"))
+    assert not is_course(write("x,y\n", "f.csv"))
     assert is_course(write("- {x: 0, y: 0, hold: 1}\n- [1, 1]\n", "c.yaml")) and is_course(write(TEXT))
 
 
