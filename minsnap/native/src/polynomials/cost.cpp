@@ -4,9 +4,11 @@
 // G_ij = C(m,i) C(m,j) / C(2m, i+j) / (2m+1) = (U'U)_ij its integral of squares is |U d|^2. Differences carry the rounding
 // of those before along (D. E. Knuth, "The Art of Computer Programming", volume 2, theorem 4.2.2B), so that small
 // differences of large numbers keep their digits.
+#include <algorithm>
 #include <cstdint>
 
 #include "arithmetic/elementary.hpp"
+#include "arithmetic/lanes.hpp"
 #include "arithmetic/wide.hpp"
 #include "basics/export.hpp"
 #include "basics/status.hpp"
@@ -15,7 +17,8 @@
 namespace minsnap {
 namespace {
 
-constexpr int most_degree = max_points - 1, most_values = max_points * max_dim;
+constexpr int most_degree = max_points - 1;
+constexpr double unit_rounding = 0x1p-53, enough_digits = 1e-12;  // of a cost
 
 // U for polynomials of degree 0 to ``most_degree``.
 struct GramRoots {
@@ -42,47 +45,84 @@ const GramRoots &gram_roots() {
     return made;
 }
 
-// Degree, coordinates and order are known when compiled for the usual curves: Dim > 0.
-template <int Degree, int Dim, int Order>
+// Rows of four coordinates at a time; those beyond the last one are of no account. Degree and order are known when compiled
+// for the usual curves: Degree > 0.
+template <int Degree, int Order>
 struct Costs {
     const double *points, *durations;
     std::int64_t pieces;
-    int degree_, dim_, order_;
+    int degree_, dim, order_;
     const GramRoots &roots;
     double *costs;
 
-    __attribute__((always_inline)) void operator()() const {
-        const int degree = Dim > 0 ? Degree : degree_, dim = Dim > 0 ? Dim : dim_, order = Dim > 0 ? Order : order_;
-        double factor = 1.0;
-        for (int q = 0; q < order; ++q) factor *= degree - q;
+    MINSNAP_INLINE void operator()() const {
+        const int degree = Degree > 0 ? Degree : degree_, order = Degree > 0 ? Order : order_;
+        double factor = 1.0, growth = 2.0 * order * unit_rounding / enough_digits;
+        for (int q = 0; q < order; ++q) factor *= degree - q, growth *= q ? 2.0 : 1.0;
+        const int size = (degree + 1) * dim;
+        double last[max_points * max_dim + 3] = {};  // copied, as rows of four go beyond its end
+        std::copy_n(points + (pieces - 1) * size, size, last);
         for (std::int64_t piece = 0; piece < pieces; ++piece) {
-            constexpr int most = Dim > 0 ? (Degree + 1) * Dim : most_values;
-            double value[most], rounding[most] = {};
-            int left = (degree + 1) * dim;
-            const double *const own = points + piece * left;
-            for (int i = 0; i < left; ++i) value[i] = own[i];
-            for (int q = 0; q < order; ++q) {
-                left -= dim;
-                for (int i = 0; i < left; ++i) {
-                    const double a = value[i], b = value[i + dim], difference = b - a, back = b - difference;
-                    rounding[i] = rounding[i + dim] - rounding[i] + ((b - (difference + back)) - (a - back));
-                    value[i] = difference;
-                }
-            }
-            for (int i = 0; i < left; ++i) value[i] = factor * (value[i] + rounding[i]);
-            costs[piece] = squares(value, degree - order, dim) / power(durations[piece], 2 * order - 1);
+            const double *const from = piece + 1 < pieces ? points + piece * size : last;
+            double sum = 0.0;
+            for (int axis = 0; axis < dim; axis += 4) sum += squares(from + axis, degree, order, growth * growth, dim - axis);
+            costs[piece] = factor * factor * sum / power(durations[piece], 2 * order - 1);
         }
     }
 
-    __attribute__((always_inline)) double squares(const double *value, int m, int dim) const {
-        double total = 0.0;
-        for (int i = 0; i <= m; ++i) {
-            double sums[max_dim] = {};
-            for (int j = i; j <= m; ++j)
-                for (int d = 0; d < dim; ++d) sums[d] += roots.root[m][i][j] * value[j * dim + d];
-            for (int d = 0; d < dim; ++d) total += sums[d] * sums[d];
-        }
-        return total;
+    // |U d|^2 of the differences d: plain ones where their rounding is small beside it.
+    MINSNAP_INLINE double squares(const double *from, int degree, int order, double growth, int count) const {
+        Quad plain[max_points], steps{};
+        MINSNAP_UNROLL
+        for (int i = 0; i < most_degree; ++i)
+            if (i < degree) {
+                plain[i] = four(from + (i + 1) * dim) - four(from + i * dim);
+                steps += plain[i] * plain[i];
+            }
+        MINSNAP_UNROLL
+        for (int q = 1; q < most_degree; ++q)
+            if (q < order) {
+                MINSNAP_UNROLL
+                for (int i = 0; i < most_degree - 1; ++i)
+                    if (i < degree - q) plain[i] = plain[i + 1] - plain[i];
+            }
+        const double total = norm(plain, degree - order, count);
+        if (growth * first(steps, count) <= total) return total;
+        difference_carefully(from, dim, degree, order, plain);
+        return norm(plain, degree - order, count);
+    }
+
+    static MINSNAP_APART void difference_carefully(const double *from, int stride, int degree, int order, Quad *value) {
+        Quad rounding[max_points] = {};
+        for (int i = 0; i <= degree; ++i) value[i] = four(from + i * stride);
+        for (int q = 0; q < order; ++q)
+            for (int i = 0; i < degree - q; ++i) {
+                const Quad a = value[i], b = value[i + 1], difference = b - a, back = b - difference;
+                rounding[i] = rounding[i + 1] - rounding[i] + ((b - (difference + back)) - (a - back));
+                value[i] = difference;
+            }
+        for (int i = 0; i <= degree - order; ++i) value[i] += rounding[i];
+    }
+
+    MINSNAP_INLINE double norm(const Quad *value, int m, int count) const {
+        Quad total{};
+        MINSNAP_UNROLL
+        for (int i = 0; i < most_degree; ++i)
+            if (i <= m) {
+                Quad sum = roots.root[m][i][i] * value[i];
+                MINSNAP_UNROLL
+                for (int j = i + 1; j < most_degree; ++j)
+                    if (j <= m) sum += roots.root[m][i][j] * value[j];
+                total += sum * sum;
+            }
+        return first(total, count);
+    }
+
+    // Sum of the coordinates that there are.
+    static MINSNAP_INLINE double first(const Quad &lanes, int count) {
+        double sum = lanes[0];
+        for (int d = 1; d < 4; ++d) sum += d < count ? lanes[d] : 0.0;
+        return sum;
     }
 };
 
@@ -97,9 +137,9 @@ MINSNAP_EXPORT std::int32_t minsnap_costs(std::int64_t pieces, std::int64_t degr
     if (pieces < 1 || degree < 0 || dim < 1 || order < 1 || order > degree) return std::int32_t(Status::bad_size);
     if (degree > most_degree || dim > max_dim) return std::int32_t(Status::unsupported);
     const GramRoots &roots = gram_roots();
-    if (degree == 7 && dim == 3 && order == 4)
-        widely(Costs<7, 3, 4>{points, durations, pieces, 7, 3, 4, roots, costs});
+    if (degree == 7 && order == 4)
+        widely(Costs<7, 4>{points, durations, pieces, 7, int(dim), 4, roots, costs});
     else
-        widely(Costs<0, 0, 0>{points, durations, pieces, int(degree), int(dim), int(order), roots, costs});
+        widely(Costs<0, 0>{points, durations, pieces, int(degree), int(dim), int(order), roots, costs});
     return std::int32_t(Status::done);
 }
