@@ -15,7 +15,7 @@ import numpy as np
 
 import minsnap
 from minsnap.limits.limits import Limits
-from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
+from minsnap.vehicle.attitude import specific_thrust, tilt, tilt_rate
 
 SPANS = {
     "speed": (0.5, 10.0),

@@ -8,7 +8,7 @@ from minsnap.batch.spec import BATCH
 from minsnap.files.request_yaml import REQUEST
 from minsnap.paths.missions.course_file import COURSE
 from minsnap.shows.show_yaml import SHOW
-from minsnap.vehicle.yaml import VEHICLE
+from minsnap.vehicle.quadrotor import VEHICLE
 
 FOLDER = Path(__file__).parent / "schemas"
 FORMS: dict[str, tuple[str, Form]] = {

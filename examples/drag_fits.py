@@ -18,7 +18,7 @@ from minsnap.flight.thesis import (
     fit_drag,
     published_drag,
 )
-from minsnap.flight.thesis.fit_table import plot_coefficient_fit, plot_surface
+from minsnap.flight.thesis.drag_fits import plot_coefficient_fit, plot_surface
 from minsnap.plot import save_figure, styled
 from minsnap.vehicle import RPM, Quadrotor, fit_thrust_coefficient
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import minsnap
 from minsnap.flight.simulation import DrydenWind, GeometricController, simulate
-from minsnap.flight.tracking.simulated_log import compared, flight_figures
+from minsnap.flight.tracking.log_comparison import compared, flight_figures
 from minsnap.flight.tracking.tracking_plot import plot_comparison
 from minsnap.plot import save_figure
 from minsnap.vehicle import Quadrotor

@@ -23,7 +23,7 @@ from minsnap.limits.limits import Limits
 from minsnap.planning.planner import plan
 from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle.named import named_vehicle
+from minsnap.vehicle.quadrotor import named_vehicle
 
 Shape = Mapping[str, Range]
 

@@ -271,7 +271,7 @@ def main(descriptor: int, orders: int | None = None) -> None:
 
 
 def _listen(pipe: Connection, flight: RemoteFlight, listening: Listening, lines: OrderLines) -> None:
-    from minsnap.flight.mavlink.orders import Orders
+    from minsnap.flight.mavlink.offboard import Orders
 
     orders = Orders(flight, listening.flown, listening.limits, listening.room)
     while True:

@@ -37,7 +37,7 @@ def experiment(
 ) -> None:
     """Repeat a published experiment in simulation: tracking error with and without drag compensation."""
     from minsnap.basics.storage.atomic import check_destination
-    from minsnap.flight.simulation.disturbances import Sensors
+    from minsnap.flight.simulation.flight_inputs import Sensors
     from minsnap.flight.thesis.experiment import experiment_dict, experiment_text, models_of, run_experiment
 
     check_figure(plot, view)

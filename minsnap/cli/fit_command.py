@@ -56,7 +56,7 @@ def fit(
 
 
 def _fit_table(file: Path, form: str, plot: Path | None, json: bool) -> None:
-    from minsnap.flight.thesis.fit_table import fit_table, plot_table_fit
+    from minsnap.flight.thesis.drag_fits import fit_table, plot_table_fit
 
     table_fit = fit_table(file, form)
     if plot is not None:

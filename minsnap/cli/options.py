@@ -13,7 +13,7 @@ from minsnap.errors import InputError, LimitError
 if TYPE_CHECKING:
     from minsnap.corridors.keep_out import Obstacle
     from minsnap.flight.simulation.controllers import Controller
-    from minsnap.flight.simulation.disturbances import Wind
+    from minsnap.flight.simulation.flight_inputs import Wind
     from minsnap.vehicle.quadrotor import Quadrotor
 
 Triple = tuple[float, float, float]
@@ -80,8 +80,7 @@ def vehicle_of(name: str) -> Quadrotor:
     InputError
         If it is neither.
     """
-    from minsnap.vehicle.named import SHORT_NAMES, VEHICLES, named_vehicle
-    from minsnap.vehicle.quadrotor import Quadrotor
+    from minsnap.vehicle.quadrotor import SHORT_NAMES, VEHICLES, Quadrotor, named_vehicle
 
     preset = SHORT_NAMES.get(name, name)
     if preset in VEHICLES:
@@ -110,7 +109,7 @@ class SimulatedVehicle:
     @property
     def air(self) -> Wind:
         """A constant wind, or one with Dryden gusts."""
-        from minsnap.flight.simulation.disturbances import ConstantWind, DrydenWind
+        from minsnap.flight.simulation.flight_inputs import ConstantWind, DrydenWind
 
         gusts = (self.gust, self.gust, 0.5 * self.gust)
         return DrydenWind(self.wind, gusts, seed=self.seed) if self.gust else ConstantWind(self.wind)

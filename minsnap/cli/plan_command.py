@@ -248,7 +248,7 @@ def _beside(course: Course, arguments: dict[str, Any], mission: Mission, took: f
 def _other_vehicle(mission: Mission, destination: Destination) -> dict[str, str]:
     """Return a note where the feed-forward is of another vehicle than the one that the course is flown by."""
     from minsnap.limits.limits import VehicleLimits
-    from minsnap.vehicle.yaml import description_of
+    from minsnap.vehicle.quadrotor import description_of
 
     if destination.vehicle is None or not isinstance(mission.limits, VehicleLimits):
         return {}

@@ -28,9 +28,8 @@ def plot(
     from minsnap.basics.storage.atomic import check_destination, refuse_source
     from minsnap.files.convert import read_samples
     from minsnap.files.waypoints import read_waypoints
-    from minsnap.plot.animation import animate_fleet, animate_path, check_animation_name
+    from minsnap.plot.animation import ENDINGS, animate_fleet, animate_path, check_animation_name
     from minsnap.plot.figures import check_figure_name, plot_overview, save_figure
-    from minsnap.plot.film import ENDINGS
     from minsnap.plot.fleet_figures import plot_fleet
     from minsnap.shows.fleet_files import is_fleet, read_fleet
 

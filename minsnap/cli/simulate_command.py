@@ -55,7 +55,7 @@ class FlightFiles:
 
             write_csv(flight.at_rate(50.0), self.output)
         if self.plot is not None:
-            from minsnap.flight.tracking.simulated_log import compared
+            from minsnap.flight.tracking.log_comparison import compared
             from minsnap.flight.tracking.tracking_plot import plot_comparison
             from minsnap.plot.figures import save_figure
 
@@ -82,9 +82,9 @@ def simulate(
 ) -> None:
     """Simulate a flight along a path: how far the vehicle was from it, and what it took of the vehicle."""
     from minsnap.files.convert import read_any
-    from minsnap.flight.simulation.disturbances import Sensors
+    from minsnap.flight.simulation.flight_inputs import Sensors
     from minsnap.flight.simulation.simulated_flight import simulate as fly
-    from minsnap.flight.tracking.simulated_log import flight_figures
+    from minsnap.flight.tracking.log_comparison import flight_figures
 
     files.check(file)
     path = read_any(file, frame)
@@ -103,7 +103,7 @@ def simulate(
     )
     if files.log is not None:
         from minsnap.files.logs.ulog import write_ulog
-        from minsnap.flight.tracking.simulated_log import simulated_log
+        from minsnap.flight.tracking.log_comparison import simulated_log
 
         write_ulog(simulated_log(craft, flight, path, seed=simulated.seed), files.log)
     figures = flight_figures(flight, craft) | files.write(flight, shown)

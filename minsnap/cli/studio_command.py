@@ -75,10 +75,9 @@ def _fleet_page(shown: Shown, host: str, port: int) -> Page:
 def _fleet(file: Path, separation: float | None, downwash: float) -> Shown | None:
     """Return the fleet of a folder or a ``.skyc``, or of a show, which is planned, and its lights; None for a scene."""
     from minsnap.fleet.common_clock import Separation
-    from minsnap.shows.fleet_files import is_fleet, read_fleet
+    from minsnap.shows.fleet_files import is_fleet, read_fleet, read_skyc
     from minsnap.shows.show import fly
     from minsnap.shows.show_yaml import is_show, read_show
-    from minsnap.shows.skybrush_show import read_skyc
 
     lights: Sequence[Lights | None] | None = None
     if file.suffix.lower() == ".skyc":

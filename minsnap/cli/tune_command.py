@@ -104,7 +104,7 @@ class _Pilot:
 
     def _fetched(self, stem: Path, number: int) -> Path:
         from minsnap.flight.mavlink.link import open_link
-        from minsnap.flight.mavlink.log_download import download_log
+        from minsnap.flight.mavlink.parameters import download_log
         from minsnap.flight.mavlink.schedule import Clock
         from minsnap.flight.mavlink.vehicle_messages import PX4
 

@@ -22,8 +22,8 @@ def upload(
 
     Nothing takes off before every memory was read back. Ctrl-C, or a vehicle that does not answer, lands all in place.
     """
-    from minsnap.flight.crazyflie import swarm_upload
-    from minsnap.flight.crazyflie.swarm_upload import COMPRESSED, planned_ways
+    from minsnap.flight import swarm_upload
+    from minsnap.flight.swarm_upload import COMPRESSED, planned_ways
     from minsnap.shows.fleet_files import read_fleet
 
     fleet = read_fleet(folder)

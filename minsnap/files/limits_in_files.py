@@ -12,9 +12,7 @@ from minsnap.basics.schema import NUMBER, Form, Key, either, mapping, word
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.ordinary import completed_in_file
 from minsnap.planning.request import RESERVE
-from minsnap.vehicle.named import SHORT_NAMES, VEHICLES, named_vehicle
-from minsnap.vehicle.quadrotor import Quadrotor
-from minsnap.vehicle.yaml import vehicle_from
+from minsnap.vehicle.quadrotor import SHORT_NAMES, VEHICLES, Quadrotor, named_vehicle, vehicle_from
 
 PRESET = word(*VEHICLES, short=SHORT_NAMES)
 
@@ -94,4 +92,4 @@ def vehicle_of(content: Any, folder: Path, name: str = "vehicle") -> Quadrotor:
     if "rotor_thrust" in content and "thrust_coefficient" in content:
         least, most = (sqrt(thrust / content["thrust_coefficient"]) for thrust in content["rotor_thrust"])
         rest |= {"rotor_speed_min": least, "rotor_speed_max": most}
-    return vehicle_from(Quadrotor, {"name": name} | rest)
+    return vehicle_from({"name": name} | rest)

@@ -21,7 +21,7 @@ from minsnap.trajectory.report import Utilisation
 if TYPE_CHECKING:
     from minsnap.trajectory.trajectory import Trajectory
     from minsnap.vehicle import BodyDrag, Quadrotor
-    from minsnap.vehicle.states import FlatStates
+    from minsnap.vehicle.dynamics import FlatStates
 
 MARGIN = 1e-4
 """Share added to the largest of many samples, below which bounds prove that all values stay."""

@@ -62,7 +62,7 @@ class PlanRequest:
     rotors : float or None
         Keep the thrust of the rotors of ``vehicle`` within their range, less this reserve in [0, 1).
     vehicle : str
-        Name of a preset: one of :data:`~minsnap.vehicle.named.VEHICLES`; empty for none.
+        Name of a preset: one of :data:`~minsnap.vehicle.quadrotor.VEHICLES`; empty for none.
     frame : str
         Axes in which the plan is to be written.
     """
@@ -196,7 +196,7 @@ class PlanRequest:
         from minsnap.limits.limits import Limits
 
         if self.rotors is not None:
-            from minsnap.vehicle.named import named_vehicle
+            from minsnap.vehicle.quadrotor import named_vehicle
 
             return Limits.of(named_vehicle(self.vehicle), self.rotors, **dict(self.limits))
         return Limits(**dict(self.limits)) if self.limits else None

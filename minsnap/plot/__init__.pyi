@@ -5,12 +5,12 @@ from .figures import save_figure as save_figure
 from .fleet_figures import plot_fleet as plot_fleet
 from .fleet_figures import plot_separation as plot_separation
 from .geometry import plot_path as plot_path
-from .limit_use import plot_convergence as plot_convergence
-from .limit_use import plot_utilisation as plot_utilisation
 from .overviews import plot_mission as plot_mission
 from .overviews import plot_route as plot_route
+from .profiles import plot_convergence as plot_convergence
 from .profiles import plot_heading as plot_heading
 from .profiles import plot_profiles as plot_profiles
-from .race import plot_race as plot_race
-from .race import plot_rotors as plot_rotors
+from .profiles import plot_race as plot_race
+from .profiles import plot_rotors as plot_rotors
+from .profiles import plot_utilisation as plot_utilisation
 from .style import styled as styled

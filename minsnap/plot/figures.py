@@ -1,9 +1,11 @@
-"""Complete figures: the path with its profiles; atomic saving of a figure."""
+"""Complete figures: the path with its profiles; atomic saving of a figure; printable pages with tables and figures."""
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Sequence
+from html import escape
 from math import ceil
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -15,11 +17,16 @@ from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.plot.geometry import VIEWS, check_view, plot_path
-from minsnap.plot.limit_use import plot_utilisation, utilisation_curves
-from minsnap.plot.marks import FLATTEST, Waypoints
-from minsnap.plot.outlines import Corridor
-from minsnap.plot.profiles import available_orders, heading_rows, plot_heading, plot_profiles
-from minsnap.plot.race import plot_rotors
+from minsnap.plot.marks import FLATTEST, Corridor, Waypoints
+from minsnap.plot.profiles import (
+    available_orders,
+    heading_rows,
+    plot_heading,
+    plot_profiles,
+    plot_rotors,
+    plot_utilisation,
+    utilisation_curves,
+)
 from minsnap.plot.style import dense_samples, styled
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -219,3 +226,45 @@ def check_figure_name(path: str | os.PathLike[str]) -> str:
     if suffix not in FORMATS:
         raise FileError(f"{path} does not end in {', '.join(FORMATS)}: a figure is written as one of these")
     return suffix
+
+
+STYLE = """
+body { font: 10pt/1.35 sans-serif; max-width: 190mm; margin: 8mm auto; color: #111; }
+h1 { font-size: 16pt; margin: 0 0 2mm; } h2 { font-size: 12pt; margin: 5mm 0 1mm; border-bottom: 1px solid #999; }
+.holds { background: #e3f4e3; border-left: 2mm solid #2a7d2a; padding: 2mm 3mm; }
+.fails { background: #fbe3e3; border-left: 2mm solid #b00020; padding: 2mm 3mm; }
+table { border-collapse: collapse; width: 100%; font-size: 9pt; page-break-inside: auto; }
+tr { page-break-inside: avoid; } th, td { text-align: right; padding: 0.5mm 2mm; border-bottom: 1px solid #ddd; }
+th:first-child, td:first-child { text-align: left; } td.hash { font: 7.5pt monospace; }
+svg { width: 100%; height: auto; } .sign td { border: 0; padding-top: 12mm; text-align: left; }
+@page { size: A4; margin: 12mm; }
+"""
+
+
+def write_page(path: str | os.PathLike[str], title: str, parts: Sequence[str], *, clobber: bool = True) -> None:
+    """Write a page of HTML parts under a title, in one atomic step."""
+    head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
+    with atomic_write(path, clobber=clobber) as file:
+        file.write(f"{head}<style>{STYLE}</style><h1>{escape(title)}</h1>{''.join(parts)}</html>\n")
+
+
+def verdict(good: bool, html: str) -> str:
+    """Return the paragraph that says whether all is well."""
+    return f'<p class="{"holds" if good else "fails"}">{html}</p>'
+
+
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table of texts under a heading; nothing without rows."""
+    if not rows:
+        return ""
+    head = "".join(f"<th>{escape(name)}</th>" for name in columns) if any(columns) else ""
+    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<h2>{escape(title)}</h2><table>{f'<tr>{head}</tr>' if head else ''}{body}</table>"
+
+
+def picture(figure: Figure) -> str:
+    """Return a figure as SVG."""
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg")
+    drawn = stream.getvalue()
+    return drawn[drawn.index("<svg") :]

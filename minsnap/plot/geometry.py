@@ -13,6 +13,7 @@ from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import InputError
 from minsnap.plot.marks import (
+    Corridor,
     Waypoints,
     arrow_places,
     draw_balls,
@@ -21,10 +22,12 @@ from minsnap.plot.marks import (
     draw_heads,
     draw_waypoints,
     equal_space,
+    facets,
+    leg_bodies,
     nominal_points,
+    outline,
     widen_short_axes,
 )
-from minsnap.plot.outlines import Corridor, facets, leg_bodies, outline
 from minsnap.plot.style import (
     CORRIDOR_COLOUR,
     CORRIDOR_EDGE,

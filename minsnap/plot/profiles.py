@@ -1,24 +1,32 @@
-"""Position and its derivatives against time."""
+"""Curves against time: position and derivatives, heading, use of limits, thrust of rotors, convergence of a search."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.limit_kinds import KINDS
+from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.errors import InputError
+from minsnap.limits.limits import Limits
+from minsnap.limits.measures import MEASURES, Motion, sampled_motion
+from minsnap.plot.geometry import plot_path
+from minsnap.plot.marks import Corridor, Waypoints
 from minsnap.plot.style import (
+    AXIS_STYLES,
     HEADING_COLOUR,
     LIMIT_STYLE,
     NORM_STYLE,
+    POINTS,
     QUANTITIES,
     coordinate_name,
     dense_samples,
     draw_curves,
     legend_beside,
+    new_axes,
     styled,
     unit_of,
 )
@@ -28,6 +36,10 @@ from minsnap.trajectory.samples import Samples
 if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from minsnap.trajectory.trajectory import Trajectory
+    from minsnap.vehicle import Quadrotor
 
 LIMIT_NAMES = {kind.order: kind.name for kind in KINDS if kind.measure == "norm"}
 """Limits that are lines beside a norm, by the order of the derivative."""
@@ -170,3 +182,187 @@ def mark_knots(ax: Axes, path: Path | Samples) -> None:
     if len(breaks) <= 50:
         for instant in breaks:
             ax.axvline(instant, color="#999999", linewidth=0.6, zorder=0)
+
+
+WIDTHS = (1.6, 1.6, 1.6, 1.6, 0.9, 0.9, 0.9, 0.9)
+
+
+@styled
+def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = None) -> Axes:
+    """Draw the utilisation of each limit, value over limit, against time, in percent.
+
+    Parameters
+    ----------
+    path : Path or Samples
+        With the derivatives that the limits bound; three coordinates for vertical and vehicle limits.
+    limits : Limits
+        Those that are set are drawn.
+    ax : matplotlib axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib axes
+
+    Raises
+    ------
+    InputError
+        If no limit is set, or the samples lack a derivative that one bounds.
+    """
+    samples = dense_samples(path)
+    if isinstance(path, Path) and path.yaw.medium is not None:
+        samples = replace(samples, yaw_rate=np.zeros(len(samples)))  # the spin about the thrust axis, which is limited
+    curves = utilisation_curves(samples, limits)
+    axes = new_axes() if ax is None else ax
+    for i, (name, share) in enumerate(curves.items()):
+        style: dict[str, Any] = AXIS_STYLES[i % len(AXIS_STYLES)]
+        axes.plot(samples.t, 100.0 * share, label=KIND[name].label, linewidth=WIDTHS[i % len(WIDTHS)], **style)
+    axes.axhline(100.0, **LIMIT_STYLE)
+    axes.set(xlabel="time [s]", ylabel="share of\nthe limit [%]", ylim=(0.0, None))
+    legend_beside(axes)
+    return axes
+
+
+def utilisation_curves(samples: Samples, limits: Limits) -> dict[str, FloatArray]:
+    """Return the utilisation of each limit at every sample, shape (m,), 1 at the limit; by the limit's name.
+
+    Raises
+    ------
+    InputError
+        If no limit is set, or the samples lack what one bounds.
+    """
+    bounds = limits.given()
+    if not bounds:
+        raise InputError("no limit is set: there is nothing to draw")
+    motion = sampled_motion(samples, limits.norm, limits.medium)
+    try:
+        values = {name: _values(KIND[name], samples, motion) for name in bounds}
+    except (TypeError, IndexError):
+        raise InputError(f"the samples lack a derivative or a coordinate that {', '.join(bounds)} need") from None
+    return {name: bounds[name] / value if KIND[name].least else value / bounds[name] for name, value in values.items()}
+
+
+def _values(kind: Kind, samples: Samples, motion: Motion) -> FloatArray:
+    """Return the quantity that a limit bounds at every sample, shape (m,)."""
+    if kind.measure != "yaw_rate":
+        return MEASURES[kind.measure].sampled(motion, kind.order)
+    if samples.yaw_rate is None:
+        raise TypeError("samples without a yaw rate")
+    return np.abs(samples.yaw_rate)
+
+
+@styled
+def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
+    """Draw the convergence of the search for durations: the best value so far after every evaluated plan.
+
+    Values far worse than the first guess are outside the figure.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        With a report of a search: planned with limits, a total time split optimally, or a price of time.
+    ax : matplotlib axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib axes
+
+    Raises
+    ------
+    InputError
+        If the trajectory was planned without a search.
+    """
+    steps = trajectory.report.steps if trajectory.report else ()
+    if not steps:
+        raise InputError("the durations of this trajectory were not searched: there is nothing to draw")
+    axes = new_axes() if ax is None else ax
+    tried = [step.evaluation for step in steps]
+    axes.plot(tried, [step.value for step in steps], ".", color=AXIS_STYLES[1]["color"], markersize=4, label="tried")
+    axes.plot(tried, [step.best for step in steps], color=AXIS_STYLES[0]["color"], label="best so far")
+    least, first = min(step.best for step in steps), steps[0].best
+    shown = (least - 0.05 * (first - least) - 1e-3 * least, first + 0.3 * (first - least) + 1e-3 * least)
+    what = "total time [s]" if any(step.value == step.total_time for step in steps) else "cost [m²/s⁷]"
+    axes.set(xlabel="plans tried", ylabel=what, ylim=shown)
+    legend_beside(axes)
+    return axes
+
+
+@styled
+def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
+    """Draw the thrust of every rotor along a path against time, and its limits.
+
+    Parameters
+    ----------
+    path : Path
+        dim 2 or 3; with its heading; with the drag that ``Limits.of`` includes.
+    vehicle : Quadrotor
+    ax : matplotlib axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib axes
+    """
+    axes = new_axes() if ax is None else ax
+    t, thrusts = _rotor_thrusts(path, vehicle)
+    draw_curves(axes, t, thrusts, [f"rotor {number}" for number in (1, 2, 3, 4)], linewidth=1.1)
+    for number, limit in enumerate(vehicle.rotor_thrust_limits):
+        axes.axhline(limit, label=None if number else "limits", **LIMIT_STYLE)
+    axes.set(xlabel="time [s]", ylabel="thrust [N]", xlim=(0.0, path.duration))
+    legend_beside(axes)
+    return axes
+
+
+@styled
+def plot_race(
+    path: Path,
+    vehicle: Quadrotor,
+    figure: Figure | None = None,
+    *,
+    view: str = "xy",
+    corridor: Corridor | None = None,
+    waypoints: Waypoints | None = None,
+    tolerance: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw a path coloured by its speed, and the thrust of every rotor below.
+
+    Parameters
+    ----------
+    path : Path
+        dim 2 or 3.
+    vehicle : Quadrotor
+    figure : matplotlib Figure, optional
+        Where to draw; by default a new one, that no window shows.
+    view, corridor, waypoints, tolerance
+        As :func:`plot_path` takes them.
+    title : str, optional
+        Written above.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    from minsnap.plot.shown_figure import ShownFigure
+
+    drawn = ShownFigure(figsize=(9.0, 9.0), layout="constrained") if figure is None else figure
+    above, below = np.asarray(drawn.subfigures(2, 1, height_ratios=(2.4, 1.0)))
+    plane = above.add_subplot(projection="3d" if view == "3d" else None)
+    plot_path(path, plane, view=view, corridor=corridor, waypoints=waypoints, tolerance=tolerance, colour_by="speed")
+    plot_rotors(path, vehicle, below.add_subplot())
+    if title:
+        drawn.suptitle(title)
+    return drawn
+
+
+def _rotor_thrusts(path: Path, vehicle: Quadrotor) -> tuple[FloatArray, FloatArray]:
+    """Instants (m,) [s] and thrusts (m, 4) [N]."""
+    from minsnap.limits.vehicle_use import flat_drag
+    from minsnap.vehicle import flatness_of
+
+    if path.dim not in (2, 3):
+        raise InputError(f"rotors need a path of two or three coordinates, this one has {path.dim}")
+    t = np.linspace(0.0, path.duration, 3 * POINTS)
+    speed = flatness_of(vehicle, path, t, drag=flat_drag(vehicle)).rotor_speed
+    return t, np.asarray(vehicle.thrust_coefficient * speed * np.abs(speed))

@@ -1,20 +1,30 @@
 """Fleets in files: a folder of polynomials with a manifest, a crazyswarm2 folder, a Skybrush show; all are read back.
 
 What is certified of a fleet on disk is what is in its files: write, read, certify.
+
+A Skybrush show, ``.skyc``, is a zip of JSON files with the cubics and the lights of every vehicle. The points are those
+of ``cubic_segments`` in metres, so that the binary files made of a show hold the same curves. The server subtracts
+times in floating seconds and cuts their milliseconds off, which loses one in many intervals; each knot is written a
+nanosecond later than the one before is, so that none is lost.
 """
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import json
 import os
+import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.reading import reading
+from minsnap.basics.storage.reading import check_size, reading
 from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any
@@ -25,12 +35,272 @@ from minsnap.files.formats.crazyflie import (
     write_compressed,
     write_crazyflie,
 )
-from minsnap.files.formats.light_programme import Lights
-from minsnap.files.formats.skybrush import write_skybrush
+from minsnap.files.formats.light_programme import Lights, light_bytes, lights_of
+from minsnap.files.formats.skybrush import CubicSegments, cubic_segments, is_line, write_skybrush
 from minsnap.fleet.common_clock import Fleet, Separation
-from minsnap.shows.crazyswarm import write_crazyswarm
-from minsnap.shows.skybrush_show import lamps_of, read_skyc, write_skyc
+from minsnap.polynomials.bernstein import elevate
 from minsnap.trajectory.trajectory import Trajectory
+
+MOST_DRONES = 5000
+"""Vehicles of a show."""
+
+LATER = 1e-9
+"""How much later than it is each knot is written than the one before it [s]."""
+
+MOST_BETWEEN = 6
+"""Inner control points of a segment: a curve of degree 7."""
+
+LARGEST = 1 << 28
+"""Bytes that a file of a show unpacks to at most."""
+
+STAMP = (1980, 1, 1, 0, 0, 0)
+"""Date of the files in the archive: the same show gives the same bytes."""
+
+
+@dataclass(frozen=True)
+class SkybrushShow:
+    """What a show holds.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        On the show's clock.
+    lights : tuple of Lights or None
+        Of each vehicle.
+    """
+
+    fleet: Fleet
+    lights: tuple[Lights | None, ...]
+
+
+def write_skyc(
+    fleet: Fleet,
+    path: str | os.PathLike[str],
+    lights: Sequence[Lights | None] | None = None,
+    *,
+    title: str = "minsnap",
+    clobber: bool = True,
+) -> float:
+    """Write a show in one atomic step, and return the proved distance of its curves to the fleet's [m].
+
+    Raises
+    ------
+    FileError
+        If there are more than 5,000 vehicles, or one leads too far away.
+    """
+    if len(fleet) > MOST_DRONES:
+        raise FileError(f"{len(fleet)} vehicles: a show holds {MOST_DRONES}")
+    lamps = lamps_of(fleet, lights)
+    curves = [cubic_segments(curve) for curve in fleet]
+    files = {f"drones/drone_{i + 1}/trajectory.json": _trajectory_json(curve) for i, curve in enumerate(curves)}
+    drones = [_drone(fleet, i, lamp) for i, lamp in enumerate(lamps)]
+    files["show.json"] = _show_json(fleet, drones, title)
+    files["cues.json"] = {"version": 1, "items": [{"time": 0.0, "name": "start"}]}
+    with atomic_write(path, "wb", clobber=clobber) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files, reverse=True):
+            archive.writestr(zipfile.ZipInfo(name, STAMP), json.dumps(files[name]), zipfile.ZIP_DEFLATED)
+    return max(curve.distance for curve in curves)
+
+
+def lamps_of(fleet: Fleet, lights: Sequence[Lights | None] | None) -> list[Lights | None]:
+    """Return the lights of each vehicle, or raise FileError where they are those of another number."""
+    lamps: list[Lights | None] = [None] * len(fleet) if lights is None else list(lights)
+    if len(lamps) != len(fleet):
+        raise FileError(f"there are lights for {len(lamps)} vehicles of {len(fleet)}: give one for each, or None")
+    return lamps
+
+
+def _show_json(fleet: Fleet, drones: list[dict[str, Any]], title: str) -> dict[str, Any]:
+    separation = fleet.separation
+    apart = None if separation is None else separation.distance
+    validation = {} if apart is None else {"validation": {"minDistance": apart}}
+    return {
+        "version": 1,
+        "environment": {"type": "indoor"},
+        "settings": {"cues": {"$ref": "./cues.json#"}, **validation},
+        "swarm": {"drones": drones},
+        "meta": {"title": title, "segments": {"show": [0.0, fleet.duration]}},
+    }
+
+
+def _drone(fleet: Fleet, number: int, lamp: Lights | None) -> dict[str, Any]:
+    curve = fleet[number]
+    settings = {
+        "name": fleet.name(number),
+        "home": np.round(curve(0.0), 3).tolist(),
+        "landAt": np.round(curve(curve.duration), 3).tolist(),
+        "trajectory": {"$ref": f"./drones/drone_{number + 1}/trajectory.json#"},
+        "lights": {"version": 1, "data": base64.b64encode(light_bytes(lamp)).decode()},
+    }
+    return {"type": "generic", "settings": settings}
+
+
+def _trajectory_json(curve: CubicSegments) -> dict[str, Any]:
+    metres = np.round(curve.points * (curve.scale / 1e3), 3)
+    points: list[Any] = [[0.0, metres[0, 0].tolist(), []]]
+    seconds = knot_seconds(curve)[1:]
+    for instant, piece, line in zip(seconds, metres, is_line(curve.points), strict=True):
+        points.append([instant, piece[3].tolist(), [] if line else piece[1:3].tolist()])
+    return {"version": 1, "points": points, "takeoffTime": 0.0, "landingTime": seconds[-1]}
+
+
+def knot_seconds(curve: CubicSegments) -> list[float]:
+    """Return the instants of knots as they are written [s]."""
+    return [round(end / 1e3 + LATER * i, 9) for i, end in enumerate(curve.breaks.tolist())]
+
+
+def read_skyc(path: str | os.PathLike[str]) -> SkybrushShow:
+    """Read a show, whoever wrote it: lines, quadratics, cubics and curves up to degree 7.
+
+    Raises
+    ------
+    FileError
+        If it is none.
+    """
+    check_size(path, LARGEST)
+    with reading(path, "a Skybrush show"), zipfile.ZipFile(path) as archive:
+        show = _load(archive, "show.json")
+        settings = [drone["settings"] for drone in show["swarm"]["drones"]]
+        if not 1 <= len(settings) <= MOST_DRONES:
+            raise FileError(f"{path} has {len(settings)} vehicles: a show has 1 to {MOST_DRONES}")
+        curves = [_curve(_resolved(archive, entry["trajectory"])) for entry in settings]
+        found = [_resolved(archive, entry.get("lights")) for entry in settings]
+        lamps = [lights_of(base64.b64decode(each["data"])) if each else None for each in found]
+    names = tuple(str(entry.get("name") or f"drone {i + 1}") for i, entry in enumerate(settings))
+    return SkybrushShow(Fleet(tuple(curves), names if len(set(names)) == len(names) else None), tuple(lamps))
+
+
+def _load(archive: zipfile.ZipFile, name: str) -> Any:
+    if archive.getinfo(name).file_size > LARGEST:
+        raise FileError(f"{name} unpacks to more than {LARGEST} bytes")
+    return json.loads(archive.read(name))
+
+
+def _resolved(archive: zipfile.ZipFile, entry: Any) -> Any:
+    """Return the file that an entry refers to, or the entry itself."""
+    if not isinstance(entry, dict) or "$ref" not in entry:
+        return entry
+    return _load(archive, str(entry["$ref"]).removesuffix("#").removeprefix("./"))
+
+
+def _curve(entry: Any) -> Trajectory:
+    """Return the trajectory of its points, with its wait before take-off."""
+    points = entry["points"]
+    pieces: list[FloatArray] = []
+    before = np.array(points[0][1], dtype=np.float64)
+    wait = float(entry.get("takeoffTime") or 0.0)
+    durations = np.diff([float(point[0]) for point in points])
+    for _, end, between in points[1:]:
+        if len(between) > MOST_BETWEEN:
+            raise FileError(f"a segment of a show has {len(between)} inner control points, and {MOST_BETWEEN} are read")
+        pieces.append(np.array([before, *between, end], dtype=np.float64))
+        before = pieces[-1][-1]
+    if wait > 0.0 or not pieces:
+        pieces.insert(0, np.array([points[0][1]] * 2, dtype=np.float64))
+        durations = np.concatenate([[wait or 1.0], durations])
+    size = max(len(piece) for piece in pieces)
+    return Trajectory(np.stack([elevate(piece.T, size).T for piece in pieces]), durations)
+
+
+MOST_ADDRESSES = 255
+"""Vehicles that an address can tell apart."""
+
+SCRIPT = '''"""Fly the trajectories of this folder with crazyswarm2, started with its crazyflies.yaml."""
+
+from pathlib import Path
+
+import numpy as np
+from crazyflie_py import Crazyswarm
+from crazyflie_py.uav_trajectory import Trajectory
+
+FOLDER = Path(__file__).parent
+HEIGHTS = {heights}
+DURATION = {duration}
+
+
+def main():
+    """Take off, go to the starts, fly all trajectories from one broadcast, and land."""
+    swarm = Crazyswarm()
+    clock, everyone = swarm.timeHelper, swarm.allcfs
+    vehicles = [everyone.crazyfliesByName[f"cf{{number + 1}}"] for number in range(len(HEIGHTS))]
+    for number, vehicle in enumerate(vehicles):
+        trajectory = Trajectory()
+        trajectory.loadcsv(str(FOLDER / f"traj{{number}}.csv"))
+        vehicle.uploadTrajectory(0, 0, trajectory)
+    everyone.takeoff(targetHeight=0.5, duration=2.5)
+    clock.sleep(3.0)
+    for vehicle, height in zip(vehicles, HEIGHTS):
+        vehicle.goTo(np.array(vehicle.initialPosition) + np.array([0.0, 0.0, height]), 0.0, 2.5)
+    clock.sleep(3.0)
+    everyone.startTrajectory(0, relative=False)
+    clock.sleep(DURATION + 1.0)
+    everyone.land(targetHeight=0.04, duration=3.0)
+    clock.sleep(4.0)
+
+
+if __name__ == "__main__":
+    main()
+'''
+
+
+def write_crazyswarm(fleet: Fleet, folder: Path, *, clobber: bool = True) -> tuple[Path, Path]:
+    """Write ``crazyflies.yaml`` (fileversion 3) and ``fly.py`` for trajectories ``traj0.csv``, ``traj1.csv``, ...
+
+    A vehicle stands below the start of its trajectory; the script climbs straight up to it.
+
+    Raises
+    ------
+    FileError
+        If there are more vehicles than addresses.
+    """
+    if len(fleet) > MOST_ADDRESSES:
+        raise FileError(f"{len(fleet)} vehicles: one radio network of crazyswarm2 tells {MOST_ADDRESSES} apart")
+    starts = [curve(0.0).tolist() for curve in fleet]
+    robots = "".join(_robot(i, start) for i, start in enumerate(starts))
+    with atomic_write(folder / "crazyflies.yaml", clobber=clobber) as file:
+        file.write(f"fileversion: 3\n\nrobots:\n{robots}{TYPES}")
+    heights = [start[2] for start in starts]
+    with atomic_write(folder / "fly.py", clobber=clobber) as file:
+        file.write(SCRIPT.format(heights=heights, duration=fleet.duration))
+    return folder / "crazyflies.yaml", folder / "fly.py"
+
+
+def _robot(number: int, start: list[float]) -> str:
+    """Return the entry of a vehicle: 20 share a channel, and the last byte of the address is its number."""
+    uri = f"radio://0/{80 + 10 * (number // 20 % 4)}/2M/E7E7E7E7{number + 1:02X}"
+    place = ", ".join(repr(value) for value in (*start[:2], 0.0))
+    return (
+        f"  cf{number + 1}:\n    enabled: true\n    uri: {uri}\n    initial_position: [{place}]\n"
+        "    type: cf21  # see robot_types\n"
+    )
+
+
+TYPES = """
+robot_types:
+  cf21:
+    motion_capture:
+      tracking: "librigidbodytracker"
+      marker: default_single_marker
+      dynamics: default
+    big_quad: false
+    battery:
+      voltage_warning: 3.8
+      voltage_critical: 3.7
+
+all:
+  firmware_logging:
+    enabled: false
+  firmware_params:
+    commander:
+      enHighLevel: 1
+    stabilizer:
+      estimator: 2
+      controller: 2
+  broadcasts:
+    num_repeats: 15
+    delay_between_repeats_ms: 1
+"""
+
 
 MARK, MANIFEST = "minsnap fleet", "manifest.json"
 ENDINGS = (".csv", ".skyb", ".traj", ".json", ".npz")

@@ -17,8 +17,8 @@ from minsnap.fleet.common_clock import Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.fleet.fleet_limits import extent_of
 from minsnap.limits.limits import Limits
+from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.fleet_figures import plot_fleet, plot_separation
-from minsnap.plot.page import picture, table, verdict, write_page
 from minsnap.shows.fleet_files import digest
 from minsnap.shows.show import Stage
 

@@ -1,15 +1,18 @@
 """A show: formations one after the other, and the flights between them, planned one by one and kept once planned.
 
 From home all climb straight up, fly to the acts, each by the assignment of least squared way, hold each, return above
-home and land.
+home and land. A formation may move: it turns about the vertical, grows or shrinks, and its center goes along a curve.
+All vehicles share three polynomials, of the cosine, the sine and the scale, so that it keeps its shape: its distances
+are those that it has, times the scale. At knots they have the exact values and three derivatives.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import ceil, pi
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +28,93 @@ from minsnap.fleet.assignment import assign
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.fleet.fleet_planner import plan_fleet
+from minsnap.fleet.time_search import slowed
 from minsnap.limits.limits import Limits
+from minsnap.planning.planner import plan
 from minsnap.shows.formations import spacing_of
-from minsnap.shows.moves import Move, ends, moved
 from minsnap.trajectory.trajectory import Trajectory
+
+PIECE = pi / 24.0
+"""Angle of a piece: cosine and sine are then met to 2e-10."""
+
+LEAST_PIECES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Move:
+    """How a formation moves, from rest to rest.
+
+    Parameters
+    ----------
+    turn : float
+        About the vertical through its center, counter-clockwise [rad].
+    scale : float
+        How many times as large it is in the end.
+    along : ndarray, shape (n, 3), or None
+        Way of its center, from where it is: ``[[0, 0, 0], [5, 0, 2]]`` [m].
+    seconds : float or None
+        How long it takes; by default as short as the limits allow [s].
+    """
+
+    turn: float = 0.0
+    scale: float = 1.0
+    along: FloatArray | None = None
+    seconds: float | None = None
+
+
+def moved(move: Move, points: FloatArray, limits: Limits) -> list[Trajectory]:
+    """Return the curves of a formation (vehicles, 3), in its seconds or the shortest time within the limits."""
+    way = None if move.along is None else plan(move.along, total_time=1.0)
+    count = max(LEAST_PIECES, ceil(abs(move.turn) / PIECE))
+    breaks = np.union1d(np.linspace(0.0, 1.0, count + 1), [] if way is None else way.breaks[1:-1])
+    curves = _pieces(breaks, np.stack(_shape(move, breaks), axis=2))
+    center, durations = points.mean(axis=0), np.diff(breaks)
+    shift = np.zeros((*curves.shape[:2], 3))
+    if way is not None:
+        shift = _pieces(breaks, np.stack([way(np.minimum(breaks, way.duration), q) for q in range(4)], axis=1))
+    moves = []
+    for x, y, z in points - center:
+        x_y = curves[..., :1] * (x, y) + curves[..., 1:2] * (-y, x)
+        moves.append(Trajectory(center + shift + np.concatenate((x_y, curves[..., 2:] * z), axis=2), durations))
+    time = slowed(moves, limits) if move.seconds is None else move.seconds
+    return [Trajectory(curve.control_points, curve.durations * time) for curve in moves]
+
+
+def _shape(move: Move, breaks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return values and three derivatives of cosine, sine and scale at knots of a unit of time, (knots, 4) each."""
+    s = breaks[:, None]
+    rise = np.hstack(
+        (
+            s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3),
+            140.0 * (s * (1.0 - s)) ** 3,
+            420.0 * (s * (1.0 - s)) ** 2 * (1.0 - 2.0 * s),
+            840.0 * s * (1.0 - s) * (1.0 - 5.0 * s + 5.0 * s**2),
+        )
+    )
+    angle, scale = move.turn * rise, (move.scale - 1.0) * rise + (1.0, 0.0, 0.0, 0.0)
+    ones = np.exp(1j * angle[:, 0])
+    first, second, third = 1j * angle[:, 1], 1j * angle[:, 2], 1j * angle[:, 3]
+    chain = (np.ones(len(ones)), first, first**2 + second, first**3 + 3.0 * first * second + third)
+    turned = np.stack([ones * each for each in chain], axis=1)
+    # the product with the scale is differentiated as a whole
+    whole = np.zeros_like(turned)
+    for order, weights in enumerate(((1,), (1, 1), (1, 2, 1), (1, 3, 3, 1))):
+        for k, weight in enumerate(weights):
+            whole[:, order] += weight * turned[:, k] * scale[:, order - k]
+    return whole.real, whole.imag, scale
+
+
+def _pieces(breaks: FloatArray, data: FloatArray) -> FloatArray:
+    """Return the control points of degree 7 that have values and three derivatives at knots: (pieces, 8, dim)."""
+    from scipy.interpolate import BPoly
+
+    return np.asarray(BPoly.from_derivatives(breaks, data).c.transpose(1, 0, 2))
+
+
+def ends(curves: Sequence[Trajectory]) -> FloatArray:
+    """Return where vehicles are in the end, (vehicles, 3)."""
+    return np.stack([curve.control_points[-1, -1] for curve in curves])
+
 
 Conditions = tuple[Limits, Separation, Any, int]
 """Limits, separation, corners of the room or None, and seed of every flight."""

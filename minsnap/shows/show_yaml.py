@@ -17,10 +17,8 @@ from minsnap.basics.storage.text import load_yaml
 from minsnap.errors import FileError
 from minsnap.files.limits_in_files import LIMITS, limits_of
 from minsnap.fleet.common_clock import Separation
-from minsnap.shows.formations import circle, grid, mesh, points_file, text
-from minsnap.shows.moves import Move
-from minsnap.shows.show import Act, Show
-from minsnap.shows.svg_lines import svg
+from minsnap.shows.formations import circle, grid, mesh, points_file, svg, text
+from minsnap.shows.show import Act, Move, Show
 
 LAYERS = 100
 """Most heights in which a climb may end."""

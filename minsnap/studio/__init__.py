@@ -1,7 +1,6 @@
 """The studio: a page in the browser where plans are drawn, dragged and flown. Needs ``minsnap[studio]``."""
 
 from minsnap.studio.fleet_studio import FleetStudio
-from minsnap.studio.showing import show
-from minsnap.studio.studio import Studio
+from minsnap.studio.studio import Studio, show
 
 __all__ = ["FleetStudio", "Studio", "show"]

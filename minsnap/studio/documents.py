@@ -1,11 +1,17 @@
-"""Opening and saving: files, uploads and plans as requests that a page can edit, plans as files of every kind."""
+"""Opening and saving: files, uploads and plans as requests that a page can edit, plans as files of every kind.
+
+A studio writes to one folder, and names from the page never lead out of it.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -15,7 +21,7 @@ from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.tubes import Tube, as_constraints
-from minsnap.errors import CorridorError, FileError, LimitError, WaypointError, YawError
+from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, WaypointError, YawError
 from minsnap.files.convert import RATE, written
 from minsnap.files.format import Writing
 from minsnap.files.limits_in_files import besides_rotors
@@ -26,10 +32,82 @@ from minsnap.paths.missions.course import Course
 from minsnap.paths.missions.course_file import is_course, read_course
 from minsnap.planning.request import Opening, PlanRequest
 from minsnap.studio.edits import straight_durations
-from minsnap.studio.plan_worker import PlannedScene
-from minsnap.studio.working_folder import WorkingFolder
+from minsnap.studio.workbench import PlannedScene
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle.named import VEHICLES, preset_of
+from minsnap.vehicle.quadrotor import VEHICLES, preset_of
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}")
+"""Names of files: letters, digits, blanks, dots, dashes; no separators, no leading dot."""
+
+
+class WorkingFolder:
+    """A folder with files of plain names.
+
+    Parameters
+    ----------
+    path : str or path
+        An existing folder.
+
+    Raises
+    ------
+    FileError
+        If it is none.
+    """
+
+    def __init__(self, path: str | os.PathLike[str] = ".") -> None:
+        self.path = Path(os.path.realpath(path))
+        if not self.path.is_dir():
+            raise FileError(f"{path} is no folder: give one that exists")
+
+    def destination(self, name: str, ending: str) -> Path:
+        """Return where a file of this name is to be written.
+
+        Parameters
+        ----------
+        name : str
+            As typed; the ending is added if it is missing.
+        ending : str
+            Such as ``".csv"``.
+
+        Raises
+        ------
+        FileError
+            If the name could lead out of the folder: it has a separator, a leading dot or other characters than those
+            of plain names, or is a link.
+        """
+        full = name if name.endswith(ending) else f"{name}{ending}"
+        if not NAME.fullmatch(full):
+            raise FileError(
+                f"{name[:60]!r} is no name of a file in the working folder: use letters, digits, dots and dashes"
+            )
+        target = self.path / full
+        if target.is_symlink() or (target.exists() and not target.is_file()):
+            raise FileError(f"{full} in the working folder is a link or no file: choose another name")
+        return target
+
+    @contextmanager
+    def scratch(self, ending: str, name: str = "") -> Iterator[Path]:
+        """Yield the path of a file with that ending, in a folder of its own inside, which is removed afterwards.
+
+        Errors say the name that the user knows instead.
+
+        Raises
+        ------
+        FileError
+            If nothing can be written here.
+        """
+        try:
+            folder = TemporaryDirectory(prefix=".studio-", dir=self.path)
+        except OSError as error:
+            raise FileError(f"the working folder {self.path} cannot be written: {error.strerror}") from error
+        with folder as place:
+            path = Path(place) / (name if NAME.fullmatch(name) else f"file{ending}")
+            try:
+                yield path
+            except MinsnapError as error:
+                error.args = (f"{error}".replace(f"{path}", name or path.name), *error.args[1:])
+                raise
+
 
 ENDINGS = (".yaml", ".yml", ".csv", ".plan", ".json")
 """Of the files that can be opened as a scene."""

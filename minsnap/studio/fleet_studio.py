@@ -13,12 +13,10 @@ from minsnap.files.formats.light_programme import Lights
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.plot.fleet_figures import INSTANTS, least_distances, near_pairs
-from minsnap.studio.browser_page import Page, Player, several
-from minsnap.studio.charts import data_with_cursor, round_up, time_chart
+from minsnap.studio.browser_page import LOOPBACK, PORT, Page, Player, several
 from minsnap.studio.ground_view import BY_DAY, BY_NIGHT, GroundView
 from minsnap.studio.page_inputs import sentence, table
-from minsnap.studio.page_server import LOOPBACK, PORT
-from minsnap.studio.plan_drawing import ColourArray, speed_colours, thin_lines
+from minsnap.studio.plan_drawing import ColourArray, data_with_cursor, round_up, speed_colours, thin_lines, time_chart
 
 VEHICLE, NEAR = (31, 42, 68), (224, 49, 49)
 """Colours of vehicles whose lamp is dark, and of those that are near another."""

@@ -1,12 +1,18 @@
-"""The path of the plan in the scene, with the plan before and a simulated flight; the vehicle on it."""
+"""The path in the scene, the vehicle on it, and waypoints and gates with handles that move and turn them."""
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.corridors.gates import Gate
+from minsnap.errors import MinsnapError
+from minsnap.studio.edits import move_waypoint, reshape_gate
+from minsnap.studio.page_inputs import Editor
 from minsnap.studio.plan_drawing import VehiclePose, coloured_path, pieces_of
 from minsnap.studio.workbench import BenchState
 from minsnap.trajectory.trajectory import Trajectory
@@ -117,3 +123,182 @@ def _rim(hub: FloatArray, radius: float) -> FloatArray:
     angle = np.linspace(0.0, 2.0 * np.pi, 17)
     circle = hub + radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(17)])
     return np.stack([circle[:-1], circle[1:]], axis=1)
+
+
+BALL, CHOSEN = (40, 40, 40), (247, 103, 7)
+"""Colours of a waypoint, and of the chosen one."""
+
+TOGETHER = 0.02
+"""Waypoints nearer than this share of the extent have one label with all their numbers."""
+
+
+FRAME = (230, 119, 0)
+"""Colour of gates."""
+
+
+class WaypointView:
+    """Waypoints of the scene.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Where they are drawn.
+    editor : Editor
+        What drags edit.
+    """
+
+    def __init__(self, server: Any, editor: Editor) -> None:
+        self._server, self._editor = server, editor
+        self._lock = threading.RLock()
+        self._gizmos: list[Any] = []
+        self._balls: list[Any] = []
+        self._labels: list[Any] = []
+        self._chosen = 0
+        self._clicked: Callable[[int], None] = self.choose
+        self._dragged: set[int] = set()
+        self._points: Sequence[tuple[float, ...]] = ()
+
+    def show(self, state: BenchState) -> None:
+        """Draw the waypoints of the document."""
+        with self._lock:
+            points = self._points = state.request.waypoints
+            while len(self._gizmos) > len(points):
+                self._gizmos.pop().remove()  # and with it its ball and its label
+                self._balls.pop()
+                self._labels.pop()
+                self._dragged.discard(len(self._gizmos))
+            while len(self._gizmos) < len(points):
+                self._gizmos.append(self._gizmo(len(self._gizmos), points))
+            self._place()
+            for label, text in zip(self._labels, numbers(points), strict=True):
+                label.text, label.visible = text, bool(text)
+            self.choose(self._chosen)
+
+    def choose(self, index: int) -> None:
+        """Mark the chosen waypoint."""
+        with self._lock:
+            self._chosen = index
+            for i, ball in enumerate(self._balls):
+                if ball.color != (CHOSEN if i == index else BALL):
+                    ball.color, ball.scale = (CHOSEN, 2.0) if i == index else (BALL, 1.0)
+
+    def when_clicked(self, act: Callable[[int], None]) -> None:
+        """Call ``act`` with the number of a waypoint that is clicked."""
+        self._clicked = act
+
+    def _place(self) -> None:
+        """Move the gizmos to where the document has them, but for those that a hand holds."""
+        for index, (gizmo, point) in enumerate(zip(self._gizmos, self._points, strict=False)):
+            if index not in self._dragged and np.abs(np.asarray(gizmo.position) - point).max() > 1e-9:
+                gizmo.position = point
+
+    def _gizmo(self, index: int, points: Any) -> Any:
+        scene, name = self._server.scene, f"/waypoints/{index}"
+        size = 0.1 * float(np.clip(np.ptp(np.array(points), axis=0).max(), 1.0, 10.0))
+        how = {"disable_rotations": True, "depth_test": False, "scale": size, "line_width": 3.0}
+        gizmo = scene.add_transform_controls(name, position=points[index], **how)
+        ball = scene.add_icosphere(f"{name}/ball", radius=0.09 * size, color=BALL, cast_shadow=False)
+        self._balls.append(ball)
+        self._labels.append(scene.add_label(f"{name}/number", str(index), anchor="bottom-left", font_screen_scale=0.9))
+
+        async def clicked(event: Any) -> None:
+            self._clicked(index)
+
+        ball.on_click(clicked)
+
+        async def moved(event: Any) -> None:
+            if event.phase == "start":
+                self._dragged.add(index)
+            elif event.phase == "update":
+                position = tuple(float(value) for value in gizmo.position)
+                self._editor.edit(lambda request: move_waypoint(request, index, position), f"drag {index}", held=True)
+            else:
+                self._editor.pause()
+                with self._lock:
+                    self._dragged.discard(index)
+                    self._place()
+
+        gizmo.on_update(moved)
+        return gizmo
+
+
+def numbers(points: Sequence[tuple[float, ...]]) -> list[str]:
+    """Return the label of each waypoint: all numbers at its place at the first one, nothing at the others."""
+    places = np.array(points)
+    near = TOGETHER * max(float(np.ptp(places, axis=0).max()), 1e-9)
+    together = np.linalg.norm(places[:, None] - places, axis=2) <= near
+    first = together.argmax(axis=1)
+    return [", ".join(map(str, np.flatnonzero(first == i))) if first[i] == i else "" for i in range(len(places))]
+
+
+class GateView:
+    """Gates of the scene.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Where they are drawn.
+    editor : Editor
+        What turning the handle edits.
+    """
+
+    def __init__(self, server: Any, editor: Editor) -> None:
+        self._scene, self._editor = server.scene, editor
+        lines: dict[str, Any] = {"thickness": 4.0, "thickness_units": "screen", "visible": False}
+        self._edges = server.scene.add_line_segments("/gates", np.zeros((1, 2, 3)), FRAME, **lines)
+        self._handle: Any = None
+        self._chosen = 0
+        self._state: BenchState | None = None
+
+    def show(self, state: BenchState) -> None:
+        """Draw the gates of the document."""
+        self._state = state
+        parts = [outline(corners, crossing) for _, corners, crossing, _ in state.request.openings]
+        self._edges.visible = bool(parts)
+        if parts:
+            self._edges.points = np.concatenate(parts).astype(np.float32)
+        self.choose(self._chosen)
+
+    def choose(self, index: int) -> None:
+        """Give the gate at a waypoint, if there is one, the handle."""
+        self._chosen = index
+        request = None if self._state is None else self._state.request
+        there = request is not None and any(gate[0] == index for gate in request.openings)
+        if self._handle is not None and not there:
+            self._handle.remove()
+            self._handle = None
+        if there and request is not None:
+            if self._handle is None:
+                self._handle = self._add_handle()
+            self._handle.position = request.waypoints[index]
+
+    def _add_handle(self) -> Any:
+        from scipy.spatial.transform import Rotation
+
+        how = {"disable_axes": True, "disable_sliders": True, "depth_test": False, "scale": 1.2}
+        handle = self._scene.add_transform_controls("/turn", **how)
+        before = np.eye(3)
+
+        async def turned(event: Any) -> None:
+            nonlocal before
+            if event.phase == "update":
+                now = Rotation.from_quat(np.roll(handle.wxyz, -1)).as_matrix()
+                step, before = now @ before.T, now
+                self._editor.edit(lambda request: reshape_gate(request, self._chosen, step), "turn", held=True)
+            elif event.phase != "start":
+                self._editor.pause()
+
+        handle.on_update(turned)
+        return handle
+
+
+def outline(corners: Any, crossing: int) -> FloatArray:
+    """Return the edges of an opening, and the way through it from its center, shape (n, 2, 3) [m]."""
+    points = np.array(corners)
+    edges = np.stack([points, np.roll(points, -1, axis=0)], axis=1)
+    try:
+        gate = Gate.polygon(points)
+    except MinsnapError:
+        return edges
+    reach = 0.5 * np.linalg.norm(points - gate.center, axis=1).max() * gate.normal * crossing
+    return edges if crossing == 0 else np.concatenate([edges, [[gate.center, gate.center + reach]]])

@@ -1,16 +1,240 @@
-"""The state of a studio: document, undo, the last good plan, and what cannot be done; without any page."""
+"""The state of a studio without any page: document, undo, the last good plan, and the thread that plans.
+
+The latest request wins; a quick plan comes first where the search takes long.
+"""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+import traceback
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from time import monotonic
+from time import monotonic, perf_counter
+from typing import Any
 
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.limit_kinds import KIND
+from minsnap.certificate import Certificate, certify
 from minsnap.errors import MinsnapError
+from minsnap.limits.limits import Limits
+from minsnap.planning.planner import plan
 from minsnap.planning.request import PlanRequest
-from minsnap.studio.plan_worker import PlannedScene, PlanWorker
+from minsnap.studio.edits import straight_durations
+from minsnap.trajectory.report import Step
 from minsnap.trajectory.trajectory import Trajectory
+
+STRETCHES = 6
+"""Attempts at slowing a quick plan down until its limits hold."""
+
+SLACK = 1e-6
+"""By how much more it is slowed down, relative."""
+
+
+SETTLED = 0.2
+"""Seconds without a newer request after which a better plan is searched."""
+
+Refused = Callable[[PlanRequest, MinsnapError], None]
+
+
+class Superseded(Exception):  # noqa: N818
+    """A newer request has arrived: raised inside a search to end it; never leaves the studio."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedScene:
+    """A plan with its request.
+
+    Parameters
+    ----------
+    request : PlanRequest
+        The request that was planned.
+    trajectory : Trajectory
+        Its plan.
+    certificate : Certificate
+        What holds of it.
+    final : bool
+        Whether it is what ``plan`` returns for the request; False while a better one is searched.
+    milliseconds : float
+        From the request to this plan.
+    """
+
+    request: PlanRequest
+    trajectory: Trajectory
+    certificate: Certificate
+    final: bool
+    milliseconds: float
+
+
+def planned_in_stages(
+    request: PlanRequest, durations: FloatArray | None, superseded: Callable[[], bool]
+) -> Iterator[PlannedScene]:
+    """Plan a request.
+
+    Where durations are searched within limits, the first plan has the durations of the last one, as often stretched as
+    the limits need, so that it is there in milliseconds; it is left out where it does not keep everything. Every plan
+    is certified.
+
+    Parameters
+    ----------
+    request : PlanRequest
+    durations : ndarray, shape (legs,), or None
+        Of the last plan [s].
+    superseded : callable
+        Whether a newer request is there; called during the search.
+
+    Yields
+    ------
+    PlannedScene
+        The last one is what :func:`minsnap.plan` returns.
+
+    Raises
+    ------
+    MinsnapError
+        What ``plan`` raises.
+    Superseded
+        If a newer request has arrived.
+    """
+    began = perf_counter()
+    arguments = request.arguments()
+    limits: Limits | None = arguments.get("limits")
+    if limits is not None and request.durations is None and request.total_time is None:
+        quick = _quick_plan(request, dict(arguments), limits, durations)
+        shown = None if quick is None else _certified(request, quick, limits, False, began)
+        if shown is not None and shown.certificate.ok:
+            yield shown
+    if superseded():
+        raise Superseded
+    curve = plan(**arguments, progress=_ender(superseded)) if _searches(arguments) else plan(**arguments)
+    yield _certified(request, curve, limits, True, began)
+
+
+def _certified(
+    request: PlanRequest, curve: Trajectory, limits: Limits | None, final: bool, began: float
+) -> PlannedScene:
+    tolerance = 0.0 if request.waypoint_tolerance is None else request.waypoint_tolerance
+    certificate = certify(curve, request.places, request.walls, limits, tolerance)
+    return PlannedScene(request, curve, certificate, final, 1e3 * (perf_counter() - began))
+
+
+def _searches(arguments: dict[str, Any]) -> bool:
+    return arguments.get("durations") is None
+
+
+def _ender(superseded: Callable[[], bool]) -> Callable[[Step], None]:
+    def end(step: Step) -> None:
+        if superseded():
+            raise Superseded
+
+    return end
+
+
+def _quick_plan(
+    request: PlanRequest, arguments: dict[str, Any], limits: Limits, durations: FloatArray | None
+) -> Trajectory | None:
+    """Plan with fixed durations, stretched as often as the limits need; None if that does not end."""
+    times = np.array(straight_durations(request) if durations is None else durations)
+    if len(times) != request.legs:
+        times = np.array(straight_durations(request))
+    del arguments["limits"]
+    arguments["pieces"] = 1
+    try:
+        for attempt in range(STRETCHES):
+            curve = plan(**arguments | {"durations": times})
+            factor = max(_stretch(used.name, used.fraction) for used in limits.utilisation(curve))
+            if factor <= 1.0 and (attempt or factor > 1.0 - SLACK):
+                return curve
+            times = times * (factor * (1.0 + SLACK))
+    except MinsnapError:
+        return None
+    return None
+
+
+def _stretch(name: str, fraction: float) -> float:
+    """Return the factor on time that uses a limit fully: exact for norms of derivatives, a guess for the others."""
+    kind = KIND[name]
+    if kind.order:
+        return float(fraction ** (1.0 / kind.order))
+    return float(min(max(fraction, 0.9), 4.0) ** 0.5)
+
+
+OnPlan = Callable[[PlannedScene], None]
+
+
+class PlanWorker:
+    """A thread that plans the last request.
+
+    Parameters
+    ----------
+    on_plan : callable
+        Called with every plan, in the thread.
+    refused : callable
+        Called with a request that cannot be met, and why.
+    """
+
+    def __init__(self, on_plan: OnPlan, refused: Refused) -> None:
+        self._on_plan, self._refused = on_plan, refused
+        self._changed = threading.Condition()
+        self._waiting: PlanRequest | None = None
+        self._durations: FloatArray | None = None
+        self._busy = self._closed = False
+        self._thread = threading.Thread(target=self._run, name="studio plans", daemon=True)
+        self._thread.start()
+
+    def ask(self, request: PlanRequest) -> None:
+        """Plan this request next, instead of any other that waits; a search that runs is ended."""
+        with self._changed:
+            self._waiting = request
+            self._changed.notify_all()
+
+    def wait(self, timeout: float) -> bool:
+        """Wait until nothing is left to plan; return whether that is so within this time [s]."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._waiting is None and not self._busy, timeout)
+
+    def close(self, timeout: float = 2.0) -> None:
+        """End the thread; it is left behind if a plan without a search takes longer than this [s]."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        self._thread.join(timeout)
+
+    def _run(self) -> None:
+        while (request := self._next()) is not None:
+            try:
+                self._plan(request)
+            except Superseded:
+                pass
+            except MinsnapError as error:
+                self._refused(request, error)
+            except Exception:
+                traceback.print_exc()
+                self._refused(request, MinsnapError("planning failed in an unexpected way: the terminal says more"))
+
+    def _next(self) -> PlanRequest | None:
+        with self._changed:
+            self._busy = False
+            self._changed.notify_all()
+            self._changed.wait_for(lambda: self._waiting is not None or self._closed)
+            request, self._waiting, self._busy = self._waiting, None, True
+            return None if self._closed else request
+
+    def _superseded(self) -> bool:
+        return self._waiting is not None or self._closed
+
+    def _plan(self, request: PlanRequest) -> None:
+        for planned in planned_in_stages(request, self._durations, self._superseded):
+            self._durations = np.diff(planned.trajectory.leg_breaks)
+            self._on_plan(planned)
+            if not planned.final:
+                self._settle()
+
+    def _settle(self) -> None:
+        """Wait a little for a newer request before a search: during a drag only quick plans are made."""
+        with self._changed:
+            self._changed.wait_for(self._superseded, SETTLED)
+
 
 PAUSE = 1.0
 """Edits of one thing that follow each other within this time are undone together [s]."""

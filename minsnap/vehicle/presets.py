@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, FloatArray
-from minsnap.vehicle.drag import BodyDrag, RotorSpeedDrag
-from minsnap.vehicle.surface import RPM
+from minsnap.vehicle.drag import RPM, BodyDrag, RotorSpeedDrag
 
 F330_AIRFRAME = BodyDrag(
     (0.0, 0.0, 0.18878475695173547), (0.007699517888496992, 0.007699517888496992, 0.009931995378002222)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays
 from minsnap.errors import FitError
-from minsnap.vehicle.surface import Range, warn_outside
+from minsnap.vehicle.drag import Range, warn_outside
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from flown_logs import Measured, ulog_of
 import minsnap
 from minsnap.files.logs.ulog import write_ulog
 from minsnap.flight import CascadeController, compare, simulate
-from minsnap.flight.tracking.simulated_log import simulated_log
+from minsnap.flight.tracking.log_comparison import simulated_log
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor
 

@@ -14,7 +14,7 @@ from minsnap.cli.planning import TimingOptions
 from minsnap.cli.summary import as_text, summarise
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, sampled_motion
-from minsnap.plot.limit_use import utilisation_curves
+from minsnap.plot.profiles import utilisation_curves
 from minsnap.plot.style import dense_samples
 from minsnap.vehicle import Quadrotor
 

@@ -9,7 +9,7 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import leg_at, measured
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import VelocityHeading
-from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
+from minsnap.vehicle.attitude import specific_thrust, tilt, tilt_rate
 
 GRAVITY = Limits().gravity
 

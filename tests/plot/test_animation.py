@@ -7,8 +7,7 @@ from PIL import Image
 import minsnap
 from minsnap.errors import FileError, InputError, TimingError
 from minsnap.fleet.common_clock import Fleet, Separation
-from minsnap.plot.animation import Moving, animate_fleet, animate_path
-from minsnap.plot.film import write_film
+from minsnap.plot.animation import Moving, animate_fleet, animate_path, write_film
 from minsnap.plot.fleet_figures import near_pairs
 
 PATH = minsnap.plan([(0, 0, 1), (2, 1, 1)], total_time=1.0)

@@ -8,7 +8,7 @@ from properties.strategies import decades
 
 import minsnap
 from minsnap.limits.limits import Limits
-from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
+from minsnap.vehicle.attitude import specific_thrust, tilt, tilt_rate
 
 QUICK = (Phase.explicit, Phase.reuse, Phase.generate)
 """Without shrinking: every example is a search of its own, and a failure tells its arguments."""

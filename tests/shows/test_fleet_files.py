@@ -12,8 +12,7 @@ from minsnap.cli.app import main
 from minsnap.errors import FileError
 from minsnap.files.formats.light_programme import Lights
 from minsnap.files.formats.skybrush import cubic_segments, read_skybrush
-from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, write_fleet
-from minsnap.shows.skybrush_show import read_skyc
+from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, read_skyc, write_fleet
 
 
 def crossing():

@@ -11,13 +11,10 @@ from minsnap.cli.app import main
 from minsnap.errors import FileError, FleetError
 from minsnap.plot import plot_fleet, plot_separation
 from minsnap.plot.fleet_figures import least_distances
-from minsnap.shows.fleet_files import read_fleet
-from minsnap.shows.formations import circle, grid, mesh, spacing_of, text
-from minsnap.shows.moves import Move, moved
-from minsnap.shows.show import fly
+from minsnap.shows.fleet_files import read_fleet, read_skyc
+from minsnap.shows.formations import circle, grid, mesh, read_lines, spacing_of, svg, text
+from minsnap.shows.show import Move, fly, moved
 from minsnap.shows.show_yaml import read_show
-from minsnap.shows.skybrush_show import read_skyc
-from minsnap.shows.svg_lines import read_lines, svg
 
 SHOW = """
 vehicles: 6

@@ -10,9 +10,9 @@ import minsnap
 from minsnap.errors import FileError, WaypointError
 from minsnap.files.request_yaml import read_request
 from minsnap.studio import documents
+from minsnap.studio.documents import WorkingFolder
 from minsnap.studio.edits import set_width, with_boxes, with_room
-from minsnap.studio.plan_worker import planned_in_stages
-from minsnap.studio.working_folder import WorkingFolder
+from minsnap.studio.workbench import planned_in_stages
 
 EXAMPLE = documents.example_scene()
 

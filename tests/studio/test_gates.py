@@ -101,7 +101,7 @@ def test_the_page_draws_and_turns_gates(tmp_path):
 
 @pytest.mark.slow
 def test_a_plan_with_gates_is_drawn_and_saved_with_them(tmp_path):
-    from minsnap.studio.plan_worker import planned_in_stages
+    from minsnap.studio.workbench import planned_in_stages
 
     planned = list(planned_in_stages(SCENE, None, lambda: False))[-1]
     documents.save_as("figure (SVG)", planned, SCENE, tmp_path / "a.svg")

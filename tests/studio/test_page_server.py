@@ -7,9 +7,9 @@ import pytest
 import minsnap
 from minsnap.errors import InputError, LinkError
 from minsnap.studio import Studio, show
+from minsnap.studio.browser_page import is_own_page
 from minsnap.studio.documents import example_scene
 from minsnap.studio.page_inputs import copyable, sentence, table
-from minsnap.studio.page_server import is_own_page
 
 HERE = "127.0.0.1"
 

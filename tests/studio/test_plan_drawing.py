@@ -5,8 +5,8 @@ import pytest
 
 import minsnap
 from minsnap.studio import plan_drawing as drawing
-from minsnap.studio.charts import CHARTS, Charts, data_with_cursor, round_up
 from minsnap.studio.documents import example_scene
+from minsnap.studio.plan_drawing import CHARTS, Charts, data_with_cursor, round_up
 from minsnap.vehicle import Quadrotor
 
 VEHICLE = Quadrotor.crazyflie()

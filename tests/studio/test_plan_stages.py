@@ -6,8 +6,8 @@ import pytest
 
 import minsnap
 from minsnap.planning.request import PlanRequest
-from minsnap.studio import plan_worker
-from minsnap.studio.plan_worker import planned_in_stages
+from minsnap.studio import workbench
+from minsnap.studio.workbench import planned_in_stages
 
 SCENE = PlanRequest(
     waypoints=((0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 3.0, 1.0)), corridor=(0.3, 0.3), limits=(("speed", 2.0),)
@@ -20,7 +20,7 @@ def shown(durations=None):
 
 def test_a_quick_plan_that_exceeds_a_limit_is_not_shown(monkeypatch):
     assert shown() == [False, True]
-    monkeypatch.setattr(plan_worker, "_stretch", lambda name, fraction: min(1.0, fraction))
+    monkeypatch.setattr(workbench, "_stretch", lambda name, fraction: min(1.0, fraction))
     assert [plan.final for plan in planned_in_stages(SCENE, [1.0, 1.0], lambda: False)] == [True]
 
 
@@ -31,7 +31,7 @@ def test_a_quick_plan_that_leaves_the_corridor_is_not_shown(monkeypatch, other):
     def loose(*given, **asked):
         return exact(*given, **(asked | other if "limits" not in asked else asked))
 
-    monkeypatch.setattr(plan_worker, "plan", loose)
+    monkeypatch.setattr(workbench, "plan", loose)
     assert shown() == [True]
 
 

@@ -10,7 +10,7 @@ from minsnap.errors import CorridorError, InputError, LimitError, YawError
 from minsnap.files.formats.polynomials import write_polynomials
 from minsnap.studio.documents import open_scene, scene_of
 from minsnap.studio.edits import set_reserve
-from minsnap.studio.showing import show
+from minsnap.studio.studio import show
 from minsnap.vehicle import Quadrotor
 
 CORNERS = ((0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 3.0, 1.5))

@@ -8,11 +8,10 @@ import pytest
 
 import minsnap
 from minsnap.errors import InputError
-from minsnap.studio import plan_worker
+from minsnap.studio import workbench
 from minsnap.studio.documents import example_scene
 from minsnap.studio.edits import move_waypoint, set_width, with_time
-from minsnap.studio.plan_worker import planned_in_stages
-from minsnap.studio.workbench import Workbench
+from minsnap.studio.workbench import Workbench, planned_in_stages
 
 
 class Watcher:
@@ -100,7 +99,7 @@ def test_only_the_latest_of_many_requests_is_planned(monkeypatch):
         gate.wait(30.0)
         yield from planned_in_stages(request, durations, superseded)
 
-    monkeypatch.setattr(plan_worker, "planned_in_stages", slow)
+    monkeypatch.setattr(workbench, "planned_in_stages", slow)
     bench = Workbench(example_scene(), lambda state: None)
     for seconds in range(13, 40):
         bench.edit(lambda request, s=seconds: replace(request, total_time=float(s)))
@@ -119,7 +118,7 @@ def test_a_newer_request_ends_a_search(monkeypatch):
             began.set()
             yield stage
 
-    monkeypatch.setattr(plan_worker, "planned_in_stages", reporting)
+    monkeypatch.setattr(workbench, "planned_in_stages", reporting)
     limited = replace(with_time(example_scene(), "limits", (), {"speed": 3.0, "acceleration": 6.0}), pieces=3)
     watcher = Watcher()
     bench = Workbench(limited, watcher)
@@ -150,7 +149,7 @@ def test_an_error_inside_a_plan_is_told_and_does_not_end_the_studio(monkeypatch,
     bench = Workbench(example_scene(), lambda state: None)
     assert bench.wait(60.0)
     with monkeypatch.context() as patch:
-        patch.setattr(plan_worker, "planned_in_stages", broken)
+        patch.setattr(workbench, "planned_in_stages", broken)
         bench.edit(lambda request: replace(request, total_time=13.0))
         assert bench.wait(60.0)
         assert "unexpected" in bench.state.refusal

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from minsnap.errors import FileError
-from minsnap.studio.working_folder import WorkingFolder
+from minsnap.studio.documents import WorkingFolder
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from minsnap.basics.arrays import GRAVITY
-from minsnap.vehicle.flatness import body_rates, specific_thrust, tilt, tilt_rate
+from minsnap.vehicle.attitude import body_rates, specific_thrust, tilt, tilt_rate
 
 
 def attitudes(seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

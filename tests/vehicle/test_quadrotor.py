@@ -7,7 +7,7 @@ import pytest
 from minsnap.errors import FileError, VehicleError
 from minsnap.flight.thesis import published_drag
 from minsnap.vehicle import RPM, BodyDrag, Quadrotor, RotorSpeedDrag, SumOfDrags, read_vehicle
-from minsnap.vehicle.yaml import vehicle_from
+from minsnap.vehicle.quadrotor import vehicle_from
 
 GOOD = {
     "mass": 1.0,
@@ -169,7 +169,7 @@ def test_a_drag_without_description_is_not_written(tmp_path) -> None:
 )
 def test_bad_drags_in_descriptions_are_named(drag: object) -> None:
     with pytest.raises(VehicleError, match="drag"):
-        vehicle_from(Quadrotor, GOOD | {"inertia": list(GOOD["inertia"]), "drag": drag})
+        vehicle_from(GOOD | {"inertia": list(GOOD["inertia"]), "drag": drag})
 
 
 def test_a_long_value_is_shortened_in_the_message():

@@ -31,8 +31,7 @@ from minsnap.files.limits_in_files import besides_rotors, limits_of
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle.named import preset_of
-from minsnap.vehicle.yaml import description_of
+from minsnap.vehicle.quadrotor import description_of, preset_of
 
 if TYPE_CHECKING:
     from minsnap.certificate import Certificate

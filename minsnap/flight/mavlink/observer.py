@@ -11,9 +11,8 @@ from collections.abc import Callable
 import numpy as np
 
 from minsnap.errors import FileError
-from minsnap.flight.mavlink.changing_table import ChangingTable
 from minsnap.flight.mavlink.sequence import Sequence, SetpointStep
-from minsnap.flight.mavlink.setpoints import Setpoint, SetpointTable
+from minsnap.flight.mavlink.setpoints import ChangingTable, Setpoint, SetpointTable
 from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamStatus
 from minsnap.flight.mavlink.vehicle_messages import Message, VehicleState
 

@@ -1,16 +1,29 @@
-"""The functions that fly a path, samples, a setpoint file or a whole fleet over MAVLink."""
+"""Flights of a path, samples, a file or a whole fleet over MAVLink, and orders to a flight, as lines of JSON.
+
+Orders are new goals, gates and stops, each planned from what is flown, and answered.
+``{"goal": [x, y, z]}`` or ``{"waypoints": [...]}``, points and gates as in a course file, are all that is still to be
+flown; ``"yaw"`` beside them is one heading for each [rad]. ``"stop"`` leads to hover by the certified stop,
+``"finish"`` ends the flight at the end of what is flown. An ``"id"`` comes back with the answer.
+"""
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from minsnap.errors import FlightError, InputError
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.messages import shown
+from minsnap.certificate import certify
+from minsnap.corridors.boxes import Room
+from minsnap.corridors.gates import Gate, center_of
+from minsnap.corridors.passing import gate_passages
+from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
 from minsnap.files.consistency import ConsistencyReport, check_samples
 from minsnap.files.setpoint_csv import frame_of
 from minsnap.flight.mavlink.link import Link, open_link
@@ -20,8 +33,13 @@ from minsnap.flight.mavlink.sender import undisturbed
 from minsnap.flight.mavlink.setpoints import SetpointTable, tabulate
 from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
 from minsnap.flight.mavlink.streaming import Streamer
+from minsnap.limits.limits import Limits
+from minsnap.paths.missions.course_file import stop_of
+from minsnap.replanning.change import Change
+from minsnap.replanning.replanner import Replanner
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.trajectory import Trajectory
 
 
 def stream(
@@ -186,3 +204,196 @@ def stream_together(
         if granted and on_event is not None:
             on_event(granted)
         return [future.result() for future in [pool.submit(fly, flight, k) for k, flight in enumerate(flights)]]
+
+
+BUDGETS = (0.2, 0.5, 1.0)
+"""Times from an order to its splice that are tried in turn [s]."""
+
+PASSED_WITHIN = 1e-6
+"""How near a plan passes what was ordered, where it was followed [m]."""
+
+SHORT = ("stop", "finish")
+"""Orders that are one word."""
+
+
+class ChangeableFlight(Protocol):
+    """What takes changes: a :class:`~minsnap.flight.mavlink.streaming.Streamer`."""
+
+    @property
+    def now(self) -> float | None:
+        """Instant on the clock of the trajectory that is flown [s]; None unless it is flying."""
+        ...
+
+    @property
+    def began(self) -> float:
+        """Instant of the flight at which that trajectory has its time 0 [s]."""
+        ...
+
+    def change(self, change: Change) -> Trajectory:
+        """Fly a change from its splice on; return what is flown from then on."""
+        ...
+
+    def stop(self) -> None:
+        """Stop and hold."""
+
+    def finish(self) -> None:
+        """End the flight at the end of what is flown."""
+
+
+class Orders:
+    """Plans what is ordered and hands it to the flight.
+
+    Parameters
+    ----------
+    flight : ChangeableFlight
+        That flies ``flown``.
+    flown : Trajectory
+        What is flown at first.
+    limits : Limits
+        Which all changes keep.
+    room : Room, optional
+        Which all changes stay in.
+    replanner : Replanner, optional
+        In place of one with these limits and this room.
+    """
+
+    def __init__(
+        self,
+        flight: ChangeableFlight,
+        flown: Trajectory,
+        limits: Limits,
+        room: Room | None = None,
+        replanner: Replanner | None = None,
+    ) -> None:
+        self._flight, self._flown, self._limits = flight, flown, limits
+        self._replanner = replanner or Replanner(limits, room=room)
+
+    def answer(self, line: str) -> str:
+        """Follow the order of a line and return the answer to it, a line of JSON; a mistake is an answer too."""
+        order: dict[str, Any] = {}
+        try:
+            order = _order_of(line)
+            reply = {"ok": True, **self._followed(order)}
+        except (MinsnapError, TypeError, ValueError) as error:
+            reply = {"ok": False, "error": str(error)}
+        return json.dumps({**({"id": order["id"]} if "id" in order else {}), **reply})
+
+    def _followed(self, order: dict[str, Any]) -> dict[str, Any]:
+        if order.get("finish"):
+            self._flight.finish()
+            return {"finish": True}
+        if order.get("stop"):
+            return self._stopped()
+        places = _places(order)
+        points = np.array(list(map(center_of, places)))
+        yaw = None if "yaw" not in order else np.atleast_1d(order["yaw"])
+        return self._changed(points, yaw, [place for place in places if isinstance(place, Gate)])
+
+    def _stopped(self) -> dict[str, Any]:
+        """Fly the certified stop; where there is none, hold."""
+        now = self._now()
+        if now > self._flown.duration - BUDGETS[0]:
+            return {"duration": 0.0, "note": "it comes to rest here"}
+        try:
+            change = self._planned(self._stop_from)
+        except MinsnapError as error:
+            self._flight.stop()
+            return {"duration": 0.0, "certified": False, "note": f"held, for there is no certified stop: {error}"}
+        return self._told(change)
+
+    def _stop_from(self, now: float, budget: float) -> Change:
+        knots = self._flown.leg_breaks
+        ahead = knots[knots > now + budget]
+        change = self._replanner.replan(self._flown, now, self._flown(ahead), budget)
+        if change.stop is None:
+            raise FlightError(change.no_stop)
+        return replace(change, trajectory=change.stop, certified=True, kept=False)
+
+    def _changed(self, points: FloatArray, yaw: Any, gates: Sequence[Gate]) -> dict[str, Any]:
+        def plan(now: float, budget: float) -> Change:
+            change = self._replanner.replan(self._flown, now, points, budget, yaw=yaw)
+            if change.certified and not _passes(change.trajectory, points):
+                raise TimingError(change.reason)
+            _refuse_backwards(change.trajectory, gates)
+            return change
+
+        change = self._planned(plan)
+        passages = gate_passages(change.trajectory, gates)
+        return {**self._told(change), **({"gates": [vars(each) for each in passages]} if gates else {})}
+
+    def _planned(self, plan: Callable[[float, float], Change]) -> Change:
+        """Plan with more and more time, hand the change over, and return it with its splice on the flight's clock."""
+        refused: TimingError | None = None
+        for budget in BUDGETS:
+            now = self._now()
+            try:
+                change, before = plan(now, budget), self._flight.began
+                self._flown = self._flight.change(change)
+                return replace(change, splice=before + change.splice)
+            except TimingError as error:
+                refused = error
+        assert refused is not None
+        raise refused
+
+    def _now(self) -> float:
+        now = self._flight.now
+        if now is None:
+            raise FlightError("the vehicle is not flying this plan: nothing was changed")
+        return max(now, 0.0)
+
+    def _told(self, change: Change) -> dict[str, Any]:
+        """Return the splice, and the figures of the certificate of what is flown from then on."""
+        proved = certify(self._flown, limits=self._limits, limits_from=change.limits_from)
+        return {
+            "splice": change.splice,
+            "duration": self._flown.duration,
+            "certified": proved.ok and change.certified,
+            "max_speed": proved.max_speed,
+            "max_acceleration": proved.max_acceleration,
+            "limits": {used.name: {"value": used.value, "limit": used.limit} for used in proved.utilisation},
+            "end": self._flown(self._flown.duration).tolist(),
+            **({} if change.certified else {"note": f"the stop is flown: {change.reason}"}),
+        }
+
+
+def _order_of(line: str) -> dict[str, Any]:
+    text = line.strip()
+    try:
+        order = text if text in SHORT else json.loads(text)
+    except (ValueError, RecursionError):
+        order = text
+    order = {order: True} if isinstance(order, str) else order
+    known = {"goal", "waypoints", "yaw", "id", *SHORT}
+    if not isinstance(order, dict) or not set(order) <= known or not {"goal", "waypoints", *SHORT} & set(order):
+        raise InputError(f"the order is {shown(order)}: give one of goal, waypoints, stop and finish, with yaw and id")
+    return order
+
+
+def _places(order: dict[str, Any]) -> list[Any]:
+    """Return points and gates in the order of the flight; a gate that is passed straight has points around it."""
+    entries = [order["goal"]] if "goal" in order else order["waypoints"]
+    if not isinstance(entries, list) or not entries:
+        raise InputError(f"waypoints are {shown(entries)}: give a list of points and gates, one at least")
+    places: list[Any] = []
+    for index, entry in enumerate(entries):
+        stop = stop_of(f"waypoint {index}", entry)
+        if stop.straight and stop.gate is not None:
+            step = stop.gate.crossing * stop.straight * stop.gate.normal
+            places += [stop.center - step, stop.place, stop.center + step]
+        else:
+            places.append(stop.place)
+    return places
+
+
+def _passes(curve: Trajectory, points: FloatArray) -> bool:
+    knots = curve(curve.leg_breaks[1:])
+    return len(knots) >= len(points) and bool(
+        (np.linalg.norm(knots[-len(points) :] - points, axis=1) < PASSED_WITHIN).all()
+    )
+
+
+def _refuse_backwards(curve: Trajectory, gates: Sequence[Gate]) -> None:
+    for passage in gate_passages(curve, gates):
+        gate = gates[passage.gate]
+        if gate.crossing * float(curve(passage.instant, 1) @ gate.normal) < -PASSED_WITHIN:
+            raise InputError(f"gate {passage.gate} would be passed backwards: give it straight, or points around it")

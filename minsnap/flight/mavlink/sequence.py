@@ -8,8 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from minsnap.flight.mavlink.changing_table import ChangingTable
-from minsnap.flight.mavlink.setpoints import Setpoint, SetpointTable
+from minsnap.flight.mavlink.setpoints import ChangingTable, Setpoint, SetpointTable
 from minsnap.flight.mavlink.stream_options import FRESH, Phase, StreamOptions
 from minsnap.flight.mavlink.vehicle_messages import (
     Autopilot,

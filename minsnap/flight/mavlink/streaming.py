@@ -10,13 +10,12 @@ import threading
 from dataclasses import replace
 
 from minsnap.errors import FlightError, LinkError
-from minsnap.flight.mavlink.changing_table import ChangingTable
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback, StreamObserver
 from minsnap.flight.mavlink.schedule import Clock, CommonFlight
 from minsnap.flight.mavlink.sender import Foreseer, SentSetpoint, open_sender, undisturbed
 from minsnap.flight.mavlink.sequence import Conditions, Sequence, SetpointStep
-from minsnap.flight.mavlink.setpoints import SetpointTable, setpoint_message
+from minsnap.flight.mavlink.setpoints import ChangingTable, SetpointTable, setpoint_message
 from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamReport
 from minsnap.flight.mavlink.vehicle_messages import (
     Autopilot,

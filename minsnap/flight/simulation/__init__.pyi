@@ -1,10 +1,10 @@
 from .controllers import CascadeController as CascadeController
 from .controllers import Controller as Controller
 from .controllers import GeometricController as GeometricController
-from .disturbances import ConstantWind as ConstantWind
-from .disturbances import DrydenWind as DrydenWind
-from .disturbances import Sensors as Sensors
-from .reference import drag_feed_forward as drag_feed_forward
+from .flight_inputs import ConstantWind as ConstantWind
+from .flight_inputs import DrydenWind as DrydenWind
+from .flight_inputs import Sensors as Sensors
+from .flight_inputs import drag_feed_forward as drag_feed_forward
 from .simulated_flight import Flight as Flight
 from .simulated_flight import simulate as simulate
 from .simulated_flight import simulate_open_loop as simulate_open_loop

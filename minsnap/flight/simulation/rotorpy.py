@@ -15,10 +15,10 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import VehicleError
-from minsnap.flight.simulation.reference import drag_feed_forward
+from minsnap.flight.simulation.flight_inputs import drag_feed_forward
 from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.attitude import spatial
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, SumOfDrags
-from minsnap.vehicle.flatness import spatial
 from minsnap.vehicle.quadrotor import Quadrotor
 
 if TYPE_CHECKING:

@@ -17,16 +17,21 @@ from minsnap.basics.messages import shown
 from minsnap.basics.progress import progress_line
 from minsnap.errors import DivergenceError, TimingError
 from minsnap.flight.simulation.controllers import Command, Controller, Pilot, vector
-from minsnap.flight.simulation.disturbances import ConstantWind, Sensors, StateEstimator, Wind
-from minsnap.flight.simulation.reference import ReferenceTable, check_steps, tabulate
+from minsnap.flight.simulation.flight_inputs import (
+    ConstantWind,
+    ReferenceTable,
+    Sensors,
+    StateEstimator,
+    Wind,
+    check_steps,
+    tabulate,
+)
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
-from minsnap.vehicle.attitude import headings
+from minsnap.vehicle.attitude import headings, spatial
 from minsnap.vehicle.drag import Drag
-from minsnap.vehicle.dynamics import RigidBody
-from minsnap.vehicle.flatness import spatial
+from minsnap.vehicle.dynamics import FlatStates, RigidBody, flatness_of
 from minsnap.vehicle.quadrotor import Quadrotor
-from minsnap.vehicle.states import FlatStates, flatness_of
 
 
 @dataclass(frozen=True, eq=False)

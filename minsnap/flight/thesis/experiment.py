@@ -19,8 +19,7 @@ from minsnap.basics.progress import progress_line
 from minsnap.basics.storage.text_columns import aligned
 from minsnap.errors import InputError, VehicleError
 from minsnap.flight.simulation.controllers import CascadeController, Controller
-from minsnap.flight.simulation.disturbances import Sensors, Wind
-from minsnap.flight.simulation.reference import reference_states
+from minsnap.flight.simulation.flight_inputs import Sensors, Wind, reference_states
 from minsnap.flight.simulation.simulated_flight import STEP, Flight, simulate
 from minsnap.flight.thesis.drag_fits import consistent_parasitic_drag, published_drag
 from minsnap.flight.tracking.comparison import Comparison, compare
@@ -28,8 +27,8 @@ from minsnap.flight.tracking.tracking_plot import plot_tracking
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.drag import Drag
+from minsnap.vehicle.dynamics import check_rotor_limits
 from minsnap.vehicle.quadrotor import Quadrotor
-from minsnap.vehicle.states import check_rotor_limits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

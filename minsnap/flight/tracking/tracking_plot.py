@@ -15,8 +15,8 @@ from minsnap.errors import MinsnapError
 from minsnap.flight.tracking.comparison import position_at
 from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight
 from minsnap.flight.tracking.log_comparison import ComparedFlight
+from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.geometry import finish_place, view_coordinates
-from minsnap.plot.page import picture, table, verdict, write_page
 from minsnap.plot.style import AXIS_STYLES, coordinate_name, legend_beside, styled, unit_of
 from minsnap.trajectory.samples import Samples
 

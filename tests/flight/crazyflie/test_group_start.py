@@ -8,8 +8,8 @@ from crtp_vehicle import CrtpVehicle
 
 import minsnap
 from minsnap.errors import FlightError, LinkError
-from minsnap.flight.crazyflie.crtp_link import channel_of, open_link
-from minsnap.flight.crazyflie.swarm_upload import FlightTimes, Volleys, planned_ways, start_group, upload, upload_of
+from minsnap.flight.crtp_link import channel_of, open_link
+from minsnap.flight.swarm_upload import FlightTimes, Volleys, planned_ways, start_group, upload, upload_of
 
 VOLLEYS = Volleys(hearing=0.1)
 QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01, VOLLEYS)

@@ -10,8 +10,8 @@ import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FleetError, FlightError, LinkError
 from minsnap.files.formats.crazyflie import compressed
-from minsnap.flight.crazyflie import crtp_link
-from minsnap.flight.crazyflie.swarm_upload import FlightTimes, upload, upload_of, uploads
+from minsnap.flight import crtp_link
+from minsnap.flight.swarm_upload import FlightTimes, upload, upload_of, uploads
 from minsnap.shows.fleet_files import write_fleet
 
 QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01)
@@ -144,7 +144,7 @@ def test_cflibs_own_driver_carries_the_same_bytes(monkeypatch):
     monkeypatch.setattr(drivers, "CLASSES", [udp.UdpDriver])
     held = []
     for link in (crtp_link.UdpLink, crtp_link.RadioLink):
-        monkeypatch.setattr("minsnap.flight.crazyflie.swarm_upload.open_link", link)
+        monkeypatch.setattr("minsnap.flight.swarm_upload.open_link", link)
         with CrtpVehicle() as one, CrtpVehicle() as two:
             upload(pair(), [one.uri, two.uri], start=True, timing=QUICK)
         held.append([(bytes(each.memory), [body for _, body in each.commands]) for each in (one, two)])

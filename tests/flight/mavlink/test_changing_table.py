@@ -5,8 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import FlightError, InputError, TimingError
-from minsnap.flight.mavlink.changing_table import ChangingTable
-from minsnap.flight.mavlink.setpoints import tabulate
+from minsnap.flight.mavlink.setpoints import ChangingTable, tabulate
 from minsnap.replanning.splice import splice_of
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1)], dtype=float)

@@ -6,7 +6,7 @@ import pytest
 
 from minsnap.errors import LinkError
 from minsnap.flight.mavlink.link import open_link
-from minsnap.flight.mavlink.log_download import PIECE, REQUEST, download_log
+from minsnap.flight.mavlink.parameters import PIECE, REQUEST, download_log
 
 
 @pytest.fixture

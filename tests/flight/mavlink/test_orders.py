@@ -7,9 +7,8 @@ import pytest
 
 import minsnap
 from minsnap.errors import FlightError
-from minsnap.flight.mavlink.changing_table import ChangingTable
-from minsnap.flight.mavlink.orders import Orders
-from minsnap.flight.mavlink.setpoints import tabulate
+from minsnap.flight.mavlink.offboard import Orders
+from minsnap.flight.mavlink.setpoints import ChangingTable, tabulate
 from minsnap.replanning.replanner import Replanner
 
 LIMITS = minsnap.Limits(speed=1.5, acceleration=2.0)

@@ -17,7 +17,7 @@ from minsnap.flight import (
     simulate_open_loop,
 )
 from minsnap.flight.simulation.controllers import Command
-from minsnap.flight.simulation.disturbances import StateEstimator
+from minsnap.flight.simulation.flight_inputs import StateEstimator
 from minsnap.vehicle import BodyDrag, Quadrotor, RigidBody, flatness_of
 
 F330 = Quadrotor.dji_f330()

@@ -8,7 +8,7 @@ import minsnap
 from minsnap.errors import InputError
 from minsnap.files.logs.ulog import write_ulog
 from minsnap.flight import CascadeController, simulate
-from minsnap.flight.tracking.simulated_log import simulated_log
+from minsnap.flight.tracking.log_comparison import simulated_log
 from minsnap.flight.tracking.tracking_plot import leg_instants, write_flight_page
 from minsnap.flight.tracking.tuning import best_to_fly, tune_in_flight
 from minsnap.vehicle import Quadrotor

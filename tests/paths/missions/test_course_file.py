@@ -10,7 +10,7 @@ import minsnap
 from minsnap.errors import FileError
 from minsnap.paths.missions.course_file import is_course
 from minsnap.vehicle import Quadrotor
-from minsnap.vehicle.yaml import description_of
+from minsnap.vehicle.quadrotor import description_of
 
 TEXT = """
 name: yard

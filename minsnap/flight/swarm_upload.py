@@ -20,7 +20,7 @@ import numpy as np
 from minsnap.errors import FileError, FleetError, FlightError, LinkError
 from minsnap.files.formats.crazyflie import MAX_PIECES, compressed, crazyflie_rows
 from minsnap.fleet.common_clock import Fleet
-from minsnap.flight.crazyflie.crtp_link import (
+from minsnap.flight.crtp_link import (
     LINK_BITS,
     CrtpLink,
     RadioBroadcast,

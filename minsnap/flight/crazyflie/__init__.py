@@ -1,1 +1,0 @@
-"""Crazyflies over CRTP: trajectories into their memory, and the commands that fly them."""
