@@ -123,7 +123,7 @@ class Stopwatch:
 
 
 class LateError(SolverError):
-    """The time or the work allowed was over before there was a plan that can be certified."""
+    """Time, work or Ctrl-C ended a search before there was a plan that can be certified."""
 
 
 @dataclass(eq=False)

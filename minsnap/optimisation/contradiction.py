@@ -217,7 +217,7 @@ class ExactRows:
         weights = np.abs([float(value) for value in multipliers])
         matrix *= largest[:, None]
         sizes = np.linalg.norm(matrix, axis=0)
-        weights[self.free] = (weights * sizes).max() / sizes[self.free]
+        weights[self.free] = (weights * sizes).max() / np.where(sizes, sizes, 1.0)[self.free]
         matrix *= weights
         right *= largest
         if side < 0:

@@ -101,7 +101,9 @@ def by_necessary_walls(
     if limits is None or proof is None or len(getattr(proof, "durations", ())) != task.legs * task.pieces:
         return refused
     walls = limits.necessary_walls(task.waypoints)
-    if len(walls) == len(limits.walls(task.waypoints)):
+    others = [wall for wall in limits.walls(task.waypoints) if wall not in walls]
+    doubtful = {(wall.order, radius) for wall in others for radius in wall.radius.tolist()}
+    if not any((row.order, row.bound) in doubtful for row in proof.rows):
         return refused
     try:
         planned = timed(solved_or_explained(task.with_walls(walls), proof.durations, samples), finish)

@@ -23,7 +23,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import LONGEST
-from minsnap.basics.deadline import WORK
+from minsnap.basics.deadline import WORK, LateError
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
@@ -138,7 +138,8 @@ class Strategy:
         if not self.times.max() <= LONGEST_PIECE:
             raise LimitError(f"the limits are so low that a leg takes over {LONGEST_PIECE:g} s: raise them")
         self.task, self.limits, self.timing, self.finish = task, limits, timing, finish
-        self.log, self.interrupted, self.longest = Log(timing.progress), False, 0.0
+        self.log, self.longest = Log(timing.progress), 0.0
+        self.ended: LateError | None = None
         left = timing.time_limit
         due = task.deadline.due if left is None else min(task.deadline.due, task.deadline.clock() + left)
         self.deadline = task.deadline.until(due)
@@ -146,6 +147,11 @@ class Strategy:
         self.answer: ShortestCurve | None = None
         self._last: tuple[SolvedTask, Trajectory] | None = None
         self.walled = any(wall.order for wall in task.walls)
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C, time or work ended the search."""
+        return self.ended is not None
 
     def run(self, first: Trajectory | None = None) -> tuple[SolvedTask, Run]:
         """Return the shortest plan, certified, and its search.
@@ -162,7 +168,7 @@ class Strategy:
         SolverError
             If no speed was found at which limits and walls can be kept.
         LateError
-            If the time allowed was over before.
+            If Ctrl-C or the time allowed ended it before.
         LimitError
             If nothing limits the time.
         """
@@ -173,7 +179,7 @@ class Strategy:
         if solved is None and self.interrupted and self.task.still:
             solved = self._resting()
         if solved is None:
-            raise self.deadline.error() if self.interrupted else self.reason()
+            raise self.ended or self.reason()
         return solved, Run(tuple(self.log.steps), self.interrupted, (solved, self._flown(solved)))
 
     def solve(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
@@ -348,14 +354,15 @@ class Strategy:
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
         self.deadline.spend(WORK.iteration * self.price * rows)
-        self.interrupted = self.interrupted or self.deadline.passed
+        if self.ended is None and self.deadline.passed:
+            self.ended = self.deadline.error()
         return self.interrupted
 
     def _end_at_ctrl_c(self) -> None:
         """Note that Ctrl-C ends the search, or raise it on; called while it is handled."""
         if not self.timing.best_on_interrupt:
             raise  # noqa: PLE0704 - the KeyboardInterrupt of the caller
-        self.interrupted = True
+        self.ended = LateError("the search was interrupted before it had a plan that can be certified")
 
     def _straight(self, durations: FloatArray) -> SolvedTask:
         """Return the curve that rests at every waypoint."""
@@ -384,7 +391,7 @@ class Strategy:
         alone.log, alone.deadline = self.log, self.deadline
         first = alone.solve(None)
         if first is None or alone.interrupted or self.timing.refine:
-            self.interrupted = alone.interrupted
+            self.ended = alone.ended
             return first
         return self.solve(guess_of(first.trajectory, alone.task)) or self._cut(first)
 

@@ -384,7 +384,7 @@ class LeastPriced:
             return free, run
         solved = self._from(free.trajectory, price)
         if solved is None:
-            raise self.strategy.reason()
+            raise self.strategy.ended or self.strategy.reason()
         return solved, Run(tuple(self.log.steps), self.interrupted)
 
     def at_total(self, total: float, free: SolvedTask) -> SolvedTask | None:

@@ -183,6 +183,19 @@ def test_refined_multipliers_keep_what_they_contradict():
     assert exact.contradict(refined)
 
 
+def test_a_joint_whose_sides_are_both_known_has_a_multiplier_too():
+    """The first two legs stand still, pinned to rest: no derivative at the knot between them is unknown."""
+    rest = {name: [0.0] for name in ("velocity", "acceleration", "jerk")}
+    error = refusal(
+        [[1.0], [1.0], [1.0], [2.0], [3.0]],
+        [1, 1, 1, 1],
+        pins={1: rest, 2: rest},
+        continuity=4,
+        limits=minsnap.Limits(speed=0.5),
+    )
+    assert error.verify() and error.contradiction.joints
+
+
 def sum_of_bounds(exact, multipliers):
     return float(sum(m * bound for m, (_, bound) in zip(multipliers, exact.rows, strict=True)))
 

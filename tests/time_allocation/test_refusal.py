@@ -5,8 +5,9 @@ import pytest
 from tasks import REFERENCE
 
 import minsnap
-from minsnap.errors import InfeasibleError
+from minsnap.errors import InfeasibleError, UnprovedError
 from minsnap.limits.limits import Limits
+from minsnap.optimisation.contradiction import Contradiction
 
 TIMES = np.array([4.0, 2.0, 4.0, 2.0])
 
@@ -42,6 +43,20 @@ def test_a_stretch_does_and_a_little_less_does_not():
     stretch = refusal(points, durations=durations, **within).stretch
     assert fits(points, durations=1.001 * stretch * durations, **within)
     assert not fits(points, durations=0.97 * stretch * durations, **within)
+
+
+def test_a_proof_is_kept_where_the_work_is_spent_after_it(monkeypatch):
+    """A wall of the least thrust is sufficient only: a proof in which it has no part is not sought again."""
+
+    def refined(proof, find=Contradiction.refined):
+        found = find(proof)
+        proof.task.deadline.spend(0.0 if found is None else np.inf)
+        return found
+
+    monkeypatch.setattr(Contradiction, "refined", refined)
+    assert refusal([(0, 0, 0), (8, 0, 0)], [2.0], limits=Limits(speed=2.5, min_thrust=0.1)).verify()
+    sufficient = refusal([(0, 0, 3), (1, 0, 0)], [0.7], limits=Limits(speed=50.0, min_thrust=0.5))
+    assert isinstance(sufficient, UnprovedError)
 
 
 def test_durations_within_limits_that_leave_time_are_planned():

@@ -77,6 +77,17 @@ def test_progress_is_told_every_iteration_and_a_time_limit_ends_with_a_certified
     assert quick.report.interrupted and minsnap.certify(quick, corridor=0.3, limits=LIMITS).ok
 
 
+def test_ctrl_c_before_there_is_a_plan_is_what_the_refusal_tells():
+    def stop(step):
+        raise KeyboardInterrupt
+
+    asked = {"limits": LIMITS, "corridor": 0.3, "pins": {1: {"velocity": (1.0, 1.0, 0.0)}}, "progress": stop}
+    with pytest.raises(minsnap.SolverError, match="was interrupted before it had a plan"):
+        minsnap.plan(RECTANGLE, **asked, search=Search(on_interrupt="return"))
+    with pytest.raises(KeyboardInterrupt):
+        minsnap.plan(RECTANGLE, **asked)
+
+
 DIGESTS = """
 import hashlib, numpy as np, minsnap
 points = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1)], dtype=float)
