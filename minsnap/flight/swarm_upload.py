@@ -20,15 +20,7 @@ import numpy as np
 from minsnap.errors import FileError, FleetError, FlightError, LinkError
 from minsnap.files.formats.crazyflie import MAX_PIECES, compressed, crazyflie_rows
 from minsnap.fleet.common_clock import Fleet
-from minsnap.flight.crtp_link import (
-    LINK_BITS,
-    CrtpLink,
-    RadioBroadcast,
-    act_on_each,
-    ask,
-    channel_of,
-    open_link,
-)
+from minsnap.flight.crtp_link import LINK_BITS, CrtpLink, RadioBroadcast, act_on_each, ask, channel_of, open_link
 from minsnap.trajectory.trajectory import Trajectory
 
 MEMORY_PORT, INFO, READ, WRITE = 4, 0, 1, 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from math import degrees, radians
 from typing import Any
 
@@ -15,7 +16,7 @@ from minsnap.errors import FileError
 from minsnap.files.frames import FRAMES
 from minsnap.flight.simulation.controllers import GeometricController
 from minsnap.flight.simulation.simulated_flight import Flight, simulate
-from minsnap.planning.request import RESERVE, Box, PlanRequest
+from minsnap.planning.request import RESERVE, Box, Opening, PlanRequest
 from minsnap.studio.edits import (
     WIDTH,
     axes_of,
@@ -37,17 +38,7 @@ from minsnap.studio.edits import (
     with_time,
     with_tube,
 )
-from minsnap.studio.page_inputs import (
-    Change,
-    Editor,
-    InputRows,
-    editing,
-    follow,
-    sentence,
-    table,
-    when_changed,
-    when_clicked,
-)
+from minsnap.studio.page_inputs import Editor, InputRows, Inputs, follow, sentence, table, when_changed, when_clicked
 from minsnap.studio.path_view import GateView, PathView, WaypointView
 from minsnap.studio.wall_view import NO_FACES, ROOM_FACES, WallView
 from minsnap.studio.workbench import BenchState
@@ -66,7 +57,7 @@ NARROWEST, WIDEST = 0.01, 3.0
 
 
 class RoutePanel:
-    """InputRows of waypoints, buttons that change their number and order, heading.
+    """Rows of waypoints, buttons that change their number and order, gates, heading.
 
     Parameters
     ----------
@@ -81,103 +72,108 @@ class RoutePanel:
     """
 
     def __init__(self, gui: Any, editor: Editor, view: WaypointView, gates: GateView) -> None:
-        self._gui, self._editor, self._view, self._gates = gui, editor, view, gates
+        self._inputs, self._view, self._gates = Inputs(gui, editor), view, gates
+        bind, follows = self._inputs.bind, self._inputs.follows
         view.when_clicked(self.choose)
+        self._request: PlanRequest | None = None
         self._rows = InputRows(gui.add_folder("Waypoints [m]"), self._row)
         self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), self._choose)
-        self._order = gui.add_button_group("Order", ORDER)
-        self._order.on_click(self._reorder)
-        self._gate = when_changed(gui.add_checkbox("Gate", False), self._set_gate)
+        gui.add_button_group("Order", ORDER).on_click(self._reorder)
+        self._gate = follows(gui.add_checkbox("Gate", False), lambda request: self._opening(request) is not None)
+        when_changed(self._gate, self._set_gate)
         self._size = gui.add_vector2("Width, height [m]", (1.0, 1.0), min=(0.05, 0.05), step=0.05, visible=False)
-        when_changed(self._size, self._set_size)
-        self._margin = gui.add_number("Margin [m]", 0.0, min=0.0, step=0.05, visible=False)
-        when_changed(self._margin, self._set_margin)
-        self._request: PlanRequest | None = None
-        self._closed = when_changed(gui.add_checkbox("Closed lap", False), editing(editor, _closed))
-        self._heading = when_changed(gui.add_dropdown("Heading", HEADINGS), editing(editor, _headed))
-        turn = editing(editor, lambda request, angle: replace(request, yaw=radians(angle)), "heading")
-        self._angle = when_changed(gui.add_number("Angle [degrees]", 0.0, step=1.0), turn)
+        when_changed(follows(self._size, self._size_of_gate), self._set_size)
+        margin = gui.add_number("Margin [m]", 0.0, min=0.0, step=0.05, visible=False)
+        when_changed(follows(margin, lambda request: (self._opening(request) or (None,))[-1]), self._set_margin)
+        bind(gui.add_checkbox("Closed lap", False), lambda request: request.closed, _closed)
+        bind(gui.add_dropdown("Heading", HEADINGS), _heading, _headed)
+        turned = lambda request, angle: replace(request, yaw=radians(angle))  # noqa: E731
+        bind(gui.add_number("Angle [degrees]", 0.0, step=1.0), _fixed_angle, turned, "heading")
         self._turns = InputRows(gui.add_folder("Headings [degrees]", visible=False), self._turn)
 
     def show(self, state: BenchState) -> None:
         """Show the waypoints and the heading of the document."""
         self._request = request = state.request
         self._rows.show(request.waypoints)
-        self.choose(int(self._chosen.value))
-        follow(self._closed, request.closed)
-        follow(self._heading, _heading(request))
-        self._angle.visible = _heading(request) == "fixed"
-        if isinstance(request.yaw, float):
-            follow(self._angle, round(degrees(request.yaw), 9))
-        self._turns.folder.visible = bool(request.turns)
         self._turns.show([round(degrees(angle), 9) for angle in request.turns])
+        self.choose(self._index)
+
+    @property
+    def _index(self) -> int:
+        return int(self._chosen.value)
 
     def _row(self, index: int) -> tuple[Any]:
-        move = editing(self._editor, lambda request, point: move_waypoint(request, index, point), f"waypoint {index}")
-        return (when_changed(self._gui.add_vector3(f"{index}", (0.0, 0.0, 0.0), step=0.05), move),)
+        point = self._inputs.gui.add_vector3(f"{index}", (0.0, 0.0, 0.0), step=0.05)
+        move = lambda request, place: move_waypoint(request, index, place)  # noqa: E731
+        return (self._inputs.edits(point, move, f"waypoint {index}"),)
 
     async def _reorder(self, event: Any) -> None:
         if event.client_id is None:
             return
-        index, what = int(self._chosen.value), event.target.value
+        index, what = self._index, event.target.value
         change = {
             ORDER[0]: lambda request: insert_waypoint(request, _within(request, index)),
             ORDER[1]: lambda request: delete_waypoint(request, _within(request, index)),
             ORDER[2]: lambda request: move_in_order(request, _within(request, index), -1),
             ORDER[3]: lambda request: move_in_order(request, _within(request, index), 1),
         }[what]
-        self._editor.edit(change)
+        self._inputs.editor.edit(change)
         self.choose(index + {ORDER[0]: 1, ORDER[2]: -1, ORDER[3]: 1}.get(what, 0))
 
     def choose(self, index: int) -> None:
         """Choose the waypoint that buttons and keys act on."""
         follow(self._chosen, min(max(index, 0), len(self._rows.handles) - 1))
-        self._choose(int(self._chosen.value))
+        self._choose(self._index)
 
     def _choose(self, index: int) -> None:
         self._view.choose(index)
         self._gates.choose(index)
-        gate = None if self._request is None else next((g for g in self._request.openings if g[0] == index), None)
-        follow(self._gate, gate is not None)
-        self._size.visible = self._margin.visible = gate is not None
-        if gate is not None:
-            corners = np.array(gate[1])
-            follow(self._size, tuple(np.ptp(corners @ np.stack(axes_of(corners)).T, axis=0).round(6).tolist()))
-            follow(self._margin, gate[3])
+        if self._request is not None:
+            self._inputs.show(self._request)
+
+    def _opening(self, request: PlanRequest) -> Opening | None:
+        """Return the gate at the chosen waypoint."""
+        return next((gate for gate in request.openings if gate[0] == self._index), None)
+
+    def _size_of_gate(self, request: PlanRequest) -> tuple[float, ...] | None:
+        gate = self._opening(request)
+        if gate is None:
+            return None
+        corners = np.array(gate[1])
+        return tuple(np.ptp(corners @ np.stack(axes_of(corners)).T, axis=0).round(6).tolist())
 
     def _set_gate(self, wanted: bool) -> None:
-        index = int(self._chosen.value)
-        self._editor.edit(lambda request: with_gate(request, index, wanted))
+        index = self._index
+        self._inputs.editor.edit(lambda request: with_gate(request, index, wanted))
 
     def _set_size(self, size: tuple[float, float]) -> None:
-        index = int(self._chosen.value)
+        index = self._index
 
         def change(request: PlanRequest) -> PlanRequest:
             corners = next((np.array(gate[1]) for gate in request.openings if gate[0] == index), None)
             return request if corners is None else reshape_gate(request, index, sized(corners, *size))
 
-        self._editor.edit(change, f"gate {index}")
+        self._inputs.editor.edit(change, f"gate {index}")
 
     def _set_margin(self, margin: float) -> None:
-        index = int(self._chosen.value)
+        index = self._index
 
         def change(request: PlanRequest) -> PlanRequest:
             openings = tuple((*g[:3], float(margin)) if g[0] == index else g for g in request.openings)
             return replace(request, openings=openings)
 
-        self._editor.edit(change, f"margin {index}")
+        self._inputs.editor.edit(change, f"margin {index}")
 
     def delete(self) -> None:
         """Delete the chosen waypoint."""
-        index = int(self._chosen.value)
-        self._editor.edit(lambda request: delete_waypoint(request, _within(request, index)))
+        index = self._index
+        self._inputs.editor.edit(lambda request: delete_waypoint(request, _within(request, index)))
 
     def _turn(self, index: int) -> tuple[Any]:
         def change(request: PlanRequest, angle: float) -> PlanRequest:
             return replace(request, yaw=(*request.turns[:index], radians(angle), *request.turns[index + 1 :]))
 
-        turn = editing(self._editor, change, f"heading {index}")
-        return (when_changed(self._gui.add_number(f"{index}", 0.0, step=1.0), turn),)
+        return (self._inputs.edits(self._inputs.gui.add_number(f"{index}", 0.0, step=1.0), change, f"heading {index}"),)
 
 
 def _closed(request: PlanRequest, wanted: bool) -> PlanRequest:
@@ -194,6 +190,12 @@ def _heading(request: PlanRequest) -> str:
     if request.turns:
         return HEADINGS[1]
     return request.yaw if isinstance(request.yaw, str) else HEADINGS[0]
+
+
+def _fixed_angle(request: PlanRequest) -> float | None:
+    if _heading(request) != HEADINGS[0]:
+        return None
+    return round(degrees(request.yaw), 9) if isinstance(request.yaw, float) else 0.0
 
 
 def _within(request: PlanRequest, index: int) -> int:
@@ -214,41 +216,26 @@ class CorridorPanel:
     """
 
     def __init__(self, gui: Any, editor: Editor, view: WallView) -> None:
-        self._gui, self._editor, self._view = gui, editor, view
-        self._tube = self._checkbox("Corridor: a tube around each leg", with_tube)
-        self._rows = InputRows(gui.add_folder("Half-width per leg [m]"), self._row)
-        self._boxes = self._checkbox("Corridor: a box around each leg", with_boxes)
-        self._room = self._checkbox("Room around all legs", with_room)
-        self._faces = when_changed(gui.add_dropdown("Faces to drag", (NO_FACES,)), self._choose)
-        self._lower = gui.add_vector3("Lower corner", (0.0, 0.0, 0.0), step=0.05, visible=False)
-        self._upper = gui.add_vector3("Upper corner", (1.0, 1.0, 1.0), step=0.05, visible=False)
-        when_changed(self._lower, lambda value: self._set_corner(0, value))
-        when_changed(self._upper, lambda value: self._set_corner(1, value))
+        self._inputs, self._view = Inputs(gui, editor), view
         self._request: PlanRequest | None = None
+        self._checkbox("Corridor: a tube around each leg", "corridor", with_tube)
+        self._rows = InputRows(gui.add_folder("Half-width per leg [m]"), self._row)
+        self._checkbox("Corridor: a box around each leg", "boxes", with_boxes)
+        self._checkbox("Room around all legs", "room", with_room)
+        self._faces = when_changed(gui.add_dropdown("Faces to drag", (NO_FACES,)), self._choose)
+        for side, label in enumerate(("Lower corner", "Upper corner")):
+            corner = gui.add_vector3(label, (float(side),) * 3, step=0.05, visible=False)
+            self._inputs.follows(corner, partial(self._corner, side))
+            when_changed(corner, partial(self._set_corner, side))
 
     def show(self, state: BenchState) -> None:
         """Show the walls of the document, and beside its leg why one is too narrow."""
         self._request = request = state.request
-        follow(self._tube, request.corridor is not None)
-        follow(self._boxes, request.boxes is not None)
-        follow(self._room, request.room is not None)
-        self._rows.folder.visible = request.corridor is not None
         self._rows.show(request.corridor or ())
         for leg, (_, note) in enumerate(self._rows.handles):
             note.visible = bool(state.refusal) and state.leg == leg
             if note.visible:
                 note.content = sentence(state.refusal, "refusal")
-        self._show_faces(request)
-
-    def _checkbox(self, label: str, change: Any) -> Any:
-        return when_changed(self._gui.add_checkbox(label, False), editing(self._editor, change))
-
-    def _row(self, leg: int) -> tuple[Any, Any]:
-        widen = editing(self._editor, lambda request, width: set_width(request, leg, width), f"width {leg}")
-        how = {"min": NARROWEST, "max": WIDEST, "step": 0.01, "initial_value": WIDTH}
-        return when_changed(self._gui.add_slider(f"Leg {leg}", **how), widen), self._gui.add_html("", visible=False)
-
-    def _show_faces(self, request: PlanRequest) -> None:
         boxes = tuple(f"box {leg}" for leg in range(len(request.boxes or ())))
         options = (NO_FACES, *((ROOM_FACES,) if request.room is not None else ()), *boxes)
         if tuple(self._faces.options) != options:
@@ -256,16 +243,22 @@ class CorridorPanel:
             self._faces.options = options
             follow(self._faces, kept)
             self._view.choose(kept)
-        box = self._box(request)
-        self._lower.visible = self._upper.visible = box is not None
-        if box is not None:
-            follow(self._lower, box[0])
-            follow(self._upper, box[1])
+        self._inputs.show(request)
+
+    def _checkbox(self, label: str, walls: str, change: Callable[[PlanRequest, bool], PlanRequest]) -> None:
+        box = self._inputs.gui.add_checkbox(label, False)
+        self._inputs.bind(box, lambda request: getattr(request, walls) is not None, change)
+
+    def _row(self, leg: int) -> tuple[Any, Any]:
+        gui, how = self._inputs.gui, {"min": NARROWEST, "max": WIDEST, "step": 0.01, "initial_value": WIDTH}
+        widen = lambda request, width: set_width(request, leg, width)  # noqa: E731
+        slider = self._inputs.edits(gui.add_slider(f"Leg {leg}", **how), widen, f"width {leg}")
+        return slider, gui.add_html("", visible=False)
 
     def _choose(self, which: str) -> None:
         self._view.choose(which)
         if self._request is not None:
-            self._show_faces(self._request)
+            self._inputs.show(self._request)
 
     def _box(self, request: PlanRequest) -> Box | None:
         which = self._faces.value
@@ -273,10 +266,11 @@ class CorridorPanel:
             return None
         return request.room if which == ROOM_FACES else (request.boxes or ())[int(which.split()[1])]
 
-    def _set_corner(self, side: int, value: Any) -> None:
-        self._editor.edit(self._with_corner(side, value), f"corner {side} of {self._faces.value}")
+    def _corner(self, side: int, request: PlanRequest) -> Any:
+        box = self._box(request)
+        return None if box is None else box[side]
 
-    def _with_corner(self, side: int, value: Any) -> Change:
+    def _set_corner(self, side: int, value: Any) -> None:
         def change(request: PlanRequest) -> PlanRequest:
             box = self._box(request)
             if box is None:
@@ -284,7 +278,7 @@ class CorridorPanel:
             leg = None if self._faces.value == ROOM_FACES else int(self._faces.value.split()[1])
             return replace_box(request, leg, (value, box[1]) if side == 0 else (box[0], value))
 
-        return change
+        self._inputs.editor.edit(change, f"corner {side} of {self._faces.value}")
 
 
 MODES = ("durations", "total time", "limits")
@@ -325,17 +319,20 @@ class TimePanel:
     """
 
     def __init__(self, gui: Any, editor: Editor) -> None:
-        self._gui, self._editor = gui, editor
-        self._mode = when_changed(gui.add_dropdown("Time from", MODES), editing(editor, self._timed))
-        self._total = gui.add_slider("Total [s]", min=0.5, max=60.0, step=0.1, initial_value=12.0)
-        when_changed(self._total, editing(editor, _with_total, "total time"))
+        self._inputs = Inputs(gui, editor)
+        bind = self._inputs.bind
+        bind(gui.add_dropdown("Time from", MODES), _mode, self._timed)
+        total = gui.add_slider("Total [s]", min=0.5, max=60.0, step=0.1, initial_value=12.0)
+        bind(total, lambda request: request.total_time, _with_total, "total time")
         self._rows = InputRows(gui.add_folder("Duration per leg [s]"), self._row)
         self._limits = gui.add_folder("Limits")
         with self._limits:
-            self._sliders = {name: self._limit_row(name) for name in SLIDERS}
-            self._rotors = when_changed(gui.add_checkbox("rotors of the vehicle", False), editing(editor, _with_rotors))
+            for name in SLIDERS:
+                self._add_limit(name)
+            rotors = gui.add_checkbox("rotors of the vehicle", False)
+            bind(rotors, lambda request: request.rotors is not None, _with_rotors)
             reserve = gui.add_slider("reserve", min=0.0, max=0.9, step=0.01, initial_value=RESERVE, visible=False)
-            self._reserve = when_changed(reserve, editing(editor, set_reserve, "reserve"))
+            self._reserve = bind(reserve, lambda request: request.rotors, set_reserve, "reserve")
         with gui.add_folder("Polynomials"):
             self._add_polynomials()
         self._durations: tuple[float, ...] = ()
@@ -344,73 +341,48 @@ class TimePanel:
         """Show the times of the document."""
         request, planned = state.request, state.planned
         if planned is not None and planned.trajectory.legs == request.legs:
-            breaks = planned.trajectory.leg_breaks.tolist()
-            self._durations = tuple(b - a for a, b in zip(breaks[:-1], breaks[1:], strict=True))
-        mode = _mode(request)
-        follow(self._mode, mode)
-        self._total.visible, self._rows.folder.visible = mode == MODES[1], mode == MODES[0]
-        self._limits.visible = mode == MODES[2]
-        if request.total_time is not None:
-            follow(self._total, request.total_time)
+            self._durations = tuple(np.diff(planned.trajectory.leg_breaks).tolist())
+        self._limits.visible = _mode(request) == MODES[2]
         self._rows.show(request.durations or ())
-        self._show_limits(request)
-        self._show_polynomials(request)
+        self._inputs.show(request)
 
     def _timed(self, request: PlanRequest, mode: str) -> PlanRequest:
         known = self._durations if len(self._durations) == request.legs else straight_durations(request)
         return with_time(request, mode, known, USUAL)
 
     def _row(self, leg: int) -> tuple[Any]:
-        slider = self._gui.add_slider(f"Leg {leg} ", min=0.1, max=20.0, step=0.05, initial_value=1.0)
-        change = editing(self._editor, lambda request, seconds: set_duration(request, leg, seconds), f"duration {leg}")
-        return (when_changed(slider, change),)
+        slider = self._inputs.gui.add_slider(f"Leg {leg} ", min=0.1, max=20.0, step=0.05, initial_value=1.0)
+        change = lambda request, seconds: set_duration(request, leg, seconds)  # noqa: E731
+        return (self._inputs.edits(slider, change, f"duration {leg}"),)
 
-    def _limit_row(self, name: str) -> tuple[Any, Any]:
-        low, high, first = SLIDERS[name]
-        kind = KIND[name]
+    def _add_limit(self, name: str) -> None:
+        """Add the box that sets a limit, and the slider of its value; angles are in degrees there."""
+        (low, high, first), kind, gui = SLIDERS[name], KIND[name], self._inputs.gui
         label = f"{kind.label} [{kind.typed_unit}]".replace("^2", "²").replace("^3", "³")
+        how: dict[str, Any] = {"min": low, "max": high, "step": 0.05, "initial_value": first, "visible": False}
+        box, slider = gui.add_checkbox(label, False), gui.add_slider(f"≤ {kind.label}", **how)
 
-        def choose(wanted: bool) -> None:
-            value = _inner(name, slider.value) if wanted else None
-            self._editor.edit(lambda request: set_limit(request, name, value))
+        def shown(request: PlanRequest) -> float | None:
+            value = dict(request.limits).get(name)
+            return None if value is None else round(degrees(value) if kind.degrees else value, 9)
 
-        box = when_changed(self._gui.add_checkbox(label, False), choose)
-        slider = self._gui.add_slider(
-            f"≤ {kind.label}", min=low, max=high, step=0.05, initial_value=first, visible=False
-        )
-        change = editing(
-            self._editor, lambda request, value: set_limit(request, name, _inner(name, value)), f"limit {name}"
-        )
-        return box, when_changed(slider, change)
+        def change(request: PlanRequest, value: float) -> PlanRequest:
+            return set_limit(request, name, radians(value) if kind.degrees else value)
 
-    def _show_limits(self, request: PlanRequest) -> None:
-        values = dict(request.limits)
-        for name, (box, slider) in self._sliders.items():
-            follow(box, name in values)
-            slider.visible = name in values
-            if name in values:
-                value = degrees(values[name]) if KIND[name].degrees else values[name]
-                follow(slider, round(value, 9))
-        follow(self._rotors, request.rotors is not None)
-        self._reserve.visible = request.rotors is not None
-        if request.rotors is not None:
-            follow(self._reserve, request.rotors)
+        def switch(request: PlanRequest, wanted: bool) -> PlanRequest:
+            return change(request, slider.value) if wanted else set_limit(request, name, None)
+
+        self._inputs.bind(box, lambda request: shown(request) is not None, switch)
+        self._inputs.bind(slider, shown, change, f"limit {name}")
 
     def _add_polynomials(self) -> None:
-        gui, editor = self._gui, self._editor
-        self._degree = gui.add_dropdown("Degree", tuple(map(str, DEGREES)), initial_value="7")
-        when_changed(self._degree, editing(editor, lambda r, text: replace(r, degree=int(text), continuity=None)))
-        self._continuity = gui.add_dropdown("Continuous derivatives", (AUTOMATIC, *map(str, range(2, 11))))
-        when_changed(self._continuity, editing(editor, lambda r, text: replace(r, continuity=_whole(text))))
-        self._pieces = gui.add_dropdown("Pieces per leg", ("1", "2", "3", "4", "5", "6", "auto"))
-        when_changed(
-            self._pieces, editing(editor, lambda r, text: replace(r, pieces=text if text == "auto" else int(text)))
-        )
-
-    def _show_polynomials(self, request: PlanRequest) -> None:
-        follow(self._degree, str(request.degree))
-        follow(self._continuity, AUTOMATIC if request.continuity is None else str(request.continuity))
-        follow(self._pieces, str(request.pieces))
+        gui, bind = self._inputs.gui, self._inputs.bind
+        degree = gui.add_dropdown("Degree", tuple(map(str, DEGREES)), initial_value="7")
+        bind(degree, lambda r: str(r.degree), lambda r, text: replace(r, degree=int(text), continuity=None))
+        continuity = gui.add_dropdown("Continuous derivatives", (AUTOMATIC, *map(str, range(2, 11))))
+        bind(continuity, lambda r: str(r.continuity or AUTOMATIC), lambda r, text: replace(r, continuity=_whole(text)))
+        pieces = gui.add_dropdown("Pieces per leg", ("1", "2", "3", "4", "5", "6", "auto"))
+        bind(pieces, lambda r: str(r.pieces), lambda r, text: replace(r, pieces=text if text == "auto" else int(text)))
 
 
 def _with_total(request: PlanRequest, seconds: float) -> PlanRequest:
@@ -419,7 +391,7 @@ def _with_total(request: PlanRequest, seconds: float) -> PlanRequest:
 
 def _with_rotors(request: PlanRequest, wanted: bool) -> PlanRequest:
     if wanted:
-        return replace(request, rotors=RESERVE, vehicle=request.vehicle or "dji_f330")
+        return replace(request, rotors=RESERVE, vehicle=request.vehicle or DRAWN)
     return replace(request, rotors=None, limits=request.limits or tuple(USUAL.items()))
 
 
@@ -427,10 +399,6 @@ def _mode(request: PlanRequest) -> str:
     if request.durations is not None:
         return MODES[0]
     return MODES[1] if request.total_time is not None else MODES[2]
-
-
-def _inner(name: str, value: float) -> float:
-    return radians(value) if KIND[name].degrees else float(value)
 
 
 def _whole(text: str) -> int | None:
@@ -453,28 +421,23 @@ class VehiclePanel:
     """
 
     def __init__(self, gui: Any, editor: Editor, path: PathView, state: Callable[[], BenchState]) -> None:
-        self._path, self._state = path, state
-        self._vehicle = gui.add_dropdown("Vehicle", VEHICLES, initial_value=DRAWN)
-        when_changed(self._vehicle, editing(editor, lambda request, name: replace(request, vehicle=name)))
+        self._inputs, self._path, self._state = Inputs(gui, editor), path, state
+        vehicle = gui.add_dropdown("Vehicle", VEHICLES, initial_value=DRAWN)
+        self._inputs.bind(vehicle, lambda r: r.vehicle or DRAWN, lambda r, name: replace(r, vehicle=name))
         self._size = gui.add_html("")
-        self._frame = gui.add_dropdown("Frame of files", tuple(FRAMES))
-        when_changed(self._frame, editing(editor, lambda request, name: replace(request, frame=name)))
+        frame = gui.add_dropdown("Frame of files", tuple(FRAMES))
+        self._inputs.bind(frame, lambda r: r.frame, lambda r, name: replace(r, frame=name))
         when_clicked(gui.add_button("Fly in simulation"), lambda client: editor.later(self._fly))
         self._flown = gui.add_html("")
         self._flight_of: Trajectory | None = None
 
     def show(self, state: BenchState, larger: float) -> None:
         """Show vehicle and frame of the document; ``larger`` is how many times its size the vehicle is drawn."""
-        follow(self._vehicle, state.request.vehicle or DRAWN)
-        follow(self._frame, state.request.frame)
-        self._size.content = sentence(
-            f"drawn {larger:.3g} times as large as it is" if larger > 1.0 else "drawn to scale"
-        )
-        if (
-            self._flight_of is not None
-            and state.planned is not None
-            and state.planned.trajectory is not self._flight_of
-        ):
+        self._inputs.show(state.request)
+        scale = f"drawn {larger:.3g} times as large as it is" if larger > 1.0 else "drawn to scale"
+        self._size.content = sentence(scale)
+        planned = None if state.planned is None else state.planned.trajectory
+        if self._flight_of is not None and planned not in (None, self._flight_of):
             self._flight_of = None
             self._path.overlay(None)
             self._flown.content = ""

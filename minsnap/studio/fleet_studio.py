@@ -57,11 +57,7 @@ class FleetStudio(Page):
     """
 
     def __init__(
-        self,
-        fleet: Fleet,
-        host: str = LOOPBACK,
-        port: int = PORT,
-        lights: Sequence[Lights | None] | None = None,
+        self, fleet: Fleet, host: str = LOOPBACK, port: int = PORT, lights: Sequence[Lights | None] | None = None
     ) -> None:
         if fleet.dim != 3:
             raise FleetError(f"the studio shows fleets in space: this one has {fleet.dim} coordinates")

@@ -63,6 +63,22 @@ def when_clicked(button: Any, act: Callable[[Any], None]) -> Any:
     return button
 
 
+def when_dragged(
+    handle: Any, editor: Editor, drag: Callable[[], None], hold: Callable[[bool], None] = lambda held: None
+) -> None:
+    """Call ``drag`` at every move of a handle in the scene, and ``hold`` when a hand takes it and lets it go."""
+
+    async def moved(event: Any) -> None:
+        if event.phase == "update":
+            drag()
+            return
+        if event.phase != "start":
+            editor.pause()
+        hold(event.phase == "start")
+
+    handle.on_update(moved)
+
+
 def when_triggered(command: Any, act: Callable[[], None]) -> None:
     """Call ``act`` when the key of a command is pressed."""
 
@@ -85,15 +101,51 @@ def follow(handle: Any, value: Any) -> None:
     handle.value = value
 
 
-def editing(
-    editor: Editor, change: Callable[[PlanRequest, Any], PlanRequest], subject: str = ""
-) -> Callable[[Any], None]:
-    """Return what edits the document with every value of an input; ``change`` takes the document and the value."""
-    return lambda value: editor.edit(lambda request: change(request, value), subject)
+class Inputs:
+    """Inputs that edit the document and follow it.
+
+    Parameters
+    ----------
+    gui : viser.GuiApi
+        Where they are added, in the present container.
+    editor : Editor
+        What they edit.
+    """
+
+    def __init__(self, gui: Any, editor: Editor) -> None:
+        self.gui, self.editor = gui, editor
+        self._bound: list[tuple[Any, Callable[[PlanRequest], Any]]] = []
+
+    def edits(self, handle: Any, change: Callable[[PlanRequest, Any], PlanRequest], subject: str = "") -> Any:
+        """Let an input edit the document with every value that a browser gives it; return the input."""
+        return when_changed(handle, lambda value: self.editor.edit(lambda request: change(request, value), subject))
+
+    def follows(self, handle: Any, shown: Callable[[PlanRequest], Any]) -> Any:
+        """Let an input show what ``shown`` returns of the document, hidden where that is None; return the input."""
+        self._bound.append((handle, shown))
+        return handle
+
+    def bind(
+        self,
+        handle: Any,
+        shown: Callable[[PlanRequest], Any],
+        change: Callable[[PlanRequest, Any], PlanRequest],
+        subject: str = "",
+    ) -> Any:
+        """Let an input both follow the document and edit it; return the input."""
+        return self.edits(self.follows(handle, shown), change, subject)
+
+    def show(self, request: PlanRequest) -> None:
+        """Give all inputs the values of the document."""
+        for handle, shown in self._bound:
+            value = shown(request)
+            handle.visible = value is not None
+            if value is not None:
+                follow(handle, value)
 
 
 class InputRows:
-    """A folder with one row of inputs for each entry of the document.
+    """A folder with one row of inputs for each entry of the document, hidden where there is none.
 
     Parameters
     ----------
@@ -108,6 +160,7 @@ class InputRows:
 
     def show(self, values: Sequence[Any]) -> None:
         """Show as many rows as there are values, with these values."""
+        self.folder.visible = bool(values)
         while len(self.handles) > len(values):
             for handle in self.handles.pop():
                 handle.remove()

@@ -12,7 +12,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.gates import Gate
 from minsnap.errors import MinsnapError
 from minsnap.studio.edits import move_waypoint, reshape_gate
-from minsnap.studio.page_inputs import Editor
+from minsnap.studio.page_inputs import Editor, when_dragged
 from minsnap.studio.plan_drawing import VehiclePose, coloured_path, pieces_of
 from minsnap.studio.workbench import BenchState
 from minsnap.trajectory.trajectory import Trajectory
@@ -206,20 +206,17 @@ class WaypointView:
 
         ball.on_click(clicked)
 
-        async def moved(event: Any) -> None:
-            if event.phase == "start":
-                self._dragged.add(index)
-            elif event.phase == "update":
-                position = tuple(float(value) for value in gizmo.position)
-                self._editor.edit(lambda request: move_waypoint(request, index, position), f"drag {index}", held=True)
-            else:
-                self._editor.pause()
-                with self._lock:
-                    self._dragged.discard(index)
-                    self._place()
+        def drag() -> None:
+            position = tuple(float(value) for value in gizmo.position)
+            self._editor.edit(lambda request: move_waypoint(request, index, position), f"drag {index}", held=True)
 
-        gizmo.on_update(moved)
+        when_dragged(gizmo, self._editor, drag, lambda held: self._hold(index, held))
         return gizmo
+
+    def _hold(self, index: int, held: bool) -> None:
+        with self._lock:
+            (self._dragged.add if held else self._dragged.discard)(index)
+            self._place()
 
 
 def numbers(points: Sequence[tuple[float, ...]]) -> list[str]:
@@ -279,16 +276,13 @@ class GateView:
         handle = self._scene.add_transform_controls("/turn", **how)
         before = np.eye(3)
 
-        async def turned(event: Any) -> None:
+        def turn() -> None:
             nonlocal before
-            if event.phase == "update":
-                now = Rotation.from_quat(np.roll(handle.wxyz, -1)).as_matrix()
-                step, before = now @ before.T, now
-                self._editor.edit(lambda request: reshape_gate(request, self._chosen, step), "turn", held=True)
-            elif event.phase != "start":
-                self._editor.pause()
+            now = Rotation.from_quat(np.roll(handle.wxyz, -1)).as_matrix()
+            step, before = now @ before.T, now
+            self._editor.edit(lambda request: reshape_gate(request, self._chosen, step), "turn", held=True)
 
-        handle.on_update(turned)
+        when_dragged(handle, self._editor, turn)
         return handle
 
 

@@ -67,13 +67,12 @@ class Studio(Page):
     ) -> None:
         self._folder = folder if isinstance(folder, WorkingFolder) else WorkingFolder(folder)
         super().__init__(host, port)
-        self._bench: Workbench | None = None
         self._shown: BenchState = BenchState(request, planned)
         self._profiled: tuple[Any, ...] = ()
         self._build()
         if obstacles is not None:
             self._ground.show_obstacles(obstacles)
-        self._bench = Workbench(request, self._show, planned)
+        self._working = Workbench(request, self._show, planned)
 
     @property
     def request(self) -> PlanRequest:
@@ -120,11 +119,6 @@ class Studio(Page):
     def _seen(self) -> FloatArray:
         points = np.array(self.request.waypoints)
         return points if self.trajectory is None else np.vstack([points, several(self.trajectory)])
-
-    @property
-    def _working(self) -> Workbench:
-        assert self._bench is not None
-        return self._bench
 
     def _build(self) -> None:
         server, gui = self._server, self._server.gui
@@ -277,7 +271,8 @@ def show(
     ImportError
         If viser is not there.
     """
-    block = not _is_interactive() if block is None else block
+    if block is None:  # not at the prompt of Python, in IPython or in a notebook
+        block = not (hasattr(sys, "ps1") or "IPython" in sys.modules)
     if isinstance(traj, Fleet):
         page = FleetStudio(traj, host, port)
         _present(page, browser, block)
@@ -314,8 +309,3 @@ def _present(studio: Page, browser: bool, block: bool) -> None:
         studio.wait_until_closed()
     except KeyboardInterrupt:
         studio.close()
-
-
-def _is_interactive() -> bool:
-    """Whether somebody types Python: at its prompt, in IPython or in a notebook."""
-    return hasattr(sys, "ps1") or "IPython" in sys.modules

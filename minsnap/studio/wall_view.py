@@ -12,7 +12,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.planning.request import Box, PlanRequest
 from minsnap.studio.edits import move_face, replace_box
-from minsnap.studio.page_inputs import Editor
+from minsnap.studio.page_inputs import Editor, when_dragged
 from minsnap.studio.workbench import BenchState
 
 TOUCHING = 1e-9
@@ -149,11 +149,14 @@ class WallView:
         """Give the room, a box or nothing faces to drag."""
         with self._lock:
             self._chosen = which
-            for handle in self._faces.values():
-                handle.remove()
-            self._faces = {}
+            self._remove_faces()
             self._dragged.clear()
             self._show_faces()
+
+    def _remove_faces(self) -> None:
+        for handle in self._faces.values():
+            handle.remove()
+        self._faces = {}
 
     def _show_tubes(self, state: BenchState) -> None:
         request = state.request
@@ -207,9 +210,7 @@ class WallView:
         """Move the faces to where the document has them, but for those that a hand holds."""
         box = self._box(self._request)[1]
         if box is None:
-            for handle in self._faces.values():
-                handle.remove()
-            self._faces = {}
+            self._remove_faces()
             return
         centers = face_centres(box)
         for axis in range(3):
@@ -227,20 +228,17 @@ class WallView:
         how = {"active_axes": active, "disable_sliders": True, "disable_rotations": True, "scale": 0.6}
         handle = self._server.scene.add_transform_controls(f"/faces/{axis}{side}", depth_test=False, **how)
 
-        async def moved(event: Any) -> None:
-            if event.phase == "start":
-                self._dragged.add((axis, side))
-            elif event.phase == "update":
-                value = float(handle.position[axis])
-                self._editor.edit(lambda request: self._moved(request, axis, side, value), "face", held=True)
-            else:
-                self._editor.pause()
-                with self._lock:
-                    self._dragged.discard((axis, side))
-                    self._show_faces()
+        def drag() -> None:
+            value = float(handle.position[axis])
+            self._editor.edit(lambda request: self._moved(request, axis, side, value), "face", held=True)
 
-        handle.on_update(moved)
+        when_dragged(handle, self._editor, drag, lambda held: self._hold((axis, side), held))
         return handle
+
+    def _hold(self, face: tuple[int, int], held: bool) -> None:
+        with self._lock:
+            (self._dragged.add if held else self._dragged.discard)(face)
+            self._show_faces()
 
     def _moved(self, request: PlanRequest, axis: int, side: int, value: float) -> PlanRequest:
         leg, box = self._box(request)

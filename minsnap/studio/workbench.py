@@ -106,7 +106,8 @@ def planned_in_stages(
             yield shown
     if superseded():
         raise Superseded
-    curve = plan(**arguments, progress=_ender(superseded)) if _searches(arguments) else plan(**arguments)
+    searches = arguments.get("durations") is None
+    curve = plan(**arguments, progress=_ender(superseded)) if searches else plan(**arguments)
     yield _certified(request, curve, limits, True, began)
 
 
@@ -116,10 +117,6 @@ def _certified(
     tolerance = 0.0 if request.waypoint_tolerance is None else request.waypoint_tolerance
     certificate = certify(curve, request.places, request.walls, limits, tolerance)
     return PlannedScene(request, curve, certificate, final, 1e3 * (perf_counter() - began))
-
-
-def _searches(arguments: dict[str, Any]) -> bool:
-    return arguments.get("durations") is None
 
 
 def _ender(superseded: Callable[[], bool]) -> Callable[[Step], None]:
@@ -354,34 +351,25 @@ class Workbench:
         Called with the state after every change of it, one call at a time, from any thread.
     planned : PlannedScene, optional
         A plan of the document that is there already.
-    clock : callable
-        Returns seconds; for the history.
     """
 
-    def __init__(
-        self,
-        request: PlanRequest,
-        observer: Observer,
-        planned: PlannedScene | None = None,
-        clock: Callable[[], float] = monotonic,
-    ) -> None:
+    def __init__(self, request: PlanRequest, observer: Observer, planned: PlannedScene | None = None) -> None:
         self.lock = threading.RLock()
-        self._history = EditHistory(request, clock)
+        self._history = EditHistory(request)
         self._observer = observer
         self._state = BenchState(request, planned)
         self._worker = PlanWorker(self._take_plan, self._refused)
-        self._show(self._state) if planned is not None else self.plan()
+        if planned is not None:
+            self._show(self._state)
+        else:
+            with self.lock:
+                self._take_up(False)
 
     @property
     def state(self) -> BenchState:
         """What is shown."""
         with self.lock:
             return self._state
-
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is an edit to undo."""
-        return bool(self._history.past)
 
     def edit(self, change: Callable[[PlanRequest], PlanRequest], subject: str = "", held: bool = False) -> None:
         """Change the document and plan it.
@@ -422,11 +410,6 @@ class Workbench:
         with self.lock:
             if self._history.redo():
                 self._take_up(True)
-
-    def plan(self) -> None:
-        """Plan the document as it is."""
-        with self.lock:
-            self._take_up(False)
 
     def wait(self, timeout: float = 30.0) -> bool:
         """Wait until the plan is final or refused; return whether that is so within this time [s]."""

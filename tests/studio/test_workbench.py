@@ -88,7 +88,7 @@ def test_a_refused_change_leaves_everything_as_it_is(watched):
 
     with pytest.raises(InputError):
         bench.edit(refuse)
-    assert len(watcher.states) == count and not bench.can_undo
+    assert len(watcher.states) == count and not bench._history.past
 
 
 def test_only_the_latest_of_many_requests_is_planned(monkeypatch):

@@ -10,13 +10,7 @@ from dataclasses import dataclass
 
 from minsnap.flight.mavlink.setpoints import ChangingTable, Setpoint, SetpointTable
 from minsnap.flight.mavlink.stream_options import FRESH, Phase, StreamOptions
-from minsnap.flight.mavlink.vehicle_messages import (
-    Autopilot,
-    Message,
-    Vector,
-    VehicleState,
-    command,
-)
+from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, Vector, VehicleState, command
 
 LINGER = 1.0
 """How long the hold goes on after the vehicle has left the mode [s]."""

@@ -303,11 +303,7 @@ class ComparedFlight:
 
 
 def compare_in_log(
-    reference: Samples,
-    setpoints: Samples,
-    flown: Samples,
-    max_delay: float = MAX_DELAY,
-    planned: Samples | None = None,
+    reference: Samples, setpoints: Samples, flown: Samples, max_delay: float = MAX_DELAY, planned: Samples | None = None
 ) -> list[ComparedFlight]:
     """Find every flight of a file in a log and compare it with the file.
 
