@@ -28,8 +28,8 @@ class StreamLog:
 
     Parameters
     ----------
-    path : str or path
-        Where; a log that is there already is not replaced.
+    path : str, path or None
+        Where; a log that is there already is not replaced. None: nowhere.
     frame : str
         The vehicle's local frame, noted in the first event.
     start : float
@@ -43,18 +43,22 @@ class StreamLog:
         If the file is there already or cannot be made.
     """
 
-    def __init__(self, path: str | os.PathLike[str], frame: str, start: float, lead: float = 0.0) -> None:
+    def __init__(self, path: str | os.PathLike[str] | None, frame: str, start: float, lead: float = 0.0) -> None:
+        self._start, self._file = start, None if path is None else self._open(path)
+        self.event(start, f"frame={frame}")
+        if lead:
+            self.event(start, f"lead={lead!r}")
+
+    @staticmethod
+    def _open(path: str | os.PathLike[str]) -> int:
         try:
-            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o666)
+            file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o666)
         except FileExistsError:
             raise FileError(f"{path} is there already: logs are not replaced, choose another name") from None
         except OSError as error:
             raise FileError(f"{path} cannot be written: {error.strerror}") from None
-        self._start = start
-        os.write(self._file, (",".join(COLUMNS) + "\n").encode())
-        self.event(start, f"frame={frame}")
-        if lead:
-            self.event(start, f"lead={lead!r}")
+        os.write(file, (",".join(COLUMNS) + "\n").encode())
+        return file
 
     def setpoint(self, now: float, index: int | None, setpoint: Setpoint, mask: int, lateness: float) -> None:
         """Log a setpoint that was sent."""
@@ -75,10 +79,14 @@ class StreamLog:
         self._line(now, "event", text=text)
 
     def close(self) -> None:
-        """Close the file."""
-        os.close(self._file)
+        """Close the file; nothing is written from then on."""
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
 
     def _line(self, now: float, kind: str, **cells: object) -> None:
+        if self._file is None:
+            return
         text = io.StringIO()
         row = {"time": f"{now - self._start:.6f}", "kind": kind, **cells}
         csv.DictWriter(text, COLUMNS, lineterminator="\n").writerow(row)
@@ -115,7 +123,7 @@ class StreamObserver:
         on_status: StatusCallback | None,
     ) -> None:
         self._table, self._on_event, self._on_status = table, on_event, on_status
-        self._log = None if options.log is None else StreamLog(options.log, table.frame, start, table.lead)
+        self._log = StreamLog(options.log, table.frame, start, table.lead)
         self._phase = Phase.PRESTREAM
         self._error: float | None = None
         self._errors: list[float] = []
@@ -123,18 +131,16 @@ class StreamObserver:
 
     def close(self) -> None:
         """Close the log."""
-        if self._log is not None:
-            self._log.close()
+        self._log.close()
 
     def silence(self) -> None:
         """Disable log and callbacks after one of them has failed."""
         self.close()
-        self._log = self._on_event = self._on_status = None
+        self._on_event = self._on_status = None
 
     def say(self, now: float, text: str) -> None:
         """Pass an event on as a sentence."""
-        if self._log is not None:
-            self._log.event(now, text)
+        self._log.event(now, text)
         if self._on_event is not None:
             self._on_event(text)
 
@@ -143,9 +149,8 @@ class StreamObserver:
         kind = message.get_type()
         if kind == "LOCAL_POSITION_NED":
             self._measure(vehicle, sequence)
-            if self._log is not None:
-                self._log.position(now, vehicle)
-        elif kind == "HEARTBEAT" and self._log is not None:
+            self._log.position(now, vehicle)
+        elif kind == "HEARTBEAT":
             self._log.heartbeat(now, vehicle)
         elif kind == "STATUSTEXT":
             self.say(now, f"vehicle: {message.text}")
@@ -162,7 +167,7 @@ class StreamObserver:
     def sent(self, now: float, step: SetpointStep, late: float, sequence: Sequence, vehicle: VehicleState) -> None:
         """Record the setpoint sent in a slot."""
         self.flown += step.index is not None
-        if self._log is not None and step.setpoint is not None:
+        if step.setpoint is not None:
             self._log.setpoint(now, step.index, step.setpoint, self._table.mask, late)
         self.announce(now, sequence)
         if self._on_status is not None:

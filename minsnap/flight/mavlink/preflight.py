@@ -20,7 +20,7 @@ from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.parameters import Parameter, Parameters
 from minsnap.flight.mavlink.schedule import Clock
 from minsnap.flight.mavlink.stream_options import SafetyRules
-from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, command
+from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, VehicleState, command
 from minsnap.trajectory.samples import Samples
 
 
@@ -370,85 +370,79 @@ class VehicleWatch:
 
     def findings(self, autopilot: Autopilot, samples: Samples | None) -> list[Finding]:
         """Return one finding a subject from the messages; a subject without a message is unknown."""
-        return [
-            self._mode(autopilot),
-            self._estimate(),
-            self._arming(),
-            self._battery(),
-            self._place(samples),
-            self._home(samples),
-            self._quality(),
-        ]
+        vehicle, system = self._link.vehicle, self._said.get("SYS_STATUS")
+        places = None if samples is None else np.asarray(map_vectors(samples.position, "enu", self._frame))
+        subjects = {
+            "mode": (None, f"{autopilot.mode_name(vehicle)}, {'' if vehicle.armed else 'not '}armed"),
+            "estimate": _estimate(self._said.get("ESTIMATOR_STATUS"), system),
+            "arming checks": _arming(vehicle, system),
+            "battery": _battery(system),
+            "position": _position(vehicle, places),
+            "home": _home(self._said.get("HOME_POSITION"), places),
+            "link": self._quality(),
+        }
+        return [Finding((), name, *told, grave=name == "estimate") for name, told in subjects.items()]
 
-    def _mode(self, autopilot: Autopilot) -> Finding:
-        vehicle = self._link.vehicle
-        return Finding((), "mode", None, f"{autopilot.mode_name(vehicle)}, {'' if vehicle.armed else 'not '}armed")
-
-    def _estimate(self) -> Finding:
-        status, system = self._said.get("ESTIMATOR_STATUS"), self._said.get("SYS_STATUS")
-        if status is not None:
-            gone = [f"no {name}" for name, bits in _ESTIMATED.items() if not status.flags & bits]
-            gone += [words for words, bit in _SPOILT.items() if status.flags & bit]
-            problem = f"the estimate is not fit to fly by: {', '.join(gone)}" if gone else None
-            return Finding((), "estimate", problem, f"flags {status.flags}", grave=True)
-        if system is None or not system.onboard_control_sensors_present & _AHRS:
-            return Finding((), "estimate", None)
-        well = system.onboard_control_sensors_health & _AHRS
-        problem = None if well else "attitude and position are not estimated well"
-        return Finding((), "estimate", problem, "SYS_STATUS", grave=True)
-
-    def _arming(self) -> Finding:
-        system, failed = self._said.get("SYS_STATUS"), self._link.vehicle.arming.failed
-        if failed:
-            return Finding((), "arming checks", f"it is not ready to arm: {', '.join(failed)}", "EVENT")
-        if system is None:
-            return Finding((), "arming checks", None)
-        ill = system.onboard_control_sensors_present & system.onboard_control_sensors_enabled
-        ill &= ~system.onboard_control_sensors_health
-        reasons = [name for bit, name in _SENSORS.items() if ill & bit]
-        reasons += [f'"{text}"' for text in self._link.vehicle.warnings]
-        problem = None
-        if ill & _PREARM or any(ill & bit for bit in _SENSORS):
-            problem = f"it is not ready to arm: {', '.join(reasons) or 'it does not say why'}"
-        return Finding((), "arming checks", problem, "SYS_STATUS")
-
-    def _battery(self) -> Finding:
-        system = self._said.get("SYS_STATUS")
-        if system is None or not 0 <= system.battery_remaining <= 100:
-            return Finding((), "battery", None)
-        left = system.battery_remaining
-        return Finding((), "battery", f"{left} % are left" if left < LOW_BATTERY else None, f"{left} %")
-
-    def _place(self, samples: Samples | None) -> Finding:
-        height = self._link.vehicle.height
-        if height is None:
-            return Finding(
-                (), "position", "it reports no LOCAL_POSITION_NED: its distance to the start is not known", "none"
-            )
-        if samples is None:
-            return Finding((), "position", None, f"{height:.1f} m high")
-        x, y, _ = self._link.vehicle.position or (math.nan,) * 3
-        away = math.dist((x, y), self._local(samples)[0, :2])
-        far = f"it is {away:.1f} m from the start, without its height" if away > START else None
-        return Finding((), "position", far, f"{away:.1f} m from the start")
-
-    def _home(self, samples: Samples | None) -> Finding:
-        home = self._said.get("HOME_POSITION")
-        if home is None or samples is None or not all(map(math.isfinite, (home.x, home.y, home.z))):
-            return Finding((), "home", None)
-        away = self._local(samples) - (home.x, home.y, home.z)
-        reach, above = float(np.hypot(away[:, 0], away[:, 1]).max()), float(-away[:, 2].min())
-        return Finding((), "home", None, f"the file goes {reach:.1f} m away from it and {above:.1f} m above")
-
-    def _local(self, samples: Samples) -> FloatArray:
-        """Return positions in the vehicle's local frame, shape (m, 3) [m]."""
-        return np.asarray(map_vectors(samples.position, "enu", self._frame))
-
-    def _quality(self) -> Finding:
+    def _quality(self) -> Told:
         share = self._missing / max(1, self._received + self._missing)
         silence = max(self._silence, self._clock.now() - self._last)
         seen = f"{self._received} messages, {100 * share:.1f} % lost, silent for {silence:.2f} s at most"
-        return Finding((), "link", seen if share > LOST or silence > SILENT else None, seen)
+        return seen if share > LOST or silence > SILENT else None, seen
+
+
+Told = tuple[str | None, str | None]
+"""A problem and what was seen; both None where it is not known."""
+
+
+def _estimate(status: Message | None, system: Message | None) -> Told:
+    if status is not None:
+        gone = [f"no {name}" for name, bits in _ESTIMATED.items() if not status.flags & bits]
+        gone += [words for words, bit in _SPOILT.items() if status.flags & bit]
+        problem = f"the estimate is not fit to fly by: {', '.join(gone)}" if gone else None
+        return problem, f"flags {status.flags}"
+    if system is None or not system.onboard_control_sensors_present & _AHRS:
+        return None, None
+    well = system.onboard_control_sensors_health & _AHRS
+    return None if well else "attitude and position are not estimated well", "SYS_STATUS"
+
+
+def _arming(vehicle: VehicleState, system: Message | None) -> Told:
+    if vehicle.arming.failed:
+        return f"it is not ready to arm: {', '.join(vehicle.arming.failed)}", "EVENT"
+    if system is None:
+        return None, None
+    ill = system.onboard_control_sensors_present & system.onboard_control_sensors_enabled
+    ill &= ~system.onboard_control_sensors_health
+    if not (ill & _PREARM or any(ill & bit for bit in _SENSORS)):
+        return None, "SYS_STATUS"
+    reasons = [name for bit, name in _SENSORS.items() if ill & bit]
+    reasons += [f'"{text}"' for text in vehicle.warnings]
+    return f"it is not ready to arm: {', '.join(reasons) or 'it does not say why'}", "SYS_STATUS"
+
+
+def _battery(system: Message | None) -> Told:
+    if system is None or not 0 <= system.battery_remaining <= 100:
+        return None, None
+    left = system.battery_remaining
+    return f"{left} % are left" if left < LOW_BATTERY else None, f"{left} %"
+
+
+def _position(vehicle: VehicleState, places: FloatArray | None) -> Told:
+    if vehicle.position is None:
+        return "it reports no LOCAL_POSITION_NED: its distance to the start is not known", "none"
+    if places is None:
+        return None, f"{-vehicle.position[2]:.1f} m high"
+    away = math.dist(vehicle.position[:2], places[0, :2])
+    far = f"it is {away:.1f} m from the start, without its height" if away > START else None
+    return far, f"{away:.1f} m from the start"
+
+
+def _home(home: Message | None, places: FloatArray | None) -> Told:
+    if home is None or places is None or not all(map(math.isfinite, (home.x, home.y, home.z))):
+        return None, None
+    away = places - (home.x, home.y, home.z)
+    reach, above = float(np.hypot(away[:, 0], away[:, 1]).max()), float(-away[:, 2].min())
+    return None, f"the file goes {reach:.1f} m away from it and {above:.1f} m above"
 
 
 def check_vehicle(

@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, interpolated
+from minsnap.basics.arrays import FloatArray, OwnsArrays, interpolated
 from minsnap.basics.messages import shown
 from minsnap.errors import FlightError, InputError, TimingError
 from minsnap.files.frames import get_frame, map_samples, map_vectors
@@ -165,7 +165,7 @@ def setpoint_message(setpoint: Setpoint, mask: int, vehicle: VehicleState, milli
 
 
 @dataclass(frozen=True, eq=False)
-class SetpointTable:
+class SetpointTable(OwnsArrays):
     """The setpoints of a flight, one row per step.
 
     Parameters
@@ -188,6 +188,8 @@ class SetpointTable:
         How much earlier than planned each row is sent [s].
     added : ndarray, shape (m, 3), or None
         What of the acceleration is no motion but thrust, to offset drag [m/s^2].
+    began : float
+        Instant of the flight at which the trajectory flown now has its time 0 [s].
     """
 
     rows: FloatArray
@@ -199,6 +201,7 @@ class SetpointTable:
     frame: str = "ned"
     lead: float = 0.0
     added: FloatArray | None = None
+    began: float = 0.0
     stays: ClassVar[bool] = False
 
     def motion(self) -> SetpointTable:
@@ -207,7 +210,6 @@ class SetpointTable:
             return self
         rows = self.rows.copy()
         rows[:, 6:9] -= self.added
-        rows.flags.writeable = False
         return replace(self, rows=rows, added=None)
 
     def __len__(self) -> int:
@@ -276,7 +278,6 @@ def tabulate(
     held = known if "velocity" in known else tuple(name for name in known if name != "acceleration")
     missing = tuple(name for name in wanted if name not in (known if fields is None else held))
     rows = np.concatenate([_column(flown, name, name in held) for name in FIELDS], axis=1)
-    rows.flags.writeable = False
     feed_forward = stated.feed_forward if "acceleration" in held else None
     rate = samples.rate if rate is None else float(rate)
     return SetpointTable(rows, rate, held, missing, laps, frame=frame, lead=samples.lead, added=feed_forward)
@@ -360,20 +361,8 @@ NOTHING = FeedForward()
 """Adds nothing to setpoints."""
 
 
-@dataclass(frozen=True, eq=False)
-class Flown:
-    """What is flown: the table, and the instant of the flight at which the present trajectory began [s]."""
-
-    table: SetpointTable
-    began: float
-
-
-@dataclass(frozen=True, eq=False)
-class Exchange:
-    """What is to be flown, and what was flown when it was prepared."""
-
-    before: Flown
-    after: Flown
+Exchange = tuple[SetpointTable, SetpointTable]
+"""What was flown when an exchange was prepared, and what is to be flown."""
 
 
 class ChangingTable:
@@ -393,27 +382,27 @@ class ChangingTable:
     """
 
     def __init__(self, table: SetpointTable, feed_forward: FeedForward = NOTHING, stays: bool = False) -> None:
-        self._flown, self._added, self.stays = Flown(table, 0.0), feed_forward, stays
+        self._flown, self._added, self.stays = table, feed_forward, stays
         self.rate, self.fields, self.missing, self.mask = table.rate, table.fields, table.missing, table.mask
         self.start, self.note, self.frame, self.lead = table.start, table.note, table.frame, table.lead
 
     def __len__(self) -> int:
-        return len(self._flown.table)
+        return len(self._flown)
 
     def __getitem__(self, index: int) -> Setpoint:
         """Return the setpoint of a step; beyond the last it is the last, at rest."""
-        table = self._flown.table
+        table = self._flown
         return table[index] if index < len(table) else table[index].held()
 
     def fly_motion_alone(self) -> bool:
         """Leave out what is added to offset drag, before the flight; return whether there was any."""
-        before = self._flown.table
-        self._flown, self._added = Flown(before.motion(), self._flown.began), NOTHING
+        before = self._flown
+        self._flown, self._added = before.motion(), NOTHING
         return before.added is not None
 
     def planned(self, step: float) -> Vector:
         """Return where the vehicle is to be while a step is sent [m]."""
-        return self._flown.table.planned(step)
+        return self._flown.planned(step)
 
     @property
     def began(self) -> float:
@@ -439,15 +428,12 @@ class ChangingTable:
         InputError
             If it has other coordinates, or several laps are flown.
         """
-        before = self._flown
-        table, at = before.table, before.began + splice
+        table, at = self._flown, self._flown.began + splice
         self._check(table, trajectory, at)
         first = max(math.ceil(at * self.rate - 1e-9), 0)
         rows = self._rows(trajectory, first / self.rate - at)
         kept = table.rows[np.minimum(np.arange(first), len(table.rows) - 1)]
-        whole = np.concatenate((kept, rows))
-        whole.flags.writeable = False
-        return Exchange(before, Flown(replace(table, rows=whole), at))
+        return table, replace(table, rows=np.concatenate((kept, rows)), began=at)
 
     def exchange(self, exchange: Exchange, elapsed: float) -> None:
         """Fly what was prepared, from its splice on.
@@ -465,13 +451,15 @@ class ChangingTable:
         FlightError
             If something else is flown since it was prepared.
         """
-        late = elapsed - exchange.after.began
+        before, after = exchange
+        late = elapsed - after.began
         if late > 0.0:
-            at = exchange.after.began
-            raise TimingError(f"the change takes over at {at:.6g} s of the flight, {late:.3g} s ago: it is too late")
-        if exchange.before is not self._flown:
+            raise TimingError(
+                f"the change takes over at {after.began:.6g} s of the flight, {late:.3g} s ago: it is too late"
+            )
+        if before is not self._flown:
             raise FlightError("another change was taken over meanwhile: replan from what is flown now")
-        self._flown = exchange.after
+        self._flown = after
 
     def _rows(self, trajectory: Trajectory, begin: float) -> FloatArray:
         """Rows of the setpoints from an instant of a trajectory on, its end state last."""

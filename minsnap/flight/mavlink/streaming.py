@@ -13,7 +13,7 @@ from minsnap.errors import FlightError, LinkError
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback, StreamObserver
 from minsnap.flight.mavlink.schedule import Clock, CommonFlight
-from minsnap.flight.mavlink.sender import Foreseer, SentSetpoint, open_sender, undisturbed
+from minsnap.flight.mavlink.sender import SentSetpoint, open_sender, undisturbed
 from minsnap.flight.mavlink.sequence import Conditions, Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import ChangingTable, SetpointTable, setpoint_message
 from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamReport
@@ -285,7 +285,9 @@ class Streamer:
         conditions = self._conditions(sequence, self._sender.late(self._clock.now()))
         with self._changing:
             step = sequence.step(conditions)
-        self._tell_the_others(sequence)
+        if self._common is not None:
+            stopped = None if sequence.completed else sequence.reason
+            self._common[0].tell(self._common[1], sequence.ready, stopped)
         if step is None:
             self._observer.announce(conditions.now, sequence)
             self._say_what_is_left(conditions)
@@ -294,20 +296,13 @@ class Streamer:
             self._link.send(command)
         self._observer.announce(conditions.now, sequence)
         self._say_what_is_hidden(conditions.vehicle, sequence)
-        self._tell(self._sender.deliver(conditions.slot, step, self._foreseen(sequence, step)), sequence)
-        self._say_how_it_sends()
+        foreseen = sequence.foreseen if step.setpoint is not None else lambda slot: SetpointStep(None)
+        self._tell(self._sender.deliver(conditions.slot, step, foreseen), sequence)
+        if self._sender.note is not None and not self._said:
+            self._said = True
+            self._say(self._sender.note)
         self._remind(conditions, sequence)
         return False
-
-    def _tell_the_others(self, sequence: Sequence) -> None:
-        if self._common is not None:
-            stopped = None if sequence.completed else sequence.reason
-            self._common[0].tell(self._common[1], sequence.ready, stopped)
-
-    @staticmethod
-    def _foreseen(sequence: Sequence, step: SetpointStep) -> Foreseer:
-        """Return the function of the setpoints after this step; none while the autopilot takes off by itself."""
-        return (lambda slot: SetpointStep(None)) if step.setpoint is None else sequence.foreseen
 
     def _message(self, step: SetpointStep, milliseconds: int) -> Message:
         assert step.setpoint is not None
@@ -316,11 +311,6 @@ class Streamer:
     def _tell(self, sent: list[SentSetpoint], sequence: Sequence) -> None:
         for each in sent:
             self._observer.sent(each.time, each.step, each.lateness, sequence, self._link.vehicle)
-
-    def _say_how_it_sends(self) -> None:
-        if self._sender.note is not None and not self._said:
-            self._said = True
-            self._say(self._sender.note)
 
     def _say_what_is_hidden(self, vehicle: VehicleState, sequence: Sequence) -> None:
         """Report once that modes are seen rarely, where the vehicle does not send its heartbeat more often."""
