@@ -228,24 +228,12 @@ def check_figure_name(path: str | os.PathLike[str]) -> str:
     return suffix
 
 
-STYLE = """
-body { font: 10pt/1.35 sans-serif; max-width: 190mm; margin: 8mm auto; color: #111; }
-h1 { font-size: 16pt; margin: 0 0 2mm; } h2 { font-size: 12pt; margin: 5mm 0 1mm; border-bottom: 1px solid #999; }
-.holds { background: #e3f4e3; border-left: 2mm solid #2a7d2a; padding: 2mm 3mm; }
-.fails { background: #fbe3e3; border-left: 2mm solid #b00020; padding: 2mm 3mm; }
-table { border-collapse: collapse; width: 100%; font-size: 9pt; page-break-inside: auto; }
-tr { page-break-inside: avoid; } th, td { text-align: right; padding: 0.5mm 2mm; border-bottom: 1px solid #ddd; }
-th:first-child, td:first-child { text-align: left; } td.hash { font: 7.5pt monospace; }
-svg { width: 100%; height: auto; } .sign td { border: 0; padding-top: 12mm; text-align: left; }
-@page { size: A4; margin: 12mm; }
-"""
-
-
 def write_page(path: str | os.PathLike[str], title: str, parts: Sequence[str], *, clobber: bool = True) -> None:
     """Write a page of HTML parts under a title, in one atomic step."""
     head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
     with atomic_write(path, clobber=clobber) as file:
-        file.write(f"{head}<style>{STYLE}</style><h1>{escape(title)}</h1>{''.join(parts)}</html>\n")
+        style = FilePath(__file__).with_name("page.css").read_text(encoding="utf-8")
+        file.write(f"{head}<style>\n{style}</style><h1>{escape(title)}</h1>{''.join(parts)}</html>\n")
 
 
 def verdict(good: bool, html: str) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import wraps
+from functools import cache, wraps
+from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -17,29 +18,6 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
-SHEET: Any = {
-    "font.size": 10.0,
-    "axes.titlesize": 11.0,
-    "axes.labelsize": 10.0,
-    "xtick.labelsize": 9.0,
-    "ytick.labelsize": 9.0,
-    "legend.fontsize": 9.0,
-    "legend.frameon": False,
-    "axes.edgecolor": "#666666",
-    "axes.linewidth": 0.8,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.formatter.useoffset": False,
-    "axes.axisbelow": True,
-    "grid.color": "#d8d8d8",
-    "grid.linewidth": 0.6,
-    "xtick.color": "#333333",
-    "ytick.color": "#333333",
-    "lines.solid_capstyle": "round",
-}
-"""matplotlib's parameters while a figure of this package is drawn."""
 
 PATH_COLOUR = "#8a1c3b"
 CORRIDOR_COLOUR = "#56b4e9"
@@ -72,10 +50,17 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
     def drawn(*arguments: P.args, **options: P.kwargs) -> R:
         from matplotlib import rc_context
 
-        with rc_context(SHEET):
+        with rc_context(_sheet()):
             return draw(*arguments, **options)
 
     return drawn
+
+
+@cache
+def _sheet() -> Any:
+    from matplotlib import rc_params_from_file
+
+    return rc_params_from_file(FilePath(__file__).with_name("minsnap.mplstyle"), use_default_template=False)
 
 
 def draw_curves(ax: Axes, t: FloatArray, values: Any, names: Sequence[str | None], **line: Any) -> None:

@@ -11,7 +11,8 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from functools import cached_property
+from functools import cache, cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,6 @@ from minsnap.basics.messages import SHOWN, shown
 from minsnap.basics.schema import ANYTHING, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.errors import FileError, VehicleError
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, Surface, SurfaceDrag
-from minsnap.vehicle.presets import crazyflie_parameters, dji_f330_parameters, px4_sih_parameters
 
 LAYOUTS: dict[str, tuple[float, float, float, float]] = {
     "x": (45.0, 135.0, 225.0, 315.0),
@@ -172,18 +172,18 @@ class Quadrotor(ReadOnly):
 
     @classmethod
     def dji_f330(cls) -> Quadrotor:
-        """Return a DJI F330; see :func:`minsnap.vehicle.presets.dji_f330_parameters` for its sources."""
-        return cls(**dji_f330_parameters())
+        """Return a DJI F330; ``dji_f330.yaml`` beside this module names the source of each number."""
+        return named_vehicle("dji_f330")
 
     @classmethod
     def px4_sih(cls) -> Quadrotor:
-        """Return the quadrotor of PX4's simulation in hardware; see ``minsnap.vehicle.presets``."""
-        return cls(**px4_sih_parameters())
+        """Return the quadrotor of PX4's simulation in hardware; ``px4_sih.yaml`` names the sources."""
+        return named_vehicle("px4_sih")
 
     @classmethod
     def crazyflie(cls) -> Quadrotor:
-        """Return a Crazyflie 2.x; see :func:`minsnap.vehicle.presets.crazyflie_parameters` for its sources."""
-        return cls(**crazyflie_parameters())
+        """Return a Crazyflie 2.x; ``crazyflie.yaml`` names the sources."""
+        return named_vehicle("crazyflie")
 
     @classmethod
     def from_yaml(cls, path: str | os.PathLike[str]) -> Quadrotor:
@@ -431,8 +431,9 @@ SHORT_NAMES = {"f330": "dji_f330", "px4-sih": "px4_sih"}
 """Names of presets on the command line, which files may use too."""
 
 
+@cache
 def named_vehicle(name: str) -> Quadrotor:
-    """Return the preset of that name.
+    """Return the preset of that name, from its file beside this module.
 
     Raises
     ------
@@ -442,8 +443,7 @@ def named_vehicle(name: str) -> Quadrotor:
     name = SHORT_NAMES.get(name, name)
     if name not in VEHICLES:
         raise VehicleError(f"no vehicle is called {name!r}: choose one of {', '.join(VEHICLES)}")
-    made: Quadrotor = getattr(Quadrotor, name)()
-    return made
+    return read_vehicle(Path(__file__).with_name(f"{name}.yaml"))
 
 
 def preset_of(vehicle: Quadrotor) -> str | None:

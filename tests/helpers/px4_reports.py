@@ -4,9 +4,17 @@ import struct
 
 from standin import mavlink
 
-from minsnap.flight.mavlink.vehicle_messages import add_event_to, event_id
+from minsnap.flight.mavlink.vehicle_messages import add_event_to
 
 OFFBOARD, POSCTL = 1 << 14, 1 << 2
+
+
+def event_id(name):
+    """Return the number of an event of the autopilot: FNV-1a of its name, 24 bits of it."""
+    number = 0x811C9DC5
+    for byte in name.encode():
+        number = (number ^ byte) * 0x1000193 & 0xFFFFFFFF
+    return 1 << 24 | number & 0xFFFFFF
 
 
 def event(name, modes=OFFBOARD):

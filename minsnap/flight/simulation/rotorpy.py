@@ -131,20 +131,6 @@ def reorder_rotors(values: npt.ArrayLike) -> FloatArray:
     return np.asarray(values, dtype=np.float64)[..., list(ROTOR_ORDER)]
 
 
-def hover_drag(vehicle: Quadrotor) -> BodyDrag:
-    """Return a vehicle's drag with the rotor drag at hover speed: the model to use for compensation."""
-    parts = vehicle.drag.parts if isinstance(vehicle.drag, SumOfDrags) else (vehicle.drag,)
-    total = BodyDrag()
-    for part in parts:
-        if isinstance(part, RotorSpeedDrag):
-            total = total + part.at(vehicle.hover_rotor_speed)
-        elif isinstance(part, BodyDrag):
-            total = total + part
-        else:
-            raise VehicleError(f"drag of kind {type(part).__name__} has no model at hover")
-    return total
-
-
 def _inertia(parameters: Mapping[str, Any]) -> FloatArray:
     names = (("Ixx", "Ixy", "Ixz"), ("Ixy", "Iyy", "Iyz"), ("Ixz", "Iyz", "Izz"))
     return np.array([[parameters[name] for name in row] for row in names], dtype=np.float64)

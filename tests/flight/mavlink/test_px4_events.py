@@ -2,13 +2,15 @@
 
 import json
 import lzma
+from pathlib import Path
 
 import pytest
-from px4_reports import POSCTL, event, report
+from px4_reports import POSCTL, event, event_id, report
 from standin import mavlink
 
 from minsnap.errors import FileError
-from minsnap.flight.mavlink.vehicle_messages import ArmingReport, event_id, load_dialect, read_events
+from minsnap.flight.mavlink import vehicle_messages
+from minsnap.flight.mavlink.vehicle_messages import BEGIN, END, TEXTS, ArmingReport, load_dialect, read_events
 
 
 def heard(messages, **how):
@@ -20,6 +22,10 @@ def heard(messages, **how):
 
 def test_the_number_of_an_event_is_a_hash_of_its_name():
     assert event_id("a") == 0x010C292C and event_id("foobar") == 0x019CF968, "vectors of FNV-1a, 0xe40c292c, 0xbf9cf968"
+    assert (BEGIN, END) == (event_id("commander_arming_check_summary"), event_id("commander_health_summary"))
+    content = json.loads(Path(vehicle_messages.__file__).with_name("px4_events.json").read_text())
+    events = content["components"]["1"]["event_groups"]["arming_check"]["events"]
+    assert {event_id(event["name"]): event["message"] for event in events.values()} == TEXTS
 
 
 def test_the_message_travels_with_the_checksum_that_its_definition_has():

@@ -6,9 +6,8 @@ import pytest
 
 import minsnap
 from minsnap.errors import VehicleError
-from minsnap.flight.simulation.rotorpy import RotorPyTrajectory, from_rotorpy, hover_drag, reorder_rotors
-from minsnap.flight.thesis import published_drag
-from minsnap.vehicle import BodyDrag, RigidBody, SumOfDrags, flatness_of
+from minsnap.flight.simulation.rotorpy import RotorPyTrajectory, from_rotorpy, reorder_rotors
+from minsnap.vehicle import BodyDrag, RigidBody, flatness_of
 
 pytest.importorskip("rotorpy", reason="the simulator of the extra sim")
 
@@ -127,14 +126,16 @@ def circle():
 
 @pytest.mark.slow
 def test_compensation_lowers_the_error_with_their_drag(circle) -> None:
-    drag = hover_drag(from_rotorpy(hummingbird))
+    craft = from_rotorpy(hummingbird)
+    body, rotors = craft.drag.parts
+    drag = body + rotors.at(craft.hover_rotor_speed)
     without, offset = rmse(fly(circle, hummingbird, True)), rmse(fly(circle, hummingbird, True, drag))
     assert offset < 0.5 * without
 
 
 @pytest.mark.slow
 def test_compensation_changes_nothing_where_there_is_no_drag(circle) -> None:
-    none = hover_drag(from_rotorpy(hummingbird, aero=False))
+    none = from_rotorpy(hummingbird, aero=False).drag
     assert none.absent
     np.testing.assert_array_equal(fly(circle, hummingbird, False, none), fly(circle, hummingbird, False))
 
@@ -161,11 +162,3 @@ def test_what_cannot_be_taken_over_is_named() -> None:
         from_rotorpy(changed(rotor_pos=six))
     with pytest.raises(VehicleError, match="vehicle="):
         RotorPyTrajectory(minsnap.circle(), compensation=BodyDrag((1, 1, 1)))
-
-
-def test_the_model_at_hover_needs_parts_that_have_one() -> None:
-    from dataclasses import replace
-
-    craft = replace(from_rotorpy(hummingbird), drag=SumOfDrags((published_drag("linear"),)))
-    with pytest.raises(VehicleError, match="SurfaceDrag"):
-        hover_drag(craft)

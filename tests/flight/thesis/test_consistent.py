@@ -4,13 +4,12 @@ import numpy as np
 
 from minsnap.flight.thesis import consistent_parasitic_drag, consistent_rotor_drag
 from minsnap.vehicle import Quadrotor
-from minsnap.vehicle.presets import F330_AIRFRAME, F330_ROTORS
 
 
 def test_the_numbers_of_the_preset_are_those_of_the_fit():
-    for preset, derived in ((F330_AIRFRAME, consistent_parasitic_drag()), (F330_ROTORS, consistent_rotor_drag())):
-        np.testing.assert_allclose(preset.linear, derived.linear, rtol=1e-9, atol=1e-12)
-        np.testing.assert_allclose(preset.quadratic, derived.quadratic, rtol=1e-9, atol=1e-12)
+    preset, derived = Quadrotor.dji_f330().drag, consistent_parasitic_drag() + consistent_rotor_drag()
+    np.testing.assert_allclose(preset.linear, derived.linear, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(preset.quadratic, derived.quadratic, rtol=1e-9, atol=1e-12)
 
 
 def test_the_f330_has_the_drag_of_its_airframe_and_of_its_rotors():
