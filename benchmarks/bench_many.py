@@ -21,8 +21,8 @@ from measure import table
 
 import minsnap
 from minsnap.batch import read_mapping, run_batch
-from minsnap.batch.cluster import connected, write_shards
 from minsnap.batch.folder import ShardJob, claimed, made_with, make_shard
+from minsnap.batch.run import connected, write_shards
 from minsnap.batch.solving import Solving
 
 RECTANGLE = np.array([(0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0)])

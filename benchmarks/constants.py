@@ -18,7 +18,7 @@ import minsnap
 from minsnap.basics import tolerances
 from minsnap.errors import MinsnapError
 from minsnap.optimisation import elastic, high_precision, infeasibility, linear_rows, qp, reference_core, solve
-from minsnap.polynomials import extrema, local_maxima
+from minsnap.polynomials import extrema
 
 CONSTANTS = (
     (tolerances, "GAP"),
@@ -37,8 +37,8 @@ CONSTANTS = (
     (infeasibility, "NOTICEABLE"),
     (infeasibility, "WIDTH_ROOM"),
     (extrema, "PARTS"),
-    (local_maxima, "REFINED_BELOW"),
-    (local_maxima, "STEPS"),
+    (extrema, "REFINED_BELOW"),
+    (extrema, "STEPS"),
     (tolerances, "EXACT"),
     (tolerances, "ROUNDING"),
 )

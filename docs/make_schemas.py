@@ -6,7 +6,7 @@ from pathlib import Path
 from minsnap.basics.schema import Form, Json, json_schema
 from minsnap.batch.spec import BATCH
 from minsnap.files.request_yaml import REQUEST
-from minsnap.paths.missions.course_file import COURSE
+from minsnap.paths.missions.course import COURSE
 from minsnap.shows.show_yaml import SHOW
 from minsnap.vehicle.quadrotor import VEHICLE
 

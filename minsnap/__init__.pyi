@@ -11,13 +11,13 @@ from .corridors.boxes import Room as Room
 from .corridors.gates import Ball as Ball
 from .corridors.gates import Gate as Gate
 from .corridors.half_spaces import HalfSpaces as HalfSpaces
+from .corridors.half_spaces import Polytopes as Polytopes
 from .corridors.keep_out import Cuboid as Cuboid
 from .corridors.keep_out import Cylinder as Cylinder
 from .corridors.keep_out import Ellipsoid as Ellipsoid
 from .corridors.occupancy_grid import corridor_from_grid as corridor_from_grid
-from .corridors.polytopes import Polytopes as Polytopes
-from .corridors.sampled import Sampled as Sampled
 from .corridors.tubes import RoundTube as RoundTube
+from .corridors.tubes import Sampled as Sampled
 from .corridors.tubes import Tube as Tube
 from .errors import CorridorError as CorridorError
 from .errors import InfeasibleError as InfeasibleError
@@ -41,7 +41,7 @@ from .optimisation.textbook_qp import build_qp as build_qp
 from .paths import routes as routes
 from .paths.missions.course import Course as Course
 from .paths.missions.course import Stop as Stop
-from .paths.missions.course_file import read_course as read_course
+from .paths.missions.course import read_course as read_course
 from .paths.missions.mission import plan_mission as plan_mission
 from .paths.shapes import circle as circle
 from .paths.shapes import helix as helix

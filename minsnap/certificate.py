@@ -31,8 +31,7 @@ from minsnap.native import proved_extrema as native
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.enclosures import UNIT
 from minsnap.trajectory.path import Path
-from minsnap.trajectory.path_card import path_drawings
-from minsnap.trajectory.report import norm_facts
+from minsnap.trajectory.report import norm_facts, path_drawings
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -107,7 +106,7 @@ class Certificate:
         Slow: some milliseconds per leg and wall. False means that a figure does not hold, or that the curve touches it
         at an instant that no halving reaches.
         """
-        from minsnap.corridors.exact_margins import margin_holds, norm_holds
+        from minsnap.corridors.margins import margin_holds, norm_holds
 
         norms = (self.max_speed, self.max_acceleration, self.max_jerk, self.max_snap)
         margin = self.corridor_margin

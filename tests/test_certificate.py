@@ -15,7 +15,7 @@ from minsnap.certificate import _continuity, continuity
 from minsnap.corridors.knot_regions import STORED
 from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.errors import CorridorError, InputError, WaypointError
-from minsnap.trajectory.path_card import path_drawings
+from minsnap.trajectory.report import path_drawings
 from minsnap.trajectory.trajectory import Trajectory
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]

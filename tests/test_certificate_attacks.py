@@ -9,8 +9,7 @@ from scipy.interpolate import PPoly
 import minsnap
 from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Walls
-from minsnap.corridors.exact_margins import margin_holds
-from minsnap.corridors.margins import nearest_wall
+from minsnap.corridors.margins import margin_holds, nearest_wall
 from minsnap.errors import MinsnapError
 from minsnap.native.library import core, using
 from minsnap.polynomials.rationals import derivative, is_never_negative

@@ -100,7 +100,7 @@ SITES = [
 
 ELSEWHERE = {
     ("passage", "_too_narrow", InfeasibleError),
-    ("unproved_fleet", "unproved_fleet", UnprovedError),
+    ("time_search", "unproved_fleet", UnprovedError),
     ("fleet_planner", "fleet", UnprovedError),
 }
 """Tested in ``routes/test_separation.py``, ``fleet/test_fleet_planner.py`` and ``fleet/test_fleet_last_look.py``."""

@@ -1,10 +1,16 @@
-"""Values of any kind as short texts for messages."""
+"""Short texts of values for messages, and unknown names of arguments answered with the one that was meant."""
 
 from __future__ import annotations
 
+import inspect
 import re
 import reprlib
-from typing import Any
+from collections.abc import Callable, Mapping
+from difflib import get_close_matches
+from functools import wraps
+from typing import Any, TypeVar, cast
+
+from minsnap.errors import ArgumentNameError
 
 SHOWN = 60
 """Characters of a value that a message shows."""
@@ -33,3 +39,52 @@ class _Shortened(reprlib.Repr):
 def shown(value: Any) -> str:
     """Return a value as shortened text for a message; fast also for large values."""
     return _Shortened().repr(value)[: 2 * SHOWN]
+
+
+Called = TypeVar("Called", bound=Callable[..., Any])
+
+
+def explains_names(moved: Mapping[str, str]) -> Callable[[Called], Called]:
+    """Make a function or class answer unknown keywords with a sentence.
+
+    Parameters
+    ----------
+    moved : mapping
+        What to write in place of names that are not parameters, by name.
+
+    Returns
+    -------
+    callable
+        A decorator; what it returns has the same signature and raises ArgumentNameError for an unknown name. Of a
+        function that passes keywords on, only names in ``moved`` are unknown.
+    """
+
+    def explained(called: Called) -> Called:
+        target: Callable[..., Any] = vars(called)["__init__"] if isinstance(called, type) else called
+        parameters = inspect.signature(target).parameters
+        passes_on = any(one.kind is one.VAR_KEYWORD for one in parameters.values())
+        known = frozenset(parameters)
+
+        @wraps(target)
+        def checked(*args: Any, **kwargs: Any) -> Any:
+            if not kwargs.keys() <= known:
+                for name in kwargs:
+                    if name in moved or not (name in known or passes_on):
+                        raise _unknown(called.__name__, name, known, moved)
+            return target(*args, **kwargs)
+
+        if isinstance(called, type):
+            type.__setattr__(called, "__init__", checked)
+            return called
+        return cast(Called, checked)
+
+    return explained
+
+
+def _unknown(called: str, name: str, known: frozenset[str], moved: Mapping[str, str]) -> ArgumentNameError:
+    if name in moved:
+        return ArgumentNameError(f"{called} has no argument {name}: write {moved[name]}")
+    stem = name.removeprefix("max_")
+    near = [stem] if stem in known else get_close_matches(name, known - {"self"}, 1)
+    hint = f"did you mean {near[0]}?" if near else f"it takes {', '.join(sorted(known - {'self'}))}"
+    return ArgumentNameError(f"{called} has no argument {shown(name)}: {hint}")

@@ -13,8 +13,7 @@ from typing import Any
 
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.reading import reading
-from minsnap.basics.storage.text import read_text
+from minsnap.basics.storage.text import read_text, reading
 from minsnap.basics.version import __version__
 from minsnap.batch.columns import parquet_writer, schema
 from minsnap.batch.problem_table import pyarrow_parquet

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.reading import check_regular, check_size, reading
+from minsnap.basics.storage.text import check_regular, check_size, reading
 from minsnap.errors import FileError
 
 DRAWN = ("corridor", "waypoint_tolerance", "total_time", "time_weight")

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import logging
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import secrets
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 from minsnap.basics.checks import is_number, is_whole
 from minsnap.basics.messages import shown
-from minsnap.batch.cluster import Counted, connected, write_shards
 from minsnap.batch.datasheet import write_datasheet
 from minsnap.batch.folder import (
     Shard,
@@ -20,12 +25,211 @@ from minsnap.batch.folder import (
     is_complete,
     kept_shard,
     made_with,
+    make_shard,
     shard_name,
     write_manifest,
 )
 from minsnap.batch.spec import Spec
 from minsnap.batch.tally import Tally
-from minsnap.errors import BatchError, FileError, InputError
+from minsnap.errors import BatchError, FileError, InputError, MinsnapError
+
+AHEAD = 2
+"""Files that are handed out for each thread: one at work, one next."""
+
+TOLD = 50.0
+"""How often in a second the scheduler is told about new rows, by all threads together."""
+
+CONFIG = {
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.pause": False,
+    "distributed.worker.memory.monitor-interval": "1s",
+    "distributed.scheduler.allowed-failures": 10,
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.system-monitor.interval": "5s",
+    "distributed.admin.tick.interval": "1s",
+    "distributed.comm.timeouts.connect": "10s",
+    "distributed.comm.timeouts.tcp": "30s",
+}
+"""Results are a few kilobytes, so that nothing is worth spilling; a worker may be lost more often than thrice; and Dask
+need not watch itself many times a second."""
+
+Finished = Callable[[Shard], None]
+"""Called with every finished file, in the order in which they are finished."""
+
+Counted = Callable[[dict[str, int]], None]
+"""Called with the number of new rows by status, some times a second at most."""
+
+
+def write_shards(
+    job: ShardJob, numbers: Sequence[int], client: Any, finished: Finished, counted: Counted | None = None
+) -> None:
+    """Write the files of a batch on a cluster; a few are handed out at a time.
+
+    Parameters
+    ----------
+    job : ShardJob
+    numbers : sequence of int
+        Of the files.
+    client : distributed.Client
+    finished, counted : callable
+
+    Raises
+    ------
+    BatchError
+        If a file cannot be written, workers die again and again, or the scheduler is lost.
+    """
+    from distributed import as_completed
+
+    topic = f"minsnap-batch-{secrets.token_hex(8)}"
+    if counted is not None:
+        client.subscribe_topic(topic, lambda event: counted(event[1]["rows"]))
+    left, pause = iter(numbers), _threads(client) / TOLD
+    submit = partial(client.submit, _make, job, topic, pause, pure=False)
+    with _named_failures(client):
+        first = [submit(number) for number in _some(left, AHEAD * _threads(client))]
+        at_work = as_completed(first, loop=client.loop)
+        for future in at_work:
+            written = future.result()
+            if isinstance(written, Exception):
+                raise written
+            finished(written)
+            future.release()
+            while at_work.count() < AHEAD * _threads(client) and (more := next(left, None)) is not None:
+                at_work.add(submit(more))
+
+
+def _make(job: ShardJob, topic: str, pause: float, number: int) -> Shard | Exception:
+    """Write one file in a worker, which tells the client about its rows; return an error instead of logging it too."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    with RowCounter(lambda counts: worker.log_event(topic, {"rows": counts}), pause) as told:
+        try:
+            return make_shard(job, number, told)
+        except Exception as error:
+            return error
+
+
+class RowCounter:
+    """Adds up new rows by status, and tells of them at most once in a while, and at the end.
+
+    Parameters
+    ----------
+    tell : callable
+    pause : float
+        [s].
+    clock : callable
+        Returns seconds.
+    """
+
+    def __init__(self, tell: Counted, pause: float, clock: Callable[[], float] = monotonic) -> None:
+        self._tell, self._pause, self._clock = tell, pause, clock
+        self._counts, self._due = Counter[str](), clock() + pause
+
+    def __enter__(self) -> RowCounter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._send()
+
+    def __call__(self, counts: Mapping[str, int]) -> None:
+        """Count new rows."""
+        self._counts.update(counts)
+        if self._clock() >= self._due:
+            self._send()
+
+    def _send(self) -> None:
+        if self._counts:
+            self._tell(dict(self._counts))
+        self._counts, self._due = Counter(), self._clock() + self._pause
+
+
+def _some(values: Iterator[int], count: int) -> Iterator[int]:
+    """Yield the next ones, at most ``count``."""
+    return (value for _, value in zip(range(count), values, strict=False))
+
+
+def _threads(client: Any) -> int:
+    return max(1, int(sum(client.nthreads().values())))
+
+
+@contextmanager
+def _named_failures(client: Any) -> Iterator[None]:
+    """Convert what Dask raises to errors of the library."""
+    from concurrent.futures import CancelledError
+
+    from distributed import KilledWorker, TimeoutError
+    from distributed.comm import CommClosedError
+
+    try:
+        yield
+    except KilledWorker as error:
+        raise BatchError(
+            f"workers ended several times while they wrote one file ({error}): give them more memory"
+        ) from error
+    except (CancelledError, CommClosedError, TimeoutError) as error:
+        raise BatchError("the connection to the scheduler was lost") from error
+    except (MinsnapError, KeyboardInterrupt, ImportError):
+        raise
+    except OSError as error:
+        raise BatchError(f"a worker stopped: {error}") from error
+
+
+@contextmanager
+def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
+    """Yield a distributed.Client of a scheduler, or of workers on this machine that are started and ended here.
+
+    Parameters
+    ----------
+    workers : int or None
+        Processes on this machine; by default as many as it has processors.
+    scheduler : str or None
+        Address of a scheduler, such as ``tcp://host:8786``.
+
+    Raises
+    ------
+    BatchError
+        If there is no scheduler at the address.
+    ImportError
+        If Dask is not there.
+    """
+    try:
+        import dask
+        from distributed import Client
+    except ImportError as error:
+        raise ImportError("a batch needs dask[distributed]: pip install minsnap[batch]") from error
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    with ExitStack() as stack:
+        stack.enter_context(dask.config.set(CONFIG))
+        where = scheduler if scheduler is not None else stack.enter_context(_here(workers))
+        try:
+            client = stack.enter_context(Client(where, set_as_default=False, timeout="5s"))
+        except (OSError, ValueError) as error:
+            raise BatchError(f"there is no scheduler at {scheduler}: {error}") from error
+        yield client
+
+
+@contextmanager
+def _here(workers: int | None) -> Iterator[Any]:
+    """Yield a cluster of processes on this machine, over TCP."""
+    from dask.system import CPU_COUNT
+    from distributed import LocalCluster
+
+    with tempfile.TemporaryDirectory(prefix="minsnap-batch-") as scratch:
+        with LocalCluster(
+            n_workers=workers or CPU_COUNT,
+            threads_per_worker=1,
+            processes=True,
+            protocol="tcp://",
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            worker_dashboard_address="127.0.0.1:0",
+            local_directory=scratch,
+            silence_logs=logging.CRITICAL,
+        ) as cluster:
+            yield cluster
+
 
 TIMEOUT = 60.0
 """Seconds of processor time that a problem may take, unless told otherwise."""

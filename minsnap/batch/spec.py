@@ -20,8 +20,7 @@ from minsnap.basics.schema import NUMBER, TEXT, WHOLE, Form, Key, either, from_t
 from minsnap.basics.storage.text import load_yaml
 from minsnap.batch.problem_table import DRAWN, FIXED, count_rows, digest_of
 from minsnap.errors import FileError
-from minsnap.files.limits_in_files import NAMED, PRESET
-from minsnap.files.request_yaml import FURTHER
+from minsnap.files.request_yaml import FURTHER, LIMIT_KEYS, PRESET
 
 BIGGEST = 1e6
 """Greatest length [m], duration [s] and limit that a specification may name."""
@@ -58,7 +57,7 @@ SHAPES: Mapping[str, Mapping[str, tuple[Any, float, float, bool]]] = {
 }
 """What each generator draws: the default, least, greatest, and whether it is a whole number."""
 
-LIMITS = tuple(NAMED)
+LIMITS = tuple(LIMIT_KEYS)
 
 
 @dataclass(frozen=True)
@@ -123,7 +122,7 @@ COMMON = {
     "shard_rows": Key(from_to(WHOLE, 1, 10_000_000), "problems in one file"),
     "limits": Key(
         mapping(
-            {name: Key(ranged(1e-9, BIGGEST), key.text) for name, key in NAMED.items()},
+            {name: Key(ranged(1e-9, BIGGEST), key.text) for name, key in LIMIT_KEYS.items()},
             "a mapping of limits by name, such as {speed: [1, 3]}",
         ),
         "drawn for each problem",

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from minsnap.flight.mavlink.stream_options import StreamStatus
     from minsnap.flight.mavlink.streaming import Streamer
     from minsnap.limits.limits import Limits
-    from minsnap.replanning.change import Change
+    from minsnap.replanning.memory import Change
     from minsnap.trajectory.trajectory import Trajectory
 
 _INTERVAL = 0.2  # of the bar, and of looking whether the flight is over [s]

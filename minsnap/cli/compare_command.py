@@ -14,7 +14,7 @@ from minsnap.cli.summary import as_json
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.files.logs.flight_log import FlightLog
+    from minsnap.files.flight_log import FlightLog
     from minsnap.flight.tracking.log_comparison import ComparedFlight
     from minsnap.trajectory.samples import Samples
 

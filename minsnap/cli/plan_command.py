@@ -107,7 +107,7 @@ def _home(file: Path) -> tuple[float, ...] | None:
 
 def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> Course | None:
     """Return the course: that of a file, or waypoints with laps, take-off or landing; None without these."""
-    from minsnap.paths.missions.course_file import is_course, read_course
+    from minsnap.paths.missions.course import is_course, read_course
 
     wanted = laps is not None or takeoff or land
     described = is_course(file, wanted)
@@ -171,7 +171,7 @@ def _timed(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> Plan
     """Return the request with the options in place of its own, and durations from the average speed without any."""
     import numpy as np
 
-    from minsnap.paths.shapes.straight import leg_durations
+    from minsnap.paths.shapes import leg_durations
 
     own: dict[str, Any] = {"durations": None, "total_time": None, "limits": (), "rotors": None} if searched else {}
     own |= {"time_weight": None} if searched else {}

@@ -102,7 +102,7 @@ def simulate(
         progress=shown,
     )
     if files.log is not None:
-        from minsnap.files.logs.ulog import write_ulog
+        from minsnap.files.autopilot_logs import write_ulog
         from minsnap.flight.tracking.log_comparison import simulated_log
 
         write_ulog(simulated_log(craft, flight, path, seed=simulated.seed), files.log)

@@ -89,7 +89,7 @@ class OrderOptions:
 
         from minsnap.cli.companion import Listening
         from minsnap.corridors.boxes import Room
-        from minsnap.paths.missions.course_file import read_course
+        from minsnap.paths.missions.course import read_course
         from minsnap.paths.missions.mission import plan_mission
 
         if file.suffix.lower() not in (".yaml", ".yml"):

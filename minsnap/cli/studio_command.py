@@ -16,7 +16,7 @@ from minsnap.cli.command import command
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.files.formats.light_programme import Lights
+    from minsnap.files.formats.skybrush import Lights
     from minsnap.fleet.common_clock import Fleet
     from minsnap.studio.browser_page import Page
 

@@ -40,8 +40,7 @@ def upload(
 
 def _addresses(folder: Path) -> list[str]:
     """Return the addresses of the robots of a crazyswarm2 folder, in their order."""
-    from minsnap.basics.storage.reading import reading
-    from minsnap.basics.storage.text import load_yaml
+    from minsnap.basics.storage.text import load_yaml, reading
 
     file = folder / "crazyflies.yaml"
     if not file.exists():

@@ -5,13 +5,13 @@ from .constraint import Walls as Walls
 from .gates import Ball as Ball
 from .gates import Gate as Gate
 from .half_spaces import HalfSpaces as HalfSpaces
+from .half_spaces import Polytopes as Polytopes
 from .keep_out import Cuboid as Cuboid
 from .keep_out import Cylinder as Cylinder
 from .keep_out import Ellipsoid as Ellipsoid
 from .occupancy_grid import corridor_from_grid as corridor_from_grid
 from .passing import GatePassage as GatePassage
 from .passing import gate_passages as gate_passages
-from .polytopes import Polytopes as Polytopes
-from .sampled import Sampled as Sampled
 from .tubes import RoundTube as RoundTube
+from .tubes import Sampled as Sampled
 from .tubes import Tube as Tube

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.argument_names import explains_names
 from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.checks import check_array, check_distance
-from minsnap.basics.messages import shown
+from minsnap.basics.messages import explains_names, shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import WaypointError
 

@@ -1,9 +1,13 @@
-"""Half-spaces of the position or of a derivative, on all legs or on some."""
+r"""Half-spaces on all legs or on some, and polytopes, convex sets :math:`A r \le b` that overlap, one per leg.
+
+Both come from linear programmes of the native core (S. Boyd and L. Vandenberghe, "Convex Optimization", 2004, section
+4.3.1, for the largest ball).  Without it HiGHS solves those of all sets at once, as one block-diagonal programme.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,9 +15,11 @@ import numpy as np
 from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded, set_fields
 from minsnap.basics.checks import is_whole
 from minsnap.basics.messages import shown
-from minsnap.corridors.boxes import as_numbers, check_dim
+from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.boxes import as_numbers, axis_name, check_dim, check_legs
 from minsnap.corridors.constraint import Walls, leg_scales
-from minsnap.errors import CorridorError
+from minsnap.errors import CorridorError, SolverError
+from minsnap.native.half_space_sets import largest_balls, least_products
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,3 +115,201 @@ def of_unit_length(normal: FloatArray, offset: FloatArray) -> tuple[FloatArray, 
 def one_sided(leg: IntArray, normal: FloatArray, upper: FloatArray, width: FloatArray, order: int, name: str) -> Walls:
     """Return the planes normal . derivative <= upper, each on one leg; arrays as of ``Walls.planes``."""
     return Walls.planes(leg, normal, np.zeros(normal.shape), np.full(len(leg), -np.inf), upper, width, order, name)
+
+
+HalfSpaceRows = tuple[FloatArray, FloatArray]
+"""A (m, dim) with rows of unit length, and b (m,)."""
+
+UNBOUNDED = 1e3
+"""Radius of an inner ball, over the largest offset, from which a set counts as unbounded."""
+
+PRECISE = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+
+
+def inner_balls(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
+    """Return the largest ball in each set: centers (m, dim) and radii (m,); negative radii where a set is empty."""
+    balls = largest_balls(sets, UNBOUNDED)
+    if balls is not None:
+        return balls
+    dim = sets[0][0].shape[1]
+    with_radius = [(np.column_stack([A, np.ones(len(b))]), b) for A, b in sets]
+    bounds = [limit for _, b in sets for limit in [(None, None)] * dim + [(None, UNBOUNDED * _size(b))]]
+    solution = _minimum(np.tile(-np.eye(dim + 1)[dim], (len(sets), 1)), with_radius, bounds)
+    return solution[:, :dim], solution[:, dim].copy()
+
+
+def reach(along: FloatArray, sets: Sequence[HalfSpaceRows]) -> FloatArray:
+    """Return how far sets reach along directions (n, dim) of unit length: (m, n), possibly infinite."""
+    far = UNBOUNDED * np.array([_size(b) for _, b in sets])
+    least = least_products(-along, sets, UNBOUNDED)
+    if least is None:
+        bounds = [(-size, size) for size in far for _ in range(along.size)]
+        found = _minimum(np.tile(-along, (len(sets), 1)), [rows for rows in sets for _ in along], bounds)
+        least = -(found.reshape(len(sets), *along.shape) * along).sum(axis=2)
+    return np.where(-least > 0.99 * far[:, None], np.inf, -least)
+
+
+def bounding_boxes(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
+    """Return the corners (m, dim) of the boxes around sets, infinite where these are unbounded."""
+    axes = np.eye(sets[0][0].shape[1])
+    far = reach(np.concatenate((-axes, axes)), sets)
+    return -far[:, : len(axes)], far[:, len(axes) :]
+
+
+def flatness(rows: HalfSpaceRows) -> float:
+    """Radius below which a set counts as having no interior [m]."""
+    return EXACT * _size(rows[1])
+
+
+def _minimum(
+    costs: FloatArray, sets: Sequence[HalfSpaceRows], bounds: Sequence[tuple[float | None, float | None]]
+) -> FloatArray:
+    """Point of each set at which its linear cost is least; both of shape (m, n)."""
+    from scipy.optimize import linprog
+    from scipy.sparse import block_diag
+
+    matrix, right = block_diag([A for A, _ in sets], format="csc"), np.concatenate([b for _, b in sets])
+    solution = linprog(costs.reshape(-1), matrix, right, bounds=bounds, method="highs", options=PRECISE)
+    if solution.x is None:
+        raise SolverError(f"a linear programme for the polytopes failed: {solution.message}")
+    return np.asarray(solution.x.reshape(costs.shape))
+
+
+def _size(offsets: FloatArray) -> float:
+    return 1.0 + float(np.abs(offsets).max())
+
+
+@dataclass(frozen=True, eq=False)
+class Polytopes(ReadOnly):
+    r"""Convex polytopes of free space: leg i stays in :math:`A_i r \le b_i`.
+
+    Parameters
+    ----------
+    half_spaces : sequence of (array_like of shape (m, dim), array_like of shape (m,))
+        A and b of each leg [m]; rows need not be normalised. A polytope may be unbounded; those that the curve finds
+        its own way through (``waypoints=None``) must have bounded overlaps.
+
+    Raises
+    ------
+    CorridorError
+        If an entry is malformed, a polytope has no interior, or a polytope and the next have no volume in common; on
+        use, if the number of polytopes is not that of the legs.
+    """
+
+    half_spaces: Sequence[Any]
+    radius: FloatArray = field(init=False)
+    middles: FloatArray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        rows = tuple(_checked(entry, index) for index, entry in enumerate(_listed(self.half_spaces)))
+        _refuse_mixed(rows)
+        radius = inner_balls(rows)[1]
+        _refuse_flat(rows, radius)
+        middles = _middles([_stacked(a, b) for a, b in zip(rows[:-1], rows[1:], strict=True)], rows[0][0].shape[1])
+        radius.flags.writeable = middles.flags.writeable = False
+        object.__setattr__(self, "half_spaces", rows)
+        object.__setattr__(self, "radius", radius)
+        object.__setattr__(self, "middles", middles)
+
+    def __len__(self) -> int:
+        return len(self.half_spaces)
+
+    def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
+        """Return one plane for each row; the scale is the inner ball's radius, at most the leg's length."""
+        check_legs(len(self), self.half_spaces[0][0].shape[1], waypoints, "polytopes")
+        leg = np.repeat(np.arange(len(self)), [len(b) for _, b in self.half_spaces])
+        normal, upper = (np.concatenate(part) for part in zip(*self.half_spaces, strict=True))
+        width = np.minimum(self.radius, leg_scales(waypoints))[leg]
+        return [one_sided(leg, normal, upper, width, 0, "polytope")]
+
+    def passages(self, closed: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the overlap of each polytope with the next: center of its inner ball, corners of its bounding box.
+
+        Parameters
+        ----------
+        closed : bool
+            The overlap of the last polytope with the first one comes first.
+
+        Returns
+        -------
+        center, lower, upper : ndarray, shape (legs - 1, dim), or (legs, dim) if closed [m]
+
+        Raises
+        ------
+        CorridorError
+            If an overlap is unbounded, or it is closed and the last polytope does not overlap the first.
+        """
+        pairs = [(i, i + 1) for i in range(len(self) - 1)]
+        pairs = [(len(self) - 1, 0), *pairs] if closed else pairs
+        common = [_stacked(self.half_spaces[i], self.half_spaces[j]) for i, j in pairs]
+        if not common:
+            return (self.middles,) * 3
+        center = self.middles
+        if closed:
+            seam, radius = inner_balls(common[:1])
+            if radius[0] <= flatness(common[0]):
+                raise CorridorError(f"polytopes {len(self) - 1} and 0 do not overlap: a closed lap needs that")
+            center = np.concatenate((seam, center))
+        lower, upper = bounding_boxes(common)
+        _refuse_unbounded(lower, upper, pairs)
+        return center, lower, upper
+
+
+def _stacked(first: HalfSpaceRows, second: HalfSpaceRows) -> HalfSpaceRows:
+    return np.concatenate((first[0], second[0])), np.concatenate((first[1], second[1]))
+
+
+def _listed(half_spaces: Any) -> list[Any]:
+    entries = list(half_spaces) if isinstance(half_spaces, (list, tuple)) else []
+    if not entries:
+        raise CorridorError("polytopes are a list of pairs (A, b) with A r <= b, one pair per leg")
+    return entries
+
+
+def _checked(entry: Any, index: int) -> HalfSpaceRows:
+    what = f"polytope {index}"
+    if not isinstance(entry, (list, tuple)) or len(entry) != 2:
+        raise CorridorError(f"{what} is not a pair (A, b) with A r <= b")
+    A, b = of_unit_length(*half_space_rows(entry[0], entry[1], what))
+    A.flags.writeable = b.flags.writeable = False
+    return A, b
+
+
+def _refuse_mixed(rows: Sequence[HalfSpaceRows]) -> None:
+    dims = [A.shape[1] for A, _ in rows]
+    if len(set(dims)) > 1:
+        index = next(i for i, dim in enumerate(dims) if dim != dims[0])
+        raise CorridorError(f"polytope {index} has {dims[index]} coordinates and polytope 0 has {dims[0]}")
+
+
+def _refuse_flat(rows: Sequence[HalfSpaceRows], radius: FloatArray) -> None:
+    for index, (entry, size) in enumerate(zip(rows, radius, strict=True)):
+        if size < -flatness(entry):
+            raise CorridorError(f"polytope {index} is empty: its rows miss each other by {-size:g} m", leg=index)
+        if size <= flatness(entry):
+            raise CorridorError(f"polytope {index} has no interior: its rows leave no volume; widen it", leg=index)
+
+
+def _middles(common: Sequence[HalfSpaceRows], dim: int) -> FloatArray:
+    """Return the centers of the inner balls of overlaps, (m, dim); refuse polytopes that do not overlap."""
+    if not common:
+        return np.zeros((0, dim))
+    centers, radii = inner_balls(common)
+    for index, (entry, size) in enumerate(zip(common, radii, strict=True)):
+        if size <= flatness(entry):
+            how = "only touch" if size >= -flatness(entry) else "do not overlap"
+            raise CorridorError(
+                f"polytopes {index} and {index + 1} {how}: they need a volume in common for the curve to pass",
+                leg=index,
+            )
+    return centers
+
+
+def _refuse_unbounded(lower: FloatArray, upper: FloatArray, pairs: Sequence[tuple[int, int]]) -> None:
+    wrong = np.argwhere(~np.isfinite(lower) | ~np.isfinite(upper))
+    if len(wrong):
+        index, axis = wrong[0]
+        raise CorridorError(
+            f"the overlap of polytopes {pairs[index][0]} and {pairs[index][1]} is unbounded along "
+            f"{axis_name(int(axis))}: bound it, or give waypoints"
+        )

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from minsnap.corridors.boxes import Boxes, Room
-from minsnap.corridors.half_spaces import HalfSpaces
-from minsnap.corridors.polytopes import Polytopes
+from minsnap.corridors.half_spaces import HalfSpaces, Polytopes
 from minsnap.corridors.tubes import RoundTube, Tube
 
 TUBES, FIXED = (Tube, RoundTube), (Boxes, Polytopes, Room, HalfSpaces)

@@ -10,8 +10,8 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.checks import DERIVATIVES, point_text
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
+from minsnap.corridors.half_spaces import flatness, inner_balls, reach
 from minsnap.corridors.knot_regions import Placement
-from minsnap.corridors.linear_programmes import flatness, inner_balls, reach
 from minsnap.errors import CorridorError, SolverError, WaypointError
 
 Pins = Mapping[int, Mapping[int, FloatArray]]

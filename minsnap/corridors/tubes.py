@@ -1,15 +1,16 @@
-r"""Tubes around the legs, as constraints that give walls."""
+r"""Tubes around the legs, as constraints that give walls, and a corridor that is kept at samples only."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded, lengths_of, numbers, set_fields
-from minsnap.basics.checks import beyond
+from minsnap.basics.checks import MOST_PER_PIECE, beyond, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Constraint, Walls
@@ -89,10 +90,9 @@ class Tube(ReadOnly):
     def _of_legs(self, legs: int, dim: int) -> FloatArray:
         widths = self.half_width
         if widths.shape not in ((), (legs,), (legs, 1), (legs, dim)):
-            count = f"{len(widths)} half-widths" if widths.ndim == 1 else f"half-widths of shape {widths.shape}"
             raise CorridorError(
-                f"the corridor has {count} for {legs} legs of {dim} axes: "
-                "give one, one per leg, or one per leg and axis"
+                f"the corridor has half-widths of shape {widths.shape} for {legs} legs of {dim} axes: "
+                f"give one, one per leg, or one per leg and axis"
             )
         return np.broadcast_to(widths[:, None] if widths.ndim == 1 else widths, (legs, dim))
 
@@ -139,3 +139,47 @@ def as_constraints(corridor: npt.ArrayLike | Constraint | Sequence[Constraint] |
     if isinstance(corridor, (list, tuple)) and any(hasattr(entry, "walls") for entry in corridor):
         return [part for entry in corridor for part in as_constraints(entry)]
     return [Tube(corridor)]  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """A corridor that holds at equally spaced instants of every polynomial, and may be left between them.
+
+    Parameters
+    ----------
+    corridor : float, array_like, Constraint or sequence of Constraint, optional
+        As :func:`minsnap.plan` takes it.
+    samples : int
+        Instants per polynomial.
+
+    Raises
+    ------
+    CorridorError
+        If the number of samples is not a whole one from 1 to 100,000.
+    """
+
+    corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None
+    samples: int = 20
+
+    def __post_init__(self) -> None:
+        if not is_whole(self.samples) or not 1 <= self.samples <= MOST_PER_PIECE:
+            raise CorridorError(
+                f"samples is {shown(self.samples)}: give a whole number of instants per polynomial, at least 1 and at "
+                f"most {MOST_PER_PIECE}"
+            )
+        set_fields(self, samples=int(self.samples))
+
+
+def unsampled(corridor: Any, limited: bool) -> tuple[Any, int | None]:
+    """Return a corridor and its samples per polynomial; None where it holds at every instant.
+
+    Raises
+    ------
+    CorridorError
+        If a sampled corridor goes with limits, which hold at every instant.
+    """
+    if not isinstance(corridor, Sampled):
+        return corridor, None
+    if limited:
+        raise CorridorError("a Sampled corridor does not go with limits, which hold at every instant: leave one out")
+    return corridor.corridor, corridor.samples

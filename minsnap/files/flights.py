@@ -10,13 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from minsnap.basics.storage.reading import check_regular
-from minsnap.basics.storage.text import read_text
+from minsnap.basics.storage.text import check_regular, read_text
 from minsnap.errors import FileError
+from minsnap.files.autopilot_logs import read_dataflash, read_ulog
+from minsnap.files.flight_log import FlightLog, flight_log
 from minsnap.files.format import Format
-from minsnap.files.logs.dataflash import read_dataflash
-from minsnap.files.logs.flight_log import FlightLog, flight_log
-from minsnap.files.logs.ulog import read_ulog
 from minsnap.files.setpoint_csv import COLUMNS, read_csv, samples_of
 from minsnap.trajectory.samples import Samples
 

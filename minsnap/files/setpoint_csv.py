@@ -25,9 +25,8 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.reading import check_regular, reading
 from minsnap.basics.storage.table import read_table
-from minsnap.basics.storage.text import read_text
+from minsnap.basics.storage.text import check_regular, read_text, reading
 from minsnap.errors import FileError, FrameError
 from minsnap.files.format import Format
 from minsnap.files.frames import FRAMES, get_frame, map_samples

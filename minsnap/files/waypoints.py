@@ -15,9 +15,8 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays, ReadOnly
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.loose_table import LooseColumns, read_loose_table
-from minsnap.basics.storage.reading import finite_number, reading
-from minsnap.basics.storage.text import load_yaml, read_text
+from minsnap.basics.storage.table import LooseColumns, read_loose_table
+from minsnap.basics.storage.text import finite_number, load_yaml, read_text, reading
 from minsnap.errors import FileError
 
 SEMI_MAJOR = 6_378_137.0

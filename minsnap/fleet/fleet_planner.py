@@ -18,12 +18,11 @@ from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.common_clock import Fleet, FleetReport, Separation
+from minsnap.fleet.first_guess import PIECES, one_curve
+from minsnap.fleet.fleet_certificate import fleet_fault
 from minsnap.fleet.fleet_checks import check_task, refuse_meetings
-from minsnap.fleet.fleet_last_look import fleet_fault
 from minsnap.fleet.fleet_task import FleetTask, way_of
-from minsnap.fleet.one_curve import PIECES, one_curve
-from minsnap.fleet.time_search import COARSE, FINE, LAST, WARM, Certified, TimeSearch, flown
-from minsnap.fleet.unproved_fleet import unproved_fleet
+from minsnap.fleet.time_search import COARSE, FINE, LAST, WARM, Certified, TimeSearch, flown, unproved_fleet
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.planned_yaw import Yaw, chosen_heading
 from minsnap.trajectory.path import Path

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from minsnap.basics.argument_names import explains_names
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.checks import check_positive, is_number
 from minsnap.basics.limit_kinds import KIND, KINDS, Kind
-from minsnap.basics.messages import shown
+from minsnap.basics.messages import explains_names, shown
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.measures import MEASURES, Extent, Motion

@@ -25,7 +25,7 @@ from minsnap.corridors.tubes import RoundTube, across, leg_projections
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.polynomials.bernstein import basis
-from minsnap.trajectory.gradients import free_slopes
+from minsnap.trajectory.trajectories import free_slopes
 
 
 class PlaceSlopes(NamedTuple):

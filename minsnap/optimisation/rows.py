@@ -13,8 +13,7 @@ from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.reduced_qp import ReducedProblem
-from minsnap.polynomials.extrema import maxima
-from minsnap.polynomials.local_maxima import peaks
+from minsnap.polynomials.extrema import maxima, peaks
 
 
 @dataclass(frozen=True, eq=False)

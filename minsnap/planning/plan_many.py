@@ -32,9 +32,8 @@ from minsnap.planning.problem_rows import (
     further_arguments,
     no_durations,
 )
-from minsnap.trajectory.gradients import Gradients, Slopes
 from minsnap.trajectory.report import LinearSystem
-from minsnap.trajectory.trajectories import Reports, ReportsExcept, Trajectories
+from minsnap.trajectory.trajectories import Gradients, Reports, ReportsExcept, Slopes, Trajectories
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory
 
 

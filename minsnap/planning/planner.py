@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
-from minsnap.basics.argument_names import explains_names
 from minsnap.basics.checks import (
     check_closing,
     check_continuity,
@@ -25,6 +24,7 @@ from minsnap.basics.checks import (
     check_words,
 )
 from minsnap.basics.deadline import NEVER, WORK, Deadline
+from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.constraint import Constraint, walls_of
@@ -33,8 +33,7 @@ from minsnap.corridors.given_waypoints import check_dimension, is_table, read_co
 from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
-from minsnap.corridors.sampled import Sampled, unsampled
-from minsnap.corridors.tubes import as_constraints
+from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
 from minsnap.errors import TimingError
 from minsnap.optimisation.planned_yaw import Yaw, chosen_heading
 from minsnap.optimisation.task import Task

@@ -25,7 +25,7 @@ from minsnap.errors import (
 )
 from minsnap.planning.planner import plan, task_of
 from minsnap.planning.request import PlanRequest
-from minsnap.trajectory.gradients import Slopes, free_slopes
+from minsnap.trajectory.trajectories import Slopes, free_slopes
 from minsnap.trajectory.trajectory import Trajectory
 
 GRADIENT_GAP = 1e-10

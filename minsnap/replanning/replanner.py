@@ -22,7 +22,6 @@ from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.planning.planner import plan
-from minsnap.replanning.change import Change
 from minsnap.replanning.course_ahead import (
     CourseAhead,
     all_limits,
@@ -33,12 +32,21 @@ from minsnap.replanning.course_ahead import (
     replan_heading,
     waypoint_angles,
 )
-from minsnap.replanning.horizon import Near, joined_with, moved_inwards, near, part_of
+from minsnap.replanning.horizon import (
+    Aim,
+    Better,
+    Near,
+    joined_with,
+    moved_inwards,
+    near,
+    part_of,
+    search_ahead,
+    search_back,
+    seen_joined,
+)
 from minsnap.replanning.leg_end import after_first_leg, flown_on, rest_within
-from minsnap.replanning.memory import Memory, Takes, due_of, leg_conditions, leg_start_of
-from minsnap.replanning.search import Aim, Better, search_ahead, search_back, seen_joined
-from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
-from minsnap.replanning.spliced_heading import has_angles, spliced, through_angles
+from minsnap.replanning.memory import Change, Memory, Takes, due_of, leg_conditions, leg_start_of
+from minsnap.replanning.splice import Splice, ends_at_rest, has_angles, splice_of, spliced, through_angles
 from minsnap.replanning.stopping import Stopping, inside, within
 from minsnap.time_allocation.timing import AttachHeading
 from minsnap.trajectory.trajectory import Trajectory

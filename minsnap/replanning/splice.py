@@ -1,4 +1,4 @@
-"""Where a new plan takes over: the state of the flown plan there, what is left of it, and its heading."""
+"""Where a new plan takes over: the flown state there, what is left of the plan, and headings that begin as its own."""
 
 from __future__ import annotations
 
@@ -6,13 +6,18 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_positive, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError, TimingError
-from minsnap.polynomials.bernstein import split
+from minsnap.optimisation.planned_yaw import ChosenHeading, smooth_yaw
+from minsnap.polynomials.bernstein import powers_to_points, split
 from minsnap.time_allocation.recovery import state_at
+from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, wrap
+from minsnap.trajectory.instants import check_order
+from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory
 
 RESTING = 1e-9
@@ -126,3 +131,120 @@ def splice_of(flown: Trajectory, now: float, budget: float, half: int) -> Splice
             "replan earlier"
         )
     return splice
+
+
+RATE = 1.0
+"""Rate at which a difference of headings is turned away where no limit says more [rad/s]."""
+
+SHORTEST_TURN = 0.5
+"""Seconds over which one is turned away at least."""
+
+SAME = 1e-12
+"""Difference of headings, or of their rates, that is rounding [rad], [rad/s]."""
+
+EQUAL_ANGLES = 1e-9
+"""Difference from a wanted angle at which a heading has it [rad]."""
+
+STEEPEST = 1.875
+"""Largest rate of the quintic 1 - 10 s^3 + 15 s^4 - 6 s^5."""
+
+
+@dataclass(frozen=True, eq=False)
+class SplicedHeading(Heading):
+    """A heading plus a difference that a quintic takes away.
+
+    Parameters
+    ----------
+    heading : Heading
+        Where it ends.
+    gap, rate : float
+        Difference at the start [rad] and its rate [rad/s].
+    span : float
+        After so long the difference is zero [s].
+    """
+
+    heading: Heading
+    gap: float
+    rate: float
+    span: float
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Yaw or its derivative at ``t``, in the shape of ``t``."""
+        instants = np.asarray(t, dtype=np.float64)
+        s = np.clip(instants / self.span, 0.0, 1.0)
+        offset = np.polynomial.Polynomial(quintic(self.gap, self.rate * self.span)).deriv(check_order(order))(s)
+        inside = instants < self.span
+        return np.asarray(self.heading(t, order) + np.where(inside, offset / self.span**order, 0.0))
+
+
+def quintic(a: float, b: float) -> FloatArray:
+    """Coefficients of 1, s, s^2, ... of the quintic with value a and slope b at 0, no bend there, and all zero at 1."""
+    return np.array([a, b, 0.0, -10.0 * a - 6.0 * b, 15.0 * a + 8.0 * b, -6.0 * a - 3.0 * b])
+
+
+def through_angles(flown: Trajectory, instant: float, angles: FloatArray) -> ChosenHeading:
+    """Return what gives a curve a spline through one angle per waypoint, from a flown heading and its rate.
+
+    Parameters
+    ----------
+    flown : Trajectory
+    instant : float
+        Where the curve begins, on its clock [s].
+    angles : ndarray, shape (n,)
+        At the ends of the legs of the curve, which has n at most [rad].
+    """
+    at = min(instant, flown.duration)
+    start, rate = flown.yaw(at), float(flown.yaw(at, 1))
+
+    def heading(curve: Trajectory) -> Heading:
+        turned = shortest_turns(np.append(start, angles[: curve.legs]))
+        return PlannedHeading(smooth_yaw(turned, np.diff(curve.leg_breaks), False, rate))
+
+    return heading
+
+
+def has_angles(curve: Trajectory, angles: FloatArray | None) -> bool:
+    """Whether a curve has these headings at the ends of its legs, but for whole turns; true without headings."""
+    if angles is None:
+        return True
+    return bool(np.abs(wrap(curve.yaw(curve.leg_breaks[1:]) - angles[: curve.legs])).max() <= EQUAL_ANGLES)
+
+
+def spliced(
+    flown: Trajectory, instant: float, chosen: ChosenHeading | None, limit: float | None, curve: Trajectory
+) -> Heading:
+    """Return the heading of a curve that begins as a flown one is turned at an instant.
+
+    Parameters
+    ----------
+    flown : Trajectory
+    instant : float
+        On its clock [s].
+    chosen : callable or None
+        Gives a curve its heading; None holds the flown heading.
+    limit : float or None
+        Of the yaw rate [rad/s].
+    curve : Trajectory
+        From the splice on.
+    """
+    at = min(instant, flown.duration)
+    if flown.yaw.medium is not None and (chosen is None or chosen(curve).medium is not None):
+        return flown.yaw.on(curve, at)
+    yaw, rate = float(flown.yaw(at)), float(flown.yaw(at, 1))
+    base = ConstantHeading(yaw) if chosen is None else chosen(curve)
+    gap, excess = float(wrap(yaw - float(base(0.0)))), rate - float(base(0.0, 1))
+    if abs(gap) <= SAME and abs(excess) <= SAME:
+        return base
+    span = max(SHORTEST_TURN, STEEPEST * abs(gap) / (RATE if limit is None else 0.5 * limit))
+    if base.constant is not None:
+        return _turned_away(base.constant, gap, excess, span, curve.duration)
+    return SplicedHeading(base, gap, excess, span)
+
+
+def _turned_away(angle: float, gap: float, rate: float, span: float, duration: float) -> PlannedHeading:
+    """Return a constant heading plus a difference as a polynomial yaw, whose largest rate is exact."""
+    turn = angle + powers_to_points(5) @ quintic(gap, rate * span)
+    turn[3:] = angle
+    points = np.stack((turn, np.full(6, angle)))[:, :, None]
+    whole = Trajectory(points, np.array([span, max(duration - span, span)]))
+    return PlannedHeading(whole.between(0.0, duration))

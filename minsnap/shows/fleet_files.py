@@ -24,8 +24,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.reading import check_size, reading
-from minsnap.basics.storage.text import read_text
+from minsnap.basics.storage.text import check_size, read_text, reading
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any
 from minsnap.files.formats.crazyflie import (
@@ -35,8 +34,15 @@ from minsnap.files.formats.crazyflie import (
     write_compressed,
     write_crazyflie,
 )
-from minsnap.files.formats.light_programme import Lights, light_bytes, lights_of
-from minsnap.files.formats.skybrush import CubicSegments, cubic_segments, is_line, write_skybrush
+from minsnap.files.formats.skybrush import (
+    CubicSegments,
+    Lights,
+    cubic_segments,
+    is_line,
+    light_bytes,
+    lights_of,
+    write_skybrush,
+)
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.polynomials.bernstein import elevate
 from minsnap.trajectory.trajectory import Trajectory

@@ -14,8 +14,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_positive, is_whole
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.reading import reading
-from minsnap.basics.storage.text import read_text
+from minsnap.basics.storage.text import read_text, reading
 from minsnap.errors import FileError, FleetError
 from minsnap.files.waypoints import read_waypoints
 from minsnap.polynomials.bernstein import basis

@@ -23,7 +23,7 @@ from minsnap.basics.storage.archive import read_archive
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError, MinsnapError
-from minsnap.files.formats.light_programme import Lights
+from minsnap.files.formats.skybrush import Lights
 from minsnap.fleet.assignment import assign
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.fleet.fleet_certificate import certify_fleet

@@ -12,10 +12,9 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import BOX, FLAG, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
-from minsnap.basics.storage.reading import reading
-from minsnap.basics.storage.text import load_yaml
+from minsnap.basics.storage.text import load_yaml, reading
 from minsnap.errors import FileError
-from minsnap.files.limits_in_files import LIMITS, limits_of
+from minsnap.files.request_yaml import LIMITS, limits_of
 from minsnap.fleet.common_clock import Separation
 from minsnap.shows.formations import circle, grid, mesh, points_file, svg, text
 from minsnap.shows.show import Act, Move, Show

@@ -24,12 +24,10 @@ from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, WaypointError, YawError
 from minsnap.files.convert import RATE, written
 from minsnap.files.format import Writing
-from minsnap.files.limits_in_files import besides_rotors
-from minsnap.files.request_yaml import read_request, write_request
+from minsnap.files.request_yaml import besides_rotors, read_request, write_request
 from minsnap.files.setpoint_csv import write_csv
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.paths.missions.course import Course
-from minsnap.paths.missions.course_file import is_course, read_course
+from minsnap.paths.missions.course import Course, is_course, read_course
 from minsnap.planning.request import Opening, PlanRequest
 from minsnap.studio.edits import straight_durations
 from minsnap.studio.workbench import PlannedScene

@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.errors import FleetError
-from minsnap.files.formats.light_programme import Lights
+from minsnap.files.formats.skybrush import Lights
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.plot.fleet_figures import INSTANTS, least_distances, near_pairs

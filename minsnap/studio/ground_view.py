@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly
 from minsnap.basics.storage.archive import read_archive
-from minsnap.basics.storage.reading import check_size, reading
+from minsnap.basics.storage.text import check_size, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.frames import get_frame
 from minsnap.files.waypoints import read_waypoints
-from minsnap.paths.routes.map_images import read_map_entries
+from minsnap.paths.routes.map_files import read_map_entries
 from minsnap.studio.wall_view import box_surface
 
 MOST_CELLS = 200_000

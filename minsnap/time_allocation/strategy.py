@@ -58,8 +58,8 @@ from minsnap.time_allocation.time_stretch import (
     yaw_too_fast,
 )
 from minsnap.time_allocation.timing import AttachHeading, Run, Timing
-from minsnap.trajectory.cut_pieces import LONGEST_PIECE
 from minsnap.trajectory.heading import Heading
+from minsnap.trajectory.norm_maxima import LONGEST_PIECE
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 

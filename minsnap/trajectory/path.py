@@ -114,7 +114,7 @@ class Path(ABC):
 
     def _repr_html_(self) -> str:
         """Return the card of a notebook: a small drawing, and the facts."""
-        from minsnap.trajectory.path_card import path_card
+        from minsnap.trajectory.report import path_card
 
         return path_card(self)
 

@@ -1,18 +1,210 @@
-"""A heading that follows from the tilt alone: the body never spins about its thrust axis."""
+r"""A heading that follows from the tilt alone: the body never spins about its thrust axis.
+
+With :math:`f = a + g e_z`, and drag where there is some (:mod:`minsnap.trajectory.medium`), :math:`z = f / \|f\|` is
+the thrust axis. At the start the attitude is the least rotation
+from upright,
+
+.. math:: H(z) = \begin{pmatrix} 1 - a^2/(1 + c) & -ab/(1 + c) & a \\ -ab/(1 + c) & 1 - b^2/(1 + c) & b \\
+          -a & -b & c \end{pmatrix}, \quad z = (a, b, c)
+
+(the section of the Hopf fibration of M. Watterson and V. Kumar, "Control of quadrotors using the Hopf fibration on
+SO(3)", ISRR 2017); from there on it turns, at every instant, by the least rotation that carries the thrust axis along:
+the body rate about z is zero (R. L. Bishop, "There is more than one way to frame a curve", 1975). In
+:math:`R = H(z) R_z(\varphi)` that is
+
+.. math:: \dot\varphi = \frac{f_1 j_2 - f_2 j_1}{\|f\| (\|f\| + f_3)},
+
+with j the derivative of f, integrated to rounding on cells by Legendre series. H is singular only upside down; there
+the same formula is used after half a turn about x, so that the attitude is regular wherever there is thrust.
+"""
 
 from __future__ import annotations
 
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import YawError
 from minsnap.trajectory.heading import Heading, Largest, RuledHeading, nearest_turn
+from minsnap.trajectory.instants import parted_instants
 from minsnap.trajectory.medium import AIRLESS, Medium
 from minsnap.trajectory.path import Path
-from minsnap.trajectory.transport import Frame, Transport, carried, least_rotation, lift_of
+
+Frame = tuple[FloatArray, FloatArray, FloatArray]
+"""Body axes x, y, z in the world frame at m instants, each of shape (3, m)."""
+
+NODES = 16
+"""Nodes of the Legendre series on a cell."""
+
+TAIL = 1e-12
+"""Part of the angle on a cell [rad] that the last coefficients of its series may make up."""
+
+DEPTH = 24
+"""How often a cell is halved at most; only where thrust all but vanishes is that not enough."""
+
+TURNED = 0.8
+"""Cosine of the tilt up to which a cell may reach on the far side of the horizon of its chart."""
+
+FREE_FALL = 1e-6
+"""Thrust below this part of gravity has no direction: it is taken as upright there."""
+
+CELLS = 64
+"""Cells to begin with on a path that has no pieces."""
+
+
+@dataclass(frozen=True, eq=False)
+class Transport:
+    """Cells on which the angle from the least rotation is a Legendre series.
+
+    Parameters
+    ----------
+    path : Path
+    medium : Medium
+    start, width : ndarray, shape (m,)
+        Of the cells [s].
+    below : ndarray of bool, shape (m,)
+        Whether the angle is that after half a turn about x.
+    series : ndarray, shape (m, NODES)
+        Coefficients of the angle's rate [rad/s].
+    angle : ndarray, shape (m,)
+        At the start of each cell [rad].
+    """
+
+    path: Path
+    medium: Medium
+    start: FloatArray
+    width: FloatArray
+    below: BoolArray
+    series: FloatArray
+    angle: FloatArray
+
+    def frame(self, t: FloatArray) -> Frame:
+        """Body axes at instants (m,)."""
+        cell = self._cell_of(t)
+        share = (t - self.start[cell]) / self.width[cell]
+        angle = self.angle[cell] + self.width[cell] * _integral(self.series[cell], 2.0 * share - 1.0)
+        return turned_frame(lift_of(self.path, self.medium, t)[0], angle, self.below[cell])
+
+    def grid(self, count: int) -> FloatArray:
+        """``count`` equally spaced instants a cell, and the end."""
+        inner = self.start[:, None] + self.width[:, None] * np.linspace(0.0, 1.0, count, endpoint=False)
+        return np.append(inner.reshape(-1), self.path.duration)
+
+    def _cell_of(self, t: FloatArray) -> IntArray:
+        cells = np.searchsorted(self.start, t, side="right") - 1
+        return np.asarray(np.clip(cells, 0, len(self.start) - 1), dtype=np.intp)
+
+
+def carried(path: Path, angle: float, medium: Medium) -> Transport:
+    """Integrate along a path: halve cells until the series converge and no chart comes near to where it is singular.
+
+    Parameters
+    ----------
+    path : Path
+        Of two or three coordinates.
+    angle : float
+        About the thrust axis at the start, from the least rotation [rad].
+    medium : Medium
+    """
+    grid = parted_instants(path, 1, CELLS)
+    start, width, done = grid[:-1], np.diff(grid), []
+    for depth in range(DEPTH + 1):
+        below, series, rough = _series(path, medium, start, width)
+        rough &= depth < DEPTH
+        done.append((start[~rough], width[~rough], below[~rough], series[~rough]))
+        if not rough.any():
+            break
+        width = np.repeat(width[rough] / 2.0, 2)
+        start = np.repeat(start[rough], 2) + width * np.tile([0.0, 1.0], int(rough.sum()))
+    order = np.argsort(np.concatenate([part[0] for part in done]), kind="stable")
+    start, width, series = (np.concatenate([part[i] for part in done])[order] for i in (0, 1, 3))
+    below = np.concatenate([part[2] for part in done])[order]
+    return Transport(
+        path, medium, start, width, below, series, angle + _angles(path, medium, start, width, below, series)
+    )
+
+
+def _series(
+    path: Path, medium: Medium, start: FloatArray, width: FloatArray
+) -> tuple[BoolArray, FloatArray, BoolArray]:
+    """Chart and series of each cell, and whether it must be halved."""
+    nodes, coefficients = _nodes()
+    t = start[:, None] + width[:, None] * (nodes + 1.0) / 2.0
+    thrust, jerk = (part.reshape(3, *t.shape) for part in lift_of(path, medium, t.reshape(-1), 1))
+    size = np.linalg.norm(thrust, axis=0)
+    below = thrust[2, :, NODES // 2] < 0.0
+    up = np.where(below[:, None], -thrust[2], thrust[2])
+    area = np.where(below[:, None], -1.0, 1.0) * (thrust[0] * jerk[1] - thrust[1] * jerk[0])
+    series = area / (size * np.maximum(size + up, FREE_FALL * size)) @ coefficients.T
+    tail = np.abs(series[:, -3:]).max(axis=1) * width
+    return below, series, (tail > TAIL) | ((up / size).min(axis=1) < -TURNED)
+
+
+def _angles(
+    path: Path, medium: Medium, start: FloatArray, width: FloatArray, below: BoolArray, series: FloatArray
+) -> FloatArray:
+    """Angle at the start of each cell: sums, and where the chart changes the turn between both charts."""
+    gain = width * _integral(series, np.ones(len(start)))
+    swap, index = np.zeros(len(start)), np.flatnonzero(np.diff(below, prepend=False))
+    if len(index):
+        swap[index] = _between_charts(lift_of(path, medium, start[index])[0], below[index])
+    return np.asarray(np.cumsum(swap) + np.concatenate(([0.0], np.cumsum(gain)[:-1])))
+
+
+def lift_of(path: Path, medium: Medium, t: FloatArray, derivatives: int = 0) -> list[FloatArray]:
+    """Vector along the thrust axis and its derivatives, each (3, m) [m/s^2], ...; upright where there is no thrust."""
+    motion = np.zeros((2 + derivatives, len(t), 3))
+    for order, columns in enumerate(motion, 1):
+        columns[:, : path.dim] = path(t, order)
+    forces = [part.T.copy() for part in medium.lift(*motion)]
+    forces[0][:, np.linalg.norm(forces[0], axis=0) <= FREE_FALL * medium.gravity] = [[0.0], [0.0], [medium.gravity]]
+    return forces
+
+
+@cache
+def _nodes() -> tuple[FloatArray, FloatArray]:
+    """Gauss-Legendre nodes, and the matrix from values there to Legendre coefficients."""
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    values = np.polynomial.legendre.legvander(nodes, NODES - 1)
+    return nodes, (values * weights[:, None]).T * (np.arange(NODES)[:, None] + 0.5)
+
+
+def _integral(series: FloatArray, x: FloatArray) -> FloatArray:
+    """Half the integrals from -1 to x (m,) of Legendre series (m, NODES)."""
+    values = np.polynomial.legendre.legvander(x, NODES)
+    order = np.arange(1, NODES)
+    parts = np.empty((len(x), NODES))
+    parts[:, 0] = x + 1.0
+    parts[:, 1:] = (values[:, 2:] - values[:, :-2]) / (2.0 * order + 1.0)
+    return np.asarray(0.5 * (series * parts).sum(axis=1))
+
+
+def least_rotation(thrust: FloatArray, below: BoolArray) -> Frame:
+    """Columns of H, or of H after half a turn about x, for thrusts (3, m)."""
+    turn = np.where(below, -1.0, 1.0)
+    a, b, c = thrust / np.linalg.norm(thrust, axis=0)
+    b, c = turn * b, turn * c
+    share = 1.0 / np.maximum(1.0 + c, np.finfo(np.float64).tiny)
+    x = np.stack([1.0 - a * a * share, -a * b * share * turn, -a * turn])
+    y = np.stack([-a * b * share, (1.0 - b * b * share) * turn, -b * turn])
+    return x, y, np.stack([a, turn * b, turn * c])
+
+
+def turned_frame(thrust: FloatArray, angle: FloatArray, below: BoolArray) -> Frame:
+    """Least rotation to a thrust, turned about it by an angle."""
+    x, y, z = least_rotation(thrust, below)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return cosine * x + sine * y, cosine * y - sine * x, z
+
+
+def _between_charts(thrust: FloatArray, below: BoolArray) -> FloatArray:
+    """Angle to be added on entering a chart from the other one, (m,)."""
+    before, here = least_rotation(thrust, ~below)[0], least_rotation(thrust, below)
+    return np.asarray(np.arctan2((before * here[1]).sum(axis=0), (before * here[0]).sum(axis=0)))
+
 
 CELL_SAMPLES = 16
 """Instants a cell at which the turns of the yaw are counted."""
@@ -25,7 +217,7 @@ class TiltHeading(RuledHeading):
     r"""Yaw of a vehicle that turns only as its thrust axis tilts, and never spins about it.
 
     Called, it gives the yaw angle :math:`\psi` of that attitude, :math:`y_B \perp (\cos\psi, \sin\psi, 0)`, and its
-    derivatives; ``axes`` and ``forward`` give the attitude itself (see :mod:`minsnap.trajectory.transport`), which is
+    derivatives; ``axes`` and ``forward`` give the attitude itself, which is
     regular wherever there is thrust. The yaw angle is not: it has no value where the lateral axis is vertical, beyond
     a tilt of 90 degrees; its rate is zero there.
 

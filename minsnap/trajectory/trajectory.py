@@ -19,10 +19,17 @@ from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.native.evaluation import Evaluator
 from minsnap.native.evaluation import costs as native_costs
 from minsnap.polynomials.bernstein import basis, careful_differences, differentiate, gram_root
-from minsnap.trajectory.cut_pieces import LONGEST_PIECE, SHORTEST_PIECE, cut, elevated_points
 from minsnap.trajectory.heading import ConstantHeading, Heading, YawFunction, as_heading
 from minsnap.trajectory.instants import check_order
-from minsnap.trajectory.norm_maxima import arc_length, extent_along, norm_maxima
+from minsnap.trajectory.norm_maxima import (
+    LONGEST_PIECE,
+    SHORTEST_PIECE,
+    arc_length,
+    cut,
+    elevated_points,
+    extent_along,
+    norm_maxima,
+)
 from minsnap.trajectory.path import Path
 
 if TYPE_CHECKING:
@@ -176,7 +183,7 @@ class Trajectory(ReadOnly, Path):
 
     def _repr_html_(self) -> str:
         """Return the card of a notebook: a small drawing of the path, and the facts."""
-        from minsnap.trajectory.path_card import trajectory_card
+        from minsnap.trajectory.report import trajectory_card
 
         return trajectory_card(self)
 

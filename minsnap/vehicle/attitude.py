@@ -26,7 +26,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import GRAVITY as GRAVITY
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.trajectory.medium import Medium
-from minsnap.trajectory.transport import FREE_FALL
+from minsnap.trajectory.tilt_heading import FREE_FALL
 
 PARALLEL = 1e-6
 """Thrust within this angle [rad] of the yaw direction leaves the lateral axis undefined."""

@@ -1,6 +1,6 @@
 """What workers tell about their rows: all of them, and not too often."""
 
-from minsnap.batch.cluster import RowCounter
+from minsnap.batch.run import RowCounter
 
 
 def test_rows_are_told_once_in_a_while_and_at_the_end():

@@ -3,7 +3,7 @@ import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from minsnap.batch.random_maps import blocks, boxes, shortest_way
+from minsnap.batch.dataset_rows import blocks, boxes, shortest_way
 from minsnap.errors import CorridorError
 
 SHAPE = {"extent": 12.0, "height": 4.0, "cell": 0.5, "occupied": 0.2, "clearance": 0.2}

@@ -6,7 +6,7 @@ import pytest
 from flown_logs import Measured, ulog_of
 
 import minsnap
-from minsnap.files.logs.ulog import write_ulog
+from minsnap.files.autopilot_logs import write_ulog
 from minsnap.flight import CascadeController, compare, simulate
 from minsnap.flight.tracking.log_comparison import simulated_log
 from minsnap.trajectory.samples import Samples

@@ -53,7 +53,7 @@ KEYS = [
     ("time_limit: -2", "time_limit is -2.0: it must be a positive number [s]"),
     ("total_time: 6\ntime_limit: 4", "time_limit goes with durations or limits"),
     ("split: distance\ntime_weight: 3", "split: distance does not go with time_weight, which determines the split"),
-    ("corridor: [0.3, 0.3, 0.2]", "the corridor has 3 half-widths for 2 legs of 3 axes: give one, one per leg"),
+    ("corridor: [0.3, 0.3, 0.2]", "w.yaml: corridor has 3 numbers for 2 legs: give one, or one per leg"),
     ("boxes: [[[0, 0, 0], [4, 4, 4]]]", "the corridor has 1 boxes for 2 legs: give one per leg"),
 ]
 

@@ -5,8 +5,7 @@ import pytest
 
 import minsnap
 from minsnap import corridor_from_grid
-from minsnap.corridors.grid_gaps import gaps, grown
-from minsnap.corridors.occupancy_grid import connected, pruned, visited
+from minsnap.corridors.occupancy_grid import connected, gaps, grown, pruned, visited
 from minsnap.errors import CorridorError
 
 GRID = np.zeros((30, 20), dtype=int)
@@ -84,7 +83,7 @@ def test_obstacles_grow_by_all_cells_that_have_a_point_too_near(size):
 def test_growing_by_shifts_and_by_distances_agree_in_the_plane(monkeypatch):
     taken = np.random.default_rng(2).random((60, 50)) < 0.003
     quick = grown(taken, 0.9, np.array([0.1, 0.2]))
-    monkeypatch.setattr("minsnap.corridors.grid_gaps.FEW_SHIFTS", 0)
+    monkeypatch.setattr("minsnap.corridors.occupancy_grid.FEW_SHIFTS", 0)
     assert np.array_equal(quick, grown(taken, 0.9, np.array([0.1, 0.2]))) and quick.sum() > 2 * taken.sum()
 
 
@@ -183,7 +182,7 @@ def test_a_cell_is_met_if_more_than_a_billionth_of_the_segment_is_in_it(rise, ce
 @pytest.mark.parametrize("few_shifts", (0, 500))
 @pytest.mark.parametrize(("excess", "count"), ((0.9e-12, 3), (1.1e-12, 5)))
 def test_cells_at_the_clearance_are_free_to_a_trillionth(monkeypatch, few_shifts, excess, count):
-    monkeypatch.setattr("minsnap.corridors.grid_gaps.FEW_SHIFTS", few_shifts)
+    monkeypatch.setattr("minsnap.corridors.occupancy_grid.FEW_SHIFTS", few_shifts)
     taken = np.zeros((9, 1), dtype=bool)
     taken[4] = True
     assert grown(taken, 1.0 + excess, np.ones(2)).sum() == count
@@ -197,7 +196,7 @@ def test_the_side_of_a_box_is_a_number_of_cells_to_a_billionth(largest, side):
 
 @pytest.mark.parametrize("few_shifts", (0, 500))
 def test_one_cell_in_a_corner_grows_to_the_whole_grid(monkeypatch, few_shifts):
-    monkeypatch.setattr("minsnap.corridors.grid_gaps.FEW_SHIFTS", few_shifts)
+    monkeypatch.setattr("minsnap.corridors.occupancy_grid.FEW_SHIFTS", few_shifts)
     taken = np.zeros((4, 3), dtype=bool)
     taken[0, 0] = True
     assert grown(taken, 99.0, np.ones(2)).all()
@@ -206,7 +205,7 @@ def test_one_cell_in_a_corner_grows_to_the_whole_grid(monkeypatch, few_shifts):
 @pytest.mark.parametrize("few_shifts", (0, 500))
 def test_cells_that_are_no_squares_grow_by_the_clearance(monkeypatch, few_shifts):
     """Against the distances between all cells."""
-    monkeypatch.setattr("minsnap.corridors.grid_gaps.FEW_SHIFTS", few_shifts)
+    monkeypatch.setattr("minsnap.corridors.occupancy_grid.FEW_SHIFTS", few_shifts)
     taken, size = np.zeros((9, 11), dtype=bool), np.array([2.0, 0.7])
     taken[3, 4] = taken[8, 10] = True
     cells = np.stack(np.indices(taken.shape), axis=-1)

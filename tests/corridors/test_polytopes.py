@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import minsnap
 from minsnap import Boxes, Polytopes
-from minsnap.corridors.linear_programmes import bounding_boxes, inner_balls
+from minsnap.corridors.half_spaces import bounding_boxes, inner_balls
 from minsnap.errors import CorridorError
 
 SIDES = np.vstack([np.eye(3), -np.eye(3)])

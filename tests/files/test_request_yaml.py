@@ -8,7 +8,7 @@ import pytest
 import minsnap
 from minsnap.errors import FileError
 from minsnap.files.request_yaml import read_request, write_request
-from minsnap.paths.missions.course_file import read_course
+from minsnap.paths.missions.course import read_course
 from minsnap.planning.request import PlanRequest
 from minsnap.time_allocation.search_options import Search
 

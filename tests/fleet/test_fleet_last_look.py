@@ -9,7 +9,7 @@ import pytest
 import minsnap
 from minsnap import Boxes, Cylinder, Limits
 from minsnap.errors import UnprovedError
-from minsnap.fleet import fleet_planner, one_curve
+from minsnap.fleet import first_guess, fleet_planner
 from minsnap.fleet.time_search import TimeSearch, flown
 
 LIMITS, FAST = Limits(speed=1.5, acceleration=3.0), Limits(speed=2.5, acceleration=9.0)
@@ -74,7 +74,7 @@ def test_every_control_point_counts(monkeypatch, place, sentence):
 
 
 def test_lines_that_are_not_apart_are_left_to_the_search(monkeypatch):
-    monkeypatch.setattr(one_curve, "line_distance", lambda *asked: SimpleNamespace(apart=True))
+    monkeypatch.setattr(first_guess, "line_distance", lambda *asked: SimpleNamespace(apart=True))
     fleet = minsnap.plan_fleet(CROSSING, LIMITS, 0.4)
     assert fleet.report.method == "joint"
     assert minsnap.certify_fleet(fleet, 0.4, LIMITS).ok

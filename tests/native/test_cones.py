@@ -8,7 +8,7 @@ import minsnap
 from minsnap import Limits
 from minsnap.basics.arrays import GRAVITY
 from minsnap.corridors.constraint import Walls
-from minsnap.corridors.exact_margins import margin_holds
+from minsnap.corridors.margins import margin_holds
 from minsnap.native import library
 from minsnap.native.corridor import WallArrays, walls_kept
 from minsnap.native.library import using

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from minsnap.native import proved_extrema as native
 from minsnap.native.library import core, using
 from minsnap.polynomials.bernstein import basis
-from minsnap.polynomials.extrema import maximum
-from minsnap.polynomials.local_maxima import peaks
+from minsnap.polynomials.extrema import maximum, peaks
 
 pytestmark = pytest.mark.skipif(core().library is None, reason="the native core is not in use")
 

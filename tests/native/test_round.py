@@ -9,7 +9,7 @@ from helpers.tasks import REFERENCE, many_legs, random_legs, task_of
 
 import minsnap
 from minsnap import RoundTube
-from minsnap.corridors.exact_margins import margin_holds
+from minsnap.corridors.margins import margin_holds
 from minsnap.native import library
 from minsnap.native.corridor import WallArrays, solve_corridor, walls_kept
 from minsnap.native.library import using

@@ -8,8 +8,7 @@ from numpy.polynomial import Polynomial
 
 from minsnap.native.proved_extrema import maxima as native_maxima
 from minsnap.polynomials.bernstein import basis, points_to_powers, powers_to_points
-from minsnap.polynomials.extrema import maxima, maximum
-from minsnap.polynomials.local_maxima import peaks
+from minsnap.polynomials.extrema import maxima, maximum, peaks
 
 
 def by_roots(points):

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 import minsnap
+from minsnap.files.autopilot_logs import write_ulog
 from minsnap.files.convert import write_any
+from minsnap.files.flight_log import FlightLog
 from minsnap.files.frames import map_vectors
-from minsnap.files.logs.flight_log import FlightLog
-from minsnap.files.logs.ulog import write_ulog
 from minsnap.flight import CascadeController, simulate
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor

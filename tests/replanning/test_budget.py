@@ -14,8 +14,8 @@ from minsnap.basics.deadline import Deadline, LateError
 from minsnap.errors import SolverError
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.course_ahead import course_ahead
+from minsnap.replanning.horizon import Aim, search_ahead
 from minsnap.replanning.memory import ANSWERS, MARGIN, SKIPS, Takes
-from minsnap.replanning.search import Aim, search_ahead
 from minsnap.replanning.splice import splice_of
 from minsnap.replanning.stopping import Stopping
 from minsnap.time_allocation.recovery import connect_start, start_state

@@ -5,8 +5,8 @@ import pytest
 
 import minsnap
 from minsnap import Limits, Replanner
+from minsnap.replanning.horizon import Aim
 from minsnap.replanning.leg_end import leg_end_of, rest_within
-from minsnap.replanning.search import Aim
 from minsnap.replanning.splice import splice_of
 from minsnap.replanning.stopping import within
 

@@ -7,8 +7,8 @@ import pytest
 
 import minsnap
 from minsnap import Boxes, CorridorError, Limits, Replanner
+from minsnap.replanning import horizon
 from minsnap.replanning import replanner as replanner_module
-from minsnap.replanning import search
 from minsnap.replanning.leg_end import LegEnd
 from minsnap.replanning.stopping import Candidate
 
@@ -58,15 +58,15 @@ def with_another_start(task):
 )
 def test_what_the_search_does_not_know_is_seen(flown, monkeypatch, change, sentence):
     assert not replanned(flown).kept
-    solve = search.shortest_from
-    monkeypatch.setattr(search, "shortest_from", lambda task, *rest: solve(change(task), *rest))
+    solve = horizon.shortest_from
+    monkeypatch.setattr(horizon, "shortest_from", lambda task, *rest: solve(change(task), *rest))
     kept = replanned(flown)
     assert kept.kept and kept.certified and f"refused at the last look: {sentence}" in kept.reason, kept.reason
 
 
 def test_a_limit_that_the_search_does_not_know_is_seen(flown, monkeypatch):
-    solve, loose = search.shortest_from, Limits(speed=9.0, acceleration=30.0)
-    monkeypatch.setattr(search, "shortest_from", lambda task, limits, *rest: solve(task, loose, *rest))
+    solve, loose = horizon.shortest_from, Limits(speed=9.0, acceleration=30.0)
+    monkeypatch.setattr(horizon, "shortest_from", lambda task, limits, *rest: solve(task, loose, *rest))
     kept = replanned(flown)
     assert kept.kept and "last look: " in kept.reason and "is allowed" in kept.reason, kept.reason
 

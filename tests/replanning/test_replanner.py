@@ -11,7 +11,7 @@ from minsnap import Boxes, Limits, Replanner, TimingError, Tube
 from minsnap.basics.deadline import LateError
 from minsnap.errors import CorridorError, DegreeError, InputError, LimitError, SolverError, WaypointError, YawError
 from minsnap.replanning import replanner as replanner_module
-from minsnap.replanning.search import Better
+from minsnap.replanning.horizon import Better
 from minsnap.replanning.splice import splice_of
 from minsnap.vehicle import Quadrotor
 

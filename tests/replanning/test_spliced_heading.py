@@ -5,8 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.optimisation.planned_yaw import chosen_heading
-from minsnap.replanning.splice import splice_of
-from minsnap.replanning.spliced_heading import SplicedHeading, spliced
+from minsnap.replanning.splice import SplicedHeading, splice_of, spliced
 from minsnap.trajectory.heading import ConstantHeading, wrap
 
 POINTS = np.array([(0, 0, 1), (2, 2, 1), (4, 0, 1.2), (6, 2, 1)], dtype=float)

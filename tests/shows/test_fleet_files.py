@@ -10,8 +10,7 @@ import yaml
 import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FileError
-from minsnap.files.formats.light_programme import Lights
-from minsnap.files.formats.skybrush import cubic_segments, read_skybrush
+from minsnap.files.formats.skybrush import Lights, cubic_segments, read_skybrush
 from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, read_skyc, write_fleet
 
 

@@ -7,7 +7,7 @@ import minsnap
 import minsnap.shows
 from minsnap.cli.studio_command import _fleet
 from minsnap.errors import FleetError, InputError
-from minsnap.files.formats.light_programme import Lights
+from minsnap.files.formats.skybrush import Lights
 from minsnap.studio import FleetStudio, show
 from minsnap.studio.fleet_studio import NEAR, VEHICLE, facts, verdict
 

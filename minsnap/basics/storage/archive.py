@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.storage.reading import check_size, reading
+from minsnap.basics.storage.text import check_size, reading
 from minsnap.errors import FileError
 
 SMALL = 64_000_000

@@ -1,10 +1,12 @@
-"""Strict reading of number tables in comma-separated text; an error names the line and the reason."""
+"""Tables of numbers in text: strictly comma-separated ones, and those that people and programs write."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
@@ -42,60 +44,182 @@ def read_table(
     if not lines:
         raise FileError(f"{path} is empty")
     names = [cell.strip() for cell in lines[0].split(",")]
-    _check_names(path, names, required, optional)
-    rows = [_row(path, number, line, names) for number, line in enumerate(lines[1:], 2)]
+    missing = [name for name in required if name not in names]
+    if missing:
+        hint = "; waypoints have no instants before they are planned" if missing == ["t"] and "x" in names else ""
+        header = ",".join(names)[:80]
+        raise FileError(f"{path}, line 1: no column {', '.join(missing)}; the header reads {header!r}{hint}")
+    _check_names(f"{path}, line 1", names, [*required, *optional])
+    rows = [_row(path, number, line, line.split(","), names) for number, line in enumerate(lines[1:], 2)]
     if not rows:
         raise FileError(f"{path} has a header and no rows")
     values = np.fromiter(chain.from_iterable(rows), dtype=np.float64, count=len(rows) * len(names))
     return dict(zip(names, values.reshape(len(rows), len(names)).T, strict=True))
 
 
-def _check_names(
-    path: str | os.PathLike[str], names: list[str], required: Sequence[str], optional: Sequence[str]
-) -> None:
-    missing = [name for name in required if name not in names]
-    if missing:
-        hint = "; waypoints have no instants before they are planned" if missing == ["t"] and "x" in names else ""
-        header = ",".join(names)[:80]
-        raise FileError(f"{path}, line 1: no column {', '.join(missing)}; the header reads {header!r}{hint}")
+def _check_names(where: str, names: Sequence[str], known: Collection[str], hint: str = "") -> None:
     for name in names:
-        if name not in required and name not in optional:
-            known = ",".join([*required, *optional])
-            raise FileError(f"{path}, line 1: column {name[:40]!r} is not known; the columns are {known}")
+        if name not in known:
+            raise FileError(f"{where}: column {name[:40]!r} is not known; the columns are {','.join(known)}{hint}")
         if names.count(name) > 1:
-            raise FileError(f"{path}, line 1: column {name} is there twice")
+            raise FileError(f"{where}: column {name} is there twice")
 
 
-def _row(path: str | os.PathLike[str], number: int, line: str, names: list[str]) -> list[float]:
-    cells = line.split(",")
+def _row(
+    path: str | os.PathLike[str], number: int, line: str, cells: list[str], names: list[str], blank: Sequence[str] = ()
+) -> list[float]:
+    """Return the numbers of a line; empty cells of the columns that may have them are not-a-number."""
     if len(cells) != len(names):
-        raise FileError(f"{path}, line {number}: {_count(line, cells)}, but there are {len(names)} columns")
+        count = _count(cells) if line.strip() else "it is empty"
+        raise FileError(f"{path}, line {number}: {count}, but there are {len(names)} columns")
     try:
         values = list(map(float, cells))
     except ValueError:
         values = [math.nan]
     if "_" not in line and all(map(math.isfinite, values)):
         return values
-    where = f"{path}, line {number}"
-    return [cell_number(where, name, cell.strip()) for name, cell in zip(names, cells, strict=True)]
+    where, pairs = f"{path}, line {number}", zip(names, cells, strict=True)
+    return [_number(f"{where}: {name}", cell.strip(), name in blank) for name, cell in pairs]
 
 
-def cell_number(where: str, name: str, cell: str) -> float:
-    """Return the number in a cell, or raise an error that says what is wrong."""
-    if not is_finite_number(cell):
-        raise FileError(f"{where}: {name} is {cell[:40]!r}, not a finite number")
+def _number(where: str, cell: str, may_be_blank: bool) -> float:
+    if may_be_blank and not cell:
+        return math.nan
+    if not _is_finite(cell):
+        raise FileError(f"{where} is {cell[:40]!r}, not a finite number")
     return float(cell)
 
 
-def _count(line: str, cells: list[str]) -> str:
-    if not line.strip():
-        return "it is empty"
+def _count(cells: list[str]) -> str:
     return "1 number" if len(cells) == 1 else f"{len(cells)} numbers"
 
 
-def is_finite_number(cell: str) -> bool:
+def _is_finite(cell: str) -> bool:
     """Whether a cell is a finite number; Python's underscores between digits are none."""
     try:
         return "_" not in cell and math.isfinite(float(cell))
     except ValueError:
         return False
+
+
+SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
+"""What may stand between two cells, beside spaces; the first one in a file counts."""
+
+_UNIT = re.compile(r"^(?P<name>[^\[\(]*?)\s*(?:[\[\(](?P<unit>[^\]\)]*)[\]\)])?$")
+
+
+@dataclass(frozen=True)
+class LooseColumns:
+    """What a table may hold.
+
+    Parameters
+    ----------
+    known : mapping of str to sequence of str
+        Names of columns, in lower case, with the units that may stand behind them in brackets.
+    blank : sequence of str
+        Columns whose cells may be empty: they read as not-a-number.
+    headerless : sequence of sequence of str
+        Columns of a table without a header, for each number of them that is not ambiguous.
+    ambiguous : str
+        What a table of another number of columns could be, for the message.
+    """
+
+    known: Mapping[str, Sequence[str]]
+    blank: Sequence[str]
+    headerless: Sequence[Sequence[str]]
+    ambiguous: str
+
+
+def read_loose_table(
+    path: str | os.PathLike[str], columns: LooseColumns
+) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    """Read a table with commas, semicolons, tabs or spaces between the cells.
+
+    Empty lines and what follows a ``#`` are left out, but for a comment in the first line that names the columns, as
+    :func:`numpy.savetxt` writes it. Names of columns may be in capitals, and have a unit in brackets.
+
+    Returns
+    -------
+    columns : dict of str to ndarray, shape (rows,)
+        In the order of the file, by their names in lower case.
+    units : dict of str to str
+        Of the columns that say one.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, empty, ragged, not numeric, not finite, or ambiguous; says which line.
+    """
+    raw = read_text(path).splitlines()
+    lines = [(i, text.split("#")[0].rstrip(" \r")) for i, text in enumerate(raw, 1)]
+    lines = [(number, text) for number, text in lines if text.strip()]
+    named = _named_by_comment(raw, columns)
+    if not lines:
+        raise FileError(f"{path} has a header and no rows" if named else f"{path} is empty")
+    separator = _separator(path, lines)
+    cells = [[cell.strip().strip("\"'").strip() for cell in text.split(separator)] for _, text in lines]
+    names, units, first = named or _names(f"{path}, line {lines[0][0]}", cells[0], columns)
+    if first == len(cells):
+        raise FileError(f"{path} has a header and no rows")
+    rows = [
+        _row(path, number, text, row, names, columns.blank)
+        for (number, text), row in zip(lines[first:], cells[first:], strict=True)
+    ]
+    return dict(zip(names, np.array(rows, dtype=np.float64).T, strict=True)), units
+
+
+def _named_by_comment(raw: list[str], columns: LooseColumns) -> tuple[list[str], dict[str, str], int] | None:
+    """Return the names that the comment in the first line gives, if all its words are names of columns."""
+    if not raw or not raw[0].lstrip().startswith("#"):
+        return None
+    text = raw[0].lstrip().lstrip("#")
+    words = [word for word in re.split(r"[;,\t ]+", text.strip()) if word]
+    names = [_UNIT.match(word.strip("\"'").lower()) for word in words]
+    titles = [match["name"] for match in names if match]
+    if len(titles) < 2 or any(name not in columns.known for name in titles) or len(set(titles)) < len(titles):
+        return None
+    return titles, {}, 0
+
+
+def _separator(path: str | os.PathLike[str], lines: list[tuple[int, str]]) -> str | None:
+    """Return the separator of the cells; None for spaces."""
+    present = [separator for separator in SEPARATORS if any(separator in text for _, text in lines)]
+    if len(present) > 1:
+        number = next(number for number, text in lines if present[1] in text)
+        raise FileError(
+            f"{path}, line {number}: {SEPARATORS[present[0]]} and {SEPARATORS[present[1]]} are mixed: "
+            "use one of them between the numbers, and a point for decimals"
+        )
+    return present[0] if present else None
+
+
+def _names(where: str, cells: list[str], columns: LooseColumns) -> tuple[list[str], dict[str, str], int]:
+    """Return names and units of the columns, and the number of header lines."""
+    if all(map(_is_finite, cells)):
+        fitting = [list(names) for names in columns.headerless if len(names) == len(cells)]
+        if not fitting:
+            raise FileError(f"{where}: {_count(cells)} without a header{columns.ambiguous}")
+        return fitting[0], {}, 0
+    if all(map(_is_finite, cells[:2])):
+        wrong = next(cell for cell in cells if not _is_finite(cell))
+        raise FileError(f"{where}: {wrong[:40]!r} is not a finite number")
+    matches = [_UNIT.match(cell.lower()) for cell in _joined(cells)]
+    names = [match["name"].strip() if match else "" for match in matches]
+    _check_names(where, names, columns.known, "; setpoints are planned already" if {"vx", "ax"} & set(names) else "")
+    units = {name: match["unit"].strip() for name, match in zip(names, matches, strict=True) if match and match["unit"]}
+    for name, unit in units.items():
+        if unit not in columns.known[name]:
+            wanted = " or ".join(columns.known[name])
+            raise FileError(f"{where}: {name} is in {unit[:40]!r}: convert it to {wanted}")
+    return names, units, 1
+
+
+def _joined(cells: list[str]) -> list[str]:
+    """Return the cells of a header with units that stand apart, as in ``x [m] y [m]``, joined to their names."""
+    entries: list[str] = []
+    for cell in cells:
+        if entries and cell[:1] in "[(" and cell:
+            entries[-1] += cell
+        else:
+            entries.append(cell)
+    return entries

@@ -22,8 +22,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.reading import check_size, reading
-from minsnap.basics.storage.text import read_text
+from minsnap.basics.storage.text import check_size, read_text, reading
 from minsnap.errors import FileError, FirmwareWarning, MinsnapError
 from minsnap.files.format import Format
 from minsnap.files.formats.bezier_segments import DEGREE, LONGEST, check_range, distance_bounds, packed, unpacked

@@ -13,8 +13,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.reading import reading
-from minsnap.basics.storage.text import load_yaml
+from minsnap.basics.storage.text import load_yaml, reading
 from minsnap.errors import FileError
 from minsnap.files.format import Format
 from minsnap.files.formats.pieces import from_powers, polynomials_of, position_powers, yaw_powers

@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.reading import check_regular, reading
-from minsnap.basics.storage.text import load_yaml, read_text
+from minsnap.basics.storage.text import check_regular, load_yaml, read_text, reading
 from minsnap.basics.tolerances import EXACT
 from minsnap.basics.version import __version__
 from minsnap.corridors.gates import Gate
@@ -27,7 +26,7 @@ from minsnap.corridors.passing import numbered_passages
 from minsnap.errors import FileError
 from minsnap.files.format import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
-from minsnap.files.limits_in_files import besides_rotors, limits_of
+from minsnap.files.request_yaml import besides_rotors, limits_of
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from minsnap.basics.storage.reading import check_size
+from minsnap.basics.storage.text import check_size
 from minsnap.errors import FileError, LinkError
 from minsnap.flight.mavlink._transports import LinkTransport, Peer, open_transport
 from minsnap.flight.mavlink.schedule import Clock

@@ -34,8 +34,8 @@ from minsnap.flight.mavlink.setpoints import SetpointTable, tabulate
 from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
 from minsnap.flight.mavlink.streaming import Streamer
 from minsnap.limits.limits import Limits
-from minsnap.paths.missions.course_file import stop_of
-from minsnap.replanning.change import Change
+from minsnap.paths.missions.course import stop_of
+from minsnap.replanning.memory import Change
 from minsnap.replanning.replanner import Replanner
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples

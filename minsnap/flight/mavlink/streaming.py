@@ -25,7 +25,7 @@ from minsnap.flight.mavlink.vehicle_messages import (
     get_autopilot,
     rate_request,
 )
-from minsnap.replanning.change import Change
+from minsnap.replanning.memory import Change
 from minsnap.trajectory.trajectory import Trajectory
 
 _POSITION_RATE = 20.0

@@ -22,7 +22,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from minsnap.basics.storage.reading import check_size, reading
+from minsnap.basics.storage.text import check_size, reading
 from minsnap.errors import LinkError
 
 Message = Any

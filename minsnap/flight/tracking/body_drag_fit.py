@@ -20,10 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray, OwnsArrays, interpolated
-from minsnap.basics.storage.reading import check_size
+from minsnap.basics.storage.text import check_size
 from minsnap.errors import FileError, FitError
+from minsnap.files.flight_log import FlightLog, InertialLog
 from minsnap.files.flights import read_log
-from minsnap.files.logs.flight_log import FlightLog, InertialLog
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.attitude import rotations
 

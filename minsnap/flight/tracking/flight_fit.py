@@ -22,7 +22,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, interpolated
 from minsnap.errors import FitError
-from minsnap.files.logs.flight_log import FlightLog
+from minsnap.files.flight_log import FlightLog
 from minsnap.flight.simulation.controllers import CascadeController
 from minsnap.flight.tracking.body_drag_fit import (
     AXES,

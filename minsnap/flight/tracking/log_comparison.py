@@ -16,7 +16,7 @@ from minsnap.basics.arrays import FloatArray, OwnsArrays
 from minsnap.basics.checks import check_kind, check_seed, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
-from minsnap.files.logs.flight_log import FlightLog, InertialLog
+from minsnap.files.flight_log import FlightLog, InertialLog
 from minsnap.flight.simulation.flight_inputs import drag_in_body, tabulate
 from minsnap.flight.simulation.simulated_flight import STEP, Flight
 from minsnap.flight.tracking.comparison import MAX_DELAY, Comparison, compare, position_at

@@ -1,22 +1,197 @@
-"""Maps from files and arrays: map_server YAML, NumPy arrays, point clouds."""
+"""Maps from files and arrays: map_server YAML, NumPy arrays, point clouds.
+
+The form is that of nav2_map_server and map_server: ``image``, ``resolution``, ``origin``, ``negate``,
+``occupied_thresh``, ``free_thresh`` and ``mode``, where dark pixels are occupied and the first row is the one with the
+largest y. Programs write cells as probabilities, percentages, or unknown.
+"""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.reading import check_size, reading
+from minsnap.basics.storage.text import check_size, load_yaml, reading
 from minsnap.errors import CorridorError, FileError
 from minsnap.paths.routes.grid_map import LARGEST_MAP, GridMap
-from minsnap.paths.routes.map_images import Reading, read_map_yaml
 from minsnap.paths.routes.point_clouds import CLOUDS, cloud_map, read_cloud
+
+UNKNOWN = ("occupied", "free")
+"""What unknown cells may count as."""
+
+KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
+NEEDED = ("image", "resolution", "origin")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How the values of cells are read.
+
+    Parameters
+    ----------
+    threshold : float or None
+        Probability from which a cell is occupied, in (0, 1]; 0.5, or what the map says, by default.
+    unknown : {"occupied", "free"}
+        What cells count as of which nothing is known.
+
+    Raises
+    ------
+    CorridorError
+        If the threshold is no probability above 0, or the choice is none of the two.
+    """
+
+    threshold: float | None = None
+    unknown: str = "occupied"
+
+    def __post_init__(self) -> None:
+        if self.threshold is not None and not (is_number(self.threshold) and 0.0 < self.threshold <= 1.0):
+            raise CorridorError(f"the threshold is {self.threshold!r}: it is a probability, above 0 and at most 1")
+        if not isinstance(self.unknown, str) or self.unknown not in UNKNOWN:
+            raise CorridorError(f"unknown cells count as 'occupied' or 'free', not as {shown(self.unknown)}")
+
+    def occupied(self, values: npt.NDArray[Any], name: str = "the map") -> BoolArray:
+        """Return which cells are occupied.
+
+        Parameters
+        ----------
+        values : ndarray of bool, integers or floats
+            Booleans: True where occupied. Integers: 0 and 1; or percentages up to 100; with unknown cells below 0.
+            One integer above 100 beside 0, such as 255, means occupied. Floats: probabilities up to 1, with unknown
+            cells below 0 or not a number.
+        name : str
+            What messages call the map.
+
+        Raises
+        ------
+        CorridorError
+            If values are of another kind, or beyond their range.
+        """
+        if values.dtype.kind == "b":
+            return np.asarray(values, dtype=np.bool_)
+        if values.dtype.kind not in "iuf":
+            raise CorridorError(f"{name} holds {values.dtype}: cells are booleans, integers or probabilities")
+        whole = values.dtype.kind in "iu" or bool((values == np.round(values)).all())
+        scale = _scale(values, whole, name)
+        return self.by_probability(np.asarray(values, dtype=np.float32) / np.float32(scale))
+
+    def by_probability(self, probability: npt.NDArray[np.float32]) -> BoolArray:
+        """Return which cells are occupied, from probabilities; below 0 and not a number are unknown."""
+        with np.errstate(invalid="ignore"):
+            known = probability >= 0.0
+            taken = probability >= np.float32(0.5 if self.threshold is None else self.threshold)
+        return np.asarray(np.where(known, taken, self.unknown == "occupied"))
+
+
+def _scale(values: npt.NDArray[Any], whole: bool, name: str) -> float:
+    """Return the value that means certainly occupied."""
+    largest = float(np.nanmax(values)) if np.isfinite(values).any() else 0.0
+    if largest <= 1.0:
+        return 1.0
+    if whole and largest <= 100.0:
+        return 100.0
+    if whole and ((values == 0) | (values == largest) | (values < 0)).all() and np.isfinite(largest):
+        return largest
+    raise CorridorError(
+        f"{name} has values up to {largest:g}: cells are 0 and 1, probabilities up to 1, or whole percentages up to 100"
+    )
+
+
+def read_map_yaml(path: str | os.PathLike[str], how: Reading) -> GridMap:
+    """Read a map_server YAML file and its picture.
+
+    Probabilities are (255 - value) / 255, or value / 255 with ``negate``. In the modes trinary (the default) and scale,
+    a cell is occupied above ``occupied_thresh``, free below ``free_thresh``, and unknown between; in raw, values are
+    percentages and those above 100 unknown. A threshold of ``how`` takes precedence over both.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read, an entry is missing, unknown or malformed, or the origin is turned.
+    """
+    content = read_map_entries(path)
+    low = content.get("free_thresh", 0.25)
+    high = content.get("occupied_thresh", 0.65)
+    if not (is_number(low) and is_number(high) and 0.0 <= low <= high <= 1.0):
+        raise FileError(f"{path}: free_thresh is {low!r} and occupied_thresh {high!r}: two probabilities, in order")
+    picture = read_picture(Path(path).parent / content["image"])
+    chance = _probability(picture, content, (float(low), float(high)), how.threshold is None)
+    kept = Reading(0.5 if how.threshold is None else how.threshold, how.unknown)
+    cells = kept.by_probability(np.ascontiguousarray(chance[::-1].T))
+    return GridMap(cells, np.full(2, float(content["resolution"])), np.array(content["origin"][:2]), Path(path).name)
+
+
+def read_map_entries(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return the entries of a map_server YAML file, checked.
+
+    Raises
+    ------
+    FileError
+        If one is missing, unknown or malformed.
+    """
+    content = load_yaml(path)
+    if not isinstance(content, dict):
+        raise FileError(f"{path}: a map is described by {', '.join(KEYS)}, not by {shown(content)}")
+    _check_keys(path, content)
+    return content
+
+
+def read_picture(path: str | os.PathLike[str]) -> npt.NDArray[np.uint8]:
+    """Return the grey values of a picture, rows from top to bottom: (rows, columns); -1 where it is transparent.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read, or has too many pixels.
+    """
+    from PIL import Image
+
+    check_size(path)
+    with reading(path, "a picture in PGM or PNG"), Image.open(path, formats=("PPM", "PNG")) as picture:
+        if picture.width * picture.height > LARGEST_MAP:
+            raise FileError(f"{path} has {picture.width} x {picture.height} pixels: at most {LARGEST_MAP} are read")
+        return np.array(picture.convert("L"), dtype=np.uint8)
+
+
+def _probability(
+    picture: npt.NDArray[np.uint8], content: Mapping[str, Any], bounds: tuple[float, float], banded: bool
+) -> npt.NDArray[np.float32]:
+    """Return probabilities, with -1 where a cell is unknown."""
+    values = picture.astype(np.float32)
+    if content.get("mode", "trinary") == "raw":
+        return np.where(values <= 100, values / np.float32(100.0), np.float32(-1.0))
+    chance = (values if content.get("negate", 0) else 255.0 - values) / np.float32(255.0)
+    if not banded:
+        return np.asarray(chance)
+    between = np.where(chance > bounds[1], np.float32(1.0), np.float32(-1.0))
+    return np.asarray(np.where(chance < bounds[0], np.float32(0.0), between))
+
+
+def _check_keys(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
+    missing = [key for key in NEEDED if key not in content]
+    unknown = [str(key) for key in content if key not in KEYS]
+    if missing or unknown:
+        what = f"{', '.join(missing)} missing" if missing else f"{shown(unknown[0])} is not known"
+        raise FileError(f"{path}: {what}; a map is described by {', '.join(KEYS)}")
+    image, side, origin = (content[key] for key in NEEDED)
+    if not isinstance(image, str):
+        raise FileError(f"{path}: image is {shown(image)}: give the name of a PGM or PNG file")
+    if not is_number(side) or side <= 0.0:
+        raise FileError(f"{path}: resolution is {shown(side)}: give the side of a pixel [m]")
+    if not isinstance(origin, list) or len(origin) not in (2, 3) or not all(map(is_number, origin)):
+        raise FileError(f"{path}: origin is {shown(origin)}: give x, y [m] and yaw of the lower left corner")
+    if len(origin) == 3 and origin[2] != 0.0:
+        raise FileError(f"{path}: the map is turned by {origin[2]:g} rad: turn the picture instead, with a yaw of 0")
+    if content.get("mode", "trinary") not in ("trinary", "scale", "raw"):
+        raise FileError(f"{path}: mode is {shown(content['mode'])}: it is trinary, scale or raw")
+
 
 ENDINGS = (".yaml", ".yml", ".npy", *CLOUDS)
 """Endings of maps."""
@@ -80,7 +255,7 @@ def read_map(
 def array_map(
     values: npt.ArrayLike, resolution: npt.ArrayLike, origin: npt.ArrayLike | None, how: Reading, name: str = "the map"
 ) -> GridMap:
-    """Return the map of an array of cells; :class:`minsnap.paths.routes.map_images.Reading` says what they mean."""
+    """Return the map of an array of cells; :class:`minsnap.paths.routes.map_files.Reading` says what they mean."""
     cells = np.asarray(values)
     if cells.ndim not in (2, 3) or not cells.size or cells.size > LARGEST_MAP:
         raise CorridorError(

@@ -19,8 +19,7 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ordinary_limits
 from minsnap.paths.routes.cell_distance import Approach, nearest_cell
 from minsnap.paths.routes.grid_map import GridMap
-from minsnap.paths.routes.map_files import array_map, read_map
-from minsnap.paths.routes.map_images import Reading
+from minsnap.paths.routes.map_files import Reading, array_map, read_map
 from minsnap.paths.routes.passage import end_point, find_passage
 from minsnap.planning.planner import plan
 from minsnap.time_allocation.search_options import is_priced
@@ -113,7 +112,7 @@ def plan_through(
     ----------
     grid : GridMap, path or array_like
         A map; a file as :func:`minsnap.routes.read_map` reads it; or an array of cells with two or three axes, x, y
-        and z, 0 where free (see :meth:`minsnap.paths.routes.map_images.Reading.occupied`).
+        and z, 0 where free (see :meth:`minsnap.paths.routes.map_files.Reading.occupied`).
     start, goal : array_like, shape (2,) or (3,)
         Where to fly from and to, at rest [m]. Three coordinates above a plane map plan in space: cells then reach from
         the ground to the sky.

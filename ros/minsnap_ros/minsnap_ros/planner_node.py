@@ -15,7 +15,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 import minsnap
 from minsnap.files.formats.robot_messages import offboard_control_mode, px4_setpoints
-from minsnap.paths.missions.course_file import is_course
+from minsnap.paths.missions.course import is_course
 from minsnap_ros.flown_plan import FlownPlan
 from minsnap_ros.messages import path_message, position_of, setpoint_message, trajectory_message
 

@@ -8,11 +8,13 @@ import pytest
 import minsnap
 from minsnap.errors import FileError
 from minsnap.files.formats.bezier_segments import packed, unpacked
-from minsnap.files.formats.light_programme import Lights, light_bytes, lights_of
 from minsnap.files.formats.skybrush import (
     TOLERANCE,
+    Lights,
     checksum,
     cubic_segments,
+    light_bytes,
+    lights_of,
     read_skybrush,
     skybrush_bytes,
     write_skybrush,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from minsnap.errors import FileError
+from minsnap.files.autopilot_logs import read_dataflash
 from minsnap.files.flights import load_flight, load_reference
-from minsnap.files.logs.dataflash import read_dataflash
 
 FMT = (0x80, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
 PSC = {

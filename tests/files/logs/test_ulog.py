@@ -6,8 +6,8 @@ from ulog_bytes import fields, ulog
 
 import minsnap
 from minsnap.errors import FileError
+from minsnap.files.autopilot_logs import read_ulog
 from minsnap.files.flights import load_flight, load_reference
-from minsnap.files.logs.ulog import read_ulog
 from minsnap.flight import compare
 from minsnap.trajectory.samples import Samples
 

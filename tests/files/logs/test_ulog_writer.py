@@ -5,8 +5,8 @@ import pytest
 
 import minsnap
 from minsnap.errors import InputError
-from minsnap.files.logs.flight_log import FlightLog
-from minsnap.files.logs.ulog import read_ulog, write_ulog
+from minsnap.files.autopilot_logs import read_ulog, write_ulog
+from minsnap.files.flight_log import FlightLog
 from minsnap.flight import CascadeController, simulate, simulated_log
 from minsnap.vehicle import Quadrotor
 

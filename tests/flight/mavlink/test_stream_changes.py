@@ -10,7 +10,7 @@ from standin import POSCTL, PointMass, StandIn
 
 import minsnap
 from minsnap.errors import FlightError, TimingError
-from minsnap.replanning.change import Change
+from minsnap.replanning.memory import Change
 from minsnap.replanning.replanner import Replanner
 from minsnap.replanning.splice import splice_of
 

@@ -9,7 +9,7 @@ from flown_logs import Measured, dataflash_of, ulog_of
 
 import minsnap
 from minsnap.errors import FileError, FitError
-from minsnap.files.logs.flight_log import FlightLog
+from minsnap.files.flight_log import FlightLog
 from minsnap.flight import CascadeController, ConstantWind, fit_flight, plot_flight_fit, simulate
 from minsnap.flight.mavlink.observer import StreamLog
 from minsnap.flight.mavlink.setpoints import Setpoint

@@ -6,7 +6,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import InputError
-from minsnap.files.logs.ulog import write_ulog
+from minsnap.files.autopilot_logs import write_ulog
 from minsnap.flight import CascadeController, simulate
 from minsnap.flight.tracking.log_comparison import simulated_log
 from minsnap.flight.tracking.tracking_plot import leg_instants, write_flight_page

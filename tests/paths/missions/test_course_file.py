@@ -8,7 +8,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError
-from minsnap.paths.missions.course_file import is_course
+from minsnap.paths.missions.course import is_course
 from minsnap.vehicle import Quadrotor
 from minsnap.vehicle.quadrotor import description_of
 

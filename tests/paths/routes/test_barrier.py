@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from minsnap.corridors.grid_gaps import grown
+from minsnap.corridors.occupancy_grid import grown
 from minsnap.errors import CorridorError, InfeasibleError, WaypointError
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.passage import find_passage

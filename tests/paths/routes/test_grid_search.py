@@ -6,9 +6,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from minsnap.corridors.grid_gaps import gaps
-from minsnap.paths.routes import grid_search
-from minsnap.paths.routes.grid_search import shortest_way, widest
+from minsnap.corridors.occupancy_grid import gaps
+from minsnap.paths.routes import passage
+from minsnap.paths.routes.passage import shortest_way, widest
 
 
 def length_by_hand(free, size, start, goal):
@@ -57,7 +57,7 @@ def test_a_way_in_blocks_is_free_and_at_most_a_little_longer(monkeypatch):
     free[20:23, :40] = free[40:43, 10:] = False
     start, goal, ones = np.array([1, 1]), np.array([58, 47]), np.ones(2)
     exact = length_of(shortest_way(free, ones, start, goal), ones)
-    monkeypatch.setattr(grid_search, "LARGE", 1000)
+    monkeypatch.setattr(passage, "LARGE", 1000)
     way = shortest_way(free, ones, start, goal)
     assert (way[0] == start).all() and (way[-1] == goal).all()
     assert exact <= length_of(way, ones) <= 1.1 * exact
@@ -70,7 +70,7 @@ def test_a_gap_of_one_cell_is_found_where_no_block_passes(monkeypatch):
     free = np.ones((40, 40), dtype=bool)
     free[20] = False
     free[20, 13] = True
-    monkeypatch.setattr(grid_search, "LARGE", 100)
+    monkeypatch.setattr(passage, "LARGE", 100)
     way = shortest_way(free, np.ones(2), np.array([0, 0]), np.array([39, 39]))
     assert [20, 13] in way.tolist() and free[tuple(way.T)].all()
 

@@ -1,1 +1,0 @@
-"""Flight logs of PX4 and ArduPilot."""
