@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from math import ceil, floor, log10
@@ -14,13 +15,14 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_durations
 from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
-from minsnap.limits.compliance import keeps
+from minsnap.limits.compliance import KEPT, keeps
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.fitting_durations import fitting_durations
 from minsnap.time_allocation.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.longer_times import least_longer
+from minsnap.time_allocation.recovery import start_use
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_scaling import shortest_scaled
 from minsnap.time_allocation.timing import (
@@ -32,6 +34,7 @@ from minsnap.time_allocation.timing import (
     solved_or_explained,
     timed,
 )
+from minsnap.time_allocation.ways import start_on_limit
 from minsnap.time_allocation.within_limits import plans_for
 
 if TYPE_CHECKING:
@@ -150,17 +153,16 @@ def explained_by_times(
         Plans the same with another timing.
     """
     proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
-    own_times = proof is not None and _of_these_times(proof, task, timing)
-    if not own_times:
+    own, own_times = _own_times(task, timing), proof is not None and _of_these_times(proof, task, timing)
+    again: MinsnapError | None = None
+    if timing.total_time is not None and own is not None and isinstance(refused, InfeasibleError) and not own_times:
+        with suppress(LateError):
+            again = explain(_necessary(task, timing), own)
+    if not own_times and not isinstance(again, InfeasibleError):
         refuse_short(task, timing, getattr(refused, "shortest", None))
     if not isinstance(refused, InfeasibleError) or _for_all_times(task, timing, refused):
         return refused
-    own = _own_times(task, timing)
-    if timing.total_time is not None and own is not None and not own_times:
-        limits = timing.limits
-        bounded = task if limits is None else task.with_walls(limits.necessary_walls(task.waypoints))
-        again = explain(bounded, own)
-        refused, own_times = (again, True) if isinstance(again, InfeasibleError) else (refused, False)
+    refused, own_times = (again, True) if isinstance(again, InfeasibleError) else (refused, own_times)
     factor = _stretch_tried(refused, task, timing, finish, plan)
     sentence, note = (
         str(refused),
@@ -220,6 +222,11 @@ def _bounded(task: Task, timing: Timing) -> Task:
     return replace(bounded, explained=False, deadline=task.deadline.until(timing.due))
 
 
+def _necessary(task: Task, timing: Timing) -> Task:
+    """Return the task with the walls that every curve within the limits keeps."""
+    return task if timing.limits is None else task.with_walls(timing.limits.necessary_walls(task.waypoints))
+
+
 def _rounded_up(factor: float) -> float:
     """Return a factor with four digits, not less."""
     unit = 10.0 ** (floor(log10(factor)) - 3)
@@ -236,21 +243,21 @@ def _unproved(refused: InfeasibleError) -> UnprovedError:
 
 
 def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> None:
-    """Raise InfeasibleError if the times of the request are proved too short for the velocity alone.
+    """Raise InfeasibleError if the times of the request are proved too short for the ways between the waypoints.
 
     ``shortest`` is the shortest total found [s], if any.
     """
-    if timing.limits is None or not task.explained:
+    if not task.explained or _starts_beyond(task, timing):
         return
     from minsnap.time_allocation.short_total import short_leg, short_total
 
-    bounded = task.with_walls(timing.limits.walls(task.waypoints))
+    bounded = _necessary(task, timing)
     if timing.durations is not None:
         proof = short_leg(bounded, check_durations(timing.durations, task.legs))
         if proof is not None:
-            leg = proof.rows[0].piece
+            leg = proof.moves[0].start
             raise InfeasibleError(
-                f"leg {leg} has {proof.total:.6g} s, and the velocity alone needs {float(proof.least):.6g} s: give it "
+                f"leg {leg} has {proof.total:.6g} s, and its length alone needs {float(proof.least):.6g} s: give it "
                 "more time",
                 leg=leg,
                 contradiction=proof,
@@ -260,7 +267,7 @@ def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> N
         if proof is not None:
             known = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"
             raise InfeasibleError(
-                f"{timing.total:.6g} s are too short for the limits: the velocity alone needs "
+                f"{timing.total:.6g} s are too short for the limits: the lengths of the legs alone need "
                 f"{float(proof.least):.6g} s{known}",
                 shortest=shortest,
                 contradiction=proof,
@@ -273,8 +280,18 @@ def _of_these_times(proof: Contradiction, task: Task, timing: Timing) -> bool:
     return own is not None and np.array_equal(proof.durations, own)
 
 
+def _starts_beyond(task: Task, timing: Timing) -> bool:
+    """Whether limits may be exceeded on a way back to them at the start, so that they prove nothing there."""
+    if timing.limits is None or not start_on_limit(task, timing.limits):
+        return False
+    higher = any(value.any() for order, value in task.pins[0].items() if order > 1)
+    return higher or start_use(task, timing.limits) > 1.0 + KEPT
+
+
 def _own_times(task: Task, timing: Timing) -> FloatArray | None:
     """Piece durations that the request leaves no choice of: its own, or those of the one leg that has its total."""
+    if _starts_beyond(task, timing):
+        return None
     if timing.durations is not None:
         return task.piece_durations(check_durations(timing.durations, task.legs))
     one = timing.total_time is not None and task.legs == 1 and not timing.refine

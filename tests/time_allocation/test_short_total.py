@@ -1,10 +1,10 @@
-"""Totals too short for the velocity: exact proofs, against the formulas of single limits, and tampered ones."""
+"""Totals too short for the limits: exact proofs, against formulas of single limits and against plans; tampered ones."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from tasks import task_of
+from tasks import random_legs, task_of
 
 import minsnap
 from minsnap.limits.limits import Limits
@@ -43,9 +43,9 @@ def test_a_leg_alone_is_proved_too_short(leg):
     limits, times = LEAST["both"]
     durations = np.where(np.arange(3) == leg, 0.999999, 1.1) * times
     proof = short_leg(asked(limits), durations)
-    assert proof.verify() and proof.rows[0].piece == leg and proof.total == durations[leg]
+    assert proof.verify() and proof.moves[0].start == leg and proof.total == durations[leg]
     assert short_leg(asked(limits), 1.000001 * times) is None
-    assert short_leg(asked(Limits(acceleration=2.0)), durations) is None
+    assert short_leg(asked(Limits(body_rate=2.0)), durations) is None
 
 
 def test_waypoints_that_are_free_may_be_nearer():
@@ -54,24 +54,93 @@ def test_waypoints_that_are_free_may_be_nearer():
     assert float(proof.least) == pytest.approx((3.5 + 3.5 + 4.0) / 2.0, rel=1e-8)
 
 
-def test_no_proof_without_limits_on_the_velocity():
-    assert short_total(asked(Limits(acceleration=2.0)), 1e-3) is None
+FORWARD, BACK = [(0.0, 0.0), (2.0, 0.0)], [(0.0, 0.0), (2.0, 0.0), (-3.0, 0.0)]
+TURNING = {
+    "from rest to rest within an acceleration": (FORWARD, Limits(acceleration=0.5), 4.0),
+    "jerk": (FORWARD, Limits(jerk=4.0), 16.0 ** (1 / 3)),
+    "snap": (FORWARD, Limits(snap=3.0), 256.0**0.25),
+    "speed and acceleration": (FORWARD, Limits(speed=1.0, acceleration=2.0), 2.5),
+    "there and back": (BACK, Limits(acceleration=0.5), 4.0 + 40.0**0.5),
+    "there and back within a speed": (BACK, Limits(speed=1.0, acceleration=2.0), 2.5 + 5.5),
+    "by the axis": (BACK, Limits(acceleration=0.5, norm="axis"), 4.0 + 40.0**0.5),
+}
+
+
+@pytest.mark.parametrize("name", TURNING)
+def test_rest_and_turns_take_the_time_that_formulas_of_time_optimal_moves_say(name):
+    points, limits, least = TURNING[name]
+    near = 1e-2 if len(limits.given()) > 1 else 1e-6  # where the acceleration ends within a cell
+    proof = short_total(task_of(np.array(points), limits=limits), (1.0 - near) * least)
+    assert proof.verify() and float(proof.least) == pytest.approx(least, rel=near)
+    assert short_total(task_of(np.array(points), limits=limits), 1.000001 * least) is None
+
+
+def test_a_lap_turns_where_it_begins():
+    points, limits = np.array([(0.0, 0.0), (2.0, 0.0), (0.0, 0.0)]), Limits(acceleration=0.5)
+    proof = short_total(task_of(points, limits=limits, closed=True), 7.999)
+    assert float(proof.least) == pytest.approx(8.0, rel=1e-8)
+    assert short_total(replace(task_of(points, limits=limits, closed=True), continuity=0), 1e-3) is None
+
+
+def test_what_moves_at_an_end_gets_further_or_has_to_come_back():
+    """Of 4 m within 2 m/s²: from 2 m/s on to rest, and flying away at first."""
+    points, limits = np.array([(0.0, 0.0), (4.0, 0.0)]), Limits(acceleration=2.0)
+    for speed in (2.0, -2.0):
+        rest = {order: np.zeros(2) for order in (1, 2, 3)}
+        task = task_of(points, limits=limits, pins={0: rest | {1: np.array([speed, 0.0])}, 1: rest})
+        least = (10.0**0.5 * 2.0 - speed) / 2.0 + (0.0 if speed > 0.0 else 0.0)
+        assert short_total(task, 0.95 * least).verify()
+        assert short_total(task, 1.000001 * least) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "limits", [Limits(speed=2.0, acceleration=3.0), Limits(jerk=5.0, vertical_speed=1.0), Limits(snap=9.0)]
+)
+@pytest.mark.parametrize("seed", range(6))
+def test_no_plan_is_shorter_than_what_is_proved(seed, limits):
+    points, _ = random_legs(seed)
+    start = {"velocity": np.array([0.3, -0.2, 0.1])} if seed % 2 else {}
+    path = minsnap.plan(points, limits=limits, pieces=4, start=start, closed=False)
+    pins = {0: {1: np.array([0.3, -0.2, 0.1]) * (seed % 2), 2: np.zeros(3), 3: np.zeros(3)}}
+    task = task_of(points, limits=limits, pins=pins)
+    assert short_total(task, path.duration * (1.0 + 1e-9)) is None
+    assert short_total(task, 0.4 * path.duration).verify()
+
+
+def test_no_proof_without_limits_on_derivatives():
+    assert short_total(asked(None), 1e-3) is None
 
 
 def test_tampered_proofs_do_not_verify():
     proof = short_total(asked(Limits(speed=2.0)), 4.0)
     assert proof.verify()
-    first = proof.rows[0]
-    assert not replace(proof, rows=(replace(first, direction=1.01 * first.direction), *proof.rows[1:])).verify()
-    assert not replace(proof, rows=(replace(first, order=2), *proof.rows[1:])).verify()
-    assert not replace(proof, rows=(*proof.rows, first)).verify()
+    first, *others = proof.moves
+    assert not replace(proof, moves=(replace(first, least=1.01 * first.least), *others)).verify()
+    assert not replace(proof, moves=(replace(first, direction=-first.direction), *others)).verify()
+    assert not replace(proof, moves=(*proof.moves, first)).verify()
+    assert not replace(proof, moves=(first, *proof.moves)).verify()
     assert not replace(proof, total=7.0).verify()
-    assert not replace(proof, rows=proof.rows[1:], total=5.0).verify()
+    assert not replace(proof, moves=proof.moves[1:], total=5.0).verify()
+    back = short_total(task_of(np.array(BACK), limits=Limits(acceleration=0.5)), 8.0)
+    assert not replace(back, task=task_of(np.array(BACK)[[0, 2, 1]], limits=Limits(acceleration=0.5))).verify()
+    assert not replace(back, task=replace(back.task, continuity=0)).verify()
+
+
+def test_a_start_beyond_its_limits_proves_no_time_too_short():
+    """What may be faster than the limits at first is over in less time than they allow: here 4.5 s have a plan."""
+    asked = {"limits": Limits(speed=1.0, acceleration=2.0), "start": {"velocity": (3.0, 0.0, 0.0)}}
+    points = [(0.0, 0.0, 0.0), (5.0, 0.0, 0.0)]
+    assert minsnap.plan(points, total_time=4.5, **asked).duration == pytest.approx(4.5)
+    for times in ({"total_time": 3.5}, {"durations": [0.1]}):
+        with pytest.raises(minsnap.MinsnapError) as refused:
+            minsnap.plan(points, **times, **asked)
+        assert not isinstance(refused.value, minsnap.InfeasibleError) or not refused.value.verify()
 
 
 def test_a_refusal_in_gates_is_right():
     """The gate may be crossed anywhere, so that the least total counts from its edge."""
     gate = minsnap.Gate((2.0, 0.0, 0.0), (1.0, 0.0, 0.0), 1.0)
-    with pytest.raises(minsnap.InfeasibleError, match=r"the velocity alone needs 2\.\d* s") as refused:
+    with pytest.raises(minsnap.InfeasibleError, match=r"the lengths of the legs alone need 2\.\d* s") as refused:
         minsnap.plan([(0, 0, 0), gate, (2, 3, 0)], total_time=1.9, limits=Limits(speed=2.0, norm="axis"))
     assert refused.value.verify()

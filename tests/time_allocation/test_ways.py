@@ -85,7 +85,7 @@ def test_ways_stay_inside_the_corridor():
 
 def test_legs_too_short_for_their_way_and_ends_outside_their_limits_are_refused():
     limits = Limits(speed=3.0, acceleration=6.0)
-    with pytest.raises(InfeasibleError, match="leg 0 has 0.01 s, and the velocity alone needs 1.01379 s") as refused:
+    with pytest.raises(InfeasibleError, match="leg 0 has 0.01 s, and its length alone needs 1.01379 s") as refused:
         minsnap.plan(POINTS, durations=[0.01, 2, 2], limits=limits, start={"velocity": 3.0 * FIRST})
     assert refused.value.leg == 0
     with pytest.raises(LimitError, match="speed 3.3, beyond its limit 3"):
