@@ -14,7 +14,7 @@ piece. The reference core has them in normalised units, with pieces in the place
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -24,6 +24,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly, lengths_of, numbers
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
+from minsnap.native.proved_extrema import MeasuredWalls
 from minsnap.polynomials.bernstein import squared_norm
 from minsnap.polynomials.enclosures import Enclosure, derivative
 from minsnap.trajectory.trajectory import Trajectory
@@ -98,15 +99,22 @@ class Walls(ReadOnly):
         """
         arrays = {"leg": leg, "normal": normal, "anchor": anchor, "lower": lower, "upper": upper, "width": width}
         legs, normal, anchor, lower, upper, width = _numbers(name, arrays)
-        above, below = np.flatnonzero(np.isfinite(upper)), np.flatnonzero(np.isfinite(lower))
-        row = np.concatenate((above, below))
-        slope = np.concatenate((-normal[above], normal[below]))
-        radius = np.concatenate((upper[above], -lower[below]))
-        matrix = np.zeros((len(row), 0, normal.shape[1]))
-        walls = cls(legs[row].astype(np.intp), matrix, anchor[row], slope, radius, width[row], order, name)
-        for array in (walls.leg, walls.anchor, slope, radius, walls.width):
-            array.flags.writeable = False
-        return walls
+        rows: list[tuple[Any, ...]] = [
+            (_whole(legs), -normal, anchor, upper, width),
+            (_whole(legs), normal, anchor, -lower, width),
+        ]
+        if not (np.isfinite(upper).all() and np.isfinite(lower).all()):
+            rows = [tuple(part[np.isfinite(side[3])] for part in side) for side in rows]
+        leg, slope, anchor, radius, width = map(np.concatenate, zip(*rows, strict=True))
+        return cls.unchecked(leg, np.zeros((len(leg), 0, slope.shape[1])), anchor, slope, radius, width, order, name)
+
+    @classmethod
+    def unchecked(cls, *values: Any) -> Walls:
+        """Return walls of arrays of their own, of the right shapes, which become read-only."""
+        for array in values:
+            if isinstance(array, np.ndarray):
+                array.flags.writeable = False
+        return cls(*values)
 
     @classmethod
     def balls(
@@ -147,8 +155,12 @@ class Walls(ReadOnly):
         """
         arrays = {"leg": leg, "matrix": matrix, "anchor": anchor, "radius": radius}
         legs, matrix, anchor, radius = _numbers(name, arrays)
-        (grows,) = (np.zeros(anchor.shape),) if slope is None else _numbers(name, {"slope": slope})
+        grows = np.zeros(anchor.shape) if slope is None else _numbers(name, {"slope": slope})[0]
         return cls(_whole(legs), matrix, anchor, grows, radius, radius, order, name)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out addresses, which mean nothing in another process."""
+        return {entry.name: getattr(self, entry.name) for entry in fields(self)}
 
     @property
     def flat(self) -> bool:
@@ -156,10 +168,22 @@ class Walls(ReadOnly):
         return bool(self.matrix.shape[1] == 0)
 
     @cached_property
-    def paired(self) -> bool:
-        """Whether planes are pairs, upper ones first: an extremum of each pair says both."""
-        half = len(self.leg) // 2
-        upper, lower = ([part[own] for part in (self.leg, self.anchor)] for own in (slice(half), slice(half, None)))
+    def measured(self) -> MeasuredWalls | None:
+        """The same for the native core, which measures each pair of planes once; None for cones."""
+        if self.flat:
+            half = len(self.leg) // 2
+            if self._paired(half):
+                planes = self.slope[half:], self.anchor[half:], -self.radius[half:], self.radius[:half]
+                return MeasuredWalls.faces(self.leg[half:], planes, self.order)
+            far = np.full(len(self.leg), np.inf)
+            return MeasuredWalls.faces(self.leg, (self.slope, self.anchor, -self.radius, far), self.order)
+        if self.slope.any():
+            return None
+        return MeasuredWalls.balls(self.leg, (self.matrix, self.anchor, self.radius), self.order)
+
+    def _paired(self, half: int) -> bool:
+        """Whether planes are pairs, the upper ones first."""
+        upper, lower = (self.leg[:half], self.anchor[:half]), (self.leg[half:], self.anchor[half:])
         return len(self.leg) == 2 * half and bool(
             all(map(np.array_equal, upper, lower)) and (self.slope[:half] == -self.slope[half:]).all()
         )

@@ -68,17 +68,8 @@ def margin_to(traj: Trajectory, wall: Walls) -> Margin:
 
 
 def _native_excess(traj: Trajectory, wall: Walls) -> native.Extremum | None:
-    curve = traj.control_points, traj.durations, traj.pieces, wall.leg
-    if wall.flat:
-        half = len(wall.leg) // 2
-        if wall.paired:
-            planes = wall.slope[half:], wall.anchor[half:], -wall.radius[half:], wall.radius[:half]
-            return native.face_excess(*curve[:3], wall.leg[half:], planes, wall.order)
-        far = np.full(len(wall.leg), np.inf)
-        return native.face_excess(*curve, (wall.slope, wall.anchor, -wall.radius, far), wall.order)
-    if not wall.slope.any():
-        return native.ball_excess(*curve, (wall.matrix, wall.anchor, wall.radius), wall.order)
-    return None
+    measured = wall.measured
+    return None if measured is None else measured.excess(traj.control_points, traj.durations, traj.pieces)
 
 
 Slacks = tuple[FloatArray, IntArray, IntArray, FloatArray]

@@ -258,11 +258,10 @@ def _largest_component(curve: Enclosure, sign: int) -> Peak:
 def _ball(
     extent: Extent, matrix: FloatArray, radius: float, order: int, name: str, anchor: Any = None, slope: Any = None
 ) -> Walls:
-    legs = extent.legs
-    zeros = np.zeros((legs, extent.dim))
-    anchors = zeros if anchor is None else zeros + anchor
-    slopes = None if slope is None else zeros + slope
-    return Walls.balls(np.arange(legs), np.array([matrix] * legs), anchors, np.full(legs, radius), order, name, slopes)
+    rows = [np.zeros((extent.legs, extent.dim)) + (0.0 if each is None else each) for each in (anchor, slope)]
+    matrices = np.zeros((extent.legs, *matrix.shape)) + matrix
+    radii = np.full(extent.legs, float(radius))
+    return Walls.unchecked(np.arange(extent.legs), matrices, *rows, radii, radii, order, name)
 
 
 def _faces(extent: Extent, normal: FloatArray, bounds: tuple[float, float], order: int, name: str) -> Walls:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from ctypes import c_double, c_int64, c_void_p
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.native.library import Entry, address, optional_address
+from minsnap.native.library import Entry, address, optional_address, readable
 from minsnap.native.records import ExcessRecord
 from minsnap.native.status import Status
 from minsnap.polynomials import extrema
@@ -116,69 +116,81 @@ def largest_norms(points: FloatArray, durations: FloatArray, orders: Sequence[in
     orders : sequence of int
         Ascending.
     """
-    call = _NORMS.function()
+    call = _NORMS.ready or _NORMS.function()
     if call is None:
         return None
-    wanted = np.array(orders, dtype=np.int64)
-    values, piece = np.empty((len(wanted), 3)), np.empty(len(wanted), dtype=np.int64)
-    shape = _shape(points)
-    points, durations = _floats(points), _floats(durations)
-    ends = address(wanted), address(values), address(piece)
-    if call(*shape, address(points), address(durations), len(wanted), *ends):
+    count, wanted = len(orders), np.array(orders, dtype=np.int64)
+    values, piece = np.empty((count, 3)), np.empty(count, dtype=np.int64)
+    arrays = readable(_floats(points)), readable(_floats(durations))
+    if call(*_shape(points), *arrays, count, readable(wanted), address(values), address(piece)):
         return None
-    return [Extremum(a, b, int(i), s) for (a, b, s), i in zip(values.tolist(), piece, strict=True)]
+    return [Extremum(a, b, i, s) for (a, b, s), i in zip(values.tolist(), piece.tolist(), strict=True)]
 
 
-def face_excess(
-    points: FloatArray,
-    durations: FloatArray,
-    pieces: int,
-    leg: IntArray,
-    planes: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    order: int,
-) -> Extremum | None:
-    """Proved greatest excess over pairs of planes, each on the pieces of its leg.
+class MeasuredWalls:
+    """Walls on a derivative as the native core measures them, with their arrays; made once and used for any curve."""
 
-    Parameters
-    ----------
-    points, durations
-        Of the trajectory; see ``largest_norms``.
-    pieces : int
-        Polynomials per leg.
-    leg : ndarray of int, shape (m,)
-    planes : tuple of ndarray
-        Normals (m, dim), anchors (m, dim), lower and upper bounds (m,).
-    order : int
-        Derivative that is bounded.
+    def __init__(
+        self,
+        entry: Entry,
+        leg: IntArray,
+        matrix: FloatArray,
+        others: tuple[FloatArray, FloatArray | None, FloatArray],
+        order: int,
+    ) -> None:
+        anchor, lower, upper = (None if one is None else _floats(one) for one in others)
+        self._entry = entry
+        self._record = ExcessRecord(
+            **{"order": order, "walls": len(leg), "rows": matrix.shape[1], "matrix": _floats(matrix)},
+            **{"leg": np.ascontiguousarray(leg, dtype=np.int64), "anchor": anchor, "lower": lower, "upper": upper},
+        )
 
-    Returns
-    -------
-    Extremum
-        The row counts pieces within walls: wall times ``pieces`` plus piece of the leg.
-    """
-    normal, anchor, lower, upper = planes
-    return _excess(_FACES, points, durations, pieces, leg, normal[:, None], (anchor, lower, upper), order)
+    @classmethod
+    def faces(cls, leg: IntArray, planes: tuple[FloatArray, FloatArray, FloatArray, FloatArray], order: int) -> Self:
+        """Return pairs of planes, each on the pieces of its leg.
 
+        Parameters
+        ----------
+        leg : ndarray of int, shape (m,)
+        planes : tuple of ndarray
+            Normals (m, dim), anchors (m, dim), lower and upper bounds (m,).
+        order : int
+            Derivative that is bounded.
+        """
+        normal, anchor, lower, upper = planes
+        return cls(_FACES, leg, normal[:, None], (anchor, lower, upper), order)
 
-def ball_excess(
-    points: FloatArray,
-    durations: FloatArray,
-    pieces: int,
-    leg: IntArray,
-    balls: tuple[FloatArray, FloatArray, FloatArray],
-    order: int,
-) -> Extremum | None:
-    """Proved greatest excess of norms over radii, each ball on the pieces of its leg.
+    @classmethod
+    def balls(cls, leg: IntArray, balls: tuple[FloatArray, FloatArray, FloatArray], order: int) -> Self:
+        """Return balls, each on the pieces of its leg: matrices (m, q, dim), anchors (m, dim), radii (m,)."""
+        matrix, anchor, radius = balls
+        return cls(_BALLS, leg, matrix, (anchor, None, radius), order)
 
-    Parameters
-    ----------
-    balls : tuple of ndarray
-        Matrices (m, q, dim), anchors (m, dim), radii (m,).
+    def excess(self, points: FloatArray, durations: FloatArray, pieces: int) -> Extremum | None:
+        """Proved greatest excess of a curve over all walls.
 
-    The others and the result are those of ``face_excess``.
-    """
-    matrix, anchor, radius = balls
-    return _excess(_BALLS, points, durations, pieces, leg, matrix, (anchor, None, radius), order)
+        Parameters
+        ----------
+        points, durations
+            See ``largest_norms``.
+        pieces : int
+            Polynomials per leg.
+
+        Returns
+        -------
+        Extremum
+            The row counts pieces within walls: wall times ``pieces`` plus piece of the leg.
+        """
+        call = self._entry.ready or self._entry.function()
+        if call is None:
+            return None
+        points, durations = _floats(points), _floats(durations)
+        asked = ExcessRecord.from_buffer_copy(self._record)
+        asked.pieces, asked.degree, asked.dim = _shape(points)
+        asked.per_leg, asked.points, asked.durations = pieces, points.ctypes.data, durations.ctypes.data
+        if call(asked) != Status.DONE:
+            return None
+        return Extremum(asked.attained, asked.bound, asked.row, asked.where)
 
 
 def continuity(points: FloatArray, durations: FloatArray, exact: float, rounding: float) -> int | None:
@@ -192,31 +204,6 @@ def continuity(points: FloatArray, durations: FloatArray, exact: float, rounding
     if call(*shape, address(points), address(durations), exact, rounding, address(order)):
         return None
     return int(order[0])
-
-
-def _excess(
-    entry: Entry,
-    points: FloatArray,
-    durations: FloatArray,
-    pieces: int,
-    leg: IntArray,
-    matrix: FloatArray,
-    others: tuple[FloatArray, FloatArray | None, FloatArray],
-    order: int,
-) -> Extremum | None:
-    call = entry.function()
-    if call is None:
-        return None
-    anchor, lower, upper = (None if one is None else _floats(one) for one in others)
-    asked = ExcessRecord(
-        **dict(zip(("pieces", "degree", "dim"), _shape(points), strict=True)),
-        **{"order": order, "per_leg": pieces, "walls": len(leg), "rows": matrix.shape[1]},
-        **{"points": _floats(points), "durations": _floats(durations), "matrix": _floats(matrix)},
-        **{"leg": np.ascontiguousarray(leg, dtype=np.int64), "anchor": anchor, "lower": lower, "upper": upper},
-    )
-    if call(asked) != Status.DONE:
-        return None
-    return Extremum(asked.attained, asked.bound, asked.row, asked.where)
 
 
 def _shape(points: FloatArray) -> tuple[int, int, int]:

@@ -172,7 +172,7 @@ class ManyRecord(Record):
 
 
 class ExcessRecord(Record):
-    """Walls on a derivative of a curve, and the greatest excess over them; see ``face_excess``."""
+    """Walls on a derivative of a curve, and the greatest excess over them; see ``MeasuredWalls``."""
 
     _fields_ = (
         *_integers("pieces", "degree", "dim", "order", "per_leg", "walls", "rows"),

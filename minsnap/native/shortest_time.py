@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import IntEnum
-from itertools import accumulate, islice
+from itertools import islice
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -204,7 +205,7 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
 
     waypoints, half, dim = question.pinned.shape
     more = max(0, (2 if half == 4 else 3) - dim)  # to the coordinates that are known for a degree: they are always zero
-    most = (waypoints - 1) * int(np.prod(question.parts, dtype=np.int64))
+    most = (waypoints - 1) * prod(question.parts)
     most *= 1 if question.guess is None else question.guess.pieces
     durations, points, knots = (
         np.empty(most),
@@ -223,7 +224,9 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
     if status not in (Status.DONE, Status.SPENT, Status.NO_PROGRESS):
         return None
     count = answer.pieces * (waypoints - 1)
-    found = durations[:count], points[:count, :, :dim], knots[: count + 1, :, :dim]
+    found = durations, points, knots
+    if count < most or more:
+        found = durations[:count], points[:count, :, :dim], knots[: count + 1, :, :dim]
     ended = status is Status.SPENT, status is not Status.NO_PROGRESS
     return ShortestCurve(*found, answer.iterations, *ended, slack=-answer.limit)
 
@@ -246,13 +249,14 @@ class _Block:
     """Arrays of one kind one after the other, and the addresses at which the native core reads them."""
 
     def __init__(self, kind: type, arrays: Sequence[np.ndarray[Any, Any] | None]) -> None:
-        given = [None if array is None else array.ravel() for array in arrays]
-        self.values: np.ndarray[Any, Any] = np.concatenate(
-            [array for array in given if array is not None], dtype=kind, casting="unsafe"
-        )
-        ends = accumulate((0 if array is None else array.nbytes // array.itemsize * 8 for array in given), initial=0)
-        first = self.values.ctypes.data
-        self.places = (None if array is None else first + end for array, end in zip(given, ends, strict=False))
+        given = [array.ravel() for array in arrays if array is not None]
+        self.values: np.ndarray[Any, Any] = np.concatenate(given, dtype=kind, casting="unsafe")
+        places: list[int | None] = []
+        place = self.values.ctypes.data
+        for array in arrays:
+            places.append(None if array is None else place)
+            place += 0 if array is None else 8 * array.size
+        self.places = iter(places)
 
     def take(self, count: int) -> list[int | None]:
         """Return the next addresses."""

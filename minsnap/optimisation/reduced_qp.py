@@ -17,7 +17,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray, set_fields
 from minsnap.polynomials.bernstein import (
     basis,
     derivative_basis_map,
@@ -51,11 +51,11 @@ class Slots:
     shared: bool = field(init=False)
 
     def __post_init__(self) -> None:
-        orders = np.arange(self.half)
-        apart = np.maximum(orders - self.continuity, 0)
-        object.__setattr__(self, "shared", not apart.any())
-        object.__setattr__(self, "start", orders + apart)
-        object.__setattr__(self, "end", np.where(apart > 0, orders + apart - 1, orders))
+        orders = range(self.half)
+        apart = [max(order - self.continuity, 0) for order in orders]
+        start = [order + more for order, more in zip(orders, apart, strict=True)]
+        end = [order - (more > 0) for order, more in zip(start, apart, strict=True)]
+        set_fields(self, shared=not any(apart), start=np.array(start), end=np.array(end))
 
     @property
     def count(self) -> int:

@@ -39,6 +39,8 @@ class SolvedTask:
     optimum : Optimum
     reduced : ReducedProblem or None
         As which it was solved; None where the native core solved it as it is.
+    faster : SolvedTask or None
+        The same control points in other durations, whose margins to walls on positions are the same.
     """
 
     task: Task
@@ -46,6 +48,7 @@ class SolvedTask:
     units: Units
     optimum: Optimum
     reduced: ReducedProblem | None = None
+    faster: SolvedTask | None = None
 
     @cached_property
     def problem(self) -> ReducedProblem:
@@ -70,12 +73,17 @@ class SolvedTask:
     @cached_property
     def margins(self) -> list[Margin]:
         """Exact least distance to each block of walls, in their order."""
-        return [margin_to(self.trajectory, wall) for wall in self.task.walls]
+        walls, faster = self.task.walls, self.faster
+        if faster is None:
+            return [margin_to(self.trajectory, wall) for wall in walls]
+        factor = self.trajectory.duration / faster.trajectory.duration
+        return [
+            margin_to(self.trajectory, wall) if wall.order else replace(known, instant=factor * known.instant)
+            for wall, known in zip(walls, faster.margins, strict=True)
+        ]
 
     def proved_margins(self, curve: Trajectory) -> dict[int, Margin]:
-        """Margins proved so far, by the identity of their walls; none if they are not of this very curve."""
-        if "margins" not in self.__dict__:
-            return {}
+        """Return the margins by the identity of their walls; none if they are not of this very curve."""
         own = self.trajectory
         if curve.control_points is not own.control_points or curve.durations is not own.durations:
             return {}

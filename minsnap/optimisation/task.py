@@ -129,7 +129,7 @@ class Task:
             free[-1, np.setdiff1d(starts, ends)] = False
         for knot, slot, _, _ in self._pinned_slots():
             free[knot, slot] = False
-        if self.slots.start[1] == self.slots.end[1]:
+        if starts[1] == ends[1] and self.touches.any():
             free[:: self.pieces, 1] &= ~self.touches.all(axis=0).any(axis=0)
         return free
 
@@ -141,12 +141,13 @@ class Task:
         return touched_walls(self.waypoints, self.lower == self.upper, self.walls, self.closed)
 
     def _pinned_slots(self) -> list[tuple[int, int, int, FloatArray]]:
-        pinned = []
-        for waypoint, state in self.pins.items():
-            for order, value in state.items():
-                for slot in {int(self.slots.start[order]), int(self.slots.end[order])}:
-                    pinned.append((waypoint * self.pieces, slot, order, value))
-        return pinned
+        starts, ends = self.slots.start.tolist(), self.slots.end.tolist()
+        return [
+            (waypoint * self.pieces, slot, order, value)
+            for waypoint, state in self.pins.items()
+            for order, value in state.items()
+            for slot in {starts[order], ends[order]}
+        ]
 
     @cached_property
     def held(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:

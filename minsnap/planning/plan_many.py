@@ -203,14 +203,14 @@ def _solved_one_by_one(many: ManyProblems, gradients: bool) -> Trajectories:
     answers = many.all_alone()
     with ThreadPoolExecutor(many.workers) as pool:
         each = list(pool.map(slopes, range(len(answers)))) if gradients else []
-    blank = LinearSystem(0.0, 0.0, "python")
+    blank: ReportMaker = LinearSystem(0.0, 0.0, "python")
     curves = [curve if isinstance(curve, Trajectory) else None for curve in answers]
     points = np.concatenate([np.zeros((0, 2 * many.half, many.batch.dim)), *(c.control_points for c in curves if c)])
     durations = np.concatenate([np.zeros(0), *(c.durations for c in curves if c)])
     breaks = np.concatenate([np.zeros(0), *(np.zeros(1) if c is None else c.breaks for c in curves)])
     offsets = np.cumsum([0, *(0 if c is None else len(c.durations) for c in curves)])
     errors = [None if isinstance(f, Trajectory) else f for f in answers]
-    reports = [blank if c is None or c.report is None else c.report for c in curves]
+    reports = [blank if c is None or c.how is None else c.how for c in curves]
     walls = many.corridors is not None
     known = Gradients.of_plans(each, many.batch.dim, walls, np.asarray(offsets)) if gradients else None
     return _wrapped(points, durations, breaks, np.asarray(offsets), errors, reports, many.workers, known)

@@ -39,7 +39,7 @@ from minsnap.optimisation.planned_yaw import Yaw, chosen_heading
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.resting import resting_plan
 from minsnap.time_allocation.search_options import USUAL, Search, check_search
-from minsnap.time_allocation.timing import Timed, Timing
+from minsnap.time_allocation.timing import Timing
 from minsnap.trajectory.report import Progress, Report, unlimited_notes
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -202,7 +202,7 @@ def _planned(request: PlanRequest, progress: Progress | bool | None, began: floa
     timing = Timing(request.durations, request.total_time, limits, **vars(how), refine=check_pieces(request.pieces)[1])
     timing.check()
     walls, instants = unsampled(request.corridor, limits is not None)
-    task = task_of(replace(request, corridor=walls), _deadline(timing))
+    task = task_of(request if instants is None else replace(request, corridor=walls), _deadline(timing))
     if timing.time_limit is None and not obstacles:
         task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
     heading = chosen_heading(request.yaw, task.legs, task.closed, limits)
@@ -210,7 +210,8 @@ def _planned(request: PlanRequest, progress: Progress | bool | None, began: floa
         watched = timing if watch is None else replace(timing, progress=watch)
         chosen = partial(plan_around, obstacles=obstacles) if obstacles else plan_timed
         timed = chosen(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)
-    return timed.trajectory.reported_by(_Plan(timed, limits, request.yaw is None, 1e3 * (perf_counter() - began)))
+    known = timed.facts() | {"milliseconds": 1e3 * (perf_counter() - began)}
+    return timed.trajectory.reported_by(_Plan(known, limits, request.yaw is None))
 
 
 def _shown(curve: Trajectory, progress: Progress | bool, on_interrupt: str) -> Trajectory:
@@ -272,36 +273,19 @@ def task_of(request: PlanRequest, deadline: Deadline = NEVER) -> Task:
 
 @dataclass(frozen=True, eq=False)
 class _Plan:
-    """What is known of a plan when it is made; its report is made when somebody asks for it."""
+    """What is known of a plan when it is made; the rest of its report is measured when somebody asks for it."""
 
-    timed: Timed
+    facts: Mapping[str, Any]
     limits: Limits | None
     default_yaw: bool
-    milliseconds: float
 
     def report(self, curve: Trajectory) -> Report:
         """Return the report of the plan."""
-        timed, limits, optimum = self.timed, self.limits, self.timed.solved.optimum
-        notes: tuple[str, ...] = ()
+        limits, notes = self.limits, tuple[str, ...]()
         if limits is not None and self.default_yaw:
             from minsnap.limits.heading_cost import fixed_yaw_notes
 
             notes = fixed_yaw_notes(limits, curve)
+        used = () if limits is None else limits.utilisation(curve)
         notes += unlimited_notes(curve, () if limits is None else limits.given())
-        return Report(
-            solver=optimum.solver,
-            rounds=optimum.rounds,
-            rows=optimum.active,
-            cost=timed.cost,
-            corridor_margin=timed.corridor_margin,
-            milliseconds=self.milliseconds,
-            fallback=optimum.fallback,
-            utilisation=() if limits is None else limits.utilisation(curve),
-            steps=timed.steps,
-            interrupted=timed.interrupted,
-            notes=notes,
-            core=optimum.core,
-            handed_over=optimum.handed_over,
-            rungs=optimum.rungs,
-            limits_from=timed.limits_from,
-        )
+        return Report(cost=curve.cost(), utilisation=used, notes=notes, **self.facts)

@@ -39,11 +39,10 @@ def norm_limits(limits: Limits) -> tuple[float, float, float, float]:
 
 def stop_and_go_times(lengths: FloatArray, limits: Limits) -> FloatArray:
     """Leg durations at which the rest-to-rest profile of degree 7 along each leg keeps the limits on norms."""
-    times = [
-        (peak * lengths / limit) ** (1.0 / order)
-        for order, (peak, limit) in enumerate(zip(PEAKS, norm_limits(limits), strict=True), 1)
-    ]
-    longest = np.max(times, axis=0)
+    longest = np.zeros(len(lengths))
+    for order, (peak, limit) in enumerate(zip(PEAKS, norm_limits(limits), strict=True), 1):
+        if limit < np.inf:
+            longest = np.maximum(longest, (peak * lengths / limit) ** (1.0 / order))
     return np.asarray(longest if longest.all() else np.maximum(longest, 1e-3 + lengths))
 
 

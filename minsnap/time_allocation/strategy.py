@@ -298,7 +298,7 @@ class Strategy:
             factor = max(factor, 1.0)
         elif factor < (SETTINGS.nearly if answer.slack > SETTINGS.far else SETTINGS.idle) and not answer.stopped:
             raise nothing_limits(list(limits.given()))
-        kept = solved_at(self.task, answer, factor) if factor <= 1.0 + far or answer.stopped else None
+        kept = solved_at(solved.task, answer, factor, solved) if factor <= 1.0 + far or answer.stopped else None
         return kept, factor - 1.0
 
     def _hastened(self, solved: SolvedTask, limits: Limits, use: float) -> SolvedTask:
@@ -307,7 +307,9 @@ class Strategy:
             return solved
         factor = nearby_factor(limits, self._flown(solved), use, proved=False)
         return (
-            solved if factor is None or _rounded(factor) >= 1.0 else solved_at(self.task, self.answer, _rounded(factor))
+            solved
+            if factor is None or _rounded(factor) >= 1.0
+            else solved_at(solved.task, self.answer, _rounded(factor), solved)
         )
 
     def _slowed(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:
@@ -315,7 +317,7 @@ class Strategy:
         if not self.task.still or self.answer is None:
             return None
         try:
-            return solved_at(self.task, self.answer, touching_factor(limits, self._flown(solved)))
+            return solved_at(solved.task, self.answer, touching_factor(limits, self._flown(solved)), solved)
         except MinsnapError:
             return None
 
@@ -462,20 +464,21 @@ def _rounded(factor: float) -> float:
     return float(np.ceil(factor * SETTINGS.grain)) / SETTINGS.grain
 
 
-def solved_at(task: Task, answer: ShortestCurve, factor: float) -> SolvedTask:
-    """Wrap the curve of a search, flown more slowly by a factor, as a solved task."""
+def solved_at(task: Task, answer: ShortestCurve, factor: float, faster: SolvedTask | None = None) -> SolvedTask:
+    """Wrap the curve of a search, flown more slowly by a factor than itself as ``faster``, as a solved task."""
     pieces = len(answer.durations) // task.legs
     continuity = max(task.continuity, task.half - 1)
     if (pieces, continuity) != (task.pieces, task.continuity):
         task = replace(task, pieces=pieces, continuity=continuity)
     durations = answer.durations * factor
     units = task.units(durations)
-    scale, knots = 1.0, np.empty_like(answer.knots)
+    scale, scales = 1.0, []
     for order in range(task.half):
-        knots[:, order] = answer.knots[:, order] * (scale / units.of_order(order))
+        scales.append([scale / units.of_order(order)])
         scale /= factor
+    knots = answer.knots * np.array(scales)
     knots[:, 0] = (answer.knots[:, 0] - task.positions) / units.length
     optimum = Optimum(
         knots, None, np.zeros(0), answer.iterations, "interior point", core="native", points=answer.points
     )
-    return SolvedTask(task, durations, units, optimum)
+    return SolvedTask(task, durations, units, optimum, faster=faster)

@@ -155,6 +155,13 @@ class Timed:
         """Integral of the squared norm of the k-th derivative of the trajectory as it is."""
         return self.trajectory.cost(self.solved.task.half)
 
+    def facts(self) -> dict[str, Any]:
+        """Return the entries of a report that are known by now: it is made later, without what the solve has left."""
+        names = "solver", "rounds", "fallback", "core", "handed_over", "rungs"
+        known = {name: getattr(self.solved.optimum, name) for name in names}
+        own = {name: getattr(self, name) for name in ("corridor_margin", "steps", "interrupted", "limits_from")}
+        return {**known, **own, "rows": self.solved.optimum.active}
+
 
 AttachHeading = Callable[[Trajectory], Trajectory]
 """Gives a trajectory its yaw."""

@@ -27,8 +27,7 @@ SPANS = 2.0
 """Greatest extent of a path, over that of its waypoints, that is left unsaid."""
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """One evaluation of a search for durations.
 
     Parameters

@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+COPIED = ("control_points", "durations", "breaks", "yaw", "pieces", "how", "rest_of")
+"""What a copy takes over, its fields and the instants of its knots."""
+
 FARTHEST = 1e150
 """Largest control point [m]: those of a plan whose durations lie far apart are far beyond its waypoints."""
 
@@ -132,7 +135,10 @@ class Trajectory(ReadOnly, Path):
 
     def _with(self, **changes: Any) -> Trajectory:
         """Return a copy that shares the arrays, whose checks need no repetition."""
-        return self.unchecked(**{entry.name: getattr(self, entry.name) for entry in fields(self)} | changes)
+        made = object.__new__(type(self))
+        known = vars(self)
+        object.__setattr__(made, "__dict__", {name: known[name] for name in COPIED if name in known} | changes)
+        return made
 
     @cached_property
     def report(self) -> Report | None:

@@ -10,6 +10,8 @@ from minsnap.native.library import core, using
 from minsnap.polynomials.bernstein import basis
 from minsnap.polynomials.extrema import maximum, peaks
 
+faces, rounds = native.MeasuredWalls.faces, native.MeasuredWalls.balls
+
 pytestmark = pytest.mark.skipif(core().library is None, reason="the native core is not in use")
 
 
@@ -60,11 +62,11 @@ def test_what_the_core_does_not_take_is_left_to_python():
     assert native.maxima(np.full((1, 3), np.inf)) is None
     assert native.local_maxima(np.full((1, 3), np.nan)) is None
     planes = (np.eye(3)[:1], np.zeros((1, 3)), np.array([-1.0]), np.array([1.0]))
-    assert native.face_excess(points, durations, 1, np.array([3]), planes, 0) is None, "there is no leg 3"
-    assert native.face_excess(points, durations, 2, np.array([0]), planes, 0) is None, "3 pieces are no legs of 2"
-    assert native.face_excess(points, durations, 1, np.array([0]), planes, 9) is None
+    assert faces(np.array([3]), planes, 0).excess(points, durations, 1) is None, "there is no leg 3"
+    assert faces(np.array([0]), planes, 0).excess(points, durations, 2) is None, "3 pieces are no legs of 2"
+    assert faces(np.array([0]), planes, 9).excess(points, durations, 1) is None
     balls = (np.eye(3)[None], np.zeros((1, 3)), np.array([np.inf]))
-    assert native.ball_excess(points, durations, 1, np.array([0]), balls, 0) is None
+    assert rounds(np.array([0]), balls, 0).excess(points, durations, 1) is None
     with using("python"):
         assert native.maxima(np.zeros((1, 3))) is None and native.local_maxima(np.zeros((1, 3))) is None
         assert native.continuity(points, durations, 1e-9, 1e-15) is None
@@ -86,8 +88,8 @@ def test_no_argument_breaks_the_core(degree, dim, count, seed, bad):
     leg = np.array([seed % (count + 1)])
     for found in (
         native.largest_norms(points, durations, (0, 1, 2)),
-        native.face_excess(points, durations, 1, leg, planes, seed % 4),
-        native.ball_excess(points, durations, 1, leg, (np.ones((1, 2, dim)), np.zeros((1, dim)), np.ones(1)), 0),
+        faces(leg, planes, seed % 4).excess(points, durations, 1),
+        rounds(leg, (np.ones((1, 2, dim)), np.zeros((1, dim)), np.ones(1)), 0).excess(points, durations, 1),
         native.continuity(points, durations, 1e-9, 1e-15),
         native.maxima(points[:, :, 0]),
         native.local_maxima(points[:, :, 0]),
