@@ -185,7 +185,7 @@ def limited_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeadi
     if price is not None:
         return smooth
     _check_total(timing.total, smooth.solved)
-    return _stretched(smooth.solved, timing.total, limits, finish, search)
+    return _stretched(bounded, smooth.solved, timing.total, limits, finish, search)
 
 
 def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
@@ -204,22 +204,31 @@ def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finis
     best = None if interrupted else search.at_total(total, free)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
     if best is not None and best.trajectory.duration <= total:
-        lengthened = _lengthened(bounded, best, total, finish, run)
-        if lengthened is not None and keeps(limits, lengthened.trajectory):
+        lengthened = _lengthened(bounded, best, total, limits, finish, run)
+        if lengthened is not None:
             return lengthened
-    return _stretched(fastest, total, limits, finish, run)
+    return _stretched(bounded, fastest, total, limits, finish, run)
 
 
-def _lengthened(bounded: Task, best: SolvedTask, total: float, finish: AttachHeading, run: Run) -> Timed | None:
-    """Take a little more time: the same path flown more slowly, or a solve where pinned derivatives do not scale."""
-    factor = total / best.trajectory.duration
-    if best.task.still:
-        return timed(best, finish, run, factor)
-    try:
-        task = replace(bounded, pieces=best.task.pieces)
-        return timed(solve(task, factor * best.trajectory.durations), finish, run)
-    except InfeasibleRowsError:
-        return None
+def _lengthened(
+    bounded: Task, best: SolvedTask, total: float, limits: Limits, finish: AttachHeading, run: Run
+) -> Timed | None:
+    """Take more time: the same path flown more slowly, or solves where pinned derivatives do not scale.
+
+    The legs at ends that move are tried in their own time too, as the curve would swing further out in more.
+    """
+    task, durations, factor = best.task, best.trajectory.durations, total / best.trajectory.duration
+    if task.still or factor <= 1.0 + KEPT:
+        slower = timed(best, finish, run, factor)
+        return slower if keeps(limits, slower.trajectory) else None
+    between, moving = durations.copy(), [any(map(np.any, task.pins.get(end, {}).values())) for end in (0, task.legs)]
+    between[: task.pieces * moving[0]] = 0.0
+    between[len(between) - task.pieces * moving[1] :] = 0.0
+    tried = [factor * durations]
+    if between.any():
+        tried.append(durations + (total - durations.sum()) / between.sum() * between)
+    plan = plans_for(replace(bounded, pieces=task.pieces), task, limits, finish, run, exact=True)
+    return next((planned for planned in map(plan, tried) if planned is not None), None)
 
 
 def _check_total(total: float, fastest: SolvedTask) -> None:
@@ -232,13 +241,14 @@ def _check_total(total: float, fastest: SolvedTask) -> None:
         )
 
 
-def _stretched(fastest: SolvedTask, total: float, limits: Limits, finish: AttachHeading, search: Run) -> Timed:
+def _stretched(
+    bounded: Task, fastest: SolvedTask, total: float, limits: Limits, finish: AttachHeading, search: Run
+) -> Timed:
     """Fly the shortest plan more slowly, or raise UnprovedError."""
+    slower = _lengthened(bounded, fastest, total, limits, finish, search)
+    if slower is not None:
+        return slower
     shortest = fastest.trajectory.duration
-    stretched = timed(fastest, finish, search, total / shortest)
-    still = fastest.task.still or total <= shortest * (1.0 + KEPT)
-    if still and keeps(limits, stretched.trajectory):
-        return stretched
     raise UnprovedError(
         f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that or more time",
         shortest=shortest,
