@@ -55,7 +55,7 @@ def test_limits_that_given_durations_cannot_keep_are_refused_with_a_proof_and_a_
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.8, 1.0, 3.0])
 def test_what_moves_at_its_ends_has_a_plan_in_any_time_above_the_shortest(share):
-    """It cannot be flown more slowly; the durations of the shortest plan are lengthened, those of moving legs or not."""
+    """It cannot be flown more slowly: durations of the shortest plan are lengthened, those of moving legs or not."""
     asked, _ = question(20000712)
     total = share * asked["total_time"]
     assert minsnap.plan(**asked | {"total_time": total}).duration == pytest.approx(total, rel=1e-9)
