@@ -12,8 +12,6 @@ from minsnap.native.status import Status
 
 _SOLVE = Entry("minsnap_cone_programme", *[c_void_p] * 9, c_double, c_int64, *[c_void_p] * 3)
 
-ITERATIONS = 60
-
 
 def solve_chain(
     columns: np.ndarray[tuple[int, ...], np.dtype[np.int64]],
@@ -51,5 +49,5 @@ def solve_chain(
     x, z, iterations = np.zeros(len(diagonal)), np.zeros(len(bound)), np.zeros(1, dtype=np.int64)
     arguments = (sizes, columns, hessian, diagonal, linear, *cones, matrix, bound)
     results = (address(part) for part in (x, z, iterations))
-    status = solve(*(address(part) for part in arguments), tolerance, ITERATIONS, *results)
+    status = solve(*(address(part) for part in arguments), tolerance, 60, *results)
     return (x, z) if Status(status) is Status.DONE else None

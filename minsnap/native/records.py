@@ -224,6 +224,20 @@ class SetsRecord(Record):
     }
 
 
+class PieceRecord(Record):
+    """One polynomial from a moving state, and conditions at instants; see ``piece_programme.py``."""
+
+    _fields_ = (
+        *_integers("half", "dim", "conditions", "free"),
+        *_floats("duration", "acceleration"),
+        *_arrays("order", "soft", "first", "s", "ahead", "matrix", "bound", "ends", "points"),
+    )
+    arrays: ClassVar = {
+        **dict.fromkeys(("order", "soft", "first"), INTEGERS),
+        **dict.fromkeys(("s", "ahead", "matrix", "bound", "ends", "points"), NUMBERS),
+    }
+
+
 POLL = CFUNCTYPE(c_int64, c_double, c_int64)
 """Called during a search; not 0 ends it."""
 

@@ -24,7 +24,7 @@ from minsnap.polynomials.bernstein import end_basis, ends_gram, ends_to_points, 
 from minsnap.replanning.horizon import walls_from
 from minsnap.time_allocation.last_look import fault_as_one_leg
 from minsnap.time_allocation.recovery import piece_demands, start_state, state_at, state_use, typical
-from minsnap.time_allocation.single_piece import SinglePiece, walls_on
+from minsnap.time_allocation.single_piece import SinglePiece, conditions_of, walls_on
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -239,8 +239,9 @@ def _programmes(
 ) -> Iterator[Candidate]:
     """Pieces whose end is at rest at the place that a programme chooses."""
     demands = [demand for wall in known for demand in piece_demands(wall, piece.state, moment)]
+    conditions = conditions_of(demands)
     for duration in durations:
-        solution = piece.solve(float(duration), piece.rest_ends(float(duration)), (0,), demands)
+        solution = piece.solve(float(duration), piece.rest_ends(float(duration)), (0,), conditions)
         if solution is not None:
             yield Candidate(float(duration), solution)
 

@@ -15,9 +15,10 @@ from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.limits.limits import Limits
+from minsnap.native.piece_programme import PieceConditions
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import norm_limits
-from minsnap.time_allocation.single_piece import Demand, SinglePiece, walls_on
+from minsnap.time_allocation.single_piece import Demand, SinglePiece, conditions_of, walls_on
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -122,7 +123,10 @@ def connect_start(
     for lenience in RECOVERY.leniences:
         demands = [demand for wall in known for demand in _demands(wall, piece.state, moment, lenience)]
         duration, answer = shortest(
-            _Solves(piece, demands), RECOVERY.shortest * moment, RECOVERY.longest * moment, RECOVERY.bisected
+            _Solves(piece, conditions_of(demands)),
+            RECOVERY.shortest * moment,
+            RECOVERY.longest * moment,
+            RECOVERY.bisected,
         )
         if answer is not None:
             return Recovery(Trajectory(answer[None] + state[0], np.array([duration])))
@@ -134,11 +138,11 @@ class _Solves:
     """The piece of a duration, if it keeps every hard demand."""
 
     piece: SinglePiece
-    demands: list[Demand]
+    conditions: PieceConditions
 
     def __call__(self, duration: float) -> FloatArray | None:
         ends = self.piece.start_ends(duration)
-        return self.piece.solve(duration, ends, range(self.piece.half), self.demands)
+        return self.piece.solve(duration, ends, range(self.piece.half), self.conditions)
 
 
 def shortest(

@@ -17,33 +17,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
-from minsnap.native.chain_programme import solve_chain
-from minsnap.polynomials.bernstein import end_basis, ends_gram, ends_to_points
-
-
-@dataclass(frozen=True)
-class PieceSettings:
-    """What a programme weighs, and how exactly it is solved.
-
-    Parameters
-    ----------
-    smooth : float
-        Weight of the squared highest derivative beside the slacks, so that the solution is unique.
-    failed : float
-        Price of the slack of a soft condition, as a share of the price of a hard one.
-    accuracy : float
-        Gap and residuals, relative to the cost.
-    feasible : float
-        Slack of hard conditions that counts as none, in widths.
-    """
-
-    smooth: float = 1e-6
-    failed: float = 1e-4
-    accuracy: float = 1e-6
-    feasible: float = 1e-6
-
-
-PIECE = PieceSettings()
+from minsnap.native.piece_programme import PieceConditions, piece_within
 
 
 def walls_on(walls: Sequence[Walls], leg: int, origin: FloatArray) -> list[Walls]:
@@ -74,6 +48,30 @@ class Demand:
     inwards: FloatArray
     soft: bool = False
     ahead: float = 0.0
+
+    def conditions(self) -> PieceConditions:
+        """Return the walls at every instant."""
+        (rows, offset), instants = self.walls.in_widths, len(self.s)
+        bound = np.repeat(offset[None], instants, axis=0)
+        bound[:, :, 0] -= self.inwards.reshape(instants, -1)
+        count, size = instants * len(rows), rows.shape[1]
+        return PieceConditions(
+            np.full(count, self.walls.order),
+            np.full(count, int(self.soft)),
+            size * np.arange(count + 1),
+            np.repeat(self.s, len(rows)),
+            np.full(count, self.ahead),
+            np.tile(rows.reshape(-1, rows.shape[2]), (instants, 1)),
+            bound.reshape(-1),
+        )
+
+
+def conditions_of(demands: Sequence[Demand]) -> PieceConditions:
+    """Return the conditions of all demands."""
+    parts = [demand.conditions() for demand in demands]
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])}
+    sizes = np.concatenate([np.diff(part.first) for part in parts])
+    return PieceConditions(**joined | {"first": np.concatenate(([0], np.cumsum(sizes)))})
 
 
 @cache
@@ -115,24 +113,9 @@ class SinglePiece:
         return ends
 
     def solve(
-        self, duration: float, ends: FloatArray, free: Sequence[int], demands: Sequence[Demand]
+        self, duration: float, ends: FloatArray, free: Sequence[int], conditions: PieceConditions
     ) -> FloatArray | None:
-        """Choose the free derivatives at the end.
-
-        Parameters
-        ----------
-        duration : float
-            [s].
-        ends : ndarray, shape (2k, dim)
-            Derivatives at both ends on the unit interval [m]; the free ones are a guess.
-        free : sequence of int
-            Orders of the derivatives at the end that are unknown.
-        demands : sequence of Demand
-
-        Returns
-        -------
-        ndarray of shape (2k, dim), or None
-            Control points from the start [m]; None where hard demands are not kept.
+        """Choose the free derivatives at the end: see :func:`piece_within`.
 
         Raises
         ------
@@ -140,53 +123,4 @@ class SinglePiece:
             If the deadline would have passed by then.
         """
         self.deadline.check()
-        unit = self.acceleration * duration**2
-        size = len(free) * self.dim + 2
-        rows = [self._rows(demand, duration, ends, free, unit) for demand in demands]
-        rows += [(-np.eye(1, size, slack)[None], np.zeros((1, 1))) for slack in (size - 2, size - 1)]
-        cones = np.concatenate([np.full(len(bound), bound.shape[1]) for _, bound in rows])
-        solution = solve_chain(
-            np.arange(size)[None],
-            self._costs(ends / unit, free),
-            (np.zeros_like(cones), cones),
-            (
-                np.concatenate([part.reshape(-1, size) for part, _ in rows]),
-                np.concatenate([b.ravel() for _, b in rows]),
-            ),
-            PIECE.accuracy,
-        )
-        if solution is None or solution[0][-2] > PIECE.feasible:
-            return None
-        moved = ends.copy()
-        moved[self.half + np.asarray(free)] += unit * solution[0][:-2].reshape(len(free), self.dim)
-        return np.asarray(ends_to_points(self.degree) @ moved)
-
-    def _rows(
-        self, demand: Demand, duration: float, ends: FloatArray, free: Sequence[int], unit: float
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return cones of one size: bound (n, c) less matrix (n, c, unknowns) times the unknowns lies in each."""
-        order, (rows, offset) = demand.walls.order, demand.walls.in_widths
-        factors = end_basis(self.degree, order, demand.s) / duration**order
-        if demand.ahead:
-            factors = factors + demand.ahead * end_basis(self.degree, order + 1, demand.s) / duration ** (order + 1)
-        value = np.einsum("rcd,md->mrc", rows, factors @ ends) + offset
-        inwards = np.broadcast_to(demand.inwards.reshape(len(demand.s), -1), value.shape[:2])
-        value[:, :, 0] -= inwards
-        slope = unit * np.einsum("rcd,mf->mrcfd", rows, factors[:, self.half + np.asarray(free)])
-        count, cone = value.shape[0] * value.shape[1], value.shape[2]
-        matrix = np.zeros((count, cone, len(free) * self.dim + 2))
-        matrix[:, :, :-2] = -slope.reshape(count, cone, -1)
-        matrix[:, 0, -1 if demand.soft else -2] = -1.0
-        return matrix, value.reshape(count, cone)
-
-    def _costs(self, ends: FloatArray, free: Sequence[int]) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return Hessian, further diagonal and gradient: of the slacks, and of the curve as a tie-break."""
-        size = len(free) * self.dim + 2
-        gram = PIECE.smooth * ends_gram(self.degree) / ends_gram(self.degree).max()
-        places = self.half + np.asarray(free)
-        hessian = np.zeros((1, size, size))
-        hessian[0, :-2, :-2] = np.kron(gram[np.ix_(places, places)], np.eye(self.dim))
-        linear = np.zeros(size)
-        linear[:-2] = (gram[places] @ ends).reshape(-1)
-        linear[-2:] = 1.0, PIECE.failed
-        return hessian, np.full(size, 1e-9), linear
+        return piece_within(conditions, duration, ends, free, self.acceleration)

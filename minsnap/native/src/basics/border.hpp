@@ -143,6 +143,20 @@ struct SetsRecord {
     double *least;                   // (sets, ways), or null
 };
 
+// One polynomial from a moving state, and conditions at instants: cones in which rows times a derivative plus a bound lie.
+struct PieceRecord {
+    std::int64_t half, dim, conditions;
+    std::int64_t free;              // bit a: the derivative of order a at the end is to be chosen
+    double duration, acceleration;  // [s]; one that counts as large [m/s^2]
+    const std::int64_t *order;      // (conditions,) of the derivative
+    const std::int64_t *soft;       // (conditions,) 1 where it may be exceeded, 0 where not
+    const std::int64_t *first;      // (conditions + 1,) where the rows of each begin
+    const double *s, *ahead;        // (conditions,) in [0, 1]; time by which the next derivative extrapolates it [s]
+    const double *matrix, *bound;   // (rows, dim), (rows,)
+    const double *ends;             // (2k, dim) derivatives at both ends on the unit interval [m], those to be chosen as a guess
+    double *points;                 // (2k, dim) control points [m]
+};
+
 struct BorderField {
     const char *record, *name;
     std::int64_t offset, size;
@@ -285,6 +299,21 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(SetsRecord, centers),
     MINSNAP_FIELD(SetsRecord, radii),
     MINSNAP_FIELD(SetsRecord, least),
+    MINSNAP_FIELD(PieceRecord, half),
+    MINSNAP_FIELD(PieceRecord, dim),
+    MINSNAP_FIELD(PieceRecord, conditions),
+    MINSNAP_FIELD(PieceRecord, free),
+    MINSNAP_FIELD(PieceRecord, duration),
+    MINSNAP_FIELD(PieceRecord, acceleration),
+    MINSNAP_FIELD(PieceRecord, order),
+    MINSNAP_FIELD(PieceRecord, soft),
+    MINSNAP_FIELD(PieceRecord, first),
+    MINSNAP_FIELD(PieceRecord, s),
+    MINSNAP_FIELD(PieceRecord, ahead),
+    MINSNAP_FIELD(PieceRecord, matrix),
+    MINSNAP_FIELD(PieceRecord, bound),
+    MINSNAP_FIELD(PieceRecord, ends),
+    MINSNAP_FIELD(PieceRecord, points),
     MINSNAP_FIELD(ConeGroup, count),
     MINSNAP_FIELD(ConeGroup, rows),
     MINSNAP_FIELD(ConeGroup, order),
