@@ -91,9 +91,9 @@ class Quadrotor(ReadOnly):
 
     def __post_init__(self) -> None:
         for name in ("mass", "arm_length", "thrust_coefficient", "torque_coefficient", "rotor_speed_max", "gravity"):
-            set_fields(self, **{name: _positive(name, getattr(self, name))})
+            set_fields(self, **{name: _number(name, getattr(self, name), SMALLEST, "a number above 0")})
         for name in ("rotor_speed_min", "motor_time_constant", "delay"):
-            set_fields(self, **{name: _non_negative(name, getattr(self, name))})
+            set_fields(self, **{name: _number(name, getattr(self, name), 0.0, "0 or more")})
         set_fields(self, inertia=_checked_inertia(self.inertia))
         _hubs(self.layout, self.arm_length)
         if self.rotor_speed_min >= self.rotor_speed_max:
@@ -109,8 +109,9 @@ class Quadrotor(ReadOnly):
 
     @cached_property
     def mixer(self) -> FloatArray:
-        """Matrix from rotor thrusts to thrust and torques, shape (4, 4)."""
-        return _read_only(_mixer_matrix(self.rotor_positions, self.torque_coefficient / self.thrust_coefficient))
+        """Matrix from rotor thrusts to thrust [1] and torques about x, y, z [m], shape (4, 4): a column a rotor."""
+        hubs, turning = self.rotor_positions, SPINS * (self.torque_coefficient / self.thrust_coefficient)
+        return _read_only(np.stack([np.ones(4), hubs[:, 1], -hubs[:, 0], turning]))
 
     @cached_property
     def inverse_mixer(self) -> FloatArray:
@@ -215,44 +216,13 @@ def _hubs(layout: str, arm_length: float) -> FloatArray:
     return np.asarray(arm_length * unit)
 
 
-def _mixer_matrix(positions: FloatArray, torque_per_thrust: float) -> FloatArray:
-    """Return the matrix from rotor thrusts to total thrust and torques about x, y, z.
-
-    Parameters
-    ----------
-    positions : ndarray, shape (4, 3)
-        Rotor hubs in the body frame [m].
-    torque_per_thrust : float
-        Torque coefficient over thrust coefficient [m].
-
-    Returns
-    -------
-    ndarray, shape (4, 4)
-        Rows: thrust [1], torques [m]; columns: rotors.
-    """
-    return np.stack([np.ones(4), positions[:, 1], -positions[:, 0], SPINS * torque_per_thrust])
-
-
-def _positive(name: str, value: Any) -> float:
-    """Return a finite number above 0, or raise VehicleError."""
-    number = _number(name, value)
-    if not number >= SMALLEST:
-        raise VehicleError(f"{name} is {shown(value)}: it must be a number above 0")
-    return number
-
-
-def _non_negative(name: str, value: Any) -> float:
-    """Return a finite number not below 0, or raise VehicleError."""
-    number = _number(name, value)
-    if number < 0:
-        raise VehicleError(f"{name} is {shown(value)}: it must be 0 or more")
-    return number
-
-
-def _number(name: str, value: Any) -> float:
+def _number(name: str, value: Any, least: float, rule: str) -> float:
+    """Return a finite number that is not below the least, or raise VehicleError."""
     number = numbers(value)
     if number is None or number.ndim or not bounded(number):
         raise VehicleError(f"{name} is {shown(value)}: it must be a finite number")
+    if number < least:
+        raise VehicleError(f"{name} is {shown(value)}: it must be {rule}")
     return float(number)
 
 

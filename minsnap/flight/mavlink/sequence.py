@@ -145,7 +145,8 @@ class Sequence:
         self._watch_gap(at)
         if self.phase in (Phase.PRESTREAM, Phase.READY):
             self._watch_start(at)
-            self._watch_settling(at)
+            settled = self._autopilot.follows(at.vehicle) and self.waits_for(at.vehicle) is None
+            self._settled_since = (self._settled_since or at.now) if settled else None
         if self.phase is Phase.READY:
             self._consider_start(at)
         if self.phase is Phase.FLYING:
@@ -247,10 +248,6 @@ class Sequence:
         ready = not self._options.arm or (at.vehicle.armed and not self._takes_off_alone(at.vehicle))
         time = 0.0 if math.isinf(self._rules.max_start_distance) else self._rules.settle_time
         return ready and self._settled_since is not None and at.now - self._settled_since >= time
-
-    def _watch_settling(self, at: Conditions) -> None:
-        settled = self._autopilot.follows(at.vehicle) and self.waits_for(at.vehicle) is None
-        self._settled_since = (self._settled_since or at.now) if settled else None
 
     def _start_here(self, place: Vector) -> None:
         first = self._table.start

@@ -95,12 +95,6 @@ def unit(a: Sequence[float], otherwise: Vector) -> Vector:
     return (a[0] / length, a[1] / length, a[2] / length) if length > 1e-9 else otherwise
 
 
-def axes_of(quaternion: Sequence[float]) -> Axes:
-    """Return the body's axes at an attitude."""
-    forward, left, up = body_axes(*quaternion)
-    return forward, left, up
-
-
 def relative(body: Axes, desired: Axes) -> Axes:
     """Return the rows of ``R^T R_d``: scalar products of each body axis with each desired axis."""
     rows = [(dot(axis, desired[0]), dot(axis, desired[1]), dot(axis, desired[2])) for axis in body]
@@ -255,7 +249,7 @@ class CascadePilot:
         if self._count % self._every == 0:
             self._pull = self._outer(estimate, reference)
         self._count += 1
-        body = axes_of(estimate.quaternion)
+        body = body_axes(*estimate.quaternion)
         turn = relative(body, heading_axes(self._pull, reference.yaw, body))
         torque = self._torque(self._rates(turn, body, reference.yaw_rate), estimate.body_rates)
         length = math.sqrt(sum(part * part for part in self._pull))
@@ -401,7 +395,7 @@ class GeometricPilot:
 
     def command(self, estimate: Estimate, reference: Reference) -> Command:
         """Return the commanded rotor speeds."""
-        body = axes_of(estimate.quaternion)
+        body = body_axes(*estimate.quaternion)
         pull = self._pull(estimate, reference)
         turn = relative(body, desired_axes(pull, reference.yaw, body))
         torque = self._torque(estimate.body_rates, turn, reference)

@@ -37,6 +37,7 @@ HOVER = 5.0
 """Hover at the start of the course before the trigger [s]."""
 HOLD = 2.0
 """Hold at its end [s]."""
+COURSES = ("circle", "line", "rect")
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,39 +94,29 @@ def course(name: str, repetitions: int = 10, *, literal: bool = True, rate: floa
     InputError
         If the name is not known, or the repetitions are not a whole number from 1.
     """
-    if name not in _COURSES:
-        raise InputError(f"no course is called {name!r}: choose from {', '.join(_COURSES)}")
+    if name not in COURSES:
+        raise InputError(f"no course is called {name!r}: choose from {', '.join(COURSES)}")
     if not is_whole(repetitions) or repetitions < 1:
         raise InputError(f"the repetitions are {repetitions!r}: give a whole number from 1")
-    return _framed(name, _COURSES[name](repetitions, literal, rate), repetitions, name == "circle" and not literal)
+    return _framed(name, _flown(name, repetitions, literal, rate), repetitions, name == "circle" and not literal)
 
 
-def _circle(repetitions: int, literal: bool, rate: float) -> Samples:
-    from minsnap.paths.shapes import circle
+def _flown(name: str, repetitions: int, literal: bool, rate: float) -> Samples:
+    """Return the samples of the repetitions."""
+    from minsnap.paths.shapes import circle, line, rectangle
 
-    if not literal:
+    if name == "circle" and not literal:
         return circle(3.0, period=6.0, laps=repetitions, ramp=min(math.pi / 2.0, math.pi * repetitions)).sample(rate)
-    return _repeated([circle(3.0, period=6.0, ramp=0.0)] * repetitions, rate, joined=True)
-
-
-def _line(repetitions: int, literal: bool, rate: float) -> Samples:
-    from minsnap.paths.shapes import line
-
-    if literal:
+    if name == "line" and literal:
         return _repeated([line(constant_speed=True)] * repetitions, rate, joined=False)
-    ends = ((0.0, 1.0, 1.5), (7.0, 1.0, 1.5))
-    there_and_back = (line(*ends, total_time=7.0), line(*reversed(ends), total_time=7.0))
-    return _repeated([there_and_back[index % 2] for index in range(repetitions)], rate, joined=True)
-
-
-def _rect(repetitions: int, literal: bool, rate: float) -> Samples:
-    from minsnap.paths.shapes import rectangle
-
+    if name == "line":
+        ends = ((0.0, 1.0, 1.5), (7.0, 1.0, 1.5))
+        there_and_back: list[Path] = [line(*ends, total_time=7.0), line(*reversed(ends), total_time=7.0)]
+        return _repeated([there_and_back[index % 2] for index in range(repetitions)], rate, joined=True)
+    if name == "circle":
+        return _repeated([circle(3.0, period=6.0, ramp=0.0)] * repetitions, rate, joined=True)
     once = rectangle(6.0, 4.0, corridor=0.3, durations=[6.0, 4.0, 6.0, 4.0])
     return _repeated([once] * repetitions, rate, joined=True)
-
-
-_COURSES: dict[str, Callable[[int, bool, float], Samples]] = {"circle": _circle, "line": _line, "rect": _rect}
 
 
 def _repeated(paths: list[Path], rate: float, joined: bool) -> Samples:

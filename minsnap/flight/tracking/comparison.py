@@ -314,15 +314,14 @@ class Comparison(OwnsArrays):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain numbers, for JSON."""
-        axes = "xyz" if self.error.shape[1] <= 3 else [str(axis) for axis in range(self.error.shape[1])]
         return {
-            "rmse": {axis: float(value) for axis, value in zip(axes, self.rmse, strict=False)},
+            "rmse": dict(zip(_axis_names(self.error.shape[1]), self.rmse.tolist(), strict=True)),
             "rmse_3d": self.rmse_3d,
             "max_error": self.max_error,
             "worst_instant": self.worst_instant,
             "along_rmse": self.along_rmse,
             "across_rmse": self.across_rmse,
-            "constant_offset": [float(value) for value in self.constant_offset],
+            "constant_offset": self.constant_offset.tolist(),
             "delay": self.delay,
             "rmse_3d_without_delay": self.late_rmse_3d,
             "path_rmse": self.path_rmse,
@@ -335,10 +334,13 @@ class Comparison(OwnsArrays):
         }
 
 
+def _axis_names(count: int) -> list[str]:
+    return list("xyz"[:count]) if count <= 3 else [str(axis) for axis in range(count)]
+
+
 def comparison_text(comparisons: Mapping[str, Comparison]) -> str:
     """Return one row per flight: errors per axis and in 3-D, greatest error, delay, errors in shape and in time."""
-    count = max(comparison.error.shape[1] for comparison in comparisons.values())
-    axes = list("xyz"[:count]) if count <= 3 else [str(axis) for axis in range(count)]
+    axes = _axis_names(max(comparison.error.shape[1] for comparison in comparisons.values()))
     head = ["along", "across", "greatest", "at [s]", "delay [s]", "less delay", "from the curve", "in time"]
     rows = [["flight", *axes, "3-D", *head]]
     for name, one in comparisons.items():
