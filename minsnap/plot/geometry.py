@@ -100,7 +100,8 @@ def plot_path(
     """
     samples = dense_samples(path)
     chosen = view_coordinates(view, samples.dim)
-    axes = _own_axes(samples.position[:, chosen]) if ax is None else ax
+    flat_size = fitting_size(samples.position[:, chosen]) if len(chosen) == 2 else (7.5, 5.5)
+    axes = new_axes("3d" if len(chosen) == 3 else None, flat_size) if ax is None else ax
     if (axes.name == "3d") != (view == "3d"):
         raise InputError(f"the view {view!r} needs axes of {'three' if view == '3d' else 'two'} dimensions")
     points, gates = _waypoints(path, waypoints)
@@ -128,11 +129,6 @@ def plot_path(
     else:
         legend_beside(axes)
     return axes
-
-
-def _own_axes(points: FloatArray) -> Axes:
-    """Return the axes of a new figure whose shape is about that of the points."""
-    return new_axes("3d", (7.5, 5.5)) if points.shape[1] == 3 else new_axes(size=fitting_size(points))
 
 
 def fitting_size(points: FloatArray) -> tuple[float, float]:

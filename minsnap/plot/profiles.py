@@ -78,14 +78,11 @@ def plot_profiles(
     """
     samples = dense_samples(path)
     drawn = available_orders(samples, orders)
-    stack = _stack(axes, len(drawn), f"{len(drawn)} derivatives need as many axes")
+    stack = _stack(axes, path, len(drawn), f"{len(drawn)} derivatives need as many axes")
     for ax, order in zip(stack, drawn, strict=False):
         _draw(ax, samples, order)
         limited = _draw_limit(ax, samples, order, getattr(limits, LIMIT_NAMES.get(order, ""), None))
-        mark_knots(ax, path)
         legend_beside(ax, handles=None if ax is stack[0] else limited)
-        ax.label_outer()
-    stack[len(drawn) - 1].set_xlabel("time [s]")
     return stack
 
 
@@ -113,13 +110,10 @@ def plot_heading(path: Path | Samples, axes: npt.ArrayLike | None = None) -> npt
     drawn = heading_rows(samples)
     if not drawn:
         raise InputError("the samples have no yaw: there is nothing to draw")
-    stack = _stack(axes, len(drawn), f"yaw and yaw rate need {len(drawn)} axes")
+    stack = _stack(axes, path, len(drawn), f"yaw and yaw rate need {len(drawn)} axes")
     for ax, (name, unit, values) in zip(stack, drawn, strict=False):
         ax.plot(samples.t, values, color=HEADING_COLOUR, linewidth=1.4)
         ax.set_ylabel(f"{name}\n[{unit}]")
-        mark_knots(ax, path)
-        ax.label_outer()
-    stack[len(drawn) - 1].set_xlabel("time [s]")
     return stack
 
 
@@ -145,16 +139,26 @@ def available_orders(samples: Samples, orders: Sequence[int] = (0, 1, 2, 3, 4)) 
     return available
 
 
-def _stack(axes: npt.ArrayLike | None, rows: int, needed: str) -> npt.NDArray[Any]:
-    """Return axes for rows of curves, new ones where there are none; what is needed is said where there are fewer."""
+def _stack(axes: npt.ArrayLike | None, path: Path | Samples, rows: int, needed: str) -> npt.NDArray[Any]:
+    """Return axes for rows of curves against time, new ones where there are none, with a thin line at each waypoint.
+
+    What is needed is said where they are fewer; of more than 50 waypoints there are no lines.
+    """
     if axes is None:
         from matplotlib import pyplot
 
         new = pyplot.subplots(rows, 1, sharex=True, layout="constrained", figsize=(7.0, 1.8 * rows), squeeze=False)
-        return np.asarray(new[1][:, 0])
-    stack = np.atleast_1d(np.asarray(axes, dtype=object))
+        stack = np.asarray(new[1][:, 0])
+    else:
+        stack = np.atleast_1d(np.asarray(axes, dtype=object))
     if len(stack) < rows:
         raise InputError(f"{needed}, got {len(stack)}")
+    breaks = getattr(path, "leg_breaks", ())
+    for ax in stack[:rows]:
+        for instant in breaks if len(breaks) <= 50 else ():
+            ax.axvline(instant, color="#999999", linewidth=0.6, zorder=0)
+        ax.label_outer()
+    stack[rows - 1].set_xlabel("time [s]")
     return stack
 
 
@@ -174,14 +178,6 @@ def _draw_limit(ax: Axes, samples: Samples, order: int, limit: Any) -> list[Any]
     norm = np.linalg.norm(getattr(samples, QUANTITIES[order]), axis=1)
     line = ax.axhline(limit, label="limit", **LIMIT_STYLE)
     return [*ax.plot(samples.t, norm, label="norm", **NORM_STYLE), line]
-
-
-def mark_knots(ax: Axes, path: Path | Samples) -> None:
-    """Draw a thin line at every waypoint's instant, unless there are many."""
-    breaks = getattr(path, "leg_breaks", ())
-    if len(breaks) <= 50:
-        for instant in breaks:
-            ax.axvline(instant, color="#999999", linewidth=0.6, zorder=0)
 
 
 WIDTHS = (1.6, 1.6, 1.6, 1.6, 0.9, 0.9, 0.9, 0.9)

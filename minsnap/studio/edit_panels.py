@@ -38,7 +38,7 @@ from minsnap.studio.edits import (
     with_time,
     with_tube,
 )
-from minsnap.studio.page_inputs import Editor, InputRows, Inputs, follow, sentence, table, when_changed, when_clicked
+from minsnap.studio.page_inputs import InputRows, Inputs, follow, sentence, table, when_changed, when_clicked
 from minsnap.studio.path_view import GateView, PathView, WaypointView
 from minsnap.studio.wall_view import NO_FACES, ROOM_FACES, WallView
 from minsnap.studio.workbench import BenchState
@@ -61,19 +61,17 @@ class RoutePanel:
 
     Parameters
     ----------
-    gui : viser.GuiApi
-        Where it is added, in the present container.
-    editor : Editor
-        What inputs edit.
+    inputs : Inputs
+        Its own.
     view : WaypointView
         Where the chosen waypoint is marked, and can be clicked.
     gates : GateView
         Where the gate at the chosen waypoint has a handle.
     """
 
-    def __init__(self, gui: Any, editor: Editor, view: WaypointView, gates: GateView) -> None:
-        self._inputs, self._view, self._gates = Inputs(gui, editor), view, gates
-        bind, follows = self._inputs.bind, self._inputs.follows
+    def __init__(self, inputs: Inputs, view: WaypointView, gates: GateView) -> None:
+        self._inputs, self._view, self._gates = inputs, view, gates
+        gui, bind, follows = inputs.gui, inputs.bind, inputs.follows
         view.when_clicked(self.choose)
         self._request: PlanRequest | None = None
         self._rows = InputRows(gui.add_folder("Waypoints [m]"), self._row)
@@ -207,16 +205,14 @@ class CorridorPanel:
 
     Parameters
     ----------
-    gui : viser.GuiApi
-        Where it is added, in the present container.
-    editor : Editor
-        What inputs edit.
+    inputs : Inputs
+        Its own.
     view : WallView
         Where faces can be dragged.
     """
 
-    def __init__(self, gui: Any, editor: Editor, view: WallView) -> None:
-        self._inputs, self._view = Inputs(gui, editor), view
+    def __init__(self, inputs: Inputs, view: WallView) -> None:
+        self._inputs, self._view, gui = inputs, view, inputs.gui
         self._request: PlanRequest | None = None
         self._checkbox("Corridor: a tube around each leg", "corridor", with_tube)
         self._rows = InputRows(gui.add_folder("Half-width per leg [m]"), self._row)
@@ -312,15 +308,12 @@ class TimePanel:
 
     Parameters
     ----------
-    gui : viser.GuiApi
-        Where it is added, in the present container.
-    editor : Editor
-        What inputs edit.
+    inputs : Inputs
+        Its own.
     """
 
-    def __init__(self, gui: Any, editor: Editor) -> None:
-        self._inputs = Inputs(gui, editor)
-        bind = self._inputs.bind
+    def __init__(self, inputs: Inputs) -> None:
+        self._inputs, gui, bind = inputs, inputs.gui, inputs.bind
         bind(gui.add_dropdown("Time from", MODES), _mode, self._timed)
         total = gui.add_slider("Total [s]", min=0.5, max=60.0, step=0.1, initial_value=12.0)
         bind(total, lambda request: request.total_time, _with_total, "total time")
@@ -410,24 +403,22 @@ class VehiclePanel:
 
     Parameters
     ----------
-    gui : viser.GuiApi
-        Where it is added, in the present container.
-    editor : Editor
-        What inputs edit.
+    inputs : Inputs
+        Its own.
     path : PathView
         Where simulated flights are drawn.
     state : callable
         Returns what is shown.
     """
 
-    def __init__(self, gui: Any, editor: Editor, path: PathView, state: Callable[[], BenchState]) -> None:
-        self._inputs, self._path, self._state = Inputs(gui, editor), path, state
+    def __init__(self, inputs: Inputs, path: PathView, state: Callable[[], BenchState]) -> None:
+        self._inputs, self._path, self._state, gui = inputs, path, state, inputs.gui
         vehicle = gui.add_dropdown("Vehicle", VEHICLES, initial_value=DRAWN)
         self._inputs.bind(vehicle, lambda r: r.vehicle or DRAWN, lambda r, name: replace(r, vehicle=name))
         self._size = gui.add_html("")
         frame = gui.add_dropdown("Frame of files", tuple(FRAMES))
         self._inputs.bind(frame, lambda r: r.frame, lambda r, name: replace(r, frame=name))
-        when_clicked(gui.add_button("Fly in simulation"), lambda client: editor.later(self._fly))
+        when_clicked(gui.add_button("Fly in simulation"), lambda client: inputs.editor.later(self._fly))
         self._flown = gui.add_html("")
         self._flight_of: Trajectory | None = None
 

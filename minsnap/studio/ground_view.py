@@ -16,6 +16,7 @@ from minsnap.basics.storage.text import check_size, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.frames import get_frame
 from minsnap.files.waypoints import read_waypoints
+from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import read_map_entries
 from minsnap.studio.wall_view import box_surface
 
@@ -143,15 +144,9 @@ def grid(occupancy: npt.ArrayLike, resolution: npt.ArrayLike, origin: npt.ArrayL
     InputError
         If an array has another shape, or too many cells are occupied.
     """
-    taken = np.asarray(occupancy) != 0
-    if taken.ndim not in (2, 3):
-        raise InputError(f"an occupancy grid has 2 or 3 axes, not {taken.ndim}")
-    side = np.broadcast_to(np.asarray(resolution, dtype=np.float64), (taken.ndim,))
-    corner = np.zeros(taken.ndim) if origin is None else np.asarray(origin, dtype=np.float64).reshape(-1)
-    if len(corner) != taken.ndim or not np.isfinite(corner).all() or not (np.isfinite(side) & (side > 0.0)).all():
-        raise InputError(
-            "the grid needs a positive cell size and a finite origin of as many coordinates as it has axes"
-        )
+    start = None if origin is None else np.asarray(origin, dtype=np.float64)
+    held = GridMap(np.asarray(occupancy) != 0, np.asarray(resolution, dtype=np.float64), start, "the occupancy grid")
+    taken, side, corner = held.occupied, held.resolution, held.lower
     if taken.ndim == 2:
         taken, side, corner = taken[:, :, None], np.append(side, 1.0), np.append(corner, 0.0)
     if taken.sum() > MOST_CELLS:

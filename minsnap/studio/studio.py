@@ -23,7 +23,7 @@ from minsnap.studio.edit_panels import DRAWN, CorridorPanel, RoutePanel, TimePan
 from minsnap.studio.file_panel import FilePanel, StatusPanel
 from minsnap.studio.fleet_studio import FleetStudio
 from minsnap.studio.ground_view import GroundView, Obstacles, cloud, grid
-from minsnap.studio.page_inputs import Change
+from minsnap.studio.page_inputs import Change, Inputs
 from minsnap.studio.path_view import GateView, PathView, VehicleView, WaypointView
 from minsnap.studio.plan_drawing import Charts, SpeedLegend, pose_at, profiles_of
 from minsnap.studio.wall_view import WallView
@@ -128,13 +128,13 @@ class Studio(Page):
         self._status, self._player = StatusPanel(gui, self), Player(gui, self._point_at)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Route"):
-            self._route = RoutePanel(gui, self, self._waypoints, self._gates)
+            self._route = RoutePanel(Inputs(gui, self), self._waypoints, self._gates)
         with tabs.add_tab("Corridor"):
-            self._corridor = CorridorPanel(gui, self, self._walls)
+            self._corridor = CorridorPanel(Inputs(gui, self), self._walls)
         with tabs.add_tab("Time"):
-            self._time = TimePanel(gui, self)
+            self._time = TimePanel(Inputs(gui, self))
         with tabs.add_tab("Vehicle"):
-            self._flying = VehiclePanel(gui, self, self._path, lambda: self._shown)
+            self._flying = VehiclePanel(Inputs(gui, self), self._path, lambda: self._shown)
         with tabs.add_tab("Files"):
             FilePanel(gui, self, self._folder, lambda: self._shown, self._ground.show_obstacles)
             self.add_recording(gui)
