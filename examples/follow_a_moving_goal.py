@@ -18,8 +18,8 @@ from stream_with_callbacks import POSITION, Receiver
 import minsnap
 from minsnap.errors import MinsnapError
 from minsnap.flight.mavlink import SafetyRules, Streamer, StreamOptions, open_link
+from minsnap.flight.mavlink.link import Clock
 from minsnap.flight.mavlink.offboard import prepare
-from minsnap.flight.mavlink.schedule import Clock
 
 LIMITS = minsnap.Limits(speed=1.5, acceleration=3.0)
 ROOM = minsnap.Room((-5.0, -5.0, 0.5), (5.0, 5.0, 3.0))

@@ -18,8 +18,7 @@ from minsnap.errors import FlightError, InputError
 if TYPE_CHECKING:
     from minsnap.cli.companion import Listening
     from minsnap.fleet.common_clock import Fleet
-    from minsnap.flight.mavlink.link import Link
-    from minsnap.flight.mavlink.schedule import Clock
+    from minsnap.flight.mavlink.link import Clock, Link
     from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
     from minsnap.trajectory.samples import Samples
     from minsnap.trajectory.trajectory import Trajectory
@@ -79,9 +78,8 @@ def fly(
 ) -> StreamReport:
     """Fly with a display on stderr; Ctrl-C stops the flight and holds."""
     from minsnap.cli.companion import Companion
-    from minsnap.flight.mavlink.link import open_link
+    from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.offboard import prepare
-    from minsnap.flight.mavlink.schedule import Clock
     from minsnap.flight.mavlink.streaming import Streamer
 
     table, clock = prepare(source, settings), Clock()
@@ -99,9 +97,8 @@ def fly_fleet(
 ) -> dict[str, StreamReport | FlightError]:
     """Fly a fleet from files, each vehicle over its own link; Ctrl-C stops all and holds."""
     from minsnap.cli.companion import Companion
-    from minsnap.flight.mavlink.link import open_link
+    from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.offboard import prepare, stream_together
-    from minsnap.flight.mavlink.schedule import Clock
     from minsnap.shows.fleet_files import read_fleet
 
     fleet, clock = read_fleet(folder), Clock()

@@ -28,9 +28,8 @@ def limits(
     A tenth of everything is left to the controller, and what drag takes of the tilt (--vehicle as fit writes it, or
     --drag) is taken off the acceleration and the speed.
     """
-    from minsnap.flight.mavlink.link import open_link
+    from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.parameters import PARAMETERS, Parameters, autopilot_limits
-    from minsnap.flight.mavlink.schedule import Clock
     from minsnap.flight.mavlink.vehicle_messages import get_autopilot
 
     lean, clock = drag if vehicle is None else _drag_of(vehicle), Clock()

@@ -34,10 +34,9 @@ def preflight(
     Nothing is written unless ``--set`` names it. Exit status 1 if something does not fit.
     """
     from minsnap.files.setpoint_csv import frame_of, read_csv
-    from minsnap.flight.mavlink.link import open_link
+    from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.parameters import Parameters
     from minsnap.flight.mavlink.preflight import check_vehicle
-    from minsnap.flight.mavlink.schedule import Clock
     from minsnap.flight.mavlink.setpoints import vehicle_frame
     from minsnap.flight.mavlink.vehicle_messages import TEXTS, get_autopilot, read_events
 

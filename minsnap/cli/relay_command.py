@@ -29,8 +29,7 @@ def relay(
     PX4's default estimator fuses vision and odometry; odometry-mocap (ODOMETRY as from motion capture) and mocap
     (ATT_POS_MOCAP) go to topics that it does not read. Rate and latency are printed once per second.
     """
-    from minsnap.flight.mavlink.link import open_link
-    from minsnap.flight.mavlink.schedule import Clock
+    from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mocap import Relay, open_source
 
     clock = Clock()

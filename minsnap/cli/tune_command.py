@@ -103,9 +103,8 @@ class _Pilot:
         return max(logs, key=lambda file: file.stat().st_mtime)
 
     def _fetched(self, stem: Path, number: int) -> Path:
-        from minsnap.flight.mavlink.link import open_link
+        from minsnap.flight.mavlink.link import Clock, open_link
         from minsnap.flight.mavlink.parameters import download_log
-        from minsnap.flight.mavlink.schedule import Clock
         from minsnap.flight.mavlink.vehicle_messages import PX4
 
         clock = Clock()

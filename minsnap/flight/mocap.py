@@ -19,8 +19,7 @@ from minsnap.basics.storage.table import read_table
 from minsnap.errors import FileError, InputError, LinkError
 from minsnap.files.frames import get_frame, map_quaternions, map_vectors
 from minsnap.flight.mavlink._transports import bind_udp
-from minsnap.flight.mavlink.link import Link
-from minsnap.flight.mavlink.schedule import Clock, Schedule
+from minsnap.flight.mavlink.link import Clock, Link, Schedule
 from minsnap.flight.mavlink.setpoints import vehicle_frame
 from minsnap.flight.mavlink.vehicle_messages import Message, load_dialect
 

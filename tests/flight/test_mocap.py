@@ -14,8 +14,7 @@ from scipy.spatial.transform import Rotation
 from standin import mavutil
 
 from minsnap.errors import FileError, InputError, LinkError
-from minsnap.flight.mavlink.link import open_link
-from minsnap.flight.mavlink.schedule import Clock
+from minsnap.flight.mavlink.link import Clock, open_link
 from minsnap.flight.mocap import NatNetSource, Pose, PoseSource, Relay, UdpJsonSource, euler_angles, open_source
 
 Y_UP = ((1.0, 2.0, 3.0), (math.cos(0.2), 0.0, math.sin(0.2), 0.0))

@@ -4,7 +4,7 @@ import select
 import threading
 import time
 
-from minsnap.flight.mavlink.schedule import Clock
+from minsnap.flight.mavlink.link import Clock
 
 STUCK = 120.0
 """Real time after which whoever still waits is told that nobody moves [s]."""

@@ -20,7 +20,7 @@ os.environ["MAVLINK20"] = "1"
 
 from pymavlink import mavutil  # noqa: E402
 
-from minsnap.flight.mavlink.schedule import Clock  # noqa: E402
+from minsnap.flight.mavlink.link import Clock  # noqa: E402
 
 mavlink = mavutil.mavlink
 

@@ -26,9 +26,8 @@ from minsnap.corridors.passing import gate_passages
 from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
 from minsnap.files.consistency import ConsistencyReport, check_samples
 from minsnap.files.setpoint_csv import frame_of
-from minsnap.flight.mavlink.link import Link, open_link
+from minsnap.flight.mavlink.link import Clock, CommonFlight, Link, open_link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback
-from minsnap.flight.mavlink.schedule import Clock, CommonFlight
 from minsnap.flight.mavlink.sender import undisturbed
 from minsnap.flight.mavlink.setpoints import SetpointTable, tabulate
 from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport

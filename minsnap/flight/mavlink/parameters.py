@@ -17,8 +17,7 @@ from typing import Any
 from minsnap.basics.arrays import GRAVITY
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.errors import LinkError
-from minsnap.flight.mavlink.link import Link
-from minsnap.flight.mavlink.schedule import Clock
+from minsnap.flight.mavlink.link import Clock, Link
 from minsnap.flight.mavlink.vehicle_messages import PX4, Message, load_dialect
 from minsnap.limits.limits import Limits
 

@@ -16,9 +16,8 @@ import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.files.frames import map_vectors
-from minsnap.flight.mavlink.link import Link
+from minsnap.flight.mavlink.link import Clock, Link
 from minsnap.flight.mavlink.parameters import Parameter, Parameters
-from minsnap.flight.mavlink.schedule import Clock
 from minsnap.flight.mavlink.stream_options import SafetyRules
 from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, VehicleState, command
 from minsnap.trajectory.samples import Samples

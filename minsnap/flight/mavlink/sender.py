@@ -13,8 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from minsnap.flight.mavlink.link import Link
-from minsnap.flight.mavlink.schedule import Clock, Schedule
+from minsnap.flight.mavlink.link import Clock, Link, Schedule
 from minsnap.flight.mavlink.sequence import SetpointStep
 from minsnap.flight.mavlink.vehicle_messages import Message, load_dialect
 from minsnap.native.setpoint_sender import MOST_AHEAD, NativeSender

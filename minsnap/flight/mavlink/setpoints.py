@@ -22,7 +22,7 @@ from minsnap.basics.arrays import FloatArray, OwnsArrays, interpolated
 from minsnap.basics.messages import shown
 from minsnap.errors import FlightError, InputError, TimingError
 from minsnap.files.frames import get_frame, map_samples, map_vectors
-from minsnap.flight.mavlink.schedule import check_setpoint_rate
+from minsnap.flight.mavlink.link import check_setpoint_rate
 from minsnap.flight.mavlink.vehicle_messages import Message, Vector, VehicleState, load_dialect
 from minsnap.flight.simulation.flight_inputs import drag_feed_forward
 from minsnap.trajectory.heading import wrap

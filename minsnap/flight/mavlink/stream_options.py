@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from minsnap.errors import InputError, TimingError
-from minsnap.flight.mavlink.schedule import Lateness
+from minsnap.flight.mavlink.link import Lateness
 from minsnap.flight.mavlink.setpoints import FeedForward, Setpoint
 from minsnap.flight.mavlink.vehicle_messages import AUTOPILOTS, Autopilot, Vector, VehicleState
 

@@ -10,9 +10,8 @@ import threading
 from dataclasses import replace
 
 from minsnap.errors import FlightError, LinkError
-from minsnap.flight.mavlink.link import Link
+from minsnap.flight.mavlink.link import Clock, CommonFlight, Link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback, StreamObserver
-from minsnap.flight.mavlink.schedule import Clock, CommonFlight
 from minsnap.flight.mavlink.sender import SentSetpoint, open_sender, undisturbed
 from minsnap.flight.mavlink.sequence import Conditions, Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import ChangingTable, SetpointTable, setpoint_message
@@ -56,7 +55,7 @@ class Streamer:
         callback stops the flight like a broken rule and is raised at the end.
     common : (CommonFlight, int), optional
         What it tells the other flights of a fleet, and which of them it is
-        (:mod:`minsnap.flight.mavlink.schedule`).
+        (:mod:`minsnap.flight.mavlink.link`).
     """
 
     def __init__(

@@ -14,8 +14,7 @@ from standin import StandIn, mavutil
 
 from minsnap.errors import FileError, LinkError
 from minsnap.flight.mavlink._transports import LinkTransport, open_transport
-from minsnap.flight.mavlink.link import Link, open_link, read_signing_key
-from minsnap.flight.mavlink.schedule import Clock
+from minsnap.flight.mavlink.link import Clock, Link, open_link, read_signing_key
 from minsnap.flight.mavlink.vehicle_messages import load_dialect
 
 

@@ -10,10 +10,9 @@ from px4_parameters import PX4
 from standin import StandIn
 
 from minsnap.errors import LinkError
-from minsnap.flight.mavlink.link import open_link
+from minsnap.flight.mavlink.link import Clock, open_link
 from minsnap.flight.mavlink.parameters import Parameter, Parameters
 from minsnap.flight.mavlink.preflight import RULES, FlightNeeds, check_parameters, flight_needs, rule_parameters
-from minsnap.flight.mavlink.schedule import Clock
 
 COPTER = {
     "GUID_TIMEOUT": 1.0,

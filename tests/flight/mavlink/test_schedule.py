@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from minsnap.errors import TimingError
-from minsnap.flight.mavlink.schedule import Clock, Schedule
+from minsnap.flight.mavlink.link import Clock, Schedule
 
 
 @pytest.mark.slow

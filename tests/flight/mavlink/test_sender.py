@@ -9,9 +9,8 @@ from pilot import sent, stands_still
 from standin import OFFBOARD, POSCTL, PointMass, StandIn
 
 from minsnap.errors import FlightError
-from minsnap.flight.mavlink.link import open_link
+from minsnap.flight.mavlink.link import Clock, open_link
 from minsnap.flight.mavlink.offboard import prepare
-from minsnap.flight.mavlink.schedule import Clock
 from minsnap.flight.mavlink.sender import DirectSender, ThreadedSender, open_sender
 from minsnap.flight.mavlink.sequence import SetpointStep
 from minsnap.flight.mavlink.setpoints import Setpoint, setpoint_message
