@@ -141,12 +141,20 @@ def ask(link: CrtpLink, port: int, channel: int, body: bytes, answers: Callable[
     head = port << 4 | channel
     for _ in range(TRIES):
         link.send(bytes([head | LINK_BITS]) + body)
-        end = time.monotonic() + WAIT
-        while (left := end - time.monotonic()) > 0.0:
-            packet = link.receive(left)
-            if packet and packet[0] & ~LINK_BITS == head and answers(packet[1:]):
-                return packet[1:]
+        answer = heard(link, head, answers, WAIT)
+        if answer is not None:
+            return answer
     raise LinkError(f"{link.name} does not answer: it is off, out of reach, or another program has its link")
+
+
+def heard(link: CrtpLink, head: int, answers: Callable[[bytes], bool], wait: float) -> bytes | None:
+    """Return the body of the first packet with this head that is an answer, or None after a time [s]."""
+    end = time.monotonic() + wait
+    while (left := end - time.monotonic()) > 0.0:
+        packet = link.receive(left)
+        if packet and packet[0] & ~LINK_BITS == head and answers(packet[1:]):
+            return packet[1:]
+    return None
 
 
 ADDRESS = (0xFF, 0xE7, 0xE7, 0xE7, 0xE7)

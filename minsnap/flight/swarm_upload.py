@@ -20,7 +20,7 @@ import numpy as np
 from minsnap.errors import FileError, FleetError, FlightError, LinkError
 from minsnap.files.formats.crazyflie import MAX_PIECES, compressed, crazyflie_rows
 from minsnap.fleet.common_clock import Fleet
-from minsnap.flight.crtp_link import LINK_BITS, CrtpLink, RadioBroadcast, act_on_each, ask, channel_of, open_link
+from minsnap.flight.crtp_link import LINK_BITS, CrtpLink, RadioBroadcast, act_on_each, ask, channel_of, heard, open_link
 from minsnap.trajectory.trajectory import Trajectory
 
 MEMORY_PORT, INFO, READ, WRITE = 4, 0, 1, 2
@@ -211,10 +211,10 @@ def start_group(links: Sequence[CrtpLink], volleys: Volleys) -> GroupStart:
         for number in range(1, volleys.most + 1):
             act_on_each(links, _forget)
             spread = _send_copies(sends, volleys)
-            heard: list[bool] = act_on_each(links, lambda link, _: _is_heard(link, volleys.hearing))
-            if all(heard):
+            begun: list[bool] = act_on_each(links, lambda link, _: _has_begun(link, volleys.hearing))
+            if all(begun):
                 return GroupStart(tuple(named), len(alone), spread, number)
-    deaf = ", ".join(link.name for link, told in zip(links, heard, strict=True) if not told)
+    deaf = ", ".join(link.name for link, told in zip(links, begun, strict=True) if not told)
     raise LinkError(f"{deaf} does not answer to the start: out of reach, or on another channel than its address says")
 
 
@@ -236,16 +236,12 @@ def _send_copies(sends: Sequence[Callable[[bytes], None]], volleys: Volleys) -> 
     return time.monotonic() - began
 
 
-def _is_heard(link: CrtpLink, wait: float) -> bool:
+def _has_begun(link: CrtpLink, wait: float) -> bool:
     """Whether a vehicle answers that it has begun."""
-    end = time.monotonic() + wait
-    while (left := end - time.monotonic()) > 0.0:
-        packet = link.receive(left)
-        if packet and packet[0] & ~LINK_BITS == COMMAND_PORT << 4 and packet[1] == START and len(packet) >= 5:
-            if packet[4]:
-                raise FlightError(f"{link.name} refuses to start with error {packet[4]}")
-            return True
-    return False
+    answer = heard(link, COMMAND_PORT << 4, lambda body: body[:1] == bytes([START]) and len(body) >= 4, wait)
+    if answer is not None and answer[3]:
+        raise FlightError(f"{link.name} refuses to start with error {answer[3]}")
+    return answer is not None
 
 
 TAKE_OFF, LAND, GO_TO = 7, 8, 12

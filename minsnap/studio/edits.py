@@ -274,16 +274,12 @@ def _grown(request: PlanRequest) -> PlanRequest:
     """Return the request with boxes that contain the ends of their legs."""
     if request.boxes is None:
         return request
-    ends = (_around(request.waypoints[leg : leg + 2]) for leg in range(request.legs))
-    pairs = zip(request.boxes, ends, range(request.legs), strict=True)
-    return replace(
-        request, boxes=tuple(box if _holds(box, request, leg) else _hull((*box, *new)) for box, new, leg in pairs)
-    )
-
-
-def _holds(box: Box, request: PlanRequest, leg: int) -> bool:
-    points = np.array(request.waypoints[leg : leg + 2])
-    return bool((points >= np.array(box[0])).all() and (points <= np.array(box[1])).all())
+    boxes = []
+    for leg, (lower, upper) in enumerate(request.boxes):
+        ends = request.waypoints[leg : leg + 2]
+        holds = (np.array(ends) >= lower).all() and (np.array(ends) <= upper).all()
+        boxes.append((lower, upper) if holds else _hull((lower, upper, *_around(ends))))
+    return replace(request, boxes=tuple(boxes))
 
 
 def _around(points: Sequence[Point]) -> Box:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable
 from math import degrees
+from pathlib import Path
 from typing import Any
 
 from minsnap.basics.limit_kinds import KIND
@@ -111,8 +112,9 @@ class FilePanel:
         self._gui, self._editor, self._folder, self._state = gui, editor, folder, state
         self._obstacles = obstacles
         self._upload("Open a scene (YAML, CSV, .plan)", ENDINGS, self._open)
-        self._upload("Show obstacles (.npz, CSV)", (".npz", ".csv"), self._load)
-        self._upload("Show a floor (PNG, JPEG, PGM)", PICTURES, self._lay)
+        self._upload("Show obstacles (.npz, CSV)", (".npz", ".csv"), self._shown(OBSTACLE_ENDINGS, read_obstacles))
+        laid = self._shown(PICTURES, lambda path: floor(path, self._pixel.value, self._corner.value))
+        self._upload("Show a floor (PNG, JPEG, PGM)", PICTURES, laid)
         self._pixel = gui.add_number("Metres a pixel", 0.05, min=1e-4, step=0.01)
         self._corner = gui.add_vector2("Lower left corner [m]", (0.0, 0.0), step=0.5)
         gui.add_divider()
@@ -139,17 +141,14 @@ class FilePanel:
         self._editor.edit(lambda before: request)
         self._editor.frame()
 
-    def _load(self, name: str, content: bytes) -> None:
-        ending = next((known for known in OBSTACLE_ENDINGS if name.lower().endswith(known)), ".npz")
-        with self._folder.scratch(ending, name) as path:
-            path.write_bytes(content)
-            self._obstacles(read_obstacles(path))
+    def _shown(self, endings: tuple[str, ...], read: Callable[[Path], Obstacles]) -> Callable[[str, bytes], None]:
+        def show(name: str, content: bytes) -> None:
+            ending = next((known for known in endings if name.lower().endswith(known)), endings[0])
+            with self._folder.scratch(ending, name) as path:
+                path.write_bytes(content)
+                self._obstacles(read(path))
 
-    def _lay(self, name: str, content: bytes) -> None:
-        ending = next((known for known in PICTURES if name.lower().endswith(known)), ".png")
-        with self._folder.scratch(ending, name) as path:
-            path.write_bytes(content)
-            self._obstacles(floor(path, self._pixel.value, self._corner.value))
+        return show
 
     def _save(self) -> None:
         kind, state = self._kind.value, self._state()
