@@ -16,8 +16,7 @@ from minsnap.basics.storage.atomic import atomic_write
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.plot.geometry import VIEWS, check_view, plot_path
-from minsnap.plot.marks import FLATTEST, Corridor, Waypoints
+from minsnap.plot.geometry import FLATTEST, VIEWS, Corridor, Waypoints, check_view, plot_path
 from minsnap.plot.profiles import (
     available_orders,
     heading_rows,

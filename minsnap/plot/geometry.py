@@ -1,4 +1,4 @@
-"""Paths in the plane or in space, with their corridor, waypoints and direction."""
+"""Paths in the plane or in space, with their corridor as convex bodies, waypoints, gates, speed and direction."""
 
 from __future__ import annotations
 
@@ -9,25 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.gates import Ball, Gate
+from minsnap.basics.messages import shown
+from minsnap.corridors.constraint import Walls, walls_of
+from minsnap.corridors.gates import Ball, Gate, without_gates
+from minsnap.corridors.half_spaces import of_unit_length
 from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.linear_programmes import bounding_boxes, inner_balls
+from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError
-from minsnap.plot.marks import (
-    Corridor,
-    Waypoints,
-    arrow_places,
-    draw_balls,
-    draw_coloured,
-    draw_gates,
-    draw_heads,
-    draw_waypoints,
-    equal_space,
-    facets,
-    leg_bodies,
-    nominal_points,
-    outline,
-    widen_short_axes,
-)
 from minsnap.plot.style import (
     CORRIDOR_COLOUR,
     CORRIDOR_EDGE,
@@ -44,10 +33,288 @@ from minsnap.trajectory.samples import Samples
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+Waypoints = Any
+"""What :func:`minsnap.plan` takes: points (n, dim), with gates among them or not."""
+
+GATE_COLOUR = "#d55e00"
+
+PALETTE = "viridis"
+"""Even in lightness, so that it reads in grey and for colour-blind eyes."""
+
+SCALE = (1.02, 0.0, 0.03, 1.0)
+"""Left, lower, width and height of the scale of colours, in shares of the axes: beside them whatever their shape."""
+
+FLATTEST = 0.3
+"""Least side of the axes, of their longest: below it the labels of a short side would overlap."""
+
+HEAD = 0.035
+"""Length of an arrowhead, of the diagonal of the curve."""
+
+
+def nominal_points(waypoints: Waypoints) -> tuple[FloatArray, Mapping[int, Gate]]:
+    """Return positions (n, dim) [m], with the centers of gates, and the gates by waypoint."""
+    points, gates = without_gates(waypoints)
+    return np.asarray(points, dtype=np.float64), gates
+
+
+def draw_waypoints(ax: Axes, points: FloatArray, chosen: list[int]) -> None:
+    """Mark positions (n, dim) with dots, in some of their coordinates."""
+    ax.plot(*points[:, chosen].T, "o", color="black", markersize=4, linestyle="none", label="waypoints", zorder=4)
+
+
+def draw_gates(ax: Axes, gates: Sequence[Gate], chosen: list[int]) -> None:
+    """Draw the outline of every opening; from its side it is a line."""
+    for number, gate in enumerate(gates):
+        outline = np.concatenate((gate.corners, gate.corners[:1]))[:, chosen]
+        label = None if number else "gates"
+        ax.plot(*outline.T, color=GATE_COLOUR, linewidth=2.0, solid_joinstyle="round", label=label, zorder=4)
+
+
+def draw_balls(ax: Axes, points: FloatArray, ball: Ball, gates: Mapping[int, Gate], chosen: list[int]) -> None:
+    """Draw a circle around every waypoint with a ball; in space three circles."""
+    radii = ball.of_waypoints(len(points))
+    label: str | None = "balls"
+    for waypoint in np.flatnonzero(radii):
+        if int(waypoint) in gates:
+            continue
+        for ring in _rings(len(chosen)):
+            circle = points[waypoint, chosen] + radii[waypoint] * ring
+            ax.plot(*circle.T, color=CORRIDOR_EDGE, linewidth=1.0, label=label, zorder=4)
+            label = None
+
+
+def _rings(dim: int) -> list[FloatArray]:
+    """Return unit circles: one in the plane, one for each pair of axes in space."""
+    angle = np.linspace(0.0, 2.0 * np.pi, ROUND + 1)
+    flat = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    if dim == 2:
+        return [flat]
+    return [np.insert(flat, axis, 0.0, axis=1) for axis in range(3)]
+
+
+def draw_coloured(ax: Axes, samples: Samples, chosen: list[int], by: str) -> None:
+    """Draw samples as segments, each in the colour of its speed, with a scale beside the axes.
+
+    Raises
+    ------
+    InputError
+        If it is to be coloured by anything but the speed, or the samples have no velocity.
+    """
+    if by != "speed":
+        raise InputError(f"colour_by is {shown(by)}: a path can be coloured by 'speed'")
+    if samples.velocity is None:
+        raise InputError("the samples have no velocity to colour them by")
+    speed = np.linalg.norm(samples.velocity, axis=1)
+    points = samples.position[:, chosen]
+    segments = np.stack([points[:-1], points[1:]], axis=1)
+    lines = _collection(len(chosen), segments)
+    lines.set_array((speed[:-1] + speed[1:]) / 2.0)
+    lines.set_clim(0.0, float(speed.max()))
+    space: Any = ax
+    space.add_collection(lines) if len(chosen) == 2 else space.add_collection3d(lines)
+    ax.update_datalim(points[:, :2])
+    ax.autoscale_view()
+    place: dict[str, Any] = (
+        {"cax": ax.inset_axes(SCALE)} if len(chosen) == 2 else {"ax": ax, "shrink": 0.8, "pad": 0.12}
+    )
+    ax.figure.colorbar(lines, label="speed [m/s]", **place)
+
+
+def _collection(dim: int, segments: Any) -> Any:
+    how: dict[str, Any] = {"cmap": PALETTE, "linewidth": 2.6, "zorder": 3, "capstyle": "round"}
+    if dim == 2:
+        from matplotlib.collections import LineCollection
+
+        return LineCollection(segments, **how)
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    return Line3DCollection(segments, **how)
+
+
+def arrow_places(points: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return places at equal distances along a curve (m, dim), and the steps that lead there, m at most ``count``."""
+    travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    places = np.searchsorted(travelled, travelled[-1] * (np.arange(count) + 0.5) / count)
+    places = np.clip(places, 1, len(points) - 1)
+    steps = points[places] - points[places - 1]
+    moving = steps.any(axis=1)
+    return points[places][moving], steps[moving]
+
+
+def draw_heads(ax: Any, points: FloatArray, count: int) -> None:
+    """Draw flat arrowheads on a curve in space."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    heads = arrow_heads(points, count)
+    if len(heads):
+        ax.add_collection3d(Poly3DCollection(heads, facecolor=PATH_COLOUR, edgecolor="none", zorder=4))
+
+
+def arrow_heads(points: FloatArray, count: int) -> FloatArray:
+    """Return triangles on a curve in space, a few hundredths of its extent long, shape (m, 3, 3)."""
+    places, steps = arrow_places(points, count)
+    along = steps / np.linalg.norm(steps, axis=1, keepdims=True)
+    across = np.cross(along, np.where(np.abs(along[:, 2:]) < 0.99, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]]))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    size = HEAD * float(np.linalg.norm(np.ptp(points, axis=0)))
+    back, side = places - 0.5 * size * along, 0.38 * size * across
+    return np.stack([places + 0.5 * size * along, back + side, back - side], axis=1)
+
+
+def equal_space(ax: Any) -> None:
+    """Scale all three axes equally in a box that fills the panel, with few ticks; draw the path on top."""
+    from matplotlib.ticker import MaxNLocator
+
+    ax.computed_zorder = False
+    spans = widen_short_axes(ax, "xyz")
+    for name, span in zip("xyz", spans, strict=True):
+        axis, share = getattr(ax, f"{name}axis"), span / spans.max()
+        axis.set_major_locator(MaxNLocator(2 + round(4 * share), min_n_ticks=2))
+        axis.labelpad = 2.0 + 8.0 * share
+        axis.pane.set_alpha(0.3)
+    ax.view_init(elev=24.0 + 12.0 * (1.0 - spans[2] / spans.max()), azim=-58.0)
+    ax.set_box_aspect(spans, zoom=1.0)
+
+
+def widen_short_axes(ax: Any, names: str) -> FloatArray:
+    """Widen the limits of short axes to a share of the longest, about their middle.
+
+    Parameters
+    ----------
+    ax : matplotlib axes
+    names : str
+        "xy" or "xyz".
+
+    Returns
+    -------
+    ndarray, shape (len(names),)
+        What each axis spans.
+    """
+    limits = np.array([getattr(ax, f"get_{name}lim")() for name in names])
+    spans = np.ptp(limits, axis=1)
+    wanted = np.maximum(spans, FLATTEST * spans.max())
+    for name, middle, span in zip(names, limits.mean(axis=1), wanted, strict=True):
+        getattr(ax, f"set_{name}lim")(middle - span / 2.0, middle + span / 2.0)
+    return np.asarray(wanted)
+
+
+Corridor = Any
+"""What :func:`minsnap.plan` takes: half-widths [m], a Constraint, or a sequence of them."""
+
+ROUND = 48
+"""Corners of a circle."""
+
+
+def leg_bodies(corridor: Corridor, waypoints: FloatArray) -> list[FloatArray]:
+    """Corners of the convex body that each leg must stay in.
+
+    A tube is unbounded along its leg; it is drawn from one waypoint to the next. Repeated legs, as in laps, are
+    returned once.
+
+    Parameters
+    ----------
+    corridor : Constraint, sequence of Constraint, or array_like
+        Objects with walls, or the half-widths of a tube [m].
+    waypoints : ndarray, shape (n, dim)
+        [m].
+
+    Returns
+    -------
+    list of ndarray, shape (corners, dim)
+        [m].
+    """
+    walls = [wall for wall in walls_of(as_constraints(corridor), waypoints) if wall.order == 0]
+    bodies: dict[bytes, FloatArray] = {}
+    for leg in range(len(waypoints) - 1):
+        corners = _body(walls, leg, waypoints)
+        bodies.setdefault(np.unique(np.round(corners, 9), axis=0).tobytes(), corners)
+    return list(bodies.values())
+
+
+def outline(corners: FloatArray) -> FloatArray:
+    """Return the corners of the convex hull of points in the plane, in order: (m, 2)."""
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(corners[ConvexHull(corners).vertices])
+
+
+def facets(corners: FloatArray) -> FloatArray:
+    """Return the triangles of the convex hull of points in space, shape (m, 3, 3)."""
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(corners[ConvexHull(corners).simplices])
+
+
+def _body(walls: Sequence[Walls], leg: int, waypoints: FloatArray) -> FloatArray:
+    start, end = waypoints[leg], waypoints[leg + 1]
+    blocks = [_half_spaces(wall, leg) for wall in walls]
+    ends = [_ends(start, end) for block in blocks if _is_tube(block, end - start)][:1]
+    rows = np.vstack([*blocks, *ends])
+    return _polytope(np.vstack([rows, _far(rows, waypoints)]), (start + end) / 2.0)
+
+
+def _half_spaces(cones: Walls, leg: int) -> FloatArray:
+    """Rows (normal, offset) with normal . r + offset <= 0 of a leg's planes, and of planes tangent to what is round."""
+    parts = [np.zeros((0, cones.anchor.shape[1] + 1))]
+    for i in np.flatnonzero(cones.leg == leg):
+        across, share = _directions(cones.matrix[i])
+        normal = across - share * cones.slope[i]
+        parts.append(np.column_stack([normal, -(normal @ cones.anchor[i]) - share * cones.radius[i]]))
+    return np.vstack(parts)
+
+
+def _directions(matrix: FloatArray) -> tuple[FloatArray, float]:
+    """Return normals d A of planes d . A x <= share (radius + slope . x); a circle's have their corners on it."""
+    _, scale, basis = np.linalg.svd(matrix)
+    rank = int((scale > 1e-9).sum())
+    if rank < 2:
+        return scale[:rank, None] * basis[:rank] * [[1.0], [-1.0]] if rank else np.zeros((1, matrix.shape[1])), 1.0
+    angle = np.linspace(0.0, 2.0 * np.pi, ROUND, endpoint=False) + np.pi / ROUND
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    if rank == 2:
+        return circle @ (scale[:2, None] * basis[:2]), float(np.cos(np.pi / ROUND))
+    height = np.linspace(-1.0, 1.0, ROUND // 2 + 1)[:, None, None]
+    sphere = np.concatenate([np.sqrt(1.0 - height**2) * circle, height + 0.0 * circle[:, :1]], axis=2)
+    return np.unique(np.round(sphere.reshape(-1, 3), 12), axis=0) @ (scale[:3, None] * basis[:3]), 1.0
+
+
+def _is_tube(rows: FloatArray, step: FloatArray) -> bool:
+    """Whether half-spaces are unbounded only along the direction of the leg."""
+    normals = rows[:, :-1] / np.maximum(np.linalg.norm(rows[:, :-1], axis=1, keepdims=True), 1e-300)
+    across = np.abs(normals @ step).max(initial=0.0) < 1e-9 * np.linalg.norm(step)
+    paired = (normals @ normals.T).min(axis=1, initial=0.0) < 1e-9 - 1.0
+    return bool(across and paired.all() and np.linalg.matrix_rank(normals, tol=1e-9) == len(step) - 1)
+
+
+def _ends(start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the planes that close a tube at its waypoints."""
+    along = (end - start) / np.linalg.norm(end - start)
+    return np.array([[*along, -along @ end], [*-along, along @ start]])
+
+
+def _far(rows: FloatArray, waypoints: FloatArray) -> FloatArray:
+    """Return planes slightly beyond all waypoints, on the sides where the half-spaces are unbounded."""
+    lower, upper = bounding_boxes([of_unit_length(rows[:, :-1], -rows[:, -1])])
+    beyond = 1.0 + 0.25 * np.ptp(waypoints, axis=0).max()
+    axes = np.eye(waypoints.shape[1])
+    above = np.column_stack([axes, -waypoints.max(axis=0) - beyond])[~np.isfinite(upper[0])]
+    below = np.column_stack([-axes, waypoints.min(axis=0) - beyond])[~np.isfinite(lower[0])]
+    return np.vstack([above, below])
+
+
+def _polytope(rows: FloatArray, guess: FloatArray) -> FloatArray:
+    from scipy.spatial import HalfspaceIntersection
+
+    if (rows[:, :-1] @ guess + rows[:, -1]).max() < 0.0:
+        return np.asarray(HalfspaceIntersection(rows, guess).intersections)
+    middle = inner_balls([of_unit_length(rows[:, :-1], -rows[:, -1])])[0][0]
+    return np.asarray(HalfspaceIntersection(rows, middle).intersections)
+
+
 VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "3d": (0, 1, 2)}
 ARROWS = 6
 
-ROUND, BEYOND = 65, 0.1
+CIRCLE, BEYOND = 65, 0.1
 """Points of a circle; how far obstacles without an end are drawn beyond the path, in its extents."""
 
 PARTS = 3, 6, 7, 10
@@ -180,7 +447,7 @@ def _draw_obstacles(ax: Axes, avoid: Sequence[Obstacle], chosen: list[int], plac
     """Draw what obstacles cover in a plane, where they have no end to beyond the path, places (m, 2) [m]."""
     beyond = BEYOND * float(np.ptp(places, axis=0).max())
     lowest, highest = places.min(axis=0) - beyond, places.max(axis=0) + beyond
-    angles = np.linspace(0.0, 2.0 * np.pi, ROUND)
+    angles = np.linspace(0.0, 2.0 * np.pi, CIRCLE)
     for number, obstacle in enumerate(avoid):
         center, scale, radius, low, high = np.split(obstacle.numbers(), PARTS)
         curved = (scale[chosen] > 0.0) & (radius >= 0.0)

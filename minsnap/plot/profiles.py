@@ -13,8 +13,7 @@ from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.errors import InputError
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, Motion, sampled_motion
-from minsnap.plot.geometry import plot_path
-from minsnap.plot.marks import Corridor, Waypoints
+from minsnap.plot.geometry import Corridor, Waypoints, plot_path
 from minsnap.plot.style import (
     AXIS_STYLES,
     HEADING_COLOUR,

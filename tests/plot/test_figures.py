@@ -24,7 +24,7 @@ from minsnap.plot import (
     plot_utilisation,
     save_figure,
 )
-from minsnap.plot.marks import arrow_heads, leg_bodies, outline
+from minsnap.plot.geometry import arrow_heads, leg_bodies, outline
 from minsnap.trajectory.samples import Samples
 
 SQUARE = np.array([(0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0)])

@@ -5,7 +5,7 @@ import pytest
 
 from minsnap import Boxes, HalfSpaces, Polytopes, Room, RoundTube, Tube
 from minsnap.corridors.constraint import Walls
-from minsnap.plot.marks import leg_bodies
+from minsnap.plot.geometry import leg_bodies
 
 LINE = np.array([(0.0, 0, 1), (4, 0, 1)])
 

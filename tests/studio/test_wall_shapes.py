@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 from minsnap.corridors.tubes import Tube
-from minsnap.plot.marks import leg_bodies
+from minsnap.plot.geometry import leg_bodies
 from minsnap.studio.wall_view import box_edges, box_surface, face_centres, tube_prism
 
 COORDINATES = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
