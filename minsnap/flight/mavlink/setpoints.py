@@ -75,12 +75,7 @@ class FeedForward:
         return self.stated(samples).commanded()
 
     def stated(self, samples: Samples) -> Samples:
-        """Return the samples with what offsets drag stated as their feed-forward, and the lead stated as theirs.
-
-        Parameters
-        ----------
-        samples : Samples
-            Of three coordinates.
+        """Return samples in space with what offsets drag stated as their feed-forward, and the lead stated as theirs.
 
         Raises
         ------
@@ -356,7 +351,6 @@ JOIN_DISTANCE = 0.02
 ALIKE = 0.1
 """By how much the velocity that it begins with may differ from theirs [m/s]."""
 
-
 NOTHING = FeedForward()
 """Adds nothing to setpoints."""
 
@@ -436,13 +430,7 @@ class ChangingTable:
         return table, replace(table, rows=np.concatenate((kept, rows)), began=at)
 
     def exchange(self, exchange: Exchange, elapsed: float) -> None:
-        """Fly what was prepared, from its splice on.
-
-        Parameters
-        ----------
-        exchange : Exchange
-        elapsed : float
-            Of the flight, now [s].
+        """Fly what was prepared, from its splice on; ``elapsed`` is the time of the flight now [s].
 
         Raises
         ------

@@ -235,10 +235,6 @@ def consistent_parasitic_drag() -> BodyDrag:
     drag of :class:`BodyDrag` along the wind is then linear in its four coefficients. They are the non-negative least
     squares fit to the published surface on its whole measured range, 7 to 28 m/s and -20 to 20 degrees; along y the
     coefficients of x are used, as in the source.
-
-    Returns
-    -------
-    BodyDrag
     """
     return _refit()[0]
 
@@ -254,10 +250,6 @@ def consistent_rotor_drag() -> BodyDrag:
     The surface is negative at rest and at flown rotor speeds, where it contains a part of the thrust; its slope in
     velocity, 0.041432 N s/m per propeller at any pitch and rotor speed, is the part that opposes motion. It is
     used along x and y; along z, which the tests do not separate from thrust, there is none, as in Faessler 2018.
-
-    Returns
-    -------
-    BodyDrag
     """
     slope = float(PUBLISHED_PROPELLER.coefficients[PUBLISHED_PROPELLER.exponents.index((0, 1, 0))])
     return linear_rotor_drag(4.0 * slope, 4.0 * slope)
@@ -296,10 +288,6 @@ def plot_coefficient_fit(
         Where to draw; by default a new figure.
     quantity : str
         What the values are, for the axis.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
     """
     axes = new_axes() if ax is None else ax
     measured = np.asarray(speed, dtype=np.float64)
@@ -331,10 +319,6 @@ def plot_surface(surface: Surface, table: dict[str, FloatArray] | None = None, a
         Where to draw; by default a new figure.
     **held
         Values of the other variables, such as ``velocity=10``.
-
-    Returns
-    -------
-    mpl_toolkits.mplot3d.axes3d.Axes3D
 
     Raises
     ------
