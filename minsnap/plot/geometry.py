@@ -12,9 +12,8 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate, without_gates
-from minsnap.corridors.half_spaces import of_unit_length
+from minsnap.corridors.half_spaces import bounding_boxes, inner_balls, of_unit_length
 from minsnap.corridors.keep_out import Obstacle
-from minsnap.corridors.linear_programmes import bounding_boxes, inner_balls
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError
 from minsnap.plot.style import (
