@@ -9,38 +9,23 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.version import __version__
-from minsnap.batch.dataset_rows import REQUESTED, Row
+from minsnap.batch.dataset_rows import PROVED, REQUESTED, Row
 from minsnap.batch.problem_table import pyarrow_parquet
 from minsnap.batch.spec import LIMITS
 from minsnap.errors import InputError
 from minsnap.trajectory.trajectory import Trajectory
 
 COLUMNS: Mapping[str, str] = {
-    "problem": "int64",
-    "seed": "int64",
-    "status": "string",
-    "error": "string",
-    "dim": "int32",
-    "legs": "int32",
-    "degree": "int32",
-    "pieces": "int32",
-    "waypoints": "list",
-    "gates": "list",
-    "corridor": "list",
-    "boxes": "list",
-    **dict.fromkeys(REQUESTED, "double"),
-    **{f"limit_{name}": "double" for name in LIMITS},
+    **dict.fromkeys(("problem", "seed"), "int64"),
+    **dict.fromkeys(("status", "error"), "string"),
+    **dict.fromkeys(("dim", "legs", "degree", "pieces"), "int32"),
+    **dict.fromkeys(("waypoints", "gates", "corridor", "boxes"), "list"),
+    **dict.fromkeys((*REQUESTED, *(f"limit_{name}" for name in LIMITS)), "double"),
     "vehicle": "string",
-    "durations": "list",
-    "control_points": "list",
-    "cost": "double",
-    "duration": "double",
+    **dict.fromkeys(("durations", "control_points"), "list"),
+    **dict.fromkeys(("cost", "duration"), "double"),
     "certified": "bool",
-    "corridor_margin": "double",
-    "max_speed": "double",
-    "max_acceleration": "double",
-    "max_jerk": "double",
-    "max_snap": "double",
+    **dict.fromkeys(PROVED, "double"),
     "version": "string",
 }
 """Columns in their order, by type; a list is of doubles, in the order of the array that it was."""

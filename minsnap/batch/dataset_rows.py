@@ -95,6 +95,8 @@ def shortest_way(free: BoolArray, rng: np.random.Generator) -> IntArray:
 
 def _distances(free: BoolArray, start: IntArray) -> IntArray:
     """Return steps from a cell to each; -1 where there is no way."""
+    from scipy.ndimage import binary_dilation
+
     steps = np.full(free.shape, -1, dtype=np.intp)
     front = np.zeros(free.shape, dtype=bool)
     front[tuple(start)] = True
@@ -102,25 +104,8 @@ def _distances(free: BoolArray, start: IntArray) -> IntArray:
     while front.any():
         steps[front] = count
         count += 1
-        front = _around(front) & free & (steps < 0)
+        front = binary_dilation(front) & free & (steps < 0)  # to cells that share a face
     return steps
-
-
-def _around(front: BoolArray) -> BoolArray:
-    """Return the cells that share a face with one of these."""
-    near = np.zeros_like(front)
-    for axis in range(front.ndim):
-        ahead, behind = _sides(front.ndim, axis)
-        near[ahead] |= front[behind]
-        near[behind] |= front[ahead]
-    return near
-
-
-def _sides(dim: int, axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
-    whole = [slice(None)] * dim
-    return tuple(whole[:axis] + [slice(1, None)] + whole[axis + 1 :]), tuple(
-        whole[:axis] + [slice(None, -1)] + whole[axis + 1 :]
-    )
 
 
 def _back(steps: IntArray, end: IntArray) -> IntArray:
@@ -146,6 +131,12 @@ SENTENCE = 500
 
 REQUESTED = ("waypoint_tolerance", "total_time", "time_weight")
 """Numbers in a problem's request, as columns."""
+
+PLANNED = ("dim", "legs", "degree", "pieces", "durations", "control_points", "duration")
+"""What a trajectory says of itself."""
+
+PROVED = ("corridor_margin", "max_speed", "max_acceleration", "max_jerk", "max_snap")
+"""What a certificate says of it."""
 
 Row = dict[str, Any]
 """Values by column; a column that is not named is null."""
@@ -320,20 +311,5 @@ def _corners(waypoints: Any, dim: int) -> FloatArray | None:
 def _answer(asked: PlanRequest, curve: Trajectory) -> Row:
     tolerance = 0.0 if asked.waypoint_tolerance is None else asked.waypoint_tolerance
     proof = certify(curve, asked.places, asked.walls, asked.bounds, tolerance)
-    return {
-        "status": "done",
-        "dim": curve.dim,
-        "legs": curve.legs,
-        "degree": curve.degree,
-        "pieces": curve.pieces,
-        "durations": curve.durations,
-        "control_points": curve.control_points,
-        "cost": curve.cost(),
-        "duration": curve.duration,
-        "certified": proof.ok,
-        "corridor_margin": proof.corridor_margin,
-        "max_speed": proof.max_speed,
-        "max_acceleration": proof.max_acceleration,
-        "max_jerk": proof.max_jerk,
-        "max_snap": proof.max_snap,
-    }
+    own = {name: getattr(curve, name) for name in PLANNED} | {name: getattr(proof, name) for name in PROVED}
+    return own | {"status": "done", "cost": curve.cost(), "certified": proof.ok}

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,7 +14,7 @@ from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.text import read_text, reading
 from minsnap.basics.version import __version__
 from minsnap.batch.columns import parquet_writer, schema
-from minsnap.batch.problem_table import pyarrow_parquet
+from minsnap.batch.problem_table import digest_of, pyarrow_parquet
 from minsnap.batch.solving import solving
 from minsnap.batch.spec import Spec, read_mapping
 from minsnap.batch.tally import Tally
@@ -155,12 +153,6 @@ def write_digest(folder: Path, name: str, digest: str) -> None:
         file.write(f"{digest}\n")
 
 
-def file_digest(path: str | os.PathLike[str]) -> str:
-    """Return the SHA-256 of a file."""
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def _manifest_digests(folder: Path) -> dict[str, str]:
     """Return the SHA-256 of every file that the manifest names; none where it is missing or damaged."""
     try:
@@ -282,7 +274,7 @@ def kept_shard(folder: Path, name: str, number: int) -> Shard | None:
     """
     path, known = folder / shard_name(number), known_digest(folder, shard_name(number))
     try:
-        if not path.exists() or (known is not None and file_digest(path) != known):
+        if not path.exists() or (known is not None and digest_of(path) != known):
             return None
         shard = read_shard(path, name, number)
     except (FileError, OSError):
@@ -309,7 +301,7 @@ def _write(
         writer.add_key_value_metadata({"tally": json.dumps(tally.plain(), sort_keys=True)})
         writer.close()
         file.flush()
-        write_digest(path.parent, path.name, file_digest(file.name))
+        write_digest(path.parent, path.name, digest_of(file.name))
 
 
 def _group(batches: Iterator[Any], told: Told | None) -> Any:
@@ -336,7 +328,7 @@ def read_shard(path: Path, name: str, number: int) -> Shard:
         If it cannot be read.
     """
     with reading(path, "a file of this batch"):
-        digest = file_digest(path)
+        digest = digest_of(path)
         with pyarrow_parquet().ParquetFile(path) as table:
             notes = {key.decode(): value.decode() for key, value in (table.metadata.metadata or {}).items()}
             rows = int(table.metadata.num_rows)

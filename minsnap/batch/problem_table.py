@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -47,9 +46,9 @@ def count_rows(path: str) -> int:
     return rows
 
 
-def digest_of(path: str) -> str:
+def digest_of(path: str | os.PathLike[str]) -> str:
     """Return the SHA-256 of a file, as 64 hexadecimal digits."""
-    with reading(path, "a table of problems"), open(path, "rb") as file:
+    with reading(path, "a file"), open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
@@ -114,15 +113,13 @@ def _parquet_columns(path: str) -> tuple[list[str], int]:
 def _from_parquet(path: str, number: int) -> dict[str, Any]:
     """Return one row; the row group that holds it is kept for the next one."""
     state, first = _state(path), 0
-    for group, rows in enumerate(_group_rows(_parquet(path, state))):
+    metadata = _parquet(path, state).metadata
+    for group in range(metadata.num_row_groups):
+        rows = metadata.row_group(group).num_rows
         if number < first + rows:
             return dict(_row_group(path, state, group).slice(number - first, 1).to_pylist()[0])
         first += rows
     raise FileError(f"{path} has {first} rows, not {number + 1}")
-
-
-def _group_rows(table: Any) -> Iterator[int]:
-    return (table.metadata.row_group(group).num_rows for group in range(table.metadata.num_row_groups))
 
 
 @lru_cache(maxsize=1)

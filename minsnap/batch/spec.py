@@ -31,18 +31,15 @@ SHARD_BYTES = 64_000_000
 SHARDS = 100
 """Least number of shards of a batch, so that many workers have something to do, unless it has fewer problems."""
 
+_PACE = {"speed": ([1.0, 3.0], 1e-3, BIGGEST, False), "stretch": (1.0, 0.01, 100.0, False)}
+_LEGS = {"legs": ([4, 10], 1, 1000, True)}
+
 SHAPES: Mapping[str, Mapping[str, tuple[Any, float, float, bool]]] = {
-    "walks": {
-        "legs": ([4, 10], 1, 1000, True),
-        "step": ([1.0, 5.0], 1e-3, BIGGEST, False),
-        "speed": ([1.0, 3.0], 1e-3, BIGGEST, False),
-        "stretch": (1.0, 0.01, 100.0, False),
-    },
+    "walks": {**_LEGS, "step": ([1.0, 5.0], 1e-3, BIGGEST, False), **_PACE},
     "gates": {
-        "legs": ([4, 10], 1, 1000, True),
+        **_LEGS,
         "step": ([3.0, 8.0], 1e-3, BIGGEST, False),
-        "speed": ([1.0, 3.0], 1e-3, BIGGEST, False),
-        "stretch": (1.0, 0.01, 100.0, False),
+        **_PACE,
         "opening": ([0.8, 2.0], 1e-3, BIGGEST, False),
     },
     "boxes": {
@@ -51,8 +48,7 @@ SHAPES: Mapping[str, Mapping[str, tuple[Any, float, float, bool]]] = {
         "cell": (0.5, 0.01, BIGGEST, False),
         "occupied": ([0.05, 0.2], 0.0, 0.9, False),
         "clearance": (0.2, 0.0, BIGGEST, False),
-        "speed": ([1.0, 3.0], 1e-3, BIGGEST, False),
-        "stretch": (1.0, 0.01, 100.0, False),
+        **_PACE,
     },
 }
 """What each generator draws: the default, least, greatest, and whether it is a whole number."""

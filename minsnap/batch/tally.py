@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from typing import Any
 
@@ -26,15 +27,16 @@ class Tally:
     """
 
     def __init__(self, plain: Mapping[str, Any] | None = None) -> None:
-        self.statuses: dict[str, int] = dict(plain["statuses"]) if plain else {}
-        self.certified = int(plain["certified"]) if plain else 0
-        self.ranges: dict[str, list[float]] = {k: list(v) for k, v in plain["ranges"].items()} if plain else {}
-        self.bins: dict[str, dict[str, int]] = {k: dict(v) for k, v in plain["bins"].items()} if plain else {}
+        known = plain or {"statuses": {}, "certified": 0, "ranges": {}, "bins": {}}
+        self.statuses, self.certified = Counter[str](known["statuses"]), int(known["certified"])
+        self.ranges: dict[str, list[float]] = {name: list(ends) for name, ends in known["ranges"].items()}
+        self.bins = defaultdict[str, Counter[str]](Counter)
+        self.bins.update((name, Counter(bins)) for name, bins in known["bins"].items())
 
     def add(self, table: Any) -> None:
         """Count the rows of a pyarrow.Table."""
         for entry in table.column("status").value_counts().to_pylist():
-            _count(self.statuses, entry["values"], entry["counts"])
+            self.statuses[entry["values"]] += entry["counts"]
         self.certified += sum(1 for value in table.column("certified").to_pylist() if value)
         done = table.filter(np.array(table.column("status").to_pylist()) == "done")
         for name in MEASURED:
@@ -43,25 +45,22 @@ class Tally:
     def _measure(self, name: str, values: FloatArray) -> None:
         if not len(values):
             return
+        self._widen(name, float(values.min()), float(values.max()))
+        bins = np.floor(BINS * np.log10(values[values > 0.0])).astype(int)
+        self.bins[name].update(map(str, bins.tolist()))
+
+    def _widen(self, name: str, least: float, most: float) -> None:
         low, high = self.ranges.get(name, [np.inf, -np.inf])
-        self.ranges[name] = [min(low, float(values.min())), max(high, float(values.max()))]
-        positive = values[values > 0.0]
-        bins, counts = np.unique(np.floor(BINS * np.log10(positive)).astype(int), return_counts=True)
-        known = self.bins.setdefault(name, {})
-        for number, count in zip(bins.tolist(), counts.tolist(), strict=True):
-            _count(known, str(number), count)
+        self.ranges[name] = [min(low, least), max(high, most)]
 
     def join(self, other: Tally) -> None:
         """Add another one."""
         self.certified += other.certified
-        for status, count in other.statuses.items():
-            _count(self.statuses, status, count)
-        for name, (low, high) in other.ranges.items():
-            least, most = self.ranges.get(name, [np.inf, -np.inf])
-            self.ranges[name] = [min(least, low), max(most, high)]
+        self.statuses.update(other.statuses)
+        for name, ends in other.ranges.items():
+            self._widen(name, *ends)
         for name, bins in other.bins.items():
-            for number, count in bins.items():
-                _count(self.bins.setdefault(name, {}), number, count)
+            self.bins[name].update(bins)
 
     def plain(self) -> dict[str, Any]:
         """Return it as plain values."""
@@ -80,7 +79,3 @@ class Tally:
         numbers = np.arange(min(known), max(known) + 1)
         counts = np.array([known.get(int(number), 0) for number in numbers], dtype=np.float64)
         return 10.0 ** (numbers / BINS), counts
-
-
-def _count(counts: dict[str, int], name: str, more: int) -> None:
-    counts[name] = counts.get(name, 0) + more

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import io
 import os
 import re
@@ -27,32 +26,18 @@ from minsnap.errors import (
     ThrustError,
 )
 
-COMMANDS = (
-    "shape_commands",
-    "plan_command",
-    "route_command",
-    "check_command",
-    "plot_command",
-    "convert_command",
-    "stream_command",
-    "preflight_command",
-    "limits_command",
-    "tune_command",
-    "relay_command",
-    "simulate_command",
-    "experiment_command",
-    "compare_command",
-    "fit_command",
-    "batch_command",
-    "fleet_command",
-    "upload_command",
-    "studio_command",
-    "bench_command",
-)
-"""Modules of this package that register commands with :data:`app` when imported, in the order of the help."""
-
-SHAPES = ("rect", "line", "circle", "helix", "eight")
-"""Commands of ``shape_commands``; every other module is named after its one command."""
+COMMANDS = {
+    **dict.fromkeys(("rect", "line", "circle", "helix", "eight"), "shape_commands"),
+    **dict.fromkeys(("plan", "route"), "plan_commands"),
+    **dict.fromkeys(("check", "plot", "convert"), "file_commands"),
+    **dict.fromkeys(("stream", "tune"), "flight_commands"),
+    **dict.fromkeys(("preflight", "limits", "relay", "upload"), "vehicle_commands"),
+    **dict.fromkeys(("simulate", "experiment"), "simulation_commands"),
+    **dict.fromkeys(("compare", "fit"), "log_commands"),
+    **dict.fromkeys(("fleet", "studio"), "fleet_commands"),
+    **dict.fromkeys(("batch", "bench"), "batch_commands"),
+}
+"""Commands in the order of the help, and the modules that register them with :data:`app` when they are imported."""
 
 UNMET = (InfeasibleError, SolverError, FlightError, ThrustError, DivergenceError, BatchError)
 """Errors that mean that the request cannot be met: exit status 1. All others mean bad input: 2."""
@@ -67,22 +52,12 @@ app = typer.Typer(
 
 
 ARGUMENTS = {
-    "align": "--align",
-    "closed": "--closed",
-    "continuity": "--continuity",
-    "corridor": "--corridor",
-    "degree": "--degree",
-    "hold_below": "--hold-below",
-    "limits": "a limit such as --max-speed",
-    "pieces": "--pieces",
-    "solver": "--solver",
-    "split": "--split",
-    "time_limit": "--time-limit",
-    "time_weight": "--time-weight",
-    "total_time": "--time",
-    "yaw": "--yaw",
-    "yaw_rate": "--yaw-rate",
-}
+    name: f"--{name.replace('_', '-')}"
+    for name in (
+        *("align", "closed", "continuity", "corridor", "degree", "hold_below", "pieces", "solver", "split"),
+        *("time_limit", "time_weight", "yaw", "yaw_rate"),
+    )
+} | {"limits": "a limit such as --max-speed", "total_time": "--time"}
 """Arguments of functions, and the options that stand for them."""
 
 _GIVEN = re.compile(r"\b([a-z]+(?:_[a-z]+)*)=('[^']*'|[^\s,:;]*)")
@@ -119,15 +94,10 @@ def load_commands(first: str = "") -> None:
     first : str
         The first word of the command line: where it names a command, that command's module alone is imported.
     """
-    for name in _module_of(first) or COMMANDS:
-        if importlib.util.find_spec(f"minsnap.cli.{name}") is not None:
-            importlib.import_module(f"minsnap.cli.{name}")
-
-
-def _module_of(first: str) -> tuple[str, ...]:
-    """Return the module of a command, or nothing where the word names none."""
-    name = "shape_commands" if first in SHAPES else f"{first}_command"
-    return (name,) if name in COMMANDS else ()
+    for name in dict.fromkeys(COMMANDS.values()) if first not in COMMANDS else (COMMANDS[first],):
+        importlib.import_module(f"minsnap.cli.{name}")
+    order = list(COMMANDS)
+    app.registered_commands.sort(key=lambda entry: order.index(str(entry.callback and entry.callback.__name__)))
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

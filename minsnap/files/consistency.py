@@ -20,7 +20,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import walls_of
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import WaypointError
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import Samples, axis_names
 
 
 @dataclass(frozen=True)
@@ -216,25 +216,9 @@ def check_samples(samples: Samples, *, resolution: float = 1e-3) -> ConsistencyR
     return ConsistencyReport(tuple(problems), len(samples), *figures, axes, *rests, feed_forward, samples.lead)
 
 
-def _columns(samples: Samples) -> list[tuple[str, FloatArray]]:
-    """Every column of the samples, named as in a setpoint file."""
-    named = [("t", samples.t)]
-    for prefix, quantity in {"": "position", "v": "velocity", "a": "acceleration", "ff": "feed_forward"}.items():
-        values = getattr(samples, quantity)
-        if values is not None:
-            named += [(prefix + name, values[:, i]) for i, name in enumerate(axis_names(values.shape[1]))]
-    headings = {"yaw": samples.yaw, "yaw_rate": samples.yaw_rate}
-    return named + [(name, values) for name, values in headings.items() if values is not None]
-
-
-def axis_names(dim: int) -> list[str]:
-    """Return x, y, z for up to three coordinates, then x3, x4 and so on."""
-    return ["xyz"[i] if i < 3 else f"x{i}" for i in range(dim)]
-
-
 def _infinities(samples: Samples) -> list[str]:
     problems = []
-    for name, values in _columns(samples):
+    for name, values in samples.columns().items():
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
             problems.append(f"{name} is {values[bad[0]]} in sample {bad[0]}: every number must be finite")

@@ -282,9 +282,8 @@ def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") ->
 
 def columns_of(samples: Samples) -> dict[str, FloatArray]:
     """Return the columns of samples of three coordinates by name, each of shape (m,)."""
-    held = {names: getattr(samples, quantity) for quantity, names in GROUPS.items()}
-    arrays = {names: values.reshape(len(samples), -1) for names, values in held.items() if values is not None}
-    return {"t": samples.t} | {name: array[:, k] for names, array in arrays.items() for k, name in enumerate(names)}
+    known = samples.columns()
+    return {name: known[name] for name in COLUMNS if name in known}
 
 
 def samples_of(columns: Mapping[str, FloatArray], lead: float) -> Samples:

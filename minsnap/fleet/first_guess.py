@@ -103,8 +103,6 @@ def _through(task: FleetTask, vehicle: int, pieces: int) -> FloatArray:
     points, knots = task.waypoints[vehicle], task.knots_of(vehicle, pieces)
     if len(points) == 2 and not task.holds_of(vehicle).any():
         return straight(points[:1], points[1:], pieces)
-    from minsnap.planning.planner import plan
-
     instants, data = knot_shares(pieces) * pieces, np.zeros((pieces + 1, 4, 3))
     ends = np.unique([0, *np.flatnonzero(knots[:, 1] > knots[:, 0]), len(points) - 1])
     for one, two in pairwise(ends.tolist()):  # from rest to rest

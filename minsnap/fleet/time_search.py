@@ -6,9 +6,10 @@ all of time by what they are exceeded, which leaves the curves and their distanc
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import islice
 from math import sqrt
 from time import process_time
 
@@ -311,28 +312,21 @@ def unproved_fleet(search: TimeSearch, when: str, seed: int) -> UnprovedError:
         text += f"{certificate.instant:.4g} s, {certificate.nearest[0].share:.0%} of their separation"
     elif tried.outcome.over_by > 0.0:
         text += f": in {tried.time:.4g} s limits or walls were exceeded by {tried.outcome.over_by:.1%}"
-    did = [] if search.stopped() else [*_longer(search, tried, seed), *_nearer(search, tried, seed)]
+    did = [] if search.stopped() else list(_what_did(search, tried, seed))
     advice = "give more time, more room, less separation, more pieces, or another seed"
     return UnprovedError(f"{text}; {' and '.join(did) + ': ' if did else ''}{advice}")
 
 
-def _longer(search: TimeSearch, tried: TimeTried, seed: int) -> list[str]:
-    """Return which time did, if one of a few longer ones does."""
-    for more in LONGER:
-        if _does(search, search.task, more * tried.time, seed):
-            return [f"{more * tried.time:.4g} s did"]
-    return []
+def _what_did(search: TimeSearch, tried: TimeTried, seed: int) -> Iterator[str]:
+    """Yield the first longer time that did, and the first share of the separation that did in the same time."""
 
+    def does(task: FleetTask, time: float) -> bool:
+        other = TimeSearch(task, search.pieces, search.threads, search.stopped)
+        return other.attempt(other.search_of(FINE), other.opening(seed, 0, time), time, FIRST).certified is not None
 
-def _nearer(search: TimeSearch, tried: TimeTried, seed: int) -> list[str]:
-    """Return which share of the separation did in the same time, if one of a few does."""
-    apart = search.task.separation
-    for share in NEARER:
-        if apart and _does(search, replace(search.task, separation=apart.scaled(share)), tried.time, seed):
-            return [f"{share:.0%} of the separation did"]
-    return []
-
-
-def _does(search: TimeSearch, task: FleetTask, time: float, seed: int) -> bool:
-    other = TimeSearch(task, search.pieces, search.threads, search.stopped)
-    return other.attempt(other.search_of(FINE), other.opening(seed, 0, time), time, FIRST).certified is not None
+    times, apart = (more * tried.time for more in LONGER), search.task.separation
+    yield from islice((f"{time:.4g} s did" for time in times if does(search.task, time)), 1)
+    nearer = (
+        () if apart is None else ((share, replace(search.task, separation=apart.scaled(share))) for share in NEARER)
+    )
+    yield from islice((f"{share:.0%} of the separation did" for share, task in nearer if does(task, tried.time)), 1)

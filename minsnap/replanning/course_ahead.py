@@ -21,6 +21,7 @@ from minsnap.basics.checks import (
     refuse_repeated,
 )
 from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
@@ -34,9 +35,6 @@ from minsnap.vehicle import Quadrotor
 
 LEAST_HALF = 4
 """Jerk is taken over at the splice, so that polynomials have degree 7 at least."""
-
-AT_WAYPOINT = 1e-9
-"""Distance, relative to the extent of the course, at which a knot of the flown plan is a waypoint."""
 
 
 def check_half(degree: Any) -> int:
@@ -108,7 +106,7 @@ class CourseAhead:
             return False
         knots = np.concatenate((rest.control_points[:: rest.pieces, 0], rest.control_points[-1:, -1]))
         offset = knots - self.task.waypoints
-        size = AT_WAYPOINT * max(float(np.ptp(self.task.waypoints, axis=0).max()), float(np.abs(knots).max()))
+        size = EXACT * max(float(np.ptp(self.task.waypoints, axis=0).max()), float(np.abs(knots).max()))
         pinned = (self.task.upper <= self.task.lower).all(axis=1)
         return bool((np.abs(offset[pinned]) <= size).all())
 

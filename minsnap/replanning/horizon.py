@@ -1,6 +1,10 @@
 """What is searched: the first legs of a long course, with walls moved inwards; later legs stay as flown, or wait.
 
 Walls that are measured anew shift: a curve that was planned with some clearance from them stays inside.
+
+The little that is left of a leg is flown on as it is: the control points of a polynomial of duration h lie so close
+together that its derivatives of order p have the rounding of positions divided by h^p, so a new plan begins at the
+waypoint.
 """
 
 from __future__ import annotations
@@ -14,10 +18,11 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import SHORTEST, check_durations, check_time
+from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import SolverError, TimingError
-from minsnap.limits.compliance import KEPT, keeps, kept_from
+from minsnap.limits.compliance import KEPT, keeps, kept_from, turns_within
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.replanning.splice import Splice, divided
@@ -164,10 +169,6 @@ def _moved(wall: Walls, points: FloatArray, clearance: float) -> Walls:
     return replace(wall, radius=wall.radius - (inwards if wall.flat else np.minimum(inwards, MOST * wall.radius)))
 
 
-EQUAL_TIMES = 1e-9
-"""Relative difference of times that counts as none."""
-
-
 @dataclass(frozen=True, eq=False)
 class Aim:
     """What is minimised, and how long it may take.
@@ -205,14 +206,14 @@ class Aim:
         if self.durations is not None:
             durations = np.asarray(self.durations, dtype=np.float64)
             own = np.diff(rest.leg_breaks)
-            return durations.shape == own.shape and bool(np.allclose(own, durations, rtol=EQUAL_TIMES, atol=0.0))
-        return self.total_time is None or abs(rest.duration - self.total_time) <= EQUAL_TIMES * self.total_time
+            return durations.shape == own.shape and bool(np.allclose(own, durations, rtol=EXACT, atol=0.0))
+        return self.total_time is None or abs(rest.duration - self.total_time) <= EXACT * self.total_time
 
     def after(self, left: float) -> Aim | None:
         """Return the conditions of the legs after the first, if that may be flown in ``left`` seconds; None if not."""
         if self.durations is not None:
             first, *others = np.asarray(self.durations, dtype=np.float64).ravel()
-            same = bool(others) and np.isclose(first, left, rtol=EQUAL_TIMES, atol=0.0)
+            same = bool(others) and np.isclose(first, left, rtol=EXACT, atol=0.0)
             return replace(self, durations=others) if same else None
         if self.total_time is None:
             return self
@@ -312,3 +313,99 @@ def _inside_after(curve: Trajectory, task: Task, start: float) -> bool:
     assert rest is not None
     nearest = nearest_wall(rest, [wall for wall in task.walls if wall.order == 0])
     return nearest is None or nearest.value >= 0.0
+
+
+def inside(curve: Trajectory, walls: Sequence[Walls]) -> bool:
+    """Whether a curve is proved to be inside the walls of its legs at every instant."""
+    nearest = nearest_wall(curve, walls_from(walls, 0, curve.legs))
+    return nearest is None or nearest.value >= 0.0
+
+
+def within(curve: Trajectory, limits: Limits | None, start: float = 0.0) -> bool:
+    """Whether a curve keeps all limits from an instant on [s]."""
+    return limits is None or keeps(limits, curve, start)
+
+
+LITTLE = 0.1
+"""Share of a leg, or of the next one if that is longer, below which what is left of it is flown on."""
+
+
+@dataclass(frozen=True, eq=False)
+class LegEnd:
+    """What is left of a leg.
+
+    Parameters
+    ----------
+    splice : Splice
+    leg : Trajectory
+        The whole leg.
+    instant : float
+        The splice on its clock [s].
+    left : Trajectory
+        What is left of it, with the flown heading.
+    """
+
+    splice: Splice
+    leg: Trajectory
+    instant: float
+    left: Trajectory
+
+    @property
+    def after(self) -> Splice:
+        """The instant of the waypoint."""
+        return replace(self.splice, instant=self.splice.instant + self.left.duration)
+
+    def within(self, limits: Limits | None) -> bool:
+        """Whether it keeps the limits; the last tenth of the leg at least is judged: its polynomial has more digits."""
+        begin = min(self.instant, (1.0 - LITTLE) * self.leg.duration)
+        judged = Splice(self.leg, begin, self.splice.half).rest or self.left
+        return within(judged, limits) and turns_within(limits, self.left)
+
+    def before(self, curve: Trajectory) -> Trajectory:
+        """Fly it, then a curve from its end."""
+        pieces = max(self.leg.pieces, curve.pieces)
+        leg, left, following = (grouped(part, pieces) for part in (self.leg, self.left, curve))
+        return replace(left.then(following), rest_of=(leg.then(following), self.instant))
+
+
+def leg_end_of(splice: Splice) -> LegEnd | None:
+    """Return the rest of the leg in flight if it is short; None otherwise."""
+    rest, (whole, at) = splice.rest, splice.source
+    if rest is None:
+        return None
+    index = whole.legs - rest.legs
+    leg, left = legs_of(whole, index, index + 1), legs_of(rest, 0, 1)
+    if left.duration >= LITTLE * np.diff(whole.leg_breaks[index : index + 3]).max():
+        return None
+    return LegEnd(splice, leg, at - float(whole.leg_breaks[index]), rest.turned(left, 0.0))
+
+
+def flown_on(splice: Splice, task: Task, limits: Limits | None) -> LegEnd | None:
+    """Return the end of a leg that is flown on: it passes its waypoint inside the walls of the leg and the limits."""
+    end = leg_end_of(splice)
+    if end is None or task.legs < 2 or not _meets(task, end.left.control_points[-1, -1]):
+        return None
+    return end if inside(end.left, walls_from(task.walls, 0, 1)) and end.within(limits) else None
+
+
+def rest_within(splice: Splice, limits: Limits | None) -> bool:
+    """Whether the rest of the flown plan keeps the limits."""
+    rest, end = splice.rest, leg_end_of(splice)
+    if rest is None or within(rest, limits):
+        return rest is not None
+    if end is None or not end.within(limits):
+        return False
+    return rest.legs == 1 or within(rest.turned(legs_of(rest, 1, rest.legs), float(rest.leg_breaks[1])), limits)
+
+
+def _meets(task: Task, position: FloatArray) -> bool:
+    """Whether a position is in the region of the first waypoint ahead."""
+    offset, rounding = position - task.waypoints[1], EXACT * float(np.abs(task.waypoints).max())
+    if 1 in task.regions and task.regions[1].excess(offset) > rounding:
+        return False
+    return bool((np.maximum(offset - task.upper[1], task.lower[1] - offset) <= rounding).all())
+
+
+def after_first_leg(curve: Trajectory | None) -> Trajectory | None:
+    """Return a curve without its first leg; None if it has no other."""
+    return None if curve is None or curve.legs == 1 else legs_of(curve, 1, curve.legs)

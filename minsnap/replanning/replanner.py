@@ -36,18 +36,22 @@ from minsnap.replanning.horizon import (
     Aim,
     Better,
     Near,
+    after_first_leg,
+    flown_on,
+    inside,
     joined_with,
     moved_inwards,
     near,
     part_of,
+    rest_within,
     search_ahead,
     search_back,
     seen_joined,
+    within,
 )
-from minsnap.replanning.leg_end import after_first_leg, flown_on, rest_within
 from minsnap.replanning.memory import Change, Memory, Takes, due_of, leg_conditions, leg_start_of
 from minsnap.replanning.splice import Splice, ends_at_rest, has_angles, splice_of, spliced, through_angles
-from minsnap.replanning.stopping import Stopping, inside, within
+from minsnap.replanning.stopping import Stopping
 from minsnap.time_allocation.timing import AttachHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
@@ -347,7 +351,7 @@ class Replanner:
         if call.course.outside:
             return search_back(self._part(task, None, None).task, aim, self._finish(call, splice), seconds)
         known = None if self._memory is None else self._memory.first_guess(splice, task.legs)
-        # A polynomial over the little that is left of a leg loses digits (see leg_end): that part is flown on.
+        # A polynomial over the little that is left of a leg loses digits (see horizon.py): that part is flown on.
         guess, end = known or splice.rest, flown_on(splice, task, self._limits)
         end = end if end is not None and has_angles(end.left, call.angles) else None
         later = None if end is None else aim.after(end.left.duration)

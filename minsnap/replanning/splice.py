@@ -11,6 +11,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_positive, is_number
 from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, TimingError
 from minsnap.optimisation.planned_yaw import ChosenHeading, smooth_yaw
 from minsnap.polynomials.bernstein import powers_to_points, split
@@ -22,9 +23,6 @@ from minsnap.trajectory.trajectory import Trajectory
 
 RESTING = 1e-9
 """Derivative, in units of the metre and the second, below which a plan ends at rest."""
-
-ROUNDING = 1e-12
-"""Share of the duration by which a splice may be beyond the end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,12 +137,6 @@ RATE = 1.0
 SHORTEST_TURN = 0.5
 """Seconds over which one is turned away at least."""
 
-SAME = 1e-12
-"""Difference of headings, or of their rates, that is rounding [rad], [rad/s]."""
-
-EQUAL_ANGLES = 1e-9
-"""Difference from a wanted angle at which a heading has it [rad]."""
-
 STEEPEST = 1.875
 """Largest rate of the quintic 1 - 10 s^3 + 15 s^4 - 6 s^5."""
 
@@ -207,7 +199,7 @@ def has_angles(curve: Trajectory, angles: FloatArray | None) -> bool:
     """Whether a curve has these headings at the ends of its legs, but for whole turns; true without headings."""
     if angles is None:
         return True
-    return bool(np.abs(wrap(curve.yaw(curve.leg_breaks[1:]) - angles[: curve.legs])).max() <= EQUAL_ANGLES)
+    return bool(np.abs(wrap(curve.yaw(curve.leg_breaks[1:]) - angles[: curve.legs])).max() <= EXACT)
 
 
 def spliced(
@@ -233,7 +225,7 @@ def spliced(
     yaw, rate = float(flown.yaw(at)), float(flown.yaw(at, 1))
     base = ConstantHeading(yaw) if chosen is None else chosen(curve)
     gap, excess = float(wrap(yaw - float(base(0.0)))), rate - float(base(0.0, 1))
-    if abs(gap) <= SAME and abs(excess) <= SAME:
+    if abs(gap) <= ROUNDING and abs(excess) <= ROUNDING:
         return base
     span = max(SHORTEST_TURN, STEEPEST * abs(gap) / (RATE if limit is None else 0.5 * limit))
     if base.constant is not None:

@@ -16,12 +16,11 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
-from minsnap.corridors.margins import nearest_wall
-from minsnap.limits.compliance import keeps, kept_from
+from minsnap.limits.compliance import kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import end_basis, ends_gram, ends_to_points, split
-from minsnap.replanning.horizon import walls_from
+from minsnap.replanning.horizon import inside, walls_from, within
 from minsnap.time_allocation.last_look import fault_as_one_leg
 from minsnap.time_allocation.recovery import piece_demands, start_state, state_at, state_use, typical
 from minsnap.time_allocation.single_piece import SinglePiece, conditions_of, walls_on
@@ -244,17 +243,6 @@ def _programmes(
         solution = piece.solve(float(duration), piece.rest_ends(float(duration)), (0,), conditions)
         if solution is not None:
             yield Candidate(float(duration), solution)
-
-
-def inside(curve: Trajectory, walls: Sequence[Walls]) -> bool:
-    """Whether a curve is proved to be inside the walls of its legs at every instant."""
-    nearest = nearest_wall(curve, walls_from(walls, 0, curve.legs))
-    return nearest is None or nearest.value >= 0.0
-
-
-def within(curve: Trajectory, limits: Limits | None, start: float = 0.0) -> bool:
-    """Whether a curve keeps all limits from an instant on [s]."""
-    return limits is None or keeps(limits, curve, start)
 
 
 def back_within(curve: Trajectory, limits: Limits | None) -> bool:

@@ -80,13 +80,14 @@ class Samples(ReadOnly):
             from pandas import DataFrame
         except ImportError:
             raise ImportError("a table needs pandas: pip install minsnap[tables]") from None
+        return DataFrame(self.columns())
+
+    def columns(self) -> dict[str, FloatArray]:
+        """Return every column, shape (m,), by its name: ``t``, ``x``, ``vx``, ``ffz``, ``yaw`` and so on."""
         columns = {"t": self.t}
-        for name, prefix in _PREFIXES.items():
-            values = getattr(self, name)
-            if values is not None:
-                columns |= {f"{prefix}{axis}": column for axis, column in zip(_axes(self.dim), values.T, strict=True)}
-        columns |= {name: getattr(self, name) for name in ("yaw", "yaw_rate") if getattr(self, name) is not None}
-        return DataFrame(columns)
+        for name, values in self.vectors().items():
+            columns |= {_PREFIXES[name] + axis: values[:, i] for i, axis in enumerate(axis_names(values.shape[1]))}
+        return columns | {name: getattr(self, name) for name in ("yaw", "yaw_rate") if getattr(self, name) is not None}
 
     @property
     def dim(self) -> int:
@@ -115,6 +116,6 @@ ARRAYS = tuple(field.name for field in fields(Samples) if field.name != "lead")
 """The quantities of samples that are arrays."""
 
 
-def _axes(dim: int) -> tuple[str, ...]:
-    """Return x, y, z, or numbered names of more coordinates."""
+def axis_names(dim: int) -> tuple[str, ...]:
+    """Return x, y, z, or x0, x1 and so on for more coordinates than three."""
     return tuple("xyz"[:dim]) if dim <= 3 else tuple(f"x{axis}" for axis in range(dim))

@@ -2,7 +2,7 @@ import io
 
 import pytest
 
-from minsnap.cli.batch_command import BatchLine
+from minsnap.cli.batch_commands import BatchLine
 
 
 class Terminal(io.StringIO):

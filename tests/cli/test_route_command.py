@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from minsnap.cli.route_command import joined_points
+from minsnap.cli.plan_commands import joined_points
 from minsnap.files.setpoint_csv import read_csv
 
 

@@ -5,10 +5,8 @@ import pytest
 
 import minsnap
 from minsnap import Limits, Replanner
-from minsnap.replanning.horizon import Aim
-from minsnap.replanning.leg_end import leg_end_of, rest_within
+from minsnap.replanning.horizon import Aim, leg_end_of, rest_within, within
 from minsnap.replanning.splice import splice_of
-from minsnap.replanning.stopping import within
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1)], dtype=float) + 60.0
 TIMES = np.array([1.2, 1.1, 1.2])

@@ -9,7 +9,7 @@ import minsnap
 from minsnap import Boxes, CorridorError, Limits, Replanner
 from minsnap.replanning import horizon
 from minsnap.replanning import replanner as replanner_module
-from minsnap.replanning.leg_end import LegEnd
+from minsnap.replanning.horizon import LegEnd
 from minsnap.replanning.stopping import Candidate
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1), (8, 1, 1)], dtype=float)

@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 import minsnap.shows
-from minsnap.cli.studio_command import _fleet
+from minsnap.cli.fleet_commands import _fleet
 from minsnap.errors import FleetError, InputError
 from minsnap.files.formats.skybrush import Lights
 from minsnap.studio import FleetStudio, show

@@ -144,7 +144,8 @@ def write_polynomials(
     YawError
         If the heading is no polynomial.
     """
-    content = _description(polynomials_of(trajectory)[0], waypoints, corridor, limits, command, gates or {})
+    curve = polynomials_of(trajectory)[0]
+    content = _description(PlanFile(curve, waypoints, corridor, limits, command, gates=gates or {}))
     if FilePath(path).suffix.lower() in (".yaml", ".yml"):
         import yaml
 
@@ -155,24 +156,18 @@ def write_polynomials(
         file.write(text)
 
 
-def _description(
-    trajectory: Trajectory,
-    waypoints: Any,
-    corridor: Any,
-    limits: Limits | None,
-    command: Any,
-    gates: Mapping[int, Gate],
-) -> dict[str, Any]:
+def _description(plan: PlanFile) -> dict[str, Any]:
     """Return the file's content as plain numbers, text, lists and mappings; see :func:`write_polynomials`."""
     from minsnap.certificate import certify
 
-    certificate = certify(trajectory, waypoints, corridor, limits)
+    trajectory, waypoints, limits = plan.trajectory, plan.waypoints, plan.limits
+    certificate = certify(trajectory, waypoints, plan.corridor, limits)
     names = ("ok", "corridor_margin", "waypoint_error", "max_speed", "max_acceleration", "max_jerk", "continuity")
     return {
         "format": MARK,
         "version": VERSION,
         "made_by": f"minsnap {__version__}",
-        "command": list(command),
+        "command": list(plan.command),
         "frame": "enu",
         "units": "m, s, rad",
         "pieces_per_leg": trajectory.pieces,
@@ -180,12 +175,12 @@ def _description(
         "control_points": trajectory.control_points.tolist(),
         "yaw": yaw_description(trajectory),
         "waypoints": None if waypoints is None else np.asarray(waypoints, dtype=np.float64).tolist(),
-        "corridor": _corridor(corridor),
-        "openings": _openings(gates),
+        "corridor": _corridor(plan.corridor),
+        "openings": _openings(plan.gates),
         "limits": None if limits is None else _limits(limits),
         "certificate": {name: getattr(certificate, name) for name in names}
         | {"limits": [asdict(used) for used in certificate.utilisation]}
-        | {"gates": [asdict(passed) for passed in numbered_passages(trajectory, gates)]},
+        | {"gates": [asdict(passed) for passed in numbered_passages(trajectory, plan.gates)]},
     }
 
 
@@ -221,8 +216,6 @@ def _plan(where: str, content: Mapping[str, Any]) -> PlanFile:
         np.array(content["durations"], dtype=np.float64),
         pieces=int(content["pieces_per_leg"]),
     )
-    if len(trajectory.durations) % trajectory.pieces:
-        raise FileError(f"{len(trajectory.durations)} pieces are no whole number of legs of {trajectory.pieces}")
     trajectory = headed(trajectory, content["yaw"])
     waypoints = content.get("waypoints")
     points = None if waypoints is None else np.array(waypoints, dtype=np.float64)

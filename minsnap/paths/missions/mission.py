@@ -218,11 +218,12 @@ def _sections(course: Course, planning: dict[str, Any]) -> list[_Flown]:
         section.append(entry)
         last = index == len(order) - 1
         if len(section) > 1 and (entry[1].hold or last):
-            ends = _end_states(course, index == len(section) - 1, last)
+            ends = {"start": course.start if index == len(section) - 1 else None, "end": course.end if last else None}
             sections.append(_section(section, course, ends | planning))
             section = [entry]
         if entry[1].hold:
-            sections.append(_Flown(_at_rest(entry[1].center, entry[1].hold), (("hold", 0.0),)))
+            still = Trajectory(np.tile(entry[1].center, (1, 8, 1)), np.array([entry[1].hold]))
+            sections.append(_Flown(still, (("hold", 0.0),)))
     return sections
 
 
@@ -283,15 +284,6 @@ def _corridor(joined: Trajectory, flown: Sequence[_Flown]) -> tuple[HalfSpaces, 
                 walls.append(HalfSpaces(-wall.slope[rows], offset[rows], tuple(legs)))
         start += part.curve.duration
     return tuple(walls)
-
-
-def _end_states(course: Course, first: bool, last: bool) -> dict[str, Any]:
-    states = {"start": course.start if first else None, "end": course.end if last else None}
-    return {name: state for name, state in states.items() if state is not None}
-
-
-def _at_rest(place: FloatArray, duration: float) -> Trajectory:
-    return Trajectory(np.tile(place, (1, 8, 1)), np.array([duration]))
 
 
 def _ground(curve: Trajectory, t: float, where: Any) -> FloatArray:

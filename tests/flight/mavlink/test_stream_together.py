@@ -8,7 +8,7 @@ from clocks import SharedClock, enter, leave
 from flying import START, excursion, patient_rules
 from standin import POSCTL, PointMass, StandIn
 
-from minsnap.cli.flying import links_of
+from minsnap.cli.flight_commands import links_of
 from minsnap.errors import FlightError, InputError
 from minsnap.flight.mavlink.link import open_link
 from minsnap.flight.mavlink.offboard import prepare, stream_together

@@ -1,4 +1,4 @@
-"""The command that simulates a flight along any path."""
+"""The commands that simulate: a flight along any path, and a published experiment."""
 
 from __future__ import annotations
 
@@ -125,3 +125,65 @@ def _as_text(figures: dict[str, Any]) -> str:
     named = (("output", "written"), ("log", "logged"), ("plot", "drawn"), ("animation", "animated"))
     lines += [(label, figures[name]) for name, label in named if figures[name]]
     return labelled(lines)
+
+
+@command()
+def experiment(
+    simulated: SimulatedVehicle,
+    course: Annotated[str, "circle, line or rect."] = "circle",
+    *,
+    repeat: Annotated[int, "Repetitions of the course."] = 10,
+    compensate: Annotated[str, "Drag compensation: off, on or both."] = "both",
+    model: Annotated[
+        list[str] | None, "What is compensated: published, consistent (f330 only) or exact; repeatable."
+    ] = None,
+    literal: Annotated[
+        bool, "--literal/--smooth", "Start and repeat as published, or from rest, without jumps."
+    ] = True,
+    references: options.References = "velocity",
+    rate: options.Rate = 20.0,
+    pose_rate: Annotated[float, "HZ", "Poses per second."] = 50.0,
+    delay: Annotated[float, "S", "Age of each pose, not compensated [s]."] = 0.0,
+    output: Annotated[Path | None, "--output", "-o", "FOLDER", "Write reference and flights as CSV there."] = None,
+    plot: options.Plot = None,
+    view: options.View = None,
+    json: options.Json = False,
+) -> None:
+    """Repeat a published experiment in simulation: tracking error with and without drag compensation."""
+    from minsnap.basics.storage.atomic import check_destination
+    from minsnap.flight.simulation.flight_inputs import Sensors
+    from minsnap.flight.thesis.experiment import experiment_dict, experiment_text, models_of, run_experiment
+
+    check_figure(plot, view)
+    if plot is not None:
+        check_destination(plot)
+    craft = simulated.craft
+    result = run_experiment(
+        course,
+        repeat,
+        compensations=_compensations(compensate, model or list(models_of(craft))),
+        literal=literal,
+        vehicle=craft,
+        controller=simulated.pilot(references),
+        setpoint_rate=rate,
+        sensors=Sensors(pose_rate, delay, simulated.noise, simulated.seed),
+        wind=simulated.air,
+        progress=on_terminal(json),
+    )
+    if output is not None:
+        from minsnap.flight.thesis.experiment import write_flights
+
+        write_flights(result, output)
+    if plot is not None:
+        from minsnap.flight.thesis.experiment import plot_experiment
+        from minsnap.plot.figures import save_figure
+
+        save_figure(plot_experiment(result, view or "xy"), plot)
+    print(as_json(experiment_dict(result)) if json else experiment_text(result))
+
+
+def _compensations(compensate: str, models: list[str]) -> list[str | None]:
+    choices: dict[str, list[str | None]] = {"off": [None], "on": [*models], "both": [None, *models]}
+    if compensate not in choices:
+        raise InputError(f"--compensate is {compensate!r}: it must be one of {', '.join(choices)}")
+    return choices[compensate]

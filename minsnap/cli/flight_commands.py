@@ -1,0 +1,442 @@
+"""The commands that fly over MAVLink: stream, and tune, which corrects setpoints by what flights of them missed."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass, replace
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from minsnap.cli import options
+from minsnap.cli.command import command
+from minsnap.cli.options import vehicle_of
+from minsnap.errors import FlightError, InputError, LinkError
+
+if TYPE_CHECKING:
+    from minsnap.cli.companion import Listening
+    from minsnap.fleet.common_clock import Fleet
+    from minsnap.flight.mavlink.link import Clock, Link
+    from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
+    from minsnap.trajectory.samples import Samples
+    from minsnap.trajectory.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class FlightOptions:
+    """How a flight begins, ends and stops."""
+
+    trigger: Annotated[str, "enter, mode (when the vehicle enters OFFBOARD or GUIDED) or now."] = "enter"
+    abort_distance: Annotated[
+        float | None, "M", "Distance of the vehicle from the plan at which the flight stops; by default fits its lag."
+    ] = None
+    arm: Annotated[bool, "Change the mode and arm. Never done without this."] = False
+    land: Annotated[bool, "Land at the end instead of holding."] = False
+    preflight: Annotated[
+        bool, "--preflight/--no-preflight", "Check parameters and state first; refuse what must end."
+    ] = True
+
+    def settings(self, **others: Any) -> StreamOptions:
+        """Return the options of the stream, with others of it.
+
+        Raises
+        ------
+        InputError
+            If the trigger is unknown.
+        """
+        from minsnap.flight.mavlink.stream_options import SafetyRules, StreamOptions
+
+        own = {"trigger": trigger_of(self.trigger), "rules": SafetyRules(abort_distance=self.abort_distance)}
+        return StreamOptions(arm=self.arm, land=self.land, **{**own, **others})
+
+
+class EnterKey:
+    """A trigger that fires when Enter is pressed; the end of the input does not count as Enter."""
+
+    def __init__(self) -> None:
+        self._ended = False
+
+    def __call__(self) -> bool:
+        """Return whether Enter has been pressed."""
+        if self._ended or not select.select([sys.stdin], [], [], 0.0)[0]:
+            return False
+        typed = os.read(sys.stdin.fileno(), 4096)
+        self._ended = not typed
+        return b"\n" in typed
+
+
+def fly(
+    source: Path | Samples | Trajectory,
+    connect: str,
+    settings: StreamOptions,
+    system: int | None,
+    key: Path | None,
+    preflight: bool,
+    listening: Listening | None,
+) -> StreamReport:
+    """Fly with a display on stderr; Ctrl-C stops the flight and holds."""
+    from minsnap.cli.companion import Companion
+    from minsnap.flight.mavlink.link import Clock, open_link
+    from minsnap.flight.mavlink.offboard import prepare
+    from minsnap.flight.mavlink.streaming import Streamer
+
+    table, clock = prepare(source, settings), Clock()
+    with closing(open_link(connect, clock, system=system, signing_key=key)) as link:
+        if preflight:
+            _check(link, clock, source, settings)
+        with Companion(callable(settings.trigger), listening) as beside:
+            streamer = beside.streamer = Streamer(table, link, settings, clock, beside.event, beside.status)
+            with _stopped_by_signals(streamer.stop):
+                return streamer.run()
+
+
+def fly_fleet(
+    folder: Path, connect: str, settings: StreamOptions, key: Path | None, preflight: bool
+) -> dict[str, StreamReport | FlightError]:
+    """Fly a fleet from files, each vehicle over its own link; Ctrl-C stops all and holds."""
+    from minsnap.cli.companion import Companion
+    from minsnap.flight.mavlink.link import Clock, open_link
+    from minsnap.flight.mavlink.offboard import prepare, stream_together
+    from minsnap.shows.fleet_files import read_fleet
+
+    fleet, clock = read_fleet(folder), Clock()
+    names = [fleet.name(vehicle) for vehicle in range(len(fleet))]
+    addresses = links_of(connect, len(fleet))
+    if preflight:
+        _check_apart(fleet)
+    each = [replace(settings, log=_log_of(settings.log, name)) for name in names]
+    tables = [prepare(curve, how) for curve, how in zip(fleet, each, strict=True)]
+    links: list[Link] = []
+    with ExitStack() as opened:
+        for address, curve in zip(addresses, fleet, strict=True):
+            links.append(opened.enter_context(closing(open_link(address, clock, signing_key=key))))
+            if preflight:
+                _check(links[-1], clock, curve, settings)
+        with Companion(callable(settings.trigger)) as beside:
+            one_by_one = threading.Lock()
+
+            def told(text: str) -> None:
+                with one_by_one:
+                    beside.event(text)
+
+            how = (tables, links, each, names, clock, told)
+            with _stopped_by_signals() as stops:
+                return dict(zip(names, stream_together(*how, begun=stops.append), strict=True))
+
+
+def links_of(connect: str, count: int) -> list[str]:
+    """Return the link of each vehicle: a list with commas, or one whose port counts up, by a ``+`` at its end."""
+    if connect.endswith("+"):
+        kind, _, port = connect[:-1].rpartition(":")
+        if not port.isdecimal():
+            raise InputError(f"--connect {connect} ends in no port that could count up")
+        return [f"{kind}:{int(port) + vehicle}" for vehicle in range(count)]
+    links = connect.split(",")
+    if len(links) != count:
+        raise InputError(f"{len(links)} links for {count} vehicles: give one each, with commas, or udpin:HOST:PORT+")
+    return links
+
+
+def _check_apart(fleet: Fleet) -> None:
+    """Refuse a fleet whose vehicles do not keep the separation that its files ask for."""
+    from minsnap.fleet.fleet_certificate import certify_fleet
+
+    if fleet.separation is None:
+        print("preflight: the files do not say how far apart the vehicles must be", file=sys.stderr)
+        return
+    certificate = certify_fleet(fleet, fleet.separation)
+    if not certificate.ok:
+        raise FlightError(f"not flown: two vehicles come within {certificate.least_distance:.3f} m; nothing was sent")
+
+
+def _log_of(log: str | os.PathLike[str] | None, name: str) -> Path | None:
+    return None if log is None else Path(log).with_name(f"{Path(log).stem}-{name}{Path(log).suffix}")
+
+
+def _check(link: Link, clock: Clock, source: Path | Samples | Trajectory, settings: StreamOptions) -> None:
+    """Say what of a vehicle does not fit the flight; refuse it if something must end it."""
+    from minsnap.flight.mavlink.offboard import sampled
+    from minsnap.flight.mavlink.preflight import check_vehicle
+    from minsnap.flight.mavlink.setpoints import vehicle_frame
+    from minsnap.flight.mavlink.vehicle_messages import get_autopilot
+
+    autopilot = get_autopilot(settings.autopilot, link.wait_for_vehicle(settings.wait))
+    samples, frame = sampled(source, settings)
+    findings = check_vehicle(link, clock, autopilot, settings.feed_forward.stated(samples), vehicle_frame(frame))
+    wrong = [finding for finding in findings if finding.problem is not None]
+    for finding in wrong:
+        print(f"preflight: {finding.name}: {finding.problem}", file=sys.stderr)
+    grave = next((finding for finding in wrong if finding.grave), None)
+    if grave is not None:
+        raise FlightError(f"not flown: {grave.problem}; nothing was sent (--no-preflight flies all the same)")
+
+
+def trigger_of(name: str) -> str | Callable[[], bool]:
+    """Return the trigger that --trigger names."""
+    return EnterKey() if one_of("--trigger", name, ("enter", "mode", "now")) == "enter" else name
+
+
+def one_of(option: str, value: str, choices: tuple[str, ...]) -> str:
+    """Return a value that is one of the choices, or raise InputError."""
+    if value not in choices:
+        raise InputError(f"{option} is {value!r}: choose {', '.join(choices[:-1])} or {choices[-1]}")
+    return value
+
+
+@contextmanager
+def _stopped_by_signals(*stop: Callable[[], None]) -> Iterator[list[Callable[[], None]]]:
+    """Convert Ctrl-C and SIGTERM to a stop that holds; yield what is called then, to which more can be added."""
+    stops = list(stop)
+
+    def stop_all(*_: Any) -> None:
+        for each in stops:
+            each()
+
+    before = {number: signal.signal(number, stop_all) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stops
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def flight_summary(report: StreamReport) -> str:
+    """Return the result of the flight in a few lines."""
+    late = report.schedule
+    milliseconds = [1e3 * value for value in (late.median, late.p99, late.p999, late.worst)]
+    lines = [
+        "completed" if report.completed else f"not completed: {report.reason}",
+        f"{report.flown} setpoints of the flight, {late.sent} in all at {late.rate:.4f} Hz, {late.skipped} left out",
+        "late by {:.2f} ms (median), {:.2f} ms (99 %), {:.2f} ms (99.9 %), {:.2f} ms (at most)".format(*milliseconds),
+    ]
+    if report.rmse is not None:
+        lines.append(f"tracking error {report.rmse:.3f} m (rms), {report.worst_error:.3f} m (at most)")
+    return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class StreamedFlight(FlightOptions):
+    """The same, with what ``stream`` alone lets one choose."""
+
+    autopilot: Annotated[str, "auto, px4, ardupilot or generic."] = "auto"
+    origin: Annotated[str, "file; current: start at the vehicle's x and y; current-height: at its height as well."] = (
+        "file"
+    )
+    max_start_distance: Annotated[float, "M", "Largest distance of the vehicle from the start; inf: not checked."] = 1.0
+    on_abort: Annotated[str, "hold, land or rtl: what to do when a rule stops the flight."] = "hold"
+    give_up: Annotated[float, "S", "End a hold when the vehicle is silent for so long."] = 30.0
+    wait: Annotated[float, "S", "For the vehicle's heartbeat, its position, and its arming."] = 30.0
+    log: Annotated[Path | None, "FILE", "CSV of all messages sent and received."] = None
+
+    def settings(self, **others: Any) -> StreamOptions:
+        """Return the options of the stream, with others of it."""
+        from minsnap.flight.mavlink.stream_options import SafetyRules
+
+        return super().settings(
+            rules=SafetyRules(self.max_start_distance, self.abort_distance),
+            autopilot=one_of("--autopilot", self.autopilot, ("auto", "px4", "ardupilot", "generic")),
+            relative=one_of("--origin", self.origin, ("file", "current", "current-height")) != "file",
+            relative_height=self.origin == "current-height",
+            on_abort=one_of("--on-abort", self.on_abort, ("hold", "land", "rtl")),
+            give_up=self.give_up,
+            wait=self.wait,
+            log=self.log,
+            **others,
+        )
+
+
+@dataclass(frozen=True)
+class SentSetpoints:
+    """What of a file is sent, and what is offset."""
+
+    rate: Annotated[float | None, "HZ", "By default the file's own."] = None
+    fields: Annotated[str | None, "Fields to send, of position,velocity,acceleration,yaw,yaw_rate."] = None
+    frame: options.ReadFrame = None
+    laps: Annotated[int, "How often to fly it."] = 1
+    delay: Annotated[float | None, "S", "The vehicle's delay, as fit finds it; --vehicle has one."] = None
+    drag: options.OffsetDrag = 0.0
+    vehicle: options.OffsetVehicle = None
+    lead: options.Lead = 0.0
+
+    def settings(self) -> dict[str, Any]:
+        """Return them as options of the stream."""
+        from minsnap.flight.mavlink.setpoints import FeedForward
+
+        offset = FeedForward(self.drag, None if self.vehicle is None else vehicle_of(self.vehicle), self.lead)
+        fields = None if self.fields is None else [name.strip() for name in self.fields.split(",")]
+        own = {"rate": self.rate, "frame": self.frame, "laps": self.laps, "delay": self.delay}
+        return {**own, "fields": fields, "feed_forward": offset}
+
+
+@dataclass(frozen=True)
+class OrderOptions:
+    """Whether a flight takes orders, and where from."""
+
+    listen: Annotated[bool, "Plan a course and take orders as lines of JSON from the standard input."] = False
+    room: Annotated[str | None, "X,Y,Z,X,Y,Z", "With --listen: two corners of where orders may lead."] = None
+    port: Annotated[str | None, "[HOST:]PORT", "With --listen: orders by UDP instead."] = None
+
+    def listening(self, file: Path, trigger: str) -> Listening | None:
+        """Plan the course that is flown until something else is ordered; None where nobody listens."""
+        if not self.listen:
+            return None
+        import numpy as np
+
+        from minsnap.cli.companion import Listening
+        from minsnap.corridors.boxes import Room
+        from minsnap.paths.missions.course import read_course
+        from minsnap.paths.missions.mission import plan_mission
+
+        if file.suffix.lower() not in (".yaml", ".yml"):
+            raise InputError(f"{file} is no course: --listen plans from what is flown, so give a course in YAML")
+        if trigger == "enter" and self.port is None:
+            raise InputError("--listen takes orders from the standard input: give --trigger mode or now, or --port")
+        mission = plan_mission(read_course(file))
+        if self.room is not None and self.room.count(",") != 5:
+            raise InputError(f"--room is {self.room}: give two corners, six numbers with commas")
+        floor = min(0.0, float(mission.trajectory.control_points[..., 2].min()))
+        sides = [-inf, -inf, floor, inf, inf, inf] if self.room is None else options.parse_numbers("--room", self.room)
+        return Listening(mission.trajectory, mission.limits, Room(*np.reshape(sides, (2, 3))), self.port)
+
+
+@command()
+def stream(
+    flying: StreamedFlight,
+    sent: SentSetpoints,
+    orders: OrderOptions,
+    file: Annotated[
+        Path, "FILE", "Setpoint CSV or a file of polynomials; a folder of a fleet; with --listen a course."
+    ],
+    *,
+    connect: options.Connect,
+    system: Annotated[int | None, "The vehicle's MAVLink system id."] = None,
+    signing_key: Annotated[Path | None, "FILE", "MAVLink 2 signing key: 32 bytes or 64 hex."] = None,
+) -> int:
+    """Fly a setpoint file over MAVLink, by PX4's offboard or ArduPilot's guided mode.
+
+    The start is streamed for 2 s at least; the trigger then lets the flight go once the vehicle is in its mode; the end
+    is held. Ctrl-C stops and holds until the mode is left; a second one leaves the vehicle to its own failsafe. Exit
+    status 1 if the flight was refused or stopped by a rule of safety.
+    """
+    heard = orders.listening(file, flying.trigger)
+    fastest = 0.0 if heard is None else heard.limits.speed or 0.0
+    settings = flying.settings(**sent.settings(), stays=orders.listen, fastest=fastest)
+    if file.is_dir() or file.suffix.lower() == ".skyc":
+        flights = fly_fleet(file, connect, settings, signing_key, flying.preflight)
+        for name, one in flights.items():
+            print(f"{name}: {one if isinstance(one, FlightError) else flight_summary(one).splitlines()[0]}")
+        return 0 if all(not isinstance(one, FlightError) and one.completed for one in flights.values()) else 1
+    source = file if heard is None else heard.flown
+    report = fly(source, connect, settings, system, signing_key, flying.preflight, heard)
+    print(flight_summary(report), file=sys.stderr if orders.listen else sys.stdout)
+    return 0 if report.completed else 1
+
+
+_DISARMED = 60.0  # how long a vehicle may take to land and disarm, which closes its log [s]
+
+
+@command()
+def tune(
+    flying: FlightOptions,
+    plan: Annotated[Path, "PLAN", "Setpoint CSV of what is to be flown."],
+    flight: Annotated[Path | None, "[FLIGHT]", "Log of a flight: .ulg, .bin, or of stream --log."] = None,
+    *,
+    output: Annotated[Path, "--output", "-o", "FILE", "Setpoint CSV of the next flight."] = Path("tuned.csv"),
+    sent: Annotated[Path | None, "FILE", "What was sent in that flight; by default the plan."] = None,
+    gain: Annotated[float, "Share of the error that is corrected."] = 0.8,
+    frame: options.ReadFrame = None,
+    connect: Annotated[str | None, "LINK", options.LINKS] = None,
+    flights: Annotated[int, "With --connect: how often to fly."] = 2,
+    logs: Annotated[Path | None, "FOLDER", "Where the autopilot's logs appear; else fetched by MAVLink."] = None,
+    report: options.FlightReport = None,
+) -> None:
+    """Write setpoints whose flight misses the plan by less: what the last flight missed, filtered, is added earlier.
+
+    With --connect it flies the plan, fetches the log, learns, flies again, and compares; with a log it learns from
+    that flight, and the next one's with --sent. Three flights took 84 to 94 % off the error in simulation.
+    """
+    from minsnap.basics.storage.atomic import refuse_source
+    from minsnap.files.setpoint_csv import frame_of, read_csv, write_csv
+    from minsnap.flight.tracking.tracking_plot import write_flight_page
+    from minsnap.flight.tracking.tuning import LearningSettings, best_to_fly, learn_from, tune_in_flight
+
+    if (flight is None) == (connect is None):
+        raise InputError("give the log of a flight, or --connect to fly: one of them")
+    for written in (output, report):
+        refuse_source(written, plan, flight, sent)
+    wanted, before, axes = read_csv(plan, frame), read_csv(sent or plan, frame), frame_of(plan, frame)
+    settings = LearningSettings(gain=gain)
+    if flight is not None:
+        flown = [learn_from(wanted, before, flight, settings)]
+    else:
+        assert connect is not None
+        pilot = _Pilot(connect, flying.settings(frame=axes), output, logs, flying.preflight)
+        flown = tune_in_flight(wanted, pilot.fly, flights, settings, before)
+    write_csv(best_to_fly(flown), output, frame=axes)
+    if report is not None:
+        named = {f"flight {number}": each for number, each in enumerate(flown, 1)}
+        pages = {name: each.flown for name, each in named.items()}
+        logged = {name: each.log for name, each in named.items()}
+        write_flight_page(pages, report, title="Flights of one plan, tuned", logs=logged)
+    for number, each in enumerate(flown, 1):
+        which = "this flight" if len(flown) == 1 else f"flight {number}"
+        greatest = each.flown.comparison.max_error
+        print(f"{which} missed the plan by {each.missed:.3f} m (rms), {greatest:.3f} m at most")
+    print(f"its delay was {flown[-1].delay:.2f} s; {output} is for the next one")
+
+
+class _Pilot:
+    """Flies setpoints and fetches the log of each flight; files are named after the output."""
+
+    def __init__(self, connect: str, how: StreamOptions, output: Path, logs: Path | None, preflight: bool) -> None:
+        self._connect, self._how, self._output = connect, how, output
+        self._logs, self._preflight = logs, preflight
+
+    def fly(self, sent: Samples, number: int) -> Path:
+        """Fly, and return the autopilot's log, or that of the stream where there is none."""
+        from minsnap.files.setpoint_csv import write_csv
+
+        stem = self._output.with_suffix("")
+        write_csv(sent, f"{stem}-{number}.csv", frame=self._how.frame or "enu")
+        own = Path(f"{stem}-{number}.log.csv")
+        own.unlink(missing_ok=True)
+        flown = fly(sent, self._connect, replace(self._how, log=own), None, None, self._preflight, None)
+        if not flown.completed:
+            raise FlightError(f"flight {number} was not completed: {flown.reason}", report=flown)
+        try:
+            return self._newest() if self._logs is not None else self._fetched(stem, number)
+        except LinkError as error:
+            print(f"minsnap: the log of the stream is used, for {error}", file=sys.stderr)
+            return own
+
+    def _newest(self) -> Path:
+        assert self._logs is not None
+        logs = [file for file in self._logs.rglob("*") if file.suffix.lower() in (".ulg", ".bin")]
+        if not logs:
+            raise InputError(f"{self._logs} holds no .ulg and no .bin: --logs is the folder of the autopilot's logs")
+        return max(logs, key=lambda file: file.stat().st_mtime)
+
+    def _fetched(self, stem: Path, number: int) -> Path:
+        from minsnap.flight.mavlink.link import Clock, open_link
+        from minsnap.flight.mavlink.parameters import download_log
+        from minsnap.flight.mavlink.vehicle_messages import PX4
+
+        clock = Clock()
+        with closing(open_link(self._connect, clock)) as link:
+            link.wait_for_vehicle(self._how.wait)
+            print("minsnap: waiting for the vehicle to disarm, which closes its log", file=sys.stderr)
+            deadline = clock.now() + _DISARMED
+            while link.vehicle.armed and clock.now() < deadline:
+                for _ in link.pump(clock.now() + 0.2):
+                    pass
+            if link.vehicle.armed:
+                raise LinkError("the vehicle is still armed, and its log is open")
+            place = Path(f"{stem}-{number}{'.ulg' if link.vehicle.autopilot == PX4 else '.bin'}")
+            download_log(link, clock, place)
+            return place

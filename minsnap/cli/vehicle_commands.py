@@ -1,0 +1,215 @@
+"""The commands that ask a vehicle or write to it: preflight, limits, relay, upload."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from minsnap.cli import options
+from minsnap.cli.command import command
+from minsnap.cli.options import vehicle_of
+from minsnap.cli.summary import as_json
+from minsnap.errors import FileError, InputError, LinkError
+
+if TYPE_CHECKING:
+    from minsnap.flight.mavlink.parameters import Parameters
+    from minsnap.flight.mavlink.preflight import Finding
+    from minsnap.flight.mocap import RelayReport
+
+
+@command()
+def preflight(
+    file: Annotated[Path | None, "[FILE]", "Setpoint CSV that is to be flown: its speeds count."] = None,
+    *,
+    connect: options.Connect,
+    change: Annotated[list[str] | None, "--set", "NAME=VALUE", "Set a parameter first; may be repeated."] = None,
+    frame: options.ReadFrame = None,
+    autopilot: Annotated[str, "auto, px4 or ardupilot."] = "auto",
+    events: Annotated[Path | None, "FILE", "all_events.json of the vehicle's build of PX4: texts of checks."] = None,
+    wait: Annotated[float, "S", "For the vehicle's heartbeat."] = 30.0,
+    json: options.Json = False,
+) -> int:
+    """Read the parameters and the state of a vehicle that matter to a flight, and say what does not fit it and why.
+
+    Nothing is written unless ``--set`` names it. Exit status 1 if something does not fit.
+    """
+    from minsnap.files.setpoint_csv import frame_of, read_csv
+    from minsnap.flight.mavlink.link import Clock, open_link
+    from minsnap.flight.mavlink.parameters import Parameters
+    from minsnap.flight.mavlink.preflight import check_vehicle
+    from minsnap.flight.mavlink.setpoints import vehicle_frame
+    from minsnap.flight.mavlink.vehicle_messages import TEXTS, get_autopilot, read_events
+
+    samples = None if file is None else read_csv(file, frame)
+    axes = "ned" if file is None else vehicle_frame(frame_of(file, frame))
+    wanted, clock = _assignments(change or []), Clock()
+    with closing(open_link(connect, clock, events=TEXTS if events is None else read_events(events))) as link:
+        stack = get_autopilot(autopilot, link.wait_for_vehicle(wait))
+        if stack.name == "generic":
+            raise LinkError("the autopilot is neither PX4 nor ArduPilot: there are no rules for its parameters")
+        _set(Parameters(link, clock), wanted)
+        findings = check_vehicle(link, clock, stack, samples, axes)
+    _say(findings, json)
+    return 1 if any(finding.problem for finding in findings) else 0
+
+
+def _assignments(texts: list[str]) -> dict[str, float]:
+    """Parse NAME=VALUE, before anything is sent."""
+    values = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            values[name.strip()] = float(value)
+        except ValueError:
+            raise InputError(f"--set is {text!r}: give NAME=VALUE with a number, such as COM_OBL_RC_ACT=4") from None
+    return values
+
+
+def _set(parameters: Parameters, wanted: dict[str, float]) -> None:
+    for name, value in wanted.items():
+        print(f"set {parameters.write(name, value)}", file=sys.stderr)
+
+
+def _say(findings: list[Finding], json: bool) -> None:
+    if json:
+        print(as_json({finding.name: _as_dict(finding) for finding in findings}))
+        return
+    for finding in findings:
+        verdict = "not answered" if not finding.known else "does not fit" if finding.problem else "fits"
+        named = finding.name if finding.seen is None else f"{finding.name} ({finding.seen})"
+        values = ", ".join(map(str, finding.parameters)) or named
+        print(f"{verdict:13} {values}" + (f": {finding.problem}" if finding.problem else ""))
+
+
+def _as_dict(finding: Finding) -> dict[str, object]:
+    values = {parameter.name: parameter.value for parameter in finding.parameters}
+    return {
+        "parameters": values,
+        **({} if finding.seen is None else {"seen": finding.seen}),
+        "fits": finding.problem is None if finding.known else None,
+        "problem": finding.problem,
+    }
+
+
+@command()
+def limits(
+    *,
+    connect: options.Connect,
+    drag: Annotated[float, "K", "Drag over mass of the vehicle [1/s]."] = 0.0,
+    vehicle: options.OffsetVehicle = None,
+    output: Annotated[Path | None, "--output", "-o", "FILE", "YAML to add waypoints to, for plan."] = None,
+    autopilot: Annotated[str, "auto, px4 or ardupilot."] = "auto",
+    wait: Annotated[float, "S", "For the vehicle's heartbeat."] = 30.0,
+    json: options.Json = False,
+) -> None:
+    """Read what a vehicle can follow from its own parameters, and print it as limits of a plan.
+
+    A tenth of everything is left to the controller, and what drag takes of the tilt (--vehicle as fit writes it, or
+    --drag) is taken off the acceleration and the speed.
+    """
+    from minsnap.flight.mavlink.link import Clock, open_link
+    from minsnap.flight.mavlink.parameters import PARAMETERS, Parameters, autopilot_limits
+    from minsnap.flight.mavlink.vehicle_messages import get_autopilot
+
+    lean, clock = drag if vehicle is None else _drag_of(vehicle), Clock()
+    with closing(open_link(connect, clock)) as link:
+        stack = get_autopilot(autopilot, link.wait_for_vehicle(wait)).name
+        parameters = Parameters(link, clock).read(PARAMETERS.get(stack, ()))
+    values = autopilot_limits(stack, {name: each.value for name, each in parameters.items()}, lean).given()
+    text = "limits:\n" + "".join(f"  {name}: {value:g}\n" for name, value in values.items())
+    if output is not None:
+        from minsnap.basics.storage.atomic import atomic_write
+
+        with atomic_write(output) as file:
+            file.write(text)
+    print(as_json(values) if json else text.rstrip())
+
+
+def _drag_of(name: str) -> float:
+    """Return the greatest level drag of a vehicle over its mass, at 1 m/s [1/s]."""
+    import numpy as np
+
+    craft = vehicle_of(name)
+    force = craft.drag.force(np.eye(3)[:2])
+    return float(np.abs(force).max()) / craft.mass
+
+
+@command()
+def relay(
+    *,
+    source: Annotated[str, "--from", "SOURCE", "natnet:SERVER[,LOCAL], udp:[HOST:]PORT or csv:FILE."],
+    target: Annotated[str, "--to", "LINK", "MAVLink connection, as for stream."],
+    message: Annotated[str, "vision (VISION_POSITION_ESTIMATE), odometry, odometry-mocap or mocap."] = "vision",
+    frame: Annotated[str, "Of the source: optitrack, flu, enu …"] = "optitrack",
+    rate: Annotated[float, "HZ", "Poses per second at most."] = 50.0,
+    max_age: Annotated[float, "S", "Older poses are not sent."] = 0.1,
+    body: Annotated[str | None, "Which body, where there are several."] = None,
+) -> int:
+    """Pass motion-capture poses on to an autopilot's estimator, until Ctrl-C or the end of a file.
+
+    PX4's default estimator fuses vision and odometry; odometry-mocap (ODOMETRY as from motion capture) and mocap
+    (ATT_POS_MOCAP) go to topics that it does not read. Rate and latency are printed once per second.
+    """
+    from minsnap.flight.mavlink.link import Clock, open_link
+    from minsnap.flight.mocap import Relay, open_source
+
+    clock = Clock()
+    with closing(open_link(target, clock)) as link:
+        with closing(open_source(source, body, clock)) as poses:
+            runner = Relay(poses, link, clock, message, frame, rate, max_age)
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal.signal(number, lambda *_: runner.stop())
+            report = runner.run(lambda so_far: print(_line(so_far), file=sys.stderr, flush=True))
+    print(_line(report))
+    return 0 if report.sent else 1
+
+
+def _line(report: RelayReport) -> str:
+    """Return a report in one line."""
+    return (
+        f"{report.sent} poses at {report.rate:.1f} Hz, {1e3 * report.latency:.1f} ms old (99 %: "
+        f"{1e3 * report.latency_p99:.1f} ms), {report.stale} slots without a fresh one, {report.rejected} rejected"
+    )
+
+
+@command()
+def upload(
+    folder: Annotated[Path, "FLEET", "Folder of a fleet, or a .skyc."],
+    *,
+    uri: Annotated[list[str] | None, "URI", "Of each vehicle, in order; else from crazyflies.yaml in FLEET."] = None,
+    start: Annotated[bool, "Take off, fly it, and land."] = False,
+    dry_run: Annotated[bool, "Say what would be written, without a link."] = False,
+) -> int:
+    """Write a fleet into the trajectory memories of Crazyflies, read it back, and with --start fly it.
+
+    Nothing takes off before every memory was read back. Ctrl-C, or a vehicle that does not answer, lands all in place.
+    """
+    from minsnap.flight import swarm_upload
+    from minsnap.flight.swarm_upload import COMPRESSED, planned_ways
+    from minsnap.shows.fleet_files import read_fleet
+
+    fleet = read_fleet(folder)
+    uris = list(uri) if uri else _addresses(folder)
+    if dry_run:
+        for address, part in zip(uris, swarm_upload.uploads(fleet, uris), strict=True):
+            form = "compressed" if part.kind == COMPRESSED else "polynomials"
+            print(f"{address}: {part.pieces} pieces, {len(part.content)} bytes, {form}")
+        print(f"start: {planned_ways(uris)}")
+        return 0
+    swarm_upload.upload(fleet, uris, start=start, told=lambda line: print(f"minsnap: {line}", file=sys.stderr))
+    return 0
+
+
+def _addresses(folder: Path) -> list[str]:
+    """Return the addresses of the robots of a crazyswarm2 folder, in their order."""
+    from minsnap.basics.storage.text import load_yaml, reading
+
+    file = folder / "crazyflies.yaml"
+    if not file.exists():
+        raise FileError(f"{folder} has no crazyflies.yaml: give --uri for each vehicle")
+    with reading(file, "a file of robots"):
+        robots: dict[str, Any] = load_yaml(file)["robots"]
+        return [str(robot["uri"]) for robot in robots.values() if robot.get("enabled", True)]
