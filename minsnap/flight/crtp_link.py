@@ -14,7 +14,7 @@ import socket
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 from urllib.parse import urlparse
 
 from minsnap.errors import LinkError
@@ -26,21 +26,6 @@ TRIES, WAIT = 8, 0.25
 """How often a question is sent before a vehicle counts as gone, and how long an answer is waited for [s]."""
 
 Result = TypeVar("Result")
-
-
-class CrtpLink(Protocol):
-    """A way to one vehicle."""
-
-    name: str
-
-    def send(self, packet: bytes) -> None:
-        """Send a packet with its header."""
-
-    def receive(self, timeout: float) -> bytes | None:
-        """Return the next packet with its header, or None after a time [s]."""
-
-    def close(self) -> None:
-        """End the link."""
 
 
 class UdpLink:
@@ -108,6 +93,10 @@ class RadioLink:
     def close(self) -> None:
         """Close the driver."""
         self._driver.close()
+
+
+CrtpLink = UdpLink | RadioLink
+"""A way to one vehicle; packets have their headers."""
 
 
 def open_link(uri: str) -> CrtpLink:

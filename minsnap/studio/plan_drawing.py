@@ -73,14 +73,11 @@ class VehiclePose:
         Attitude w, x, y, z.
     rotors : ndarray, shape (4,)
         Thrust of each rotor [N].
-    speed : float
-        [m/s].
     """
 
     position: FloatArray
     quaternion: FloatArray
     rotors: FloatArray
-    speed: float
 
 
 def coloured_path(path: Path) -> tuple[npt.NDArray[np.float32], ColourArray, float]:
@@ -123,7 +120,7 @@ def pose_at(path: Path, vehicle: Quadrotor, instant: float) -> VehiclePose:
     """Return the pose of a vehicle on a path, its attitude and thrusts by differential flatness."""
     t = np.array([min(max(instant, 0.0), path.duration)])
     thrusts, quaternion = _rotor_thrusts(vehicle, path, t)
-    return VehiclePose(path(t)[0], quaternion[0], thrusts[0], float(np.linalg.norm(path(t, 1)[0])))
+    return VehiclePose(path(t)[0], quaternion[0], thrusts[0])
 
 
 def _rotor_thrusts(vehicle: Quadrotor, path: Path, t: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -109,13 +109,10 @@ class ReferenceTable:
         self.samples = _spatial(samples)
         self.states: FlatStates = reference_states(vehicle, self.samples, compensation)
         self.feed_forward: FloatArray = _added(vehicle, self.samples, compensation)
-        self.rows = self._rows()
-
-    def _rows(self) -> list[Reference]:
-        moved, turned = ("position", "velocity", "acceleration"), ("yaw", "yaw_rate")
-        turning = self.states.body_rates, self.states.angular_acceleration
-        columns = (*_motion(self.samples, *moved), self.feed_forward, *_motion(self.samples, *turned), *turning)
-        return [Reference(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+        moved = _motion(self.samples, "position", "velocity", "acceleration")
+        turned = _motion(self.samples, "yaw", "yaw_rate")
+        columns = (*moved, self.feed_forward, *turned, self.states.body_rates, self.states.angular_acceleration)
+        self.rows = [Reference(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
 
     def index(self, t: FloatArray, delay: float = 0.0) -> npt.NDArray[np.intp]:
         """Return the index of the setpoint valid at each instant, shape (m,), with a delay of the setpoints [s]."""
