@@ -77,10 +77,6 @@ def plot_overview(
         As :func:`plot_profiles` takes them.
     title : str, optional
         Written above.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     check_view(view)
     samples = dense_samples(path)

@@ -355,9 +355,6 @@ def plot_path(
     colour_by : {"speed"}, optional
         Colour the curve by its speed, with a scale beside it.
 
-    Returns
-    -------
-    matplotlib axes
 
     Raises
     ------

@@ -195,9 +195,6 @@ def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = Non
     ax : matplotlib axes, optional
         Where to draw; by default a new figure.
 
-    Returns
-    -------
-    matplotlib axes
 
     Raises
     ------
@@ -259,9 +256,6 @@ def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
     ax : matplotlib axes, optional
         Where to draw; by default a new figure.
 
-    Returns
-    -------
-    matplotlib axes
 
     Raises
     ------
@@ -294,10 +288,6 @@ def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
     vehicle : Quadrotor
     ax : matplotlib axes, optional
         Where to draw; by default a new figure.
-
-    Returns
-    -------
-    matplotlib axes
     """
     axes = new_axes() if ax is None else ax
     t, thrusts = _rotor_thrusts(path, vehicle)
@@ -334,10 +324,6 @@ def plot_race(
         As :func:`plot_path` takes them.
     title : str, optional
         Written above.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     from minsnap.plot.shown_figure import ShownFigure
 

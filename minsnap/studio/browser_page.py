@@ -283,20 +283,7 @@ def keep_framed(client: Any, points: Callable[[], FloatArray]) -> None:
 
 
 class Page:
-    """A page for every browser that opens its address.
-
-    Parameters
-    ----------
-    host, port
-        Address to listen on; port 0 is any that is free.
-
-    Raises
-    ------
-    LinkError
-        If it cannot listen there.
-    ImportError
-        If viser is not there.
-    """
+    """A page for every browser that opens its address; host and port are those of :func:`start_server`."""
 
     _player: Player
 

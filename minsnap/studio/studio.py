@@ -47,13 +47,6 @@ class Studio(Page):
         A plan of the scene that is there already.
     obstacles : Obstacles, optional
         To be shown.
-
-    Raises
-    ------
-    LinkError
-        If it cannot listen there.
-    ImportError
-        If viser is not there.
     """
 
     def __init__(

@@ -283,35 +283,17 @@ def thrust_vector(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> Floa
 
 
 def specific_thrust(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
-    """Return thrust per mass ``|a + g e_z|`` [m/s^2]; divided by ``gravity``: the thrust-to-weight.
+    """Return thrust per mass ``|a + g e_z|`` of accelerations (..., 3) or (..., 2), shape (...) [m/s^2].
 
-    Parameters
-    ----------
-    acceleration : array_like, shape (..., 3) or (..., 2)
-        [m/s^2].
-    gravity : float
-        [m/s^2].
-
-    Returns
-    -------
-    ndarray, shape (...)
+    Divided by ``gravity`` [m/s^2] it is the thrust-to-weight.
     """
     return np.asarray(np.linalg.norm(thrust_vector(acceleration, gravity), axis=-1))
 
 
 def tilt(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
-    """Return the angle between thrust and the vertical [rad], 0 to pi; 0 in free fall, where it is undefined.
+    """Return the angle of thrust to the vertical, 0 to pi, of accelerations (..., 3) or (..., 2), shape (...) [rad].
 
-    Parameters
-    ----------
-    acceleration : array_like, shape (..., 3) or (..., 2)
-        [m/s^2].
-    gravity : float
-        [m/s^2].
-
-    Returns
-    -------
-    ndarray, shape (...)
+    In free fall, where it is undefined, it is 0.
     """
     vector = thrust_vector(acceleration, gravity)
     return np.asarray(np.arctan2(np.hypot(vector[..., 0], vector[..., 1]), vector[..., 2]))
