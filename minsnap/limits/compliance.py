@@ -13,9 +13,6 @@ from minsnap.trajectory.trajectory import Trajectory
 KEPT = EXACT
 """How far above 1 a utilisation may be."""
 
-PRECISION = 1e-9
-"""Of the instant, relative to the duration."""
-
 
 def use_from(limits: Limits, trajectory: Trajectory, start: float) -> tuple[Utilisation, ...]:
     """Utilisation of every limit from an instant on [s]; legs and instants are those of the whole trajectory."""
@@ -36,12 +33,12 @@ def kept_from(limits: Limits, trajectory: Trajectory) -> float:
     Returns
     -------
     float
-        By bisection, to ``PRECISION`` and never too early; the duration where they are not kept at the end.
+        By bisection, to a billionth of the duration, never too early; the duration where they are not kept at the end.
     """
     if keeps(limits, trajectory):
         return 0.0
     low, high = 0.0, trajectory.duration
-    while high - low > PRECISION * trajectory.duration:
+    while high - low > 1e-9 * trajectory.duration:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if keeps(limits, trajectory, middle) else (middle, high)
     return high

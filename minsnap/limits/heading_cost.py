@@ -7,9 +7,6 @@ from minsnap.limits.vehicle_use import VehicleBound
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 
-NOTICEABLE = 0.01
-"""Share of the rotors' room below which what a heading costs is not worth a sentence."""
-
 
 def fixed_yaw_notes(limits: Limits | None, traj: Trajectory) -> tuple[str, ...]:
     """Return a note if the same curve would use clearly less of the rotors' thrust range without spin.
@@ -30,7 +27,7 @@ def fixed_yaw_notes(limits: Limits | None, traj: Trajectory) -> tuple[str, ...]:
         return ()
     spinless = traj.with_yaw(TiltHeading(traj, medium=limits.medium))
     fixed, free = (_used(limits, curve) for curve in (traj, spinless))
-    if fixed - free <= NOTICEABLE:
+    if fixed - free <= 0.01:  # per cent are said
         return ()
     return (
         "no yaw was asked for, so it is fixed, and every banked turn takes torque about the thrust axis: the rotors "

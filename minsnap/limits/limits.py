@@ -261,7 +261,7 @@ class VehicleLimits(Limits):
         """Return the utilisation of each limit, and of each side of the rotors' thrust limits.
 
         The rotors' ``method`` is ``"interval"`` where interval bounds prove that no thrust goes beyond the value given
-        (``MARGIN`` above the largest of many samples), ``"sampled"`` where the yaw is along the velocity, or the drag
+        (1e-4 above the largest of many samples), ``"sampled"`` where the yaw is along the velocity, or the drag
         differs along the body's lateral axes. A heading from the tilt is proved as well. With drag the total thrust,
         the tilt and the body rate are measured in the same way.
         """

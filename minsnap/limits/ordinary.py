@@ -16,17 +16,11 @@ import numpy.typing as npt
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 
-SPEED = 3.0
-"""[m/s]: a metre to stop at the acceleration below."""
+ORDINARY = {"speed": 3.0, "acceleration": 6.0, "tilt": pi / 4.0}
+"""By name, in [m/s], [m/s^2] and [rad]; an acceleration, named or not, stands for the tilt.
 
-ACCELERATION = 6.0
-"""[m/s^2]: leans a vehicle by 38 degrees at most."""
-
-TILT = pi / 4.0
-"""[rad]: the largest tilt of PX4 unless set otherwise; it holds where no acceleration is set."""
-
-ORDINARY = {"speed": SPEED, "acceleration": ACCELERATION, "tilt": TILT}
-"""By name; an acceleration, named or not, stands for the tilt."""
+A metre to stop, a vehicle leaned by 38 degrees at most, and the largest tilt of PX4 unless set otherwise.
+"""
 
 POWER = "max_thrust"
 """A limit that describes what a vehicle can do: in a file it stands for the ordinary ones."""
@@ -37,7 +31,7 @@ HEIGHT = 1.0
 
 def ordinary_limits() -> Limits:
     """Return the limits that hold where neither limits nor a time are set: 3 m/s and 6 m/s^2."""
-    return Limits(speed=SPEED, acceleration=ACCELERATION)
+    return Limits(speed=ORDINARY["speed"], acceleration=ORDINARY["acceleration"])
 
 
 def completed(named: Mapping[str, float], off: Collection[str] = ()) -> dict[str, float]:

@@ -11,9 +11,6 @@ from minsnap.limits.measures import MEASURES, Motion, exact_motion
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
-SAMPLES = 200
-"""Samples per leg of a yaw rate that is no polynomial and no quotient of polynomials."""
-
 
 def measured(bounds: Mapping[str, float], traj: Trajectory, norm: str, gravity: float) -> tuple[Utilisation, ...]:
     """Measure limits, by name, over all time of a trajectory; exactly, but for the drag."""
@@ -75,7 +72,8 @@ def largest_yaw_rate(traj: Trajectory) -> tuple[float, float, str]:
 
 
 def _sampled(traj: Trajectory) -> tuple[float, float, str]:
-    grid = traj.breaks[:-1, None] + traj.durations[:, None] * np.linspace(0.0, 1.0, SAMPLES)
+    """Of a yaw rate that is no polynomial and no quotient of polynomials."""
+    grid = traj.breaks[:-1, None] + traj.durations[:, None] * np.linspace(0.0, 1.0, 200)
     instants = np.minimum(grid.reshape(-1), traj.duration)
     rates = np.abs(traj.yaw(instants, 1))
     return float(rates.max()), float(instants[rates.argmax()]), "sampled"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -23,20 +24,39 @@ if TYPE_CHECKING:
     from minsnap.vehicle import BodyDrag, Quadrotor
     from minsnap.vehicle.dynamics import FlatStates
 
-MARGIN = 1e-4
-"""Share added to the largest of many samples, below which bounds prove that all values stay."""
 
-ROUNDS, FIRST, PARTS, MOST = 9, 8, 4, 400_000
-"""How often a piece is divided, into how many parts at first and later, and up to how many parts in all."""
+@dataclass(frozen=True)
+class VehicleUseSettings:
+    """How largest values of a vehicle's quantities are sampled and proved.
+
+    Parameters
+    ----------
+    margin : float
+        Share added to the largest of many samples, below which bounds prove that all values stay.
+    samples, fewer : int
+        Samples of a piece from which the largest value is taken, and those where bounds prove it.
+    rounds : int
+        How often pieces are divided.
+    first, parts, most : int
+        Into how many parts at first and later, and up to how many in all.
+    """
+
+    margin: float = 1e-4
+    samples: int = 256
+    fewer: int = 64
+    rounds: int = 9
+    first: int = 8
+    parts: int = 4
+    most: int = 400_000
+
+
+VEHICLE_USE = VehicleUseSettings()
 
 LIFTED = ("max_thrust", "min_thrust", "tilt", "body_rate")
 """Limits that depend on the thrust axis, and so on the drag."""
 
 ROTORS = ("rotor_thrust", "min_rotor_thrust")
 """Both sides of the rotors' thrust range."""
-
-PIECE_SAMPLES = 256
-"""Samples of a piece from which the largest value is taken; a quarter of them where bounds prove it."""
 
 Bound = tuple[float, float, str]
 """Largest value, instant [s], method."""
@@ -92,12 +112,12 @@ class VehicleBound:
     def __init__(self, vehicle: Quadrotor, traj: Trajectory, lifted: Mapping[str, float]) -> None:
         self.vehicle, self.traj, self.yaw, self.medium = vehicle, traj, traj.yaw, medium_of(vehicle)
         self.names, self.hover = (*lifted, *ROTORS), vehicle.hover_thrust
-        self.margins = MARGIN * np.array([*lifted.values(), self.hover, self.hover])
+        self.margins = VEHICLE_USE.margin * np.array([*lifted.values(), self.hover, self.hover])
 
     def run(self, prove: bool = True) -> list[Bound]:
         """Return the largest value of each quantity, the margin added; proved, or only expected to be."""
         provable = self._provable
-        t, sampled = self.sampled(PIECE_SAMPLES // 4 if provable.all() else PIECE_SAMPLES)
+        t, sampled = self.sampled(VEHICLE_USE.fewer if provable.all() else VEHICLE_USE.samples)
         values = sampled.max(axis=1) + self.margins
         provable &= np.isfinite(values)
         if prove and provable.any():
@@ -108,7 +128,7 @@ class VehicleBound:
             for value, i, proof in zip(values, sampled.argmax(axis=1), provable, strict=True)
         ]
 
-    def sampled(self, samples: int = PIECE_SAMPLES) -> tuple[FloatArray, FloatArray]:
+    def sampled(self, samples: int = VEHICLE_USE.samples) -> tuple[FloatArray, FloatArray]:
         """Return many instants (m,) [s] and the quantities there, (count, m)."""
         from minsnap.vehicle import flatness_of
 
@@ -193,14 +213,14 @@ def proved(
         bounds (count, parts).
     """
     points, start, width = motion_points(traj), traj.breaks[:-1], traj.durations
-    for level in range(ROUNDS):
+    for level in range(VEHICLE_USE.rounds):
         proved_bounds = bounds(points, start, width)
         proved_bounds = np.where(np.isnan(proved_bounds), np.inf, proved_bounds)
         open_ = (proved_bounds > values[:, None]).any(axis=0)
         if not open_.any():
             return values
-        parts = PARTS if level else FIRST
-        if open_.sum() * parts > MOST or level == ROUNDS - 1:
+        parts = VEHICLE_USE.parts if level else VEHICLE_USE.first
+        if open_.sum() * parts > VEHICLE_USE.most or level == VEHICLE_USE.rounds - 1:
             break
         points, start, width = _divided(points[open_], start[open_], width[open_], parts)
     return np.asarray(np.maximum(values, proved_bounds.max(axis=1)))

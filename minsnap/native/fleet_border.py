@@ -15,9 +15,6 @@ from minsnap.native.status import Status
 _SEPARATION = Entry("minsnap_fleet_separation", c_void_p)
 _CLEARANCE = Entry("minsnap_fleet_clearance", c_void_p)
 
-OBSTACLE = 13
-"""Numbers of one obstacle: center, scale (3 each), radius, lower and upper bounds (3 each)."""
-
 
 class FleetCurves(Structure):
     """``FleetCurves`` of ``fleet/curves.hpp``."""

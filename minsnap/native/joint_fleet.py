@@ -21,9 +21,6 @@ _END = Entry("minsnap_fleet_joint_end", c_void_p)
 ORDERS, KINDS = 4, 5
 """Limited derivatives, velocity to snap; and what is limited of each: three axes, the norm, the norm of x and y."""
 
-LOOK = 0.05
-"""Interval of the checks whether a running search is to stop [s]."""
-
 
 class _JointQuestion(Structure):
     _fields_ = (
@@ -211,7 +208,7 @@ def _wait(work: Callable[[], None], stop: c_int32, stopped: Callable[[], bool]) 
     thread.start()
     try:
         while thread.is_alive():
-            thread.join(LOOK)
+            thread.join(0.05)  # then look whether it is to stop
             if stopped():
                 stop.value = 1
     except KeyboardInterrupt:

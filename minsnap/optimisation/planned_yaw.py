@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,15 +27,28 @@ from minsnap.trajectory.velocity_heading import Velocity
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
 
-MANY_TURNS = 4.0 * np.pi
-"""Angle beyond which a yaw looks like degrees [rad]."""
 
-SAMPLED, FOLLOWED = 50.0, 1e-2
-"""Rate at which a function of time is sampled [Hz], and the largest difference of the spline from it [rad]."""
+@dataclass(frozen=True)
+class YawSettings:
+    """How a yaw is read.
 
-LONGEST_FUNCTION = 1e5
-"""Longest time over which a function of time is sampled [s]: some 200 MB of angles and their spline."""
+    Parameters
+    ----------
+    many : float
+        Angle beyond which it looks like degrees [rad].
+    rate, followed : float
+        Rate at which a function of time is sampled [Hz], and the largest difference of the spline from it [rad].
+    longest : float
+        Longest time over which it is sampled [s]: some 200 MB of angles and their spline.
+    """
 
+    many: float = 4.0 * np.pi
+    rate: float = 50.0
+    followed: float = 1e-2
+    longest: float = 1e5
+
+
+YAW = YawSettings()
 
 Yaw = float | str | npt.ArrayLike | Velocity | LookAt | Callable[[Any], Any] | None
 """What a plan takes as its yaw."""
@@ -95,16 +109,16 @@ def _sampled(function: Callable[[Any], Any], duration: float) -> Heading:
     """Return the heading that a function of time gives: a cubic spline through its angles at 50 instants a second."""
     from scipy.interpolate import CubicSpline, PPoly
 
-    if duration > LONGEST_FUNCTION:
+    if duration > YAW.longest:
         raise YawError(
-            f"a yaw that is a function of time is followed over {LONGEST_FUNCTION:g} s at most, and the plan takes "
+            f"a yaw that is a function of time is followed over {YAW.longest:g} s at most, and the plan takes "
             f"{duration:.6g} s: give angles at the waypoints"
         )
-    t = np.linspace(0.0, duration, max(int(np.ceil(SAMPLED * duration)), 8) + 1)
+    t = np.linspace(0.0, duration, max(int(np.ceil(YAW.rate * duration)), 8) + 1)
     spline = CubicSpline(t, shortest_turns(heading_at(function, t)))
     between = (t[1:] + t[:-1]) / 2.0
     apart = np.abs(wrap(spline(between) - heading_at(function, between)))
-    if apart.max() > FOLLOWED:
+    if apart.max() > YAW.followed:
         raise YawError(
             f"the function that gives the yaw jumps, or turns too fast, near t = {between[apart.argmax()]:.3g} s: "
             "give one that is smooth over 20 ms"
@@ -140,7 +154,7 @@ def _angles(yaw: Any) -> FloatArray:
     if not bounded(angles).all():
         raise YawError("yaw must be finite [rad]")
     largest = np.abs(angles).max(initial=0.0)
-    if largest > MANY_TURNS:
+    if largest > YAW.many:
         message = f"yaw goes to {largest:g} rad, {largest / (2.0 * np.pi):.0f} turns: if it is degrees, give radians"
         warnings.warn(message, MagnitudeWarning, stacklevel=4)
     return angles

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
@@ -13,19 +15,35 @@ from minsnap.optimisation.task import Task
 from minsnap.time_allocation.native_split import native_split
 from minsnap.trajectory.report import Progress, Step
 
-SHORTEST_SHARE = 1e-4
-"""Least share of its first guess that a leg may get; the most is one over it."""
 
-LEAST_SHARE = 1e-12
-"""Least share of the length of all legs that one has in a split by distance."""
+@dataclass(frozen=True)
+class SplitSettings:
+    """How a total is split by distance, and how a search for the least cost ends.
 
-ACCURACY = 1e-10
-"""Relative change of the cost at which a search ends."""
+    Parameters
+    ----------
+    least_length : float
+        Least share of the length of all legs that one has in a split by distance.
+    least_share : float
+        Least share of its first guess that a leg may get; the most is one over it.
+    barred : float
+        Added to the logarithm of the best cost where durations cannot be flown, so that a line search turns back.
+    iterations, accuracy, flat : int, float
+        Iterations of L-BFGS at most, and the relative change of the cost and the slope at which it ends.
+    memory : int
+        Steps from which it knows the curvature.
+    """
 
-ITERATIONS = 500
+    least_length: float = 1e-12
+    least_share: float = 1e-4
+    barred: float = 3.0
+    iterations: int = 500
+    accuracy: float = 1e-10
+    flat: float = 1e-7
+    memory: int = 20
 
-BARRED = 3.0
-"""Added to the logarithm of the best cost where durations cannot be flown, so that a line search turns back."""
+
+SPLITS = SplitSettings()
 
 
 class Log:
@@ -50,7 +68,7 @@ class Log:
 
 def distance_split(task: Task, total: float) -> FloatArray:
     """Leg durations (legs,) [s] in proportion to the straight lengths, of the shortest legs a least share of all."""
-    lengths = np.maximum(task.lengths, LEAST_SHARE * task.lengths.sum())
+    lengths = np.maximum(task.lengths, SPLITS.least_length * task.lengths.sum())
     return np.asarray(total * lengths / lengths.sum())
 
 
@@ -115,12 +133,19 @@ class CostSearch:
             return split.durations
         from scipy.optimize import minimize
 
-        reach = -np.log(SHORTEST_SHARE)
+        reach = -np.log(SPLITS.least_share)
         bounds = [(-reach, reach)] * self.task.legs
-        options = {"maxiter": ITERATIONS, "ftol": ACCURACY, "gtol": 1e-7, "maxcor": 20}
+        ends = {"maxiter": SPLITS.iterations, "ftol": SPLITS.accuracy, "gtol": SPLITS.flat}
         start = np.zeros(self.task.legs)
         try:
-            minimize(self.evaluate, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+            minimize(
+                self.evaluate,
+                start,
+                jac=True,
+                method="L-BFGS-B",
+                bounds=bounds,
+                options=ends | {"maxcor": SPLITS.memory},
+            )
         except LateError:
             if not np.isfinite(self.best[0]):
                 raise
@@ -134,7 +159,7 @@ class CostSearch:
             times = self.task.piece_durations(durations)
             solved = self.patience.solve(self.task, times, self.units, prove=False)
         except InfeasibleRowsError:
-            return float(np.log(self.best[0])) + BARRED, np.zeros(len(durations))
+            return float(np.log(self.best[0])) + SPLITS.barred, np.zeros(len(durations))
         from minsnap.optimisation.gradient import cost_gradient
 
         relative = leg_sums(cost_gradient(solved) * solved.problem.durations * self.units.time, self.task.pieces)

@@ -26,9 +26,6 @@ LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)
 SOME = LONGER[2::3]
 """Those tried where each takes long."""
 
-TIME_FOUND = 0.01
-"""Resolution of the least factor on time."""
-
 Attempt = Callable[[FloatArray], Timed | None]
 """Plans for piece durations [s]; None where there is no plan, or it is not certified."""
 
@@ -56,7 +53,7 @@ def least_longer(
     if first is None:
         return None
     low, high, shortest = first
-    while high / low - 1.0 > TIME_FOUND and not deadline.passed:
+    while high / low > 1.01 and not deadline.passed:
         middle = float(np.sqrt(low * high))
         shorter = _attempted(attempt, durations * middle)
         low, high = (middle, high) if shorter is None else (low, middle)

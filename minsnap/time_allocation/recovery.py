@@ -43,6 +43,10 @@ class RecoverySettings:
         Moment ahead for which the end has room, in the time that full acceleration takes to the largest speed.
     shortest, longest, bisected : float
         Durations tried, in the same time, and how near the least one is found.
+    on_limit : float
+        How near to a limit a start or an end counts as on it.
+    pieces : int
+        Pieces a leg with which is searched again where fewer find nothing between the ways.
     """
 
     instants: int = 16
@@ -54,6 +58,8 @@ class RecoverySettings:
     shortest: float = 0.02
     longest: float = 20.0
     bisected: float = 1.1
+    on_limit: float = 1e-5
+    pieces: int = 3
 
 
 RECOVERY = RecoverySettings()

@@ -17,7 +17,7 @@ from minsnap.basics.checks import SHORTEST
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import KnotRegion
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.vehicle_use import MARGIN, medium_of
+from minsnap.limits.vehicle_use import VEHICLE_USE, medium_of
 from minsnap.native.shortest_time import ConeSets, Guess, InstantKind, InstantLimit, ShortestQuestion
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
@@ -238,7 +238,7 @@ def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray)
         Of the legs, none very short [m].
     """
     medium = limits.medium
-    share = 1.0 - MARGIN if medium.drags else 1.0
+    share = 1.0 - VEHICLE_USE.margin if medium.drags else 1.0
     entries = []
     if medium.drags and limits.min_thrust is not None:
         entries.append(InstantLimit(InstantKind.LEAST_THRUST, (*medium.values, limits.min_thrust / share)))
@@ -259,7 +259,7 @@ def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray)
 def _rotors(vehicle: Quadrotor, reserve: float, yaw: float | None) -> InstantLimit:
     """Limit the rotors' thrusts to a share of their room around hover, less what its proof needs."""
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
-    below, above = ((1.0 - reserve) * room - MARGIN * hover for room in (hover - least, most - hover))
+    below, above = ((1.0 - reserve) * room - VEHICLE_USE.margin * hover for room in (hover - least, most - hover))
     common = (*medium_of(vehicle).values, vehicle.mass, hover - below, hover + above)
     if yaw is None:
         return InstantLimit(InstantKind.UNSPUN_ROTORS, (*common, _leverage(vehicle), _gyration(vehicle)))

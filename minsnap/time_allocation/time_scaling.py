@@ -17,7 +17,7 @@ from minsnap.optimisation.solve import Patience, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
-from minsnap.time_allocation.least_cost import BARRED, Log, distance_split, trapezoid_times
+from minsnap.time_allocation.least_cost import SPLITS, Log, distance_split, trapezoid_times
 from minsnap.time_allocation.time_stretch import kept_factor, without_derivative_walls, yaw_too_fast
 from minsnap.time_allocation.timing import AttachHeading, Run, Timed, Timing, searched, solved_or_explained, timed
 
@@ -114,9 +114,9 @@ class _ScaledSearch:
         return self.best[1]
 
     def evaluate(self, logarithms: FloatArray) -> float:
-        """Logarithm of the scaled total; above the best by ``BARRED`` where there is no plan, or no time left."""
+        """Logarithm of the scaled total; above the best by ``barred`` where there is no plan, or no time left."""
         durations = self.first * np.repeat(np.exp(np.append(logarithms, 0.0)), self.task.pieces)
-        barred = self.best[0] + BARRED
+        barred = self.best[0] + SPLITS.barred
         if np.isfinite(barred) and self.deadline.passed:
             return barred
         self.deadline.spend(WORK.measuring(self.limits.given()))
@@ -126,7 +126,7 @@ class _ScaledSearch:
             if factor is not None:
                 used = largest_use(self.limits, trajectory.stretched(factor))
                 if used > 1.05:  # slower than the best by about the root of it, which will do
-                    return self.best[0] + min(0.5 * float(np.log(used)), BARRED)
+                    return self.best[0] + min(0.5 * float(np.log(used)), SPLITS.barred)
             factor = kept_factor(self.limits, self.task.walls, trajectory, factor)
         except (InfeasibleRowsError, SolverError):
             return barred

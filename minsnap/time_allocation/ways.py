@@ -19,16 +19,18 @@ from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import split
-from minsnap.time_allocation.recovery import Recovery, connect_start, start_state, start_use, state_at, state_use
+from minsnap.time_allocation.recovery import (
+    RECOVERY,
+    Recovery,
+    connect_start,
+    start_state,
+    start_use,
+    state_at,
+    state_use,
+)
 from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.timing import AttachHeading, Timed, Timing, timed
 from minsnap.trajectory.trajectory import Trajectory
-
-PIECES_BETWEEN = 3
-"""Pieces a leg with which is searched again where fewer find nothing between the ways."""
-
-ON_LIMIT = 1e-5
-"""How near to a limit a start or an end counts as on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,13 +94,13 @@ class EndConnectors:
         InfeasibleError, SolverError
             If there is no plan, or the whole does not keep the limits and the walls.
         """
-        if self.task.pieces < PIECES_BETWEEN:
+        if self.task.pieces < RECOVERY.pieces:
             try:
                 return self.around(plan(replace(self.task, explained=False)), limits, finish)
             except LateError:
                 raise
             except (InfeasibleError, SolverError):
-                return self.around(plan(replace(self.task, pieces=PIECES_BETWEEN)), limits, finish)
+                return self.around(plan(replace(self.task, pieces=RECOVERY.pieces)), limits, finish)
         return self.around(plan(self.task), limits, finish)
 
     def around(self, planned: Timed, limits: Limits, finish: AttachHeading) -> Timed:
@@ -168,7 +170,7 @@ def shortest_from(
         return timed(solved, finish, run)
 
     refused: InfeasibleError | SolverError | None = None
-    if start_use(task, limits) <= (1.0 - ON_LIMIT if first is None else 1.0 + KEPT):
+    if start_use(task, limits) <= (1.0 - RECOVERY.on_limit if first is None else 1.0 + KEPT):
         ways = connect_ends(task, limits, start=False)
         try:
             return ways.around(search(ways.task, first), limits, finish)
@@ -222,14 +224,14 @@ def moves(task: Task) -> bool:
 
 def start_on_limit(task: Task, limits: Limits) -> bool:
     """Whether the start of a task is on its limits or outside of them."""
-    return not task.closed and start_use(task, limits) > 1.0 - ON_LIMIT
+    return not task.closed and start_use(task, limits) > 1.0 - RECOVERY.on_limit
 
 
 def end_on_limit(task: Task, limits: Limits) -> bool:
     """Whether the end of a task is on a limit."""
     fixed = bool((task.upper[-1] <= task.lower[-1]).all()) and not task.closed
     moving = any(value.any() for value in task.pins.get(task.legs, {}).values())
-    return fixed and moving and state_use(_end_state(task), limits) > 1.0 - ON_LIMIT
+    return fixed and moving and state_use(_end_state(task), limits) > 1.0 - RECOVERY.on_limit
 
 
 def _end_state(task: Task) -> FloatArray:

@@ -28,7 +28,7 @@ STILL = Trajectory(np.zeros((1, 8, 3)), [1.0])
 )
 def test_what_is_not_proved_is_raised_to_its_own_bound(share_open, counts, monkeypatch):
     """Parts that begin up to ``share_open`` are open, until they would be too many, or were divided too often."""
-    monkeypatch.setattr(vehicle_use, "MOST", 512)
+    monkeypatch.setattr(vehicle_use, "VEHICLE_USE", replace(vehicle_use.VEHICLE_USE, most=512))
     found = []
 
     def bounds(points, start, width):
@@ -40,7 +40,7 @@ def test_what_is_not_proved_is_raised_to_its_own_bound(share_open, counts, monke
 
 
 def test_what_has_no_bound_is_infinite(monkeypatch):
-    monkeypatch.setattr(vehicle_use, "MOST", 512)
+    monkeypatch.setattr(vehicle_use, "VEHICLE_USE", replace(vehicle_use.VEHICLE_USE, most=512))
     assert proved(np.array([1.0]), lambda points, start, width: start[None] * np.nan, STILL) == np.inf
 
 

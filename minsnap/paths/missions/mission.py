@@ -19,7 +19,7 @@ from minsnap.corridors.passing import GatePassage, numbered_passages
 from minsnap.errors import SolverError, WaypointError
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.limits import Limits
-from minsnap.limits.ordinary import ACCELERATION, SPEED
+from minsnap.limits.ordinary import ORDINARY
 from minsnap.optimisation.planned_yaw import chosen_heading
 from minsnap.paths.missions.course import Course, Stop, knots_of, section_request
 from minsnap.planning.planner import plan
@@ -248,8 +248,9 @@ def _run(course: Course, stop: Stop, where: Any, side: float, name: str) -> list
     if where is not True:
         place[: len(place) - 1] = where[: len(place) - 1]
     elif stop.gate is not None:
-        most = course.bounds.speed or SPEED
-        length = min(max(SHORTEST_RUN, most**2 / (2.0 * (course.bounds.acceleration or ACCELERATION))), LONGEST_RUN)
+        most = course.bounds.speed or ORDINARY["speed"]
+        braking = course.bounds.acceleration or ORDINARY["acceleration"]
+        length = min(max(SHORTEST_RUN, most**2 / (2.0 * braking)), LONGEST_RUN)
         place = place + side * (stop.gate.crossing or 1) * length * stop.gate.normal
     return [] if np.array_equal(place, stop.center) else [(name, Stop(place))]
 

@@ -16,10 +16,10 @@ namespace minsnap {
 namespace {
 
 struct PieceSettings {
-    double smooth = 1e-6;    // weight of the squared highest derivative, beside a slack of one width
-    double unique = 1e-9;    // weight of the squares of all unknowns: that derivative does not see all of them
-    double exceeded = 1e-4;  // price of the slack of conditions that may be exceeded, over the price of the other one
-    double feasible = 1e-6;  // slack of the others that counts as none, in widths
+    static constexpr double smooth = 1e-6;    // weight of the squared highest derivative, beside a slack of one width
+    static constexpr double unique = 1e-9;    // weight of the squares of all unknowns: that derivative does not see all of them
+    static constexpr double exceeded = 1e-4;  // price of the slack of conditions that may be exceeded, over the price of the other one
+    static constexpr double feasible = 1e-6;  // slack of the others that counts as none, in widths
 };
 
 class SinglePiece {
@@ -40,12 +40,14 @@ public:
         const Status status =
             WithinCones({n, cones, first_.data(), hessian_.data(), linear_.data(), matrix_.data(), bound_.data(), x_.data()}).solve();
         if (status != Status::done) return status;
-        if (!(x_[n - 2] <= settings_.feasible)) return Status::infeasible;
+        if (!(x_[n - 2] <= Settings::feasible)) return Status::infeasible;
         write();
         return Status::done;
     }
 
 private:
+    using Settings = PieceSettings;
+
     double unit() const { return p_.acceleration * p_.duration * p_.duration; }  // of the unknowns [m]
     double end(int place, std::int64_t axis) const { return p_.ends[place * p_.dim + axis]; }
 
@@ -56,12 +58,12 @@ private:
             sum += tables_.root[i][one] * tables_.root[i][other];
             largest += tables_.root[i][0] * tables_.root[i][0];
         }
-        return settings_.smooth * sum / largest;
+        return Settings::smooth * sum / largest;
     }
 
     void put_costs() {
         std::fill(hessian_.data(), hessian_.data() + unknowns_ * unknowns_, 0.0);
-        for (std::size_t j = 0; j < unknowns_; ++j) hessian_[j * unknowns_ + j] = settings_.unique;
+        for (std::size_t j = 0; j < unknowns_; ++j) hessian_[j * unknowns_ + j] = Settings::unique;
         for (int a = 0; a < chosen_; ++a)
             for (std::int64_t axis = 0; axis < p_.dim; ++axis) {
                 const std::size_t own = std::size_t(a * p_.dim + axis);
@@ -71,7 +73,7 @@ private:
                 for (int j = 0; j < size_.points(); ++j) linear_[own] += weight(places_[a], j) * end(j, axis) / unit();
             }
         linear_[unknowns_ - 2] = 1.0;
-        linear_[unknowns_ - 1] = settings_.exceeded;
+        linear_[unknowns_ - 1] = Settings::exceeded;
     }
 
     // Add the factors (2k,) of the ends in a derivative at s.
@@ -130,7 +132,6 @@ private:
     const PieceRecord &p_;
     const Degree<0> size_;
     const LegTables<double> &tables_;
-    const PieceSettings settings_{};
     int places_[max_half], chosen_ = 0;  // of the derivatives to be chosen among the ends
     std::size_t unknowns_;
     Buffer<std::int64_t> first_;

@@ -24,12 +24,12 @@
 namespace minsnap {
 
 struct WithinConesSettings {
-    int iterations = 60;
-    double tolerance = 1e-6;    // of the gap, relative to 1 and the cost, and of residuals
-    double to_boundary = 0.99;  // share of the way to the boundary of a cone that a step goes
-    double shortest = 1e-10;    // step that is none
-    double near = 1e2;          // tolerances within which an answer is one where steps end
-    double inside = 1e-8;       // depth in a cone that a start has without being moved
+    static constexpr int iterations = 60;
+    static constexpr double tolerance = 1e-6;    // of the gap, relative to 1 and the cost, and of residuals
+    static constexpr double to_boundary = 0.99;  // share of the way to the boundary of a cone that a step goes
+    static constexpr double shortest = 1e-10;    // step that is none
+    static constexpr double near = 1e2;          // tolerances within which an answer is one where steps end
+    static constexpr double inside = 1e-8;       // depth in a cone that a start has without being moved
 };
 
 // One cone: where it begins among the components of all, and how many it has.
@@ -106,16 +106,17 @@ public:
     }
 
 private:
+    using Settings = WithinConesSettings;
     using Vector = Buffer<double>;
 
     Status iterate() {
-        for (int iteration = 0; iteration < settings_.iterations; ++iteration) {
+        for (int iteration = 0; iteration < Settings::iterations; ++iteration) {
             measure();
-            if (within(settings_.tolerance)) return Status::done;
-            if (!scale() || !factor() || !(advance() > settings_.shortest)) break;
+            if (within(Settings::tolerance)) return Status::done;
+            if (!scale() || !factor() || !(advance() > Settings::shortest)) break;
         }
         measure();
-        return within(settings_.near * settings_.tolerance) ? Status::done : Status::no_progress;
+        return within(Settings::near * Settings::tolerance) ? Status::done : Status::no_progress;
     }
 
     bool allocate() {
@@ -149,7 +150,7 @@ private:
     void inwards(double *u) const {
         double depth = -1.0;
         for (std::size_t k = 0; k < m_; ++k) depth = std::max(depth, cone(k).norm(u) - u[cone(k).begin]);
-        if (depth < -settings_.inside) return;
+        if (depth < -Settings::inside) return;
         for (std::size_t k = 0; k < m_; ++k) u[cone(k).begin] += 1.0 + std::max(depth, 0.0);
     }
 
@@ -259,7 +260,7 @@ private:
         const double share = std::min(1.0, std::max(0.0, left)), center = share * share * share * gap_ / static_cast<double>(m_);
         for (std::size_t k = 0; k < m_; ++k) cone(k).correct(center, lambda_.data(), ds_.data(), dz_.data(), shift_.data());
         direction();
-        const double step = settings_.to_boundary * longest(1.0 / settings_.to_boundary);
+        const double step = Settings::to_boundary * longest(1.0 / Settings::to_boundary);
         for (std::size_t j = 0; j < n_; ++j) p_.x[j] += step * dx_[j];
         apply(1.0, ds_.data(), shift_.data());
         for (std::size_t i = 0; i < rows_; ++i) s_[i] += step * shift_[i];
@@ -270,7 +271,6 @@ private:
 
     const ConeQuestion &p_;
     const std::size_t n_, m_, rows_;
-    const WithinConesSettings settings_{};
     double residual_ = 0.0, gap_ = 0.0, size_ = 1.0;  // size of the cost, to which the gap is relative
     Vector matrix_, scaled_, eta_, dx_, rx_;
     Vector s_, z_, w_, lambda_, rz_, shift_, ds_, dz_;
