@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any, cast
+from typing import Any, TypeGuard, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +33,7 @@ def owned(values: npt.ArrayLike) -> FloatArray:
         If the values are not numbers in rows of equal length.
     """
     try:
-        array = _floats(values)
+        array = values if _plain(values) else _floats(values)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"numbers in rows of equal length were expected, not {shown(values)}") from None
     if array.flags.writeable or array.base is not None:
@@ -47,7 +47,7 @@ def numbers(values: Any, copy: bool = True) -> FloatArray | None:
 
     Without ``copy`` it is a view of what is such an array already, which must not be kept.
     """
-    if type(values) is np.ndarray and values.dtype is FLOAT64 and values.flags.c_contiguous:  # the usual, at once
+    if _plain(values):
         array = values.copy() if copy else values.view()
         array.setflags(write=False)
         return array
@@ -58,6 +58,11 @@ def numbers(values: Any, copy: bool = True) -> FloatArray | None:
     array = array.copy() if copy and not isinstance(values, (list, tuple)) else array.view()
     array.flags.writeable = False
     return array
+
+
+def _plain(values: Any) -> TypeGuard[FloatArray]:
+    """Whether values are an array as it is kept, the usual case."""
+    return type(values) is np.ndarray and values.dtype is FLOAT64 and values.flags.c_contiguous
 
 
 def _floats(values: Any) -> FloatArray:

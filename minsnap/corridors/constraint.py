@@ -109,6 +109,15 @@ class Walls(ReadOnly):
         return cls.unchecked(leg, np.zeros((len(leg), 0, slope.shape[1])), anchor, slope, radius, width, order, name)
 
     @classmethod
+    def slabs(cls, leg: IntArray, normal: FloatArray, anchor: FloatArray, half_width: FloatArray) -> Walls:
+        """Return pairs of planes as :meth:`planes` does, as far from their anchor on both sides; of numbers."""
+        matrix = np.zeros((2 * len(leg), 0, normal.shape[1]))
+        slope, radius = np.concatenate((-normal, normal)), np.concatenate((half_width, half_width))
+        return cls.unchecked(
+            np.concatenate((leg, leg)), matrix, np.concatenate((anchor, anchor)), slope, radius, radius
+        )
+
+    @classmethod
     def unchecked(cls, *values: Any) -> Walls:
         """Return walls of arrays of their own, of the right shapes, which become read-only."""
         for array in values:
@@ -226,8 +235,9 @@ class Walls(ReadOnly):
 
     def chosen(self, index: npt.NDArray[Any]) -> Walls:
         """Return some of the walls, by indices or a mask."""
-        names = ("leg", "matrix", "anchor", "slope", "radius", "width", *(() if self.at is None else ("at",)))
-        return replace(self, **{name: getattr(self, name)[index] for name in names})
+        names = ("leg", "matrix", "anchor", "slope", "radius", "width")
+        at = None if self.at is None else self.at[index]
+        return Walls(**{name: getattr(self, name)[index] for name in names}, order=self.order, name=self.name, at=at)
 
     def from_origin(self, origin: FloatArray) -> Walls:
         """Return the walls with positions counted from an origin, shape (dim,) [m]; derivatives stay as they are."""

@@ -126,7 +126,7 @@ def is_transposed(rows: int, columns: int) -> bool:
 
 def warn_magnitude(points: FloatArray) -> None:
     """Warn of waypoints (n, dim) that look like millimetres, or like latitudes and longitudes, in place of metres."""
-    first, second = points[:2].tolist()
+    first, second = points[0].tolist(), points[1].tolist()
     if max(map(abs, first + second)) < LONG / 2.0 and not _beside(first, second):
         return
     extent = np.ptp(points, axis=0)

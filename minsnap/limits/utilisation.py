@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping
 
 import numpy as np
@@ -55,7 +56,7 @@ def used_at(
 
 def leg_at(traj: Trajectory, instant: float) -> int:
     """Leg of a trajectory at an instant [s]."""
-    return min(int(np.searchsorted(traj.leg_breaks, instant, side="right")), traj.legs) - 1
+    return min(bisect_right(traj.leg_breaks.tolist(), instant), traj.legs) - 1
 
 
 def _share(kind: Kind, value: float, limit: float) -> float:

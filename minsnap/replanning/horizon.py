@@ -120,16 +120,18 @@ def part_of(task: Task, first: int, last: int, states: Mapping[int, FloatArray])
 def legs_of(curve: Trajectory, first: int, last: int) -> Trajectory:
     """Return the polynomials of legs from ``first`` to before ``last``."""
     part = slice(first * curve.pieces, last * curve.pieces)
-    return Trajectory(curve.control_points[part], curve.durations[part], pieces=curve.pieces)
+    points, durations = curve.control_points[part], curve.durations[part]
+    return Trajectory.unchecked(control_points=points, durations=durations, pieces=curve.pieces)
 
 
 def walls_from(walls: Sequence[Walls], first: int, last: int) -> list[Walls]:
     """Return the walls of legs from ``first`` to before ``last``, counted from the first of them."""
     rest = []
     for wall in walls:
-        own = np.flatnonzero((wall.leg >= first) & (wall.leg < last))
-        if len(own):
-            rest.append(replace(wall.chosen(own), leg=wall.leg[own] - first))
+        own = (wall.leg >= first) & (wall.leg < last)
+        if own.any():
+            part = wall if own.all() else wall.chosen(own)
+            rest.append(replace(part, leg=part.leg - first) if first else part)
     return rest
 
 

@@ -7,7 +7,7 @@ anywhere.  Where none of it is inside, the place of the end is chosen too, by sm
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from itertools import chain, islice
 
@@ -73,6 +73,7 @@ class StopSettings:
 STOPS = StopSettings()
 DURATIONS = np.geomspace(*STOPS.durations)
 INSTANTS = np.linspace(0.0, 1.0, STOPS.instants)
+INWARDS = STOPS.inwards * np.where(INSTANTS > 0.0, INSTANTS, -0.5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,8 +202,9 @@ def _family(
     gram = ends_gram(piece.degree)
     ends[:, piece.half] = -np.einsum("j,mjd->md", gram[piece.half], ends) / gram[piece.half, piece.half]
     ends[:, piece.half] += np.tile(STOPS.reaches, len(durations) // len(STOPS.reaches))[:, None] * ends[:, 1]
-    limited = _excess(piece, bounds, ends, durations).max(axis=1) <= 0.0
-    within = [_excess(piece, walls, ends, durations) <= 0.0 for walls in own]
+    family = _Family(piece.degree, ends, durations)
+    limited = family.excess(bounds).max(axis=1) <= 0.0
+    within = [family.excess(walls) <= 0.0 for walls in own]
     before, after = np.logical_and.accumulate(within[0], axis=1), within[-1][:, ::-1]
     # A stop may pass from the first leg into the last: inside of one up to the change, of the other from it on.
     both = before & np.logical_and.accumulate(after, axis=1)[:, ::-1]
@@ -223,14 +225,28 @@ def _middle(possible: BoolArray) -> float:
     return float(instants[np.abs(instants - 0.5).argmin()])
 
 
-def _excess(piece: SinglePiece, walls: Sequence[Walls], ends: FloatArray, durations: FloatArray) -> FloatArray:
-    """Largest excess at every instant, moved inwards: (m, instants)."""
-    worst = np.full((len(durations), len(INSTANTS)), -np.inf)
-    for wall in walls:
-        values = _basis(piece.degree, wall.order) @ ends
-        values /= durations[:, None, None] ** wall.order
-        worst = np.maximum(worst, wall.excess_at(values).max(axis=2))
-    return worst + STOPS.inwards * np.where(INSTANTS > 0.0, INSTANTS, -0.5)
+@dataclass(frozen=True, eq=False)
+class _Family:
+    """Polynomials by their end derivatives (m, n + 1, dim) and durations (m,), at the instants looked at."""
+
+    degree: int
+    ends: FloatArray
+    durations: FloatArray
+    known: dict[int, FloatArray] = field(default_factory=dict)
+
+    def values(self, order: int) -> FloatArray:
+        """Return a derivative at every instant, (m, instants, dim)."""
+        if order not in self.known:
+            values = _basis(self.degree, order) @ self.ends
+            self.known[order] = values / self.durations[:, None, None] ** order if order else values
+        return self.known[order]
+
+    def excess(self, walls: Sequence[Walls]) -> FloatArray:
+        """Return the largest excess at every instant, moved inwards: (m, instants)."""
+        worst = np.full((len(self.durations), len(INSTANTS)), -np.inf)
+        for wall in walls:
+            worst = np.maximum(worst, wall.excess_at(self.values(wall.order)).max(axis=2))
+        return worst + INWARDS
 
 
 def _programmes(

@@ -127,17 +127,16 @@ class Trajectory(ReadOnly, Path):
     def unchecked(cls, **values: Any) -> Trajectory:
         """Return a trajectory of checked values: what a core has just made, which keeps the arrays themselves."""
         made = object.__new__(cls)
-        for value in values.values():
-            if isinstance(value, np.ndarray):
-                value.setflags(write=False)
-        object.__setattr__(made, "__dict__", values)
+        values["control_points"].setflags(write=False)
+        values["durations"].setflags(write=False)
+        made.__dict__.update(values)
         return made
 
     def _with(self, **changes: Any) -> Trajectory:
         """Return a copy that shares the arrays, whose checks need no repetition."""
         made = object.__new__(type(self))
         known = vars(self)
-        object.__setattr__(made, "__dict__", {name: known[name] for name in COPIED if name in known} | changes)
+        made.__dict__.update({name: known[name] for name in COPIED if name in known} | changes)
         return made
 
     @cached_property
@@ -155,7 +154,8 @@ class Trajectory(ReadOnly, Path):
     @cached_property
     def breaks(self) -> FloatArray:
         """Instants at which pieces begin and end, shape (pieces in all + 1,) [s]."""
-        breaks = np.concatenate(([0.0], np.cumsum(self.durations)))
+        breaks = np.zeros(len(self.durations) + 1)
+        self.durations.cumsum(out=breaks[1:])
         breaks.flags.writeable = False
         return breaks
 
