@@ -17,7 +17,7 @@ from problems import DURATIONS, RECTANGLE, corridor, walk
 import minsnap
 from minsnap.basics import tolerances
 from minsnap.errors import MinsnapError
-from minsnap.optimisation import elastic, high_precision, infeasibility, linear_rows, qp, reference_core, solve
+from minsnap.optimisation import high_precision, infeasibility, least_slacks, linear_rows, qp, reference_core, solve
 from minsnap.polynomials import extrema
 
 CONSTANTS = (
@@ -31,9 +31,9 @@ CONSTANTS = (
     (linear_rows, "DENSE"),
     (qp, "ACCURACY"),
     (high_precision, "DIGITS"),
-    (elastic, "ACCURACY"),
-    (elastic, "DENSE_WORK"),
-    (elastic, "ROUNDS"),
+    (least_slacks, "ACCURACY"),
+    (least_slacks, "ROUNDS"),
+    (least_slacks, "STALLED"),
     (infeasibility, "NOTICEABLE"),
     (infeasibility, "WIDTH_ROOM"),
     (extrema, "PARTS"),
@@ -51,7 +51,6 @@ def scaled(module, name, factor):
     changed = value * factor if isinstance(value, float) else max(1, round(value * factor))
     homes = [m for k, m in sys.modules.items() if k.startswith("minsnap.") and vars(m).get(name) == value]
     takers = {"GAP": [solve.solve]}.get(name, [])
-    takers += [elastic.Elastic.__init__] if module is elastic and name == "ACCURACY" else []
     defaults = [taker.__defaults__ for taker in takers]
     for home in homes:
         setattr(home, name, changed)

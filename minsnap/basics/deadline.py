@@ -48,7 +48,7 @@ class WorkPrices:
     free_curve: float = 1.0
     active_set: float = 1e-5
     interior_point: float = 6e-5
-    slacks: float = 8e-6
+    slacks: float = 1.5e-5
     term: float = 0.01
     question: float = 1700.0
     legs: int = 5

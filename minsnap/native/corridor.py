@@ -5,16 +5,18 @@ from __future__ import annotations
 from ctypes import c_int64, c_void_p
 from dataclasses import dataclass
 from math import inf
+from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.tolerances import GAP
 from minsnap.native.library import Entry, address
-from minsnap.native.records import CorridorAnswerRecord, CorridorRecord, WallsRecord
+from minsnap.native.records import CorridorAnswerRecord, CorridorRecord, SlackRecord, WallsRecord
 from minsnap.native.status import Status
 
 _SOLVE = Entry("minsnap_corridor", CorridorRecord, CorridorAnswerRecord)
+_SLACK = Entry("minsnap_least_slack", CorridorRecord, SlackRecord, CorridorAnswerRecord)
 _KEPT = Entry("minsnap_walls_kept", c_int64, c_int64, c_int64, c_void_p, c_void_p, WallsRecord, c_void_p)
 
 
@@ -130,6 +132,58 @@ class CorridorAnswer:
     attempts: int
 
 
+@dataclass(frozen=True, eq=False)
+class Give:
+    """How walls may give way.
+
+    Parameters
+    ----------
+    group : ndarray of int, shape (m,)
+        Slack that moves each wall outwards; -1 for a wall that stands.
+    weight : ndarray, shape (m,)
+        Widths by which a wall moves for a slack of 1.
+    slacks : int
+        Number of slacks.
+    """
+
+    group: IntArray
+    weight: FloatArray
+    slacks: int
+
+
+@dataclass(frozen=True, eq=False)
+class LeastSlack:
+    """The least sum of squares of slacks with which a curve keeps all walls, and the rows that press against them.
+
+    Parameters
+    ----------
+    status : Status
+    slacks : ndarray, shape (slacks,)
+    knots : ndarray, shape (pieces + 1, k, dim)
+        Of a curve with these slacks, as those of a ``CorridorAnswer``.
+    wall : ndarray of int64, shape (r,)
+    s : ndarray, shape (r,)
+        Where on its piece each wall presses.
+    multiplier, remainder : ndarray, shape (r,)
+        Of the rows in normalised units, the largest 1, as sums of two numbers: next to nothing is left of the sum of
+        the rows. That of a plane on which the curve lies has any sign.
+    direction : ndarray, shape (r, dim)
+        Of tangent planes of round walls, a little shorter than 1.
+    work : float
+        As of a ``CorridorAnswer``.
+    """
+
+    status: Status
+    slacks: FloatArray
+    knots: FloatArray
+    wall: IntArray
+    s: FloatArray
+    multiplier: FloatArray
+    direction: FloatArray
+    remainder: FloatArray
+    work: float
+
+
 def solve_corridor(
     question: CorridorQuestion, gap: float = GAP, effort: float = 1.0, seconds: float = inf
 ) -> CorridorAnswer | None:
@@ -141,15 +195,39 @@ def solve_corridor(
     if function is None:
         return None
     pieces, dim, half = len(question.durations), question.positions.shape[1], question.half
-    most = pieces * half * dim + 2
-    points, knots = np.empty((pieces, 2 * half, dim)), np.empty((pieces + 1, half, dim))
-    wall, rows = np.empty(most, dtype=np.int64), np.empty((2, most))
-    answer_record = CorridorAnswerRecord(points=points, knots=knots, wall=wall, s=rows[0], multiplier=rows[1])
-    status = Status(function(corridor_record(question, question.durations, gap, effort, seconds), answer_record))
-    used = slice(0, answer_record.rows)
-    active = wall[used], rows[0, used], rows[1, used]
-    names = ("cost", "bound", "share", "work", "rounds", "attempts")
-    return CorridorAnswer(status, points, knots, *active, *(getattr(answer_record, name) for name in names))
+    record = _answer_record(pieces, half, dim, pieces * half * dim + 2)
+    status = Status(function(corridor_record(question, question.durations, gap, effort, seconds), record))
+    used, kept = slice(0, record.rows), record.kept
+    active = kept["wall"][used], kept["s"][used], kept["multiplier"][used]
+    figures = (getattr(record, name) for name in ("cost", "bound", "share", "work", "rounds", "attempts"))
+    return CorridorAnswer(status, kept["points"], kept["knots"], *active, *figures)
+
+
+def least_slack(question: CorridorQuestion, give: Give, seconds: float = inf) -> LeastSlack | None:
+    """Return the least slacks with which a curve keeps all walls, or None where the Python core is in use.
+
+    Both hold at any status that is about the method, the slacks as a bound from below.
+    """
+    function = _SLACK.function()
+    if function is None:
+        return None
+    pieces, half, dim = len(question.durations), question.half, question.positions.shape[1]
+    most = pieces * half * dim + 2 + give.slacks
+    answer = _answer_record(pieces, half, dim, most, rows=0)
+    slack, remainder = np.zeros(give.slacks), np.zeros(most)
+    group, weight = np.ascontiguousarray(give.group, dtype=np.int64), np.ascontiguousarray(give.weight)
+    slacks = SlackRecord(count=give.slacks, group=group, weight=weight, slack=slack, remainder=remainder)
+    status = Status(function(corridor_record(question, question.durations, GAP, 1.0, seconds), slacks, answer))
+    used, kept = slice(0, answer.rows), answer.kept
+    rows = {name: kept[name][used] for name in ("wall", "s", "multiplier", "direction")}
+    return LeastSlack(status, slack, kept["knots"], **rows, remainder=remainder[used], work=answer.work)
+
+
+def _answer_record(pieces: int, half: int, dim: int, most: int, **rest: Any) -> CorridorAnswerRecord:
+    """Return room for an answer with so many rows."""
+    curve = {"points": np.empty((pieces, 2 * half, dim)), "knots": np.empty((pieces + 1, half, dim))}
+    rows = {"wall": np.empty(most, dtype=np.int64), "s": np.empty(most), "multiplier": np.empty(most)}
+    return CorridorAnswerRecord(**curve, **rows, **({"direction": np.zeros((most, dim))} if rest else {}), **rest)
 
 
 def corridor_record(

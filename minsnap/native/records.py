@@ -124,11 +124,18 @@ class CorridorAnswerRecord(Record):
     """Where an answer is written; see ``CorridorAnswer``."""
 
     _fields_ = (
-        *_arrays("points", "knots", "wall", "s", "multiplier"),
+        *_arrays("points", "knots", "wall", "s", "multiplier", "direction"),
         *_floats("cost", "bound", "share", "work"),
         *_integers("rows", "rounds", "attempts"),
     )
-    arrays: ClassVar = {"wall": INTEGERS, **dict.fromkeys(("points", "knots", "s", "multiplier"), NUMBERS)}
+    arrays: ClassVar = {"wall": INTEGERS, **dict.fromkeys(("points", "knots", "s", "multiplier", "direction"), NUMBERS)}
+
+
+class SlackRecord(Record):
+    """Slacks of walls, and where they are written; see ``least_slack``."""
+
+    _fields_ = (*_integers("count"), *_arrays("group", "weight", "slack", "remainder"))
+    arrays: ClassVar = {"group": INTEGERS, **dict.fromkeys(("weight", "slack", "remainder"), NUMBERS)}
 
 
 class ChainRecord(Record):

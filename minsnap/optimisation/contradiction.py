@@ -18,21 +18,16 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 from math import comb, perm
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import EXACT, ROUNDING
-from minsnap.optimisation.elastic import Relaxed
+from minsnap.native.corridor import LeastSlack, WallArrays
 from minsnap.optimisation.native_walls import native_walls
-from minsnap.optimisation.normalised_constraints import WallRows
-from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.task import Task
-
-if TYPE_CHECKING:
-    from minsnap.native.corridor import WallArrays
+from minsnap.polynomials.enclosures import UNIT
 
 Unknown = tuple[int, int, int]
 """Knot, slot and axis of a free derivative."""
@@ -139,18 +134,20 @@ class Contradiction:
     def refined(self) -> Contradiction | None:
         """Return it with multipliers with which it verifies, its own or refined ones; None where steps do not help.
 
-        No more steps are taken than needed: each may also take away from the contradiction.  Late, LateError is raised.
+        Those of continuity and planes are refined alone at first.  No more steps are taken than needed: each may also
+        take away from the contradiction.  Late, LateError is raised.
         """
         exact, multipliers = ExactRows(self.task, self.durations, self.rows, self.joints), self._multipliers
-        left: Fraction | None = None
-        for _ in range(4):
-            self.task.deadline.require()
-            before, (left, side) = left, exact.sum_of(multipliers)
-            if side + left < 0:
-                return self.with_multipliers(multipliers)
-            if before is not None and 2 * left > before:
-                return None
-            multipliers = exact.refined(multipliers)
+        for alone in (True, False) if exact.free.any() else (False,):
+            before: Fraction | None = None
+            for _ in range(5):
+                self.task.deadline.require()
+                left, side = exact.sum_of(multipliers)
+                if side + left < 0:
+                    return self.with_multipliers(multipliers)
+                if before is not None and 2 * left > before:
+                    break
+                before, multipliers = left, exact.refined(multipliers, alone)
         return None
 
 
@@ -203,29 +200,35 @@ class ExactRows:
                 return multipliers if side < 0 else [-m for m in multipliers]
         return None
 
-    def refined(self, multipliers: list[Fraction]) -> list[Fraction]:
-        """Return multipliers of which less is left, by least squares relative to them; a sum below 0 stays."""
+    def refined(self, multipliers: list[Fraction], alone: bool = False) -> list[Fraction]:
+        """Return multipliers of which less is left, by least squares relative to them; a sum below 0 stays.
+
+        Parameters
+        ----------
+        alone : bool
+            Whether only those of any sign change.
+        """
         index = {place: i for i, place in enumerate(self.places)}
         largest = np.array([float(self.largest(place)) for place in self.places])
-        matrix, right = np.zeros((len(index), len(multipliers))), np.zeros(len(index))
-        for column, (row, _) in enumerate(self.rows):
-            for place, value in row.items():
+        chosen = np.flatnonzero(self.free) if alone else np.arange(len(multipliers))
+        matrix, right = np.zeros((len(index), len(chosen))), np.zeros(len(index))
+        for column, row in enumerate(chosen.tolist()):
+            for place, value in self.rows[row][0].items():
                 matrix[index[place], column] = float(value)
         left, side = self._sum(multipliers)
         for place, value in left.items():
             right[index[place]] = -float(value)
-        weights = np.abs([float(value) for value in multipliers])
-        matrix *= largest[:, None]
-        sizes = np.linalg.norm(matrix, axis=0)
-        weights[self.free] = (weights * sizes).max() / np.where(sizes, sizes, 1.0)[self.free]
+        matrix, right, free = matrix * largest[:, None], right * largest, self.free[chosen]
+        weights, sizes = np.abs([float(multipliers[row]) for row in chosen]), np.linalg.norm(matrix, axis=0)
+        weights[free] = (1.0 if alone else (weights * sizes).max()) / np.where(sizes, sizes, 1.0)[free]
         matrix *= weights
-        right *= largest
-        if side < 0:
+        if side < 0 and not alone:
             bounds = weights * [float(bound) for _, bound in self.rows]
             bounds *= np.abs(matrix).max() / np.abs(bounds).max()
             matrix, right = np.vstack((matrix, bounds)), np.append(right, 0.0)
-        change = weights * np.linalg.lstsq(matrix, right, rcond=ROUNDING**1.25)[0]
-        sums = [value + Fraction(float(more)) for value, more in zip(multipliers, change, strict=True)]
+        sums = list(multipliers)
+        for row, more in zip(chosen.tolist(), weights * np.linalg.lstsq(matrix, right, rcond=UNIT)[0], strict=True):
+            sums[row] += Fraction(float(more))
         return [m if free else max(m, Fraction(0)) for m, free in zip(sums, self.free, strict=True)]
 
     def _sum(self, multipliers: list[Fraction]) -> Row:
@@ -322,12 +325,8 @@ def _dot(left: list[Fraction], right: list[Fraction]) -> Fraction:
     return sum((a * b for a, b in zip(left, right, strict=True)), Fraction(0))
 
 
-def find_contradiction(
-    task: Task, durations: FloatArray, problem: ReducedProblem, relaxed: Relaxed
-) -> Contradiction | None:
-    """Find rows of an elastic solve that contradict each other, and prove it; None where that fails.
-
-    The multipliers tried are those of the least slack, then those of least squares, which take longer to find.
+def find_contradiction(task: Task, durations: FloatArray, walls: WallArrays, least: LeastSlack) -> Contradiction | None:
+    """Prove that the rows that press at the least slacks contradict each other; None where that fails.
 
     Parameters
     ----------
@@ -335,26 +334,18 @@ def find_contradiction(
         Without what follows where waypoints lie on walls (``touching``).
     durations : ndarray, shape (pieces,)
         [s].
+    walls : WallArrays
+        Those of the task.
     """
-    rows = relaxed.rows
-    if rows is None:
+    pressing = np.flatnonzero(least.multiplier)
+    rows = [_pressed(task, durations, walls, least, i) for i in pressing.tolist()]
+    if not rows:
         return None
-    walls = native_walls(task)
-    planes, joints = _planes(walls), tuple((joint, Fraction(0)) for joint in _joints(problem))
-    least = np.sort(relaxed.multipliers)[-min(problem.size + 1, len(relaxed.multipliers))]
-    of_slack = np.where(relaxed.multipliers >= max(least, EXACT * relaxed.multipliers.max()), relaxed.multipliers, 0.0)
-    for sought in (lambda: of_slack, relaxed.evidence):
-        multipliers = sought()
-        chosen = [_pressed(walls, rows.source, int(i), float(multipliers[i])) for i in np.flatnonzero(multipliers)]
-        proof = Contradiction(task, durations, (*chosen, *planes), joints).refined() if chosen else None
-        if proof is not None:
-            return proof
-    return None
+    planes = (plane for wall, plane in _planes(walls) if wall not in least.wall[pressing])
+    return Contradiction(task, durations, (*rows, *planes), _joints(task, durations)).refined()
 
 
-def contradicting_joints(
-    task: Task, durations: FloatArray, problem: ReducedProblem, exactly: bool = False
-) -> Contradiction | None:
+def contradicting_joints(task: Task, durations: FloatArray, exactly: bool = False) -> Contradiction | None:
     """Return continuity and planes of gates that contradict each other and the pins; None where that is not proved.
 
     Parameters
@@ -362,12 +353,11 @@ def contradicting_joints(
     exactly : bool
         Whether by exact elimination, which finds what least squares leave open; it takes longer.
     """
-    joints = [(joint, Fraction(0)) for joint in _joints(problem)]
+    joints = _joints(task, durations)
     if not joints:
         return None
-    planes = _planes(native_walls(task)) if problem.planes else []
-    exact = ExactRows(task, durations, planes, joints)
-    asked = Contradiction(task, durations, tuple(planes), tuple(joints))
+    planes = tuple(plane for _, plane in _planes(native_walls(task)))
+    exact, asked = ExactRows(task, durations, planes, joints), Contradiction(task, durations, planes, joints)
     if exactly:
         found = exact.eliminated()
         return None if found is None else asked.with_multipliers(found)
@@ -388,39 +378,37 @@ def contradicting_joints(
     return asked.with_multipliers([Fraction(-value) for value in (left / sizes).tolist()]).refined()
 
 
-def _planes(walls: WallArrays) -> list[PressedRow]:
-    """Planes in which waypoints lie, as rows with a multiplier of 0."""
+def _planes(walls: WallArrays) -> list[tuple[int, PressedRow]]:
+    """Planes in which waypoints lie, by the numbers of their walls, with multipliers of 0."""
     when = np.zeros(0) if walls.when is None else walls.when
-    return [_plane(walls, int(i), float(when[i] - 2)) for i in np.flatnonzero(when >= 2)]
+    return [
+        (wall, _row(walls, wall, float(when[wall] - 2), Fraction(0))) for wall in np.flatnonzero(when >= 2).tolist()
+    ]
 
 
-def _joints(problem: ReducedProblem) -> list[Joint]:
-    """Piece, order and axis of the continuity rows, in the order of :func:`jump_rows`."""
-    inner = range(len(problem.durations) - (not problem.closed))
-    return [(piece, order, axis) for order in problem.jumps for axis in range(problem.dim) for piece in inner]
+def _joints(task: Task, durations: FloatArray) -> tuple[tuple[Joint, Fraction], ...]:
+    """Piece, order and axis of the continuity rows, with multipliers of 0."""
+    inner = range(len(durations) - (not task.closed))
+    return tuple(
+        ((piece, order, axis), Fraction(0)) for order in task.jumps for axis in range(task.dim) for piece in inner
+    )
 
 
-def _pressed(walls: WallArrays, rows: WallRows, index: int, multiplier: float) -> PressedRow:
-    wall = int(rows.wall[index])
-    normal, tangent = walls.normal[wall], rows.normal[index]
-    matrix, direction = np.zeros((0, len(normal))), np.zeros(0)
-    ball = -1 if walls.ball is None else int(walls.ball[wall])
-    if walls.matrix is not None and ball >= 0:
-        matrix = walls.matrix[ball]
-        direction = np.linalg.lstsq(matrix.T, tangent - normal, rcond=None)[0]
-        direction = direction / max(float(np.linalg.norm(direction)) * (1.0 + EXACT), EXACT)
-    return _row(walls, wall, float(rows.s[index]), matrix, direction, multiplier)
-
-
-def _plane(walls: WallArrays, wall: int, s: float) -> PressedRow:
-    none = np.zeros((0, walls.normal.shape[1])), np.zeros(0)
-    return replace(_row(walls, wall, s, *none, 0.0), equal=True)
+def _pressed(task: Task, durations: FloatArray, walls: WallArrays, least: LeastSlack, row: int) -> PressedRow:
+    """Return a row with its multiplier in metres and seconds, without rounding."""
+    wall, units = int(least.wall[row]), task.units(durations)
+    multiplier = Fraction(float(least.multiplier[row])) + Fraction(float(least.remainder[row]))
+    multiplier *= Fraction(units.time) ** int(walls.order[wall]) / Fraction(units.length)
+    return _row(walls, wall, float(least.s[row]), multiplier, least.direction[row])
 
 
 def _row(
-    walls: WallArrays, wall: int, s: float, matrix: FloatArray, direction: FloatArray, multiplier: float
+    walls: WallArrays, wall: int, s: float, multiplier: Fraction, direction: FloatArray | None = None
 ) -> PressedRow:
     place, anchor = (int(walls.piece[wall]), s, int(walls.order[wall])), walls.anchor[wall]
-    return PressedRow(
-        *place, walls.normal[wall], anchor, float(walls.bound[wall]), matrix, direction, Fraction(multiplier)
-    )
+    equal = walls.when is not None and bool(walls.when[wall] >= 2)
+    ball = -1 if walls.ball is None else int(walls.ball[wall])
+    round_wall = np.zeros((0, len(anchor))), np.zeros(0)
+    if walls.matrix is not None and direction is not None and ball >= 0:
+        round_wall = walls.matrix[ball], direction
+    return PressedRow(*place, walls.normal[wall], anchor, float(walls.bound[wall]), *round_wall, multiplier, equal)

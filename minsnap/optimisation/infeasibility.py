@@ -4,33 +4,87 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import reduce
+from functools import partial
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.basics.deadline import LateError
-from minsnap.basics.tolerances import EXACT
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
-from minsnap.optimisation.contradiction import find_contradiction
-from minsnap.optimisation.elastic import Elastic, Relaxation, Relaxed
-from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
+from minsnap.native.corridor import Give, WallArrays
+from minsnap.native.status import Status
+from minsnap.optimisation.contradiction import Contradiction, find_contradiction
+from minsnap.optimisation.least_slacks import native_slacks, slacks_by_programme
+from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.reduced_qp import ReducedProblem
-from minsnap.optimisation.rows import Curve, rows_in_unknowns, rows_outside
-from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
-from minsnap.optimisation.units import Units
 
 NOTICEABLE = 1e-6
 """Slack, in widths, below which a problem counts as solvable after all."""
 
 WIDTH_ROOM = 1e-4
-"""Share added to a smallest width so that it does."""
+"""Share added to a smallest width so that it does; up to a hundred times as much where it does not."""
 
 
 UNPROVED = "no curve was found that keeps all walls, and it could not be proved that there is none: "
+
+
+class Pressed:
+    """Walls that give way by the least slacks, what presses against them then, and what that proves.
+
+    Parameters
+    ----------
+    task : Task
+        Without what follows where waypoints lie on walls (``touching``).
+    durations : ndarray, shape (pieces,)
+        [s].
+    walls : WallArrays
+        Those of the task.
+    give : Give
+    sign : bool
+        Whether it is sufficient to know that they must give way.
+    """
+
+    def __init__(self, task: Task, durations: FloatArray, walls: WallArrays, give: Give, sign: bool = False) -> None:
+        self.task, self.durations, self.walls = task, durations, walls
+        self._programme = partial(slacks_by_programme, task, durations, give, sign)
+        self._native = native_slacks(task, durations, give)
+        solved = self._native is not None and self._native.status is Status.DONE
+        self.least = self._native if self._native is not None and solved else self._programme()
+
+    @property
+    def possible(self) -> bool:
+        """Whether a curve keeps all walls as they are, but for rounding."""
+        return self.least.status is Status.DONE and not self.noticeable
+
+    @property
+    def noticeable(self) -> bool:
+        """Whether walls give way, by what is known."""
+        return float(self.least.slacks.max()) > NOTICEABLE
+
+    def proof(self) -> Contradiction | None:
+        """Return the contradiction of the rows that press; None where that is not proved."""
+        if self._native is not None:
+            proof = find_contradiction(self.task, self.durations, self.walls, self._native)
+            if proof is not None:
+                return proof
+            if self.least is self._native:
+                self.least = self._programme()
+        return find_contradiction(self.task, self.durations, self.walls, self.least)
+
+    def hardest(self) -> tuple[int, float]:
+        """Leg and instant of the row that presses hardest."""
+        wall, task = self.least.wall, self.task
+        if not len(wall):
+            return 0, 0.0
+        piece, sizes = self.walls.piece[wall], self.walls.width[wall]
+        press = self.least.multiplier * sizes / task.units(self.durations).length
+        press *= task.units(self.durations).time ** self.walls.order[wall]
+        leg = int(np.bincount(piece // task.pieces, press, task.legs).argmax())
+        row = int(np.where(piece // task.pieces == leg, press, -np.inf).argmax())
+        breaks = np.concatenate(([0.0], np.cumsum(self.durations)))
+        return leg, float(breaks[piece[row]] + self.least.s[row] * self.durations[piece[row]])
 
 
 def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | SolverError | None:
@@ -43,34 +97,26 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
         that has no proof; None where the walls on positions leave a curve inside.
     """
     corridor = replace(task, walls=[wall for wall in task.walls if wall.order == 0], touching=False)
-    problem, units, compiled = normalised(corridor, durations)
-    if not compiled.blocks:
+    walls = native_walls(corridor)
+    if not len(walls.piece):
         return None
-    groups, names = _leg_groups(corridor, compiled)
-    give = Relaxation(groups, np.ones(len(groups)), len(names))
-    inward = 4.0 * WIDTH_ROOM
-    try:
-        relaxed = Elastic(problem, compiled, give, accuracy=NOTICEABLE, inward=inward, deadline=task.deadline).run()
-    except LateError:
-        raise
-    except SolverError as unsolved:
-        return _standing(corridor, durations, problem, units, compiled) or unsolved
-    if relaxed.slacks.max() <= NOTICEABLE:
+    give, names = _leg_groups(corridor, walls)
+    pressed = Pressed(corridor, durations, walls, give)
+    if pressed.possible:
         return None
-    if relaxed.rows is None:
-        relaxed = _outside(problem, compiled, relaxed)
-    leg, instant = hardest_pressed(corridor, problem, units, relaxed)
-    proof = find_contradiction(corridor, durations, problem, relaxed)
+    proof = pressed.proof() if pressed.least.status is Status.DONE else None
+    leg, instant = pressed.hardest()
     if proof is None:
-        return SolverError(f"{UNPROVED}widen the corridor of leg {leg}, or change durations that differ much")
-    tried = _room(task, durations, problem, relaxed)
-    room = WIDTH_ROOM if tried is None else tried
-    widths = compiled.widths * units.length * (1.0 + np.append(relaxed.slacks, 0.0)[groups] * (1.0 + room) + room)
-    on_leg = (groups >= 0) & (np.concatenate([block.leg for block in compiled.blocks]) // task.pieces == leg)
+        advice = f"widen the corridor of leg {leg}, or change durations that differ much"
+        return _standing(corridor, durations, walls) or SolverError(f"{UNPROVED}{advice}")
+    tried = _room(task, durations, pressed.least.slacks)
+    room, share = WIDTH_ROOM if tried is None else tried, np.append(pressed.least.slacks, 0.0)
+    widths = walls.width * (1.0 + share[give.group] * (1.0 + room) + room)
+    on_leg = (give.group >= 0) & (walls.piece // task.pieces == leg)
     width = float(widths[on_leg].max())
     others = {
-        name: float(widths[groups == name].max())
-        for name, slack in zip(names, relaxed.slacks, strict=True)
+        name: float(widths[give.group == name].max())
+        for name, slack in zip(names, pressed.least.slacks, strict=True)
         if slack > NOTICEABLE and name not in (None, leg)
     }
     message = (
@@ -81,18 +127,13 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     return InfeasibleError(message, leg=leg, instant=instant, smallest_width=smallest, contradiction=proof)
 
 
-def _room(task: Task, durations: FloatArray, problem: ReducedProblem, relaxed: Relaxed) -> float | None:
-    """Share to add to widths for which a plan keeps the other walls and limits too; None without one.
-
-    Curves with control points ten million legs away keep walls by differences of large numbers, which solvers find only
-    a little inside.
-    """
-    giant = EXACT * np.abs(problem.relative_points(relaxed.knots)).max() >= 0.01
-    for room in (0.01, 0.02, 0.05) if giant else (WIDTH_ROOM, 0.01):
-        share = np.broadcast_to(relaxed.slacks * (1.0 + room) + room, task.legs)
+def _room(task: Task, durations: FloatArray, slacks: FloatArray) -> float | None:
+    """Share to add to widths for which a plan keeps the other walls and limits too; None without one."""
+    for room in (WIDTH_ROOM, 10.0 * WIDTH_ROOM, 100.0 * WIDTH_ROOM):
+        share = np.broadcast_to(slacks * (1.0 + room) + room, task.legs)
         walls = [wall if wall.order else _widened(wall, share[wall.leg]) for wall in task.walls]
         try:
-            solve(replace(task, walls=walls), durations)
+            solve(replace(task, walls=walls), durations, effort=Effort.WHOLE)
         except (InfeasibleRowsError, MinsnapError):
             continue
         return room
@@ -116,17 +157,14 @@ def _sufficient(width: float, everywhere: bool, others: Mapping[int, float], tri
     return f"{what}, together with {wider}" if wider else what
 
 
-def _standing(
-    task: Task, durations: FloatArray, problem: ReducedProblem, units: Units, compiled: Compiled
-) -> InfeasibleError | None:
-    """Return the error where the walls contradict each other at waypoints, which widths of a corridor do not help."""
-    count = len(compiled.widths)
-    give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1)
-    relaxed = Elastic(problem, compiled, give, accuracy=NOTICEABLE, deadline=task.deadline).run()
-    proof = find_contradiction(task, durations, problem, relaxed)
+def _standing(task: Task, durations: FloatArray, walls: WallArrays) -> InfeasibleError | None:
+    """Return the error where walls contradict each other at waypoints, which widths of a corridor do not help."""
+    count = len(walls.piece)
+    pressed = Pressed(task, durations, walls, Give(np.zeros(count, int), np.ones(count), 1), sign=True)
+    proof = pressed.proof() if pressed.noticeable else None
     if proof is None:
         return None
-    leg, instant = hardest_pressed(task, problem, units, relaxed)
+    leg, instant = pressed.hardest()
     return InfeasibleError(
         f"no curve passes the waypoints as near as asked for: leg {leg} is the hardest, at {instant:.4g} s; widen the "
         f"tolerances or gates, pin fewer derivatives, or lower continuity={task.continuity}",
@@ -136,31 +174,14 @@ def _standing(
     )
 
 
-def _outside(problem: ReducedProblem, compiled: Compiled, relaxed: Relaxed) -> Relaxed:
-    """Add the rows that a curve without unknowns breaks, each pressed by as much."""
-    rows, _ = rows_outside(Curve(problem, compiled, problem.values), None, np.zeros(0))
-    if not rows:
-        return relaxed
-    known = rows_in_unknowns(problem, problem.plain_ends(problem.values), compiled, reduce(WallRows.joined, rows))
-    pressed = np.maximum(-known.bound, 0.0)
-    return replace(relaxed, rows=known, multipliers=pressed)
-
-
-def normalised(task: Task, durations: FloatArray) -> tuple[ReducedProblem, Units, Compiled]:
-    """Return a task's problem at piece durations, its units and its walls."""
-    units = task.units(durations)
-    problem = task.problem(durations, units)
-    return problem, units, compile_walls(task, problem, units)
-
-
-def _leg_groups(task: Task, compiled: Compiled) -> tuple[IntArray, list[int | None]]:
-    """One common slack if all walls are equally wide, else one per leg: slack of each wall, leg of each slack."""
-    leg = np.concatenate([block.leg // task.pieces for block in compiled.blocks])
-    stands = compiled.momentary
-    width = compiled.widths[~stands]
+def _leg_groups(task: Task, walls: WallArrays) -> tuple[Give, list[int | None]]:
+    """One common slack if all walls are equally wide, else one per leg; and the leg of each slack."""
+    leg, when = walls.piece // task.pieces, walls.when
+    stands = np.zeros(len(leg), dtype=bool) if when is None else when >= 0  # what holds at one instant never gives way
+    width, weight = walls.width[~stands], np.ones(len(leg))
     if len(width) and np.ptp(width) <= 1e-9 * width.max():
-        return np.where(stands, -1, 0), [None]
-    return np.where(stands, -1, leg), list(range(task.legs))
+        return Give(np.where(stands, -1, 0), weight, 1), [None]
+    return Give(np.where(stands, -1, leg), weight, task.legs), list(range(task.legs))
 
 
 def _advice(task: Task) -> str:
@@ -170,16 +191,3 @@ def _advice(task: Task) -> str:
             f"continuity={task.half - 1} fits any width from rest to rest"
         )
     return ""
-
-
-def hardest_pressed(task: Task, problem: ReducedProblem, units: Units, relaxed: Relaxed) -> tuple[int, float]:
-    """Leg and instant of the row with the largest multiplier."""
-    if relaxed.rows is None:
-        return 0, 0.0
-    rows = relaxed.rows.source
-    press = relaxed.multipliers * relaxed.rows.width
-    by_leg = np.bincount(rows.piece // task.pieces, press, task.legs)
-    leg = int(by_leg.argmax())
-    row = int(np.where(rows.piece // task.pieces == leg, press, -1.0).argmax())
-    breaks = np.concatenate(([0.0], np.cumsum(problem.durations)))
-    return leg, float((breaks[rows.piece[row]] + rows.s[row] * problem.durations[rows.piece[row]]) * units.time)

@@ -12,7 +12,7 @@ applications", SIAM Review 35, 1993).  So:
 5. The curve ends it where exact extrema prove it inside.
 
 Where that fails the nearest curve is blended with one that has room to all walls: stop-and-go along the legs, or the
-curve of most room that an elastic problem finds.  Walls are convex, so that the least share of it follows from the
+curve of most room that least slacks find.  Walls are convex, so that the least share of it follows from the
 extrema of both.  The native core does the same with an active set of its own, and asks here where it does not end.
 """
 
@@ -32,12 +32,14 @@ from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.errors import SolverError
-from minsnap.optimisation.elastic import ACCURACY as APPARENT
-from minsnap.optimisation.elastic import Elastic, Relaxation
+from minsnap.native.corridor import Give
+from minsnap.native.status import Status
+from minsnap.optimisation.least_slacks import ACCURACY, SlackProgramme, native_slacks
 from minsnap.optimisation.linear_rows import DENSE, LinearRows, joined_exactly, of_unit_length
+from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
-from minsnap.optimisation.qp import ACCURACY, Programme, Solution, solve_qp
+from minsnap.optimisation.qp import Programme, Solution, solve_qp
 from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, proved_rows, rows_in_unknowns, rows_outside
 from minsnap.optimisation.solved_task import SolvedTask
@@ -327,18 +329,19 @@ class ReferenceCore:
         InfeasibleRowsError
             If no curve keeps all walls.
         """
-        count = len(self.compiled.widths)
+        count, task = len(self.compiled.widths), replace(self.task, touching=False)
         if not count:
             return None
-        give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1, -NEARLY_INSIDE)
-        try:
-            deadline = self.task.deadline
-            relaxed = Elastic(self.problem, self.compiled, give, accuracy=ACCURACY, sign=True, deadline=deadline).run()
-        except SolverError:
-            return None
-        if relaxed.slacks[0] > APPARENT:
+        when = native_walls(task).when
+        group = np.zeros(count, dtype=np.int64) if when is None else np.where(when >= 2, -1, 0)
+        give = Give(group, np.ones(len(group)), 1)
+        least = native_slacks(task, self.durations, give, -NEARLY_INSIDE)
+        if least is None or least.status is not Status.DONE:
+            give = Give(np.zeros(count, dtype=np.int64), np.ones(count), 1)
+            least = SlackProgramme(self.problem, self.compiled, give, self.task.deadline, -NEARLY_INSIDE).run(sign=True)
+        if least.slacks[0] > ACCURACY:
             raise InfeasibleRowsError
-        return replace(curve, knots=relaxed.knots) if relaxed.slacks[0] < 0.0 else None
+        return replace(curve, knots=least.knots) if least.slacks[0] < 0.0 else None
 
 
 def _sampled(curve: Curve, instants: int) -> list[WallRows]:

@@ -8,11 +8,12 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
-from minsnap.optimisation.contradiction import contradicting_joints, find_contradiction
-from minsnap.optimisation.elastic import ACCURACY, Elastic, Relaxation
-from minsnap.optimisation.infeasibility import UNPROVED, explain_corridor, hardest_pressed, normalised
+from minsnap.native.corridor import Give
+from minsnap.optimisation.contradiction import contradicting_joints
+from minsnap.optimisation.infeasibility import UNPROVED, Pressed, explain_corridor
 from minsnap.optimisation.linear_rows import DENSE
-from minsnap.optimisation.normalised_constraints import Compiled
+from minsnap.optimisation.native_walls import native_walls
+from minsnap.optimisation.normalised_constraints import compile_walls
 from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.stop_and_go import leg_on_wall
 from minsnap.optimisation.task import Task
@@ -33,23 +34,24 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
     refused = _joined_by_nothing(task, durations) or explain_corridor(task, durations)
     if refused is not None:
         return refused
-    if not any(wall.order for wall in task.walls):
-        problem, _, compiled = normalised(task, durations)
-        on_wall = leg_on_wall(task, Curve(problem, compiled, problem.values))
-        if on_wall is not None:
-            return on_wall
-        if problem.jumps and problem.size > DENSE // 2:
-            return SolverError(f"{UNPROVED}try another solver=, or lower continuity={task.continuity}")
-        return _joined_by_nothing(task, durations, exactly=True) or SolverError(
-            "the solvers failed on a problem that has a solution: try another solver="
-        )
-    return _too_fast(task, durations)
+    if any(wall.order for wall in task.walls):
+        return _too_fast(task, durations)
+    units = task.units(durations)
+    problem = task.problem(durations, units)
+    on_wall = leg_on_wall(task, Curve(problem, compile_walls(task, problem, units), problem.values))
+    if on_wall is not None:
+        return on_wall
+    if problem.jumps and problem.size > DENSE // 2:
+        return SolverError(f"{UNPROVED}try another solver=, or lower continuity={task.continuity}")
+    return _joined_by_nothing(task, durations, exactly=True) or SolverError(
+        "the solvers failed on a problem that has a solution: try another solver="
+    )
 
 
 def _joined_by_nothing(task: Task, durations: FloatArray, exactly: bool = False) -> InfeasibleError | None:
     """Return the error where pins, gates and continuity contradict each other, whatever the walls are."""
     task = replace(task, touching=False)
-    broken = contradicting_joints(task, durations, normalised(task, durations)[0], exactly)
+    broken = contradicting_joints(task, durations, exactly)
     if broken is None:
         return None
     return InfeasibleError(
@@ -60,24 +62,15 @@ def _joined_by_nothing(task: Task, durations: FloatArray, exactly: bool = False)
 
 
 def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverError:
-    """Say by how much limits must give way where the corridor would do, and where they press hardest."""
+    """Say where limits press hardest when the corridor would do."""
     task = replace(task, touching=False)
-    problem, units, compiled = normalised(task, durations)
-    give, rows = give_limits(compiled), None
-    for far in (ACCURACY, np.inf):  # what presses is known long before the least relaxation, but may not suffice
-        relaxed = Elastic(problem, compiled, give, seed=rows, far=far, deadline=task.deadline).run()
-        proof = find_contradiction(task, durations, problem, relaxed)
-        if proof is not None or relaxed.rows is None or problem.size > DENSE:
-            break
-        rows = relaxed.rows.source.chosen(np.argsort(-relaxed.multipliers, kind="stable")[: problem.size + 1])
+    walls = native_walls(task)
+    order = walls.order  # a limit gives way as it does where time is stretched
+    give = Give(np.where(order > 0, 0, -1), order.astype(np.float64), 1)
+    pressed = Pressed(task, durations, walls, give, sign=True)
+    proof = pressed.proof()
     if proof is None:
         return SolverError(f"{UNPROVED}give more time, or loosen the limits")
-    leg, instant = hardest_pressed(task, problem, units, relaxed)
+    leg, instant = pressed.hardest()
     message = f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s"
     return InfeasibleError(message, leg=leg, instant=instant, contradiction=proof)
-
-
-def give_limits(compiled: Compiled) -> Relaxation:
-    """One slack for all walls on derivatives, weighted by what slowing down does; half at most is taken away."""
-    order = np.concatenate([np.full(len(block.leg), block.order) for block in compiled.blocks])
-    return Relaxation(np.where(order > 0, 0, -1), order.astype(np.float64), 1, -0.5)

@@ -25,7 +25,7 @@ struct Reach {
 // How the entries of a column lie: a stretch for each coordinate, ``begin[piece]`` being its first entry for a piece.
 struct Layout {
     int dim = 0, entries = 0, pieces = 0;
-    int offset[max_dim + 1] = {};
+    int offset[max_dim + 2] = {};                      // there may be a stretch of other unknowns behind the coordinates
     Buffer<int> begin;                                 // (dim, pieces)
     unsigned all() const { return (1U << dim) - 1U; }  // bits of the coordinates
     int first(int axis, int piece) const { return begin[std::size_t(axis) * pieces + piece]; }

@@ -38,10 +38,20 @@ struct CorridorRecord {
 // What is written for the caller, as in exchange_solver.hpp.
 struct CorridorAnswerRecord {
     double *points, *knots;  // (pieces, 2k, dim) [m]; (pieces + 1, k, dim)
-    std::int64_t *wall;      // (pieces * k * dim + 2,)
+    std::int64_t *wall;      // (pieces * k * dim + 2,), with slacks as many more
     double *s, *multiplier;  // the same
+    double *direction;       // the same times dim: of tangent planes of balls; or null
     double cost, bound, share, work;
     std::int64_t rows, rounds, attempts;
+};
+
+// Slacks of a corridor's walls, and what is written of them and of its rows.
+struct SlackRecord {
+    std::int64_t count;
+    const std::int64_t *group;  // (walls,) which one moves each wall outwards, or -1
+    const double *weight;       // (walls,) widths for a slack of 1
+    double *slack;              // (count,)
+    double *remainder;          // (rows of the answer,) what doubles leave of multipliers
 };
 
 // A chain of legs without walls.
@@ -196,6 +206,7 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(CorridorAnswerRecord, wall),
     MINSNAP_FIELD(CorridorAnswerRecord, s),
     MINSNAP_FIELD(CorridorAnswerRecord, multiplier),
+    MINSNAP_FIELD(CorridorAnswerRecord, direction),
     MINSNAP_FIELD(CorridorAnswerRecord, cost),
     MINSNAP_FIELD(CorridorAnswerRecord, bound),
     MINSNAP_FIELD(CorridorAnswerRecord, share),
@@ -203,6 +214,11 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(CorridorAnswerRecord, rows),
     MINSNAP_FIELD(CorridorAnswerRecord, rounds),
     MINSNAP_FIELD(CorridorAnswerRecord, attempts),
+    MINSNAP_FIELD(SlackRecord, count),
+    MINSNAP_FIELD(SlackRecord, group),
+    MINSNAP_FIELD(SlackRecord, weight),
+    MINSNAP_FIELD(SlackRecord, slack),
+    MINSNAP_FIELD(SlackRecord, remainder),
     MINSNAP_FIELD(ChainRecord, half),
     MINSNAP_FIELD(ChainRecord, legs),
     MINSNAP_FIELD(ChainRecord, dim),

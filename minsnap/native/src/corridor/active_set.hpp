@@ -25,7 +25,7 @@ struct Row {
     Real direction[max_dim];  // of a ball's tangent plane; of an equality the side it is left on, 1 or -1
     Real limit;               // of n.r, the wall moved inwards
     Real norm;                // length of the row in z before it is made one
-    Real value;               // of n.r on the curve as last placed
+    Real value;               // of n.r on the curve as last placed, less what its wall is moved outwards
     Real multiplier;          // for the row of unit length and the cost without 1/2, halved
     Reach reach;
 };
@@ -39,8 +39,10 @@ public:
               const SquareRoot<Real, Half> *const *factors)
         : chain_(chain), walls_(walls), balls_(balls), factors_(factors) {}
 
-    [[nodiscard]] bool allocate() {
-        if (!lay_out()) return false;
+    // With slacks: unknowns behind those of the curve, each worth ``price`` times its value in the distance.
+    [[nodiscard]] bool allocate(int slacks = 0, Real price = 1) {
+        slacks_ = slacks, price_ = price;
+        if (!lay_out() || !slack_.allocate(slacks + 1)) return false;
         const std::size_t n = layout_.entries, most = n + 2;
         return rows_.allocate(most) && vectors_.allocate(most * n + 1) && free_.allocate(most) && z_.allocate(n + 1) &&
                step_.allocate(n + 1) && rest_.allocate(n + 1) && along_.allocate(most) && factor_.allocate(layout_.entries) &&
@@ -49,8 +51,14 @@ public:
 
     void clear() {
         for (int i = 0; i < layout_.entries; ++i) z_[i] = step_[i] = 0;
+        for (int i = 0; i < slacks_; ++i) slack_[i] = 0;
         forget();
     }
+
+    Real slack(int i) const { return slack_[i]; }
+
+    // By how much a wall is moved outwards.
+    Real outwards(const Wall<Real> &wall) const { return wall.slack < 0 ? Real(0) : wall.give[0] * slack_[wall.slack]; }
 
     int count() const { return count_; }
     Row<Real> &row(int k) { return rows_[k]; }
@@ -65,6 +73,7 @@ public:
     template <class Number = Real>
     bool propose(int wall, Real s, Real share, const Number *direction = nullptr) {
         if (count_ > layout_.entries) return false;
+        if (slacks_ > 0) s = double(s);  // what is written can be proved exactly only as it is used
         Row<Real> &row = rows_[count_];
         row = {};
         row.wall = wall, row.s = s, row.slot = free_[count_];
@@ -72,6 +81,10 @@ public:
         row.limit = row.plane.bound - inwards_at(walls_[wall], share, s);
         Real *const a = own_vector(count_);
         row.reach = whiten(row.plane, s, 0, a);
+        if (const int slack = walls_[wall].slack; slack >= 0) {
+            a[layout_.offset[chain_.dim] + slack] = -walls_[wall].give[0] / price_;
+            row.reach.axes |= 1U << chain_.dim;
+        }
         row.norm = sqrt(orthogonal_.inner(a, row.reach, a, row.reach));
         if (!(row.norm > 0)) return false;
         for (int i = 0; i < layout_.entries; ++i) a[i] /= row.norm;
@@ -114,11 +127,12 @@ public:
 
     // Bring the curve to where the steps lead, and measure all rows on it.
     void place() {
-        for (int axis = 0; axis < layout_.dim; ++axis) {
+        for (int axis = 0; axis < chain_.dim; ++axis) {
             Real *const x = step_.data() + layout_.offset[axis];
             factors_[axis]->backward(x);
             factors_[axis]->add(chain_, axis, x);
         }
+        for (int i = 0; i < slacks_; ++i) slack_[i] += step_[layout_.offset[chain_.dim] + i] / price_;
         for (int i = 0; i < layout_.entries; ++i) step_[i] = 0;
         chain_.place();
         for (int k = 0; k < count_; ++k) measure(rows_[k]);
@@ -212,7 +226,7 @@ public:
         row_factors(chain_.size, *chain_.tables, chain_.durations[own.piece], own.order + further, s, factors);
         for (int i = 0; i < layout_.entries; ++i) a[i] = 0;
         int known = -1;
-        for (int axis = 0; axis < layout_.dim; ++axis) {
+        for (int axis = 0; axis < chain_.dim; ++axis) {
             if (!(own.axes >> axis & 1U)) continue;
             Real *const out = a + layout_.offset[axis];
             const int from = layout_.first(axis, own.piece) - layout_.offset[axis];
@@ -243,15 +257,19 @@ private:
     Real *own_vector(int k) { return &vectors_[std::size_t(rows_[k].slot) * layout_.entries]; }
 
     bool lay_out() {
-        layout_.dim = chain_.dim, layout_.pieces = chain_.pieces;
-        if (!layout_.begin.allocate(std::size_t(chain_.dim) * chain_.pieces)) return false;
+        layout_.dim = chain_.dim + (slacks_ > 0), layout_.pieces = chain_.pieces;
+        if (!layout_.begin.allocate(std::size_t(layout_.dim) * chain_.pieces)) return false;
         layout_.offset[0] = 0;
         for (int axis = 0; axis < chain_.dim; ++axis) {
             layout_.offset[axis + 1] = layout_.offset[axis] + factors_[axis]->unknowns();
             for (int piece = 0; piece < chain_.pieces; ++piece)
                 layout_.begin[std::size_t(axis) * chain_.pieces + piece] = layout_.offset[axis] + factors_[axis]->start(piece);
         }
-        layout_.entries = layout_.offset[chain_.dim];
+        layout_.entries = layout_.offset[chain_.dim] + slacks_;
+        if (slacks_ == 0) return true;
+        layout_.offset[layout_.dim] = layout_.entries;
+        for (int piece = 0; piece < chain_.pieces; ++piece)
+            layout_.begin[std::size_t(chain_.dim) * chain_.pieces + piece] = layout_.offset[chain_.dim];
         return true;
     }
 
@@ -280,6 +298,7 @@ private:
         else
             for (int q = 0; q < ball.rows; ++q) row.direction[q] = Real(direction[q]);
         if (!normalise(row.direction, ball.rows)) return false;
+        for (int q = 0; q < ball.rows && slacks_ > 0; ++q) row.direction[q] = double(row.direction[q] * Real(1 - 1e-15));
         row.plane = tangent(wall, ball, chain_.dim, row.direction);
         return true;
     }
@@ -287,7 +306,7 @@ private:
     void measure(Row<Real> &row) const {
         Real points[max_points];
         const int degree = along_normal(chain_, chain_.points.data(), row.plane, points);
-        row.value = jet_at(points, degree, row.s).value;
+        row.value = jet_at(points, degree, row.s).value - outwards(walls_[row.wall]);
     }
 
     void move(Real length, const Real *direction, Reach reach) {
@@ -338,7 +357,9 @@ private:
     Layout layout_;
     Orthogonal<Real> orthogonal_;
     Buffer<Row<Real>> rows_;
-    Buffer<Real> vectors_, z_, step_, rest_, along_, factor_;
+    Buffer<Real> vectors_, z_, step_, rest_, along_, factor_, slack_;
+    int slacks_ = 0;
+    Real price_ = 1;
     Buffer<int> free_;
     int count_ = 0;
 };

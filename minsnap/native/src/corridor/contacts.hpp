@@ -92,7 +92,8 @@ private:
     bool one_contact(const Row<Real> &a, const Row<Real> &b) const {
         if (a.wall != b.wall || !(fabs(a.s - b.s) < near)) return false;
         if (walls_[a.wall].ball >= 0) return dot(a.direction, b.direction, chain_.dim) > Real(0.5) && !parted(a, b);
-        const Real between = jet_of(chain_.points, a.plane, (a.s + b.s) / 2).value, limits = (a.limit + b.limit) / 2;
+        const Real between = jet_of(chain_.points, a.plane, (a.s + b.s) / 2).value - active_.outwards(walls_[a.wall]),
+                   limits = (a.limit + b.limit) / 2;
         return between > limits - Real(1e-12) * walls_[a.wall].width;
     }
     // Whether the curve is farther inside a ball between two rows than the tangent planes of both at their own instants.
@@ -101,7 +102,7 @@ private:
         Real place[max_dim], points[max_points];
         place_in_ball(chain_, wall, balls_[wall.ball], (a.s + b.s) / 2, place);
         const int degree = along_normal(chain_, chain_.points.data(), wall, points);
-        const Real height = wall.bound - jet_at(points, degree, (a.s + b.s) / 2).value;
+        const Real height = wall.bound + active_.outwards(wall) - jet_at(points, degree, (a.s + b.s) / 2).value;
         const Real inwards = (a.plane.bound - a.limit + b.plane.bound - b.limit) / 2;
         return sqrt(dot(place, place, balls_[wall.ball].rows)) < height - inwards - Real(1e-12) * wall.width;
     }
@@ -170,7 +171,7 @@ private:
         const bool moves = parameters_[p].part == instant;
         const Real weight = 1 / pressure(k);
         const Jet<Real> jet = jet_of(before_, row.plane, row.s);
-        Real across = 0, away = jet.slope, height = wall.bound;  // u . f' and |f|
+        Real across = 0, away = jet.slope, height = wall.bound + active_.outwards(wall);  // u . f' and |f|
         if (wall.ball >= 0) {
             away -= jet_of(before_, wall, row.s).slope;
             height = largest(height - jet_of(chain_.points, wall, row.s).value, flattest * wall.width);

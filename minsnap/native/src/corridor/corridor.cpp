@@ -93,7 +93,7 @@ MINSNAP_EXPORT std::int32_t minsnap_corridor(const minsnap::CorridorRecord *aske
     const Request given = request_of(*asked, asked->pieces, asked->durations);
     const Status checked = check_request(given);
     if (checked != Status::done) return std::int32_t(checked);
-    Answer answer = {found->points, found->knots, found->wall, found->s, found->multiplier, 0.0, 0.0, 0.0, 0, 0};
+    Answer answer = {found->points, found->knots, found->wall, found->s, found->multiplier, 0.0, 0.0, 0.0, 0, 0, found->direction};
     const Status status = solve_request(given, answer, found->attempts);
     found->cost = answer.cost, found->bound = answer.bound, found->share = answer.share;
     found->rows = answer.rows, found->rounds = answer.rounds, found->work = answer.work;

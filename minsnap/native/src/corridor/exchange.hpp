@@ -29,6 +29,7 @@ public:
             given_away_ = Real(given.gap) / 8 * chain.cost();
             status = run(answer, known, count);
         }
+        if (aim == Aim::widened) return widened(answer, status);
         return status == Status::done ? finish(answer) : status;
     }
 
@@ -65,6 +66,7 @@ private:
     static constexpr Real absurd = Real(sizeof(Real) > 8 ? 1e8 : 1e6);   // times the cost of stops at all knots: rounding has taken over
     static constexpr Real most_inward = Real(1e-3);                      // share of their widths by which walls move
     static constexpr double jump = 1e-9, stored = 8e-16;                 // of derivatives at knots, as the certificate judges them
+    static constexpr Real narrow = Real(2e-5);                           // of Aim::widened: excess that is none, in widths
     static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);  // of Aim::near: excess, over walls moved so
 
     Status prepare() {
@@ -84,7 +86,9 @@ private:
         if (status != Status::done) return status;
         if (given_->continuity >= given_->half) most_cost_ += absurd * free_cost_;
         most_peaks_ = 8 * given_->walls.count + 8;
-        if (!active.allocate() || !contacts_.allocate() || !peaks_.allocate(most_peaks_)) return Status::no_memory;
+        const Real price = sqrt(Real(given_->slacks.price) * (most_cost_ / absurd + free_cost_));
+        if (!active.allocate(given_->slacks.count, price > 0 ? price : Real(1)) || !contacts_.allocate() || !peaks_.allocate(most_peaks_))
+            return Status::no_memory;
         return start();
     }
 
@@ -242,7 +246,9 @@ private:
     Status iterate(double *points) {
         for (rounds_ = 1; rounds_ <= most_rounds; ++rounds_) {
             find_peaks();
-            if (aim_ != Aim::proved && worst_ <= (aim_ == Aim::near ? nearly : affordable() / 10)) return Status::done;
+            if (aim_ == Aim::widened && worst_ <= narrow * (1 + widest())) return Status::done;
+            if ((aim_ == Aim::near || aim_ == Aim::measured) && worst_ <= (aim_ == Aim::near ? nearly : affordable() / 10))
+                return Status::done;
             if (aim_ == Aim::proved && share_ == 0 && worst_ <= affordable() / 2) {
                 if (!pressed() && peak_count_ == 0 && proved(points)) return Status::done;
                 share_ = Real(0.66) * affordable();
@@ -267,12 +273,12 @@ private:
             }
             if (pause_ == 0 && near_rows() && moved()) continue;
             if (spent()) return Status::spent;
-            if (!(active.squared_distance() < most_cost_)) return Status::no_progress;
+            if (aim_ != Aim::widened && !(active.squared_distance() < most_cost_)) return Status::no_progress;
             if (pause_ > 0) --pause_;
             const Status status = take_in();
             if (status != Status::done) return status;
         }
-        return Status::no_progress;
+        return Status::spent;
     }
 
     bool spent() {
@@ -312,8 +318,17 @@ private:
     // Control points of the excess over a wall moved inwards, of a ball that of squares; returns their degree.
     int excess_over(int index, Real *excess) const {
         const Wall<Real> &wall = walls_[index];
-        const int degree = beyond_plane(chain, wall, share_, excess);
+        const int degree = beyond_plane(chain, wall, inwards(wall), excess);
         return wall.ball < 0 ? degree : beyond_ball(chain, wall, balls_[wall.ball], degree, excess);
+    }
+
+    // The share of its width by which a wall is moved inwards, or less outwards.
+    Real inwards(const Wall<Real> &wall) const { return wall.slack < 0 ? share_ : share_ - active.slack(wall.slack); }
+
+    Real widest() const {
+        Real most = 0;
+        for (int i = 0; i < given_->slacks.count; ++i) most = largest(most, active.slack(i));
+        return most;
     }
 
     // Note a peak of what ``excess_over`` returned.
@@ -321,7 +336,7 @@ private:
         const Wall<Real> &wall = walls_[index];
         if (wall.ball >= 0) {
             Real low[max_points];  // minus the height
-            const int degree = beyond_plane(chain, wall, share_, low);
+            const int degree = beyond_plane(chain, wall, inwards(wall), low);
             value = distance_beyond(wall, -jet_at(low, degree, s).value, value);
         }
         const Real excess = value / unit_at(wall, s);
@@ -447,20 +462,50 @@ private:
     Status finish(Answer &answer) {
         const Real cost = chain.cost(), bound = aim_ == Aim::proved ? dual_bound() - given_away_ : Real(0);
         answer.cost = double(cost), answer.bound = double(bound), answer.share = double(share_);
-        answer.rows = active.count();
-        for (int k = 0; k < active.count(); ++k) {
-            const Row<Real> &row = active.row(k);
-            answer.wall[k] = row.wall, answer.s[k] = double(row.s);
-            answer.multiplier[k] = double(2 * pressing(k) / row.norm);
-            for (int q = 0; q < chain.dim && answer.direction != nullptr; ++q)
-                answer.direction[k * chain.dim + q] = double(row.direction[q]);
-        }
-        const std::size_t state = std::size_t(chain.size.half()) * chain.dim;
-        for (int knot = 0; knot <= chain.pieces; ++knot)
-            for (std::size_t i = 0; i < state; ++i) answer.knots[knot * state + i] = double(chain.values[chain.at(knot, 0, 0) + i]);
+        press(answer);
+        write_knots(answer);
         if (!isfinite(answer.cost) || !isfinite(answer.bound)) return Status::not_proved;  // as doubles
         const Real proof = smallest(price_of_proof(), most_inward * cost);
         return aim_ != Aim::proved || fabs(cost - bound) <= Real(given_->gap) * cost + proof ? Status::done : Status::not_proved;
+    }
+
+    // The active rows, and their multipliers.
+    void press(Answer &answer) const {
+        answer.rows = active.count();
+        for (int k = 0; k < active.count(); ++k) write_row(answer, k, 2 * pressing(k) / active.row(k).norm);
+    }
+
+    void write_knots(Answer &answer) const {
+        const std::size_t state = std::size_t(chain.size.half()) * chain.dim;
+        for (int knot = 0; knot <= chain.pieces; ++knot)
+            for (std::size_t i = 0; i < state; ++i) answer.knots[knot * state + i] = double(chain.values[chain.at(knot, 0, 0) + i]);
+    }
+
+    void write_row(Answer &answer, int k, Real multiplier) const {
+        const Row<Real> &row = active.row(k);
+        answer.wall[k] = row.wall, answer.s[k] = double(row.s), answer.multiplier[k] = to_double(multiplier);
+        if (answer.remainder != nullptr) answer.remainder[k] = to_double(multiplier - answer.multiplier[k]);
+        for (int q = 0; q < chain.dim && answer.direction != nullptr; ++q) answer.direction[k * chain.dim + q] = double(row.direction[q]);
+    }
+
+    // Slacks, by which the walls give way to the last curve, and what presses against them, at whichever round that is: rows with
+    // multipliers whose sum is next to nothing. Equalities are written with the sign of their normals.
+    Status widened(Answer &answer, Status status) const {
+        Real largest_part = 0;
+        answer.rows = 0;
+        if (status == Status::no_memory || status == Status::singular || status == Status::unsupported) return status;
+        for (int k = 0; k < active.count(); ++k) {
+            largest_part = largest(largest_part, fabs(active.row(k).multiplier / active.row(k).norm));
+            if (!isfinite(active.row(k).multiplier) || !isfinite(largest_part)) return Status::no_progress;
+        }
+        for (int k = 0; k < active.count() && largest_part > 0; ++k) {
+            const Real sign = active.is_equality(k) ? active.row(k).direction[0] : Real(1);
+            write_row(answer, k, sign * pressing(k) / active.row(k).norm / largest_part);
+            answer.rows = k + 1;
+        }
+        for (int i = 0; i < given_->slacks.count; ++i) answer.slack[i] = to_double(active.slack(i));
+        write_knots(answer);
+        return status;
     }
 
     // What it costs that walls moved inwards by more than the gap allows, for the rounding of the proof.

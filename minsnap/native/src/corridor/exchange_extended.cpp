@@ -4,9 +4,9 @@
 
 namespace minsnap {
 
-Status solve_extended(const Request &given, Answer &answer) {
+Status solve_extended(const Request &given, Answer &answer, Aim aim, const Contact *known, int count) {
     const auto exchange = owned<Exchange<DoubleDouble, 0>>(given.half);
-    return exchange ? exchange->solve(given, answer) : Status::no_memory;
+    return exchange ? exchange->solve(given, answer, aim, known, count) : Status::no_memory;
 }
 
 }  // namespace minsnap

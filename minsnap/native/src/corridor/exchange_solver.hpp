@@ -18,6 +18,8 @@ struct Answer {
     std::int64_t rows, rounds;
     double *direction = nullptr;  // (rows, dim): of balls' tangent planes; or null
     double work = 0.0;            // counted work of all solves so far; 1 is what a request is worth
+    double *slack = nullptr;      // of a request with slacks, their values,
+    double *remainder = nullptr;  // and what doubles leave of multipliers, of which the largest is 1
 };
 
 // What is asked of an answer.
@@ -25,6 +27,7 @@ enum class Aim {
     proved,    // inside every wall, the cost within the gap of a lower bound
     near,      // inside walls moved inwards, but for little: where windows begin
     measured,  // the cost to a tenth of the gap, for a search that compares many
+    widened,   // the least sum of squares of slacks, whatever the cost, and what contradicts less
 };
 
 template <class Real, int Half>
@@ -48,7 +51,7 @@ private:
 };
 
 // The same once, in double-double arithmetic.
-Status solve_extended(const Request &given, Answer &answer);
+Status solve_extended(const Request &given, Answer &answer, Aim aim = Aim::proved, const Contact *known = nullptr, int count = 0);
 
 // Solve a request that was checked: as a whole or in windows, in double precision.
 Status solve_in_double(const Request &given, Answer &answer);

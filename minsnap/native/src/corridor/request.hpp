@@ -20,6 +20,14 @@ inline Instant instant_in(double seconds) {
     return std::chrono::steady_clock::now() + std::chrono::duration_cast<Instant::duration>(left);
 }
 
+// Unknowns by which walls move outwards, in shares of their widths times a weight; nothing moves without a count.
+struct Slacks {
+    int count = 0;
+    const std::int64_t *group = nullptr;  // (walls,) which one moves each wall, or -1
+    const double *weight = nullptr;       // (walls,)
+    double price = 0.0;  // of the square of one, over the cost of the curve: high ones leave the curve alone out of account
+};
+
 struct Request {
     int half, pieces, dim;
     bool closed;
@@ -33,6 +41,7 @@ struct Request {
     int continuity = 0;   // derivatives continuous at the knots; less than k is k - 1
     double effort = 1.0;  // share of the work that it is worth, after which it is given up
     Instant due = Instant::max();
+    Slacks slacks = {};
 };
 
 // What records of the border say; durations are one of each piece.
@@ -149,7 +158,11 @@ Status load_wall(const Request &given, const Chain<Real, Half> &chain, std::int6
         wall.touch(axis, all.normal[index * given.dim + axis]);
         wall.bound -= wall.normal[axis] * away;
     }
-    return set_give(chain, ball, wall) ? Status::done : Status::infeasible;
+    wall.slack = -1;
+    if (given.slacks.count == 0) return set_give(chain, ball, wall) ? Status::done : Status::infeasible;
+    wall.slack = int(given.slacks.group[index]);
+    wall.give[0] = wall.give[1] = wall.slack < 0 ? Real(0) : given.slacks.weight[index] * wall.width;
+    return Status::done;
 }
 
 // Control points (pieces, 2k, dim) in metres, exact at the knots.

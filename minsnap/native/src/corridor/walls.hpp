@@ -56,6 +56,7 @@ struct Wall : Plane<Real> {
     Real give[2];  // by how much it moves inwards at the ends of the piece for each share of a width
     int ball;      // index of its A and c, or -1
     Real inward;   // by how much it moves inwards besides, so that rounding leaves room for the proof
+    int slack;     // which slack moves it outwards, or -1
 };
 
 // The derivative of order ``plane.order`` along the normal: control points; returns their degree. ``all`` are the control

@@ -1,0 +1,188 @@
+r"""By how much walls must give way for a curve to keep them, and what presses against them then.
+
+Each group of walls gets a slack: :math:`g(z) \le b + \sigma\,\text{width}\,\text{weight}`.  The native core answers
+most questions.  Where it does not, or there is none, the least sum of the slacks is a linear programme of rows at many
+instants, to which those are added where its curve leaves the walls that gave way; the cost of the curve has no part in
+it.  HiGHS ends at a vertex, whose multipliers are those of a proof: the rows that press add up to nothing but slacks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import reduce
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import WORK, Deadline
+from minsnap.basics.tolerances import EXACT
+from minsnap.native.corridor import Give, LeastSlack, least_slack
+from minsnap.native.status import Status
+from minsnap.optimisation.linear_rows import LinearRows
+from minsnap.optimisation.native_solve import corridor_question
+from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
+from minsnap.optimisation.reduced_qp import ReducedProblem
+from minsnap.optimisation.rows import Curve, RowSet, rows_in_unknowns, rows_outside
+from minsnap.optimisation.task import Task
+
+ROUNDS = 20
+"""Linear programmes at most; the slacks are then from below, and what presses may prove that they are not zero."""
+
+ACCURACY = 3e-4
+"""Excess over the walls that gave way, in widths, that ends them."""
+
+STALLED = 1e-6
+"""Share by which the sum of the slacks must grow in a round, once it is above zero."""
+
+
+def native_slacks(task: Task, durations: FloatArray, give: Give, lowest: float = 0.0) -> LeastSlack | None:
+    """Return the least slacks, from a lowest that is not positive, by the native core; None without it.
+
+    Raises
+    ------
+    LateError
+        Where time or work are over.
+    """
+    question = corridor_question(replace(task, solver="auto"), durations, task.units(durations))
+    if isinstance(question, str):
+        return None
+    walls = question.walls
+    bound = walls.bound + lowest * np.where(give.group < 0, 0.0, give.weight * walls.width)
+    least = least_slack(replace(question, walls=replace(walls, bound=bound)), give, task.deadline.left)
+    if least is None:
+        return None
+    task.deadline.spend(WORK.solve * least.work)
+    task.deadline.require()
+    return replace(least, slacks=least.slacks + lowest)
+
+
+def slacks_by_programme(task: Task, durations: FloatArray, give: Give, sign: bool) -> LeastSlack:
+    """Return the least slacks by linear programmes; with ``sign``, of which it is known that they are not zero."""
+    units = task.units(durations)
+    problem = task.problem(durations, units)
+    return SlackProgramme(problem, compile_walls(task, problem, units), give, task.deadline).run(sign)
+
+
+class SlackProgramme:
+    """Linear programmes of the least sum of slacks.
+
+    Parameters
+    ----------
+    problem : ReducedProblem
+    compiled : Compiled
+        Its walls.
+    give : Give
+    deadline : Deadline
+    lowest : float
+        Least value of a slack, not positive: below zero walls move inwards.
+    """
+
+    def __init__(
+        self, problem: ReducedProblem, compiled: Compiled, give: Give, deadline: Deadline, lowest: float = 0.0
+    ) -> None:
+        self.problem, self.compiled, self.deadline, self.lowest = problem, compiled, deadline, lowest
+        count = len(compiled.widths)  # planes of gates, which come after them, are equations here
+        self.give = replace(give, group=give.group[:count], weight=give.weight[:count])
+        self.base = problem.values
+        self.linear, self.ends = LinearRows(problem, self.base), problem.plain_ends(self.base)
+
+    def run(self, sign: bool = False) -> LeastSlack:
+        """Return the least slacks and the rows that press; neither where there is no solution.
+
+        Parameters
+        ----------
+        sign : bool
+            Whether it is sufficient to know that walls must give way, or a curve with half of the room that there is.
+
+        Raises
+        ------
+        LateError
+            Where time or work are over.
+        """
+        rows, last, total = self._in_unknowns(self._every_wall()), None, -np.inf
+        for _ in range(ROUNDS):
+            solution = self._solved(rows)
+            if solution is None:
+                break
+            last = rows, *solution
+            _, knots, slacks, multipliers = last
+            amounts = np.append(slacks, 0.0)[self.give.group] * self.give.weight
+            curve = Curve(self.problem, self.compiled.relaxed(amounts), knots)
+            outside, excess = rows_outside(curve, rows, multipliers, ACCURACY)
+            before, total = total, float(slacks.sum())
+            stays = total > ACCURACY and total - before < STALLED * total
+            known = sign and (total > ACCURACY or excess < -total / 2.0)
+            if not outside or stays or known:
+                break
+            moved = amounts * self.compiled.widths
+            rows = rows.joined(self._in_unknowns([replace(one, bound=one.bound - moved[one.wall]) for one in outside]))
+        return self._pressed(*last) if last else self._nothing()
+
+    def _in_unknowns(self, rows: list[WallRows]) -> RowSet:
+        return rows_in_unknowns(self.problem, self.ends, self.compiled, reduce(WallRows.joined, rows))
+
+    def _every_wall(self) -> list[WallRows]:
+        """Rows of every wall: at its knot, or at as many Chebyshev points as a piece has control points.
+
+        Balls and cones have the tangent planes of both directions of every row of their matrix there.
+        """
+        count, rows = self.problem.degree + 1, []
+        s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        for block, first in zip(self.compiled.blocks, self.compiled.first, strict=False):
+            walls = np.arange(len(block.leg))
+            index, places = (walls, block.at.astype(np.float64)) if block.at is not None else (walls, None)
+            if places is None:
+                index, places = np.repeat(walls, count), np.tile(s, len(walls))
+            chosen, along = block.chosen(index), np.eye(block.matrix.shape[1])
+            for direction in np.vstack((along, -along)) if len(along) else np.zeros((1, 0)):
+                planes = chosen.tangents(np.broadcast_to(direction, (len(index), len(along))))
+                rows.append(WallRows.of(chosen, first + index, places, planes))
+        return rows
+
+    def _solved(self, rows: RowSet) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+        """Knots, slacks and the multipliers of rows in normalised units; None where there is no solution."""
+        from scipy.optimize import linprog
+        from scipy.sparse import coo_matrix, csr_matrix, diags, hstack
+
+        width, wall, slacks = self.compiled.widths[rows.source.wall], rows.source.wall, self.give.slacks
+        matrix = diags(1.0 / width) @ self.linear.matrix(rows.columns, rows.values)
+        gives = np.flatnonzero(self.give.group[wall] >= 0)
+        places = gives, self.give.group[wall[gives]]
+        moved = coo_matrix((-self.give.weight[wall[gives]], places), shape=(len(wall), slacks))
+        sums, size = csr_matrix(hstack((matrix, moved))), self.problem.size
+        equal, sides = self.linear.equality_rows()
+        self.deadline.require()
+        self.deadline.spend(WORK.slacks * sums.nnz * sums.shape[1])
+        found = linprog(
+            np.append(np.zeros(size), np.ones(slacks)),
+            sums,
+            rows.bound / width,
+            hstack((equal, csr_matrix((len(sides), slacks)))) if len(sides) else None,
+            sides if len(sides) else None,
+            [(None, None)] * size + [(self.lowest, None)] * slacks,
+        )
+        if not found.success:
+            return None
+        knots = self.problem.add(self.base, found.x[:size] * self.linear.scale[:-1])
+        return knots, found.x[size:], np.maximum(-found.ineqlin.marginals, 0.0) / width
+
+    def _pressed(self, rows: RowSet, knots: FloatArray, slacks: FloatArray, multipliers: FloatArray) -> LeastSlack:
+        """Return the rows that press, with the directions of tangent planes."""
+        press = np.flatnonzero(multipliers)
+        source, multiplier = rows.source.chosen(press), multipliers[press]
+        direction = np.zeros((len(press), self.problem.dim))
+        for block, first in zip(self.compiled.blocks, self.compiled.first, strict=False):
+            if block.flat:
+                continue
+            for row in np.flatnonzero((source.wall >= first) & (source.wall < first + len(block.leg))).tolist():
+                wall = int(source.wall[row] - first)
+                own = np.linalg.lstsq(block.matrix[wall].T, source.normal[row] + block.slope[wall], rcond=None)[0]
+                direction[row, : len(own)] = own / max(float(np.linalg.norm(own)) * (1.0 + EXACT), EXACT)
+        largest, remainder = multiplier.max(initial=0.0) or 1.0, np.zeros(len(press))
+        known = source.wall.astype(np.int64), source.s, multiplier / largest, direction, remainder
+        return LeastSlack(Status.DONE, slacks, knots, *known, work=0.0)
+
+    def _nothing(self) -> LeastSlack:
+        none, still, vectors = np.zeros(0), np.zeros(self.give.slacks), np.zeros((0, self.problem.dim))
+        known = none.astype(np.int64), none, none, vectors, none
+        return LeastSlack(Status.NO_PROGRESS, still, self.base, *known, work=0.0)
