@@ -162,6 +162,7 @@ def explained_by_times(
         refuse_short(task, timing, getattr(refused, "shortest", None))
     if not isinstance(refused, InfeasibleError) or _for_all_times(task, timing, refused):
         return refused
+    shortest = refused.shortest
     refused, own_times = (again, True) if isinstance(again, InfeasibleError) else (refused, own_times)
     factor = _stretch_tried(refused, task, timing, finish, plan)
     sentence, note = (
@@ -171,6 +172,8 @@ def explained_by_times(
     if proof is not None and not own_times:
         tried = "" if timing.durations is not None else ", and others that were tried have no plan either"
         refused, note = _unproved(refused), f"; this is not proved of all times{tried}{note}"
+    if refused is again and shortest is not None:
+        refused.shortest, note = shortest, f"{note}; the shortest found is {shortest:.6g} s"
     if note:
         refused.args = (sentence + note,)
     if not isinstance(refused, UnprovedError) or refused.shortest is None:
