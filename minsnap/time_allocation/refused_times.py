@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import check_durations
+from minsnap.basics.checks import LONGEST, check_durations
 from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
@@ -265,16 +265,19 @@ def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> N
                 leg=leg,
                 contradiction=proof,
             )
-    if timing.total_time is not None:
-        proof = short_total(bounded, timing.total)
-        if proof is not None:
-            known = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"
-            raise InfeasibleError(
-                f"{timing.total:.6g} s are too short for the limits: the lengths of the legs alone need "
-                f"{float(proof.least):.6g} s{known}",
-                shortest=shortest,
-                contradiction=proof,
-            )
+        return
+    longest = LONGEST * task.legs
+    proof = short_total(bounded, longest if timing.total_time is None else timing.total)
+    if proof is None:
+        return
+    known = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"
+    message = (
+        f"{proof.total:.6g} s are too short for the limits: the lengths of the legs alone need "
+        f"{float(proof.least):.6g} s{known}"
+    )
+    if proof.least > longest:
+        message = "the limits on derivatives let no curve pass the waypoints in any time: loosen them"
+    raise InfeasibleError(message, shortest=shortest, contradiction=proof)
 
 
 def _of_these_times(proof: Contradiction, task: Task, timing: Timing) -> bool:

@@ -15,6 +15,7 @@ which has the least norm in L1.  That a move is not made in a time is proved in 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -41,18 +42,17 @@ class ShortTotalSettings:
         Order of the highest derivative that limits bound.
     roughly : float
         Share to which times are found that are only compared.
-    tried, window : int
-        Directions for each kind of limit, and of how many legs at most each is made.
-    legs : int
-        Of the longest way whose turns are sought.
+    tried : int
+        Directions for each kind of limit along which a part of the way is cut.
+    parted : int
+        Legs of the longest part times those of the way.
     """
 
     cells: int = 12
     highest: int = 4
     roughly: float = 1e-3
-    tried: int = 3
-    window: int = 4
-    legs: int = 30
+    tried: int = 2
+    parted: int = 30
 
 
 SETTINGS = ShortTotalSettings()
@@ -129,8 +129,8 @@ class VelocityBounds:
         if self.reach <= 0.0 or not isfinite(self.farthest(high)):
             return 0.0
         if not (self.left or self.right):
-            return float(self.reach / self.most[1][0] * (1.0 - EXACT))
-        while self.farthest(high) < self.reach and high < 1.0 / EXACT:
+            return float(self.reach / max(self.most[1][0], EXACT * self.reach) * (1.0 - EXACT))
+        while self.farthest(high) < self.reach and high < 1.0 / EXACT**2:
             low, high = high, 2.0 * high
         while high - low > share * high > 0.0:
             middle = 0.5 * (low + high)
@@ -139,8 +139,13 @@ class VelocityBounds:
 
 
 def _covered(most: dict[int, Any], known: list[Any], time: Any) -> list[Any]:
-    """Return bounds of the distance in each cell of a time, where derivatives are known at its start."""
-    most = {order: value for order, value in most.items() if order <= len(known) + 1 and value < inf}
+    """Return bounds of the distance in each cell of a time, where derivatives are known at its start.
+
+    Those of the velocity do not fall, so that what is not covered in a time is not covered in less.
+    """
+    usable = {order: value for order, value in most.items() if order <= len(known) + 1 and value < inf}
+    most = {order: value if order == 1 else max(value, 0) for order, value in usable.items()}
+    known = [value if order == 1 else max(value, 0) for order, value in enumerate(known, 1)]
     if not most:
         return [inf] * SETTINGS.cells
     last, step = max(most), time / SETTINGS.cells
@@ -194,8 +199,8 @@ class MoveBounds:
     def _turns(self, moves: Moves, number: int) -> bool:
         """Whether the way goes back after a move, the last of a lap before the first."""
         move, after = moves[number], moves[(number + 1) % len(moves)]
-        lap = self.task.closed and moves[-1].end - moves[0].start == self.task.legs
-        if number in (-1, len(moves) - 1) and not lap:
+        around = self.task.legs if number in (-1, len(moves) - 1) else 0
+        if after.start + around != move.end or (around and not self.task.closed):
             return False
         both = all(self._reach(one, [Fraction(x) for x in one.direction.tolist()]) > 0 for one in (move, after))
         return both and bool((move.direction == -after.direction).all())
@@ -248,13 +253,13 @@ class ShortTotal:
         """Prove in exact rational arithmetic that every split of the total exceeds a limit."""
         starts, ends = [move.start for move in self.moves], [move.end for move in self.moves]
         last = self.task.legs + (starts[0] if self.task.closed else 0)
-        ordered = 0 <= starts[0] and starts[1:] == ends[:-1] and ends[-1] <= last
-        ordered &= all(start < end for start, end in zip(starts, ends, strict=True))
+        ordered = 0 <= starts[0] and all(start < end for start, end in zip(starts, ends, strict=True))
+        ordered &= all(end <= start for end, start in zip(ends, [*starts[1:], last], strict=True))
         if not ordered or self.least <= Fraction(self.total):
             return False
         course = MoveBounds(self.task)
         known = ((move.least, course.velocity(self.moves, i, Fraction)) for i, move in enumerate(self.moves))
-        return all(not least or velocity.farthest(Fraction(least)) < velocity.reach for least, velocity in known)
+        return all(not least or velocity.farthest(Fraction(least)) < velocity.reach > 0 for least, velocity in known)
 
 
 def _product(g: list[Any], values: list[float]) -> Any:
@@ -277,67 +282,66 @@ def _support(walls: Walls, row: int, g: list[Any]) -> Any:
 
 def short_total(bounded: Task, total: float) -> ShortTotal | None:
     """Prove that a total [s] is too short for a task with the walls of its limits; None where there is no proof."""
-    course = MoveBounds(bounded)
-    tried = (course.timed(moves, SETTINGS.roughly) for moves in (_legs(course), *_turning(bounded)))
-    return _proved(course, total, max(tried, key=lambda moves: sum(move.least for move in moves)))
+    bounds = MoveBounds(bounded)
+    return _proved(bounds, total, _parted(bounds))
 
 
 def short_leg(bounded: Task, durations: FloatArray) -> ShortTotal | None:
     """Prove of one of leg durations (legs,) [s] that it is too short; None where there is no proof."""
-    course = MoveBounds(bounded)
-    move = max(_legs(course), key=lambda one: one.least / durations[one.start])
-    return _proved(course, float(durations[move.start]), (move,))
+    bounds = MoveBounds(bounded)
+    tried = ((leg, moves) for leg in range(bounded.legs) for moves in _longest(bounds, leg, leg + 1))
+    leg, moves = max(tried, key=lambda one: _time(one[1]) / durations[one[0]], default=(0, ()))
+    return _proved(bounds, float(durations[leg]), moves)
 
 
-def _proved(course: MoveBounds, total: float, moves: Moves) -> ShortTotal | None:
-    short = ShortTotal(course.task, total, course.timed(moves))
-    return short if short.verify() else None
+def _proved(bounds: MoveBounds, total: float, moves: Moves) -> ShortTotal | None:
+    short = ShortTotal(bounds.task, total, bounds.timed(moves))
+    return short if moves and short.verify() else None
 
 
-def _legs(course: MoveBounds) -> Moves:
-    """Return each leg along the direction in which it takes longest."""
-    parts, normals, moves = _parts(course.task), _normals(course.task), []
-    for leg, step in enumerate(np.diff(course.task.waypoints, axis=0)):
-        ways = [_unit(step @ part.T @ part) for part in parts]
-        ways += [way if way @ step > 0.0 else -way for way in normals]
-        tried = (course.timed((LeastMove(leg, leg + 1, way),), SETTINGS.roughly)[0] for way in ways)
-        moves.append(max(tried, key=lambda one: one.least, default=LeastMove(leg, leg + 1, step)))
-    return tuple(moves)
+def _time(moves: Moves) -> float:
+    return sum(move.least for move in moves)
 
 
-def _turning(bounded: Task) -> list[Moves]:
-    """Return the way back and forth along single directions: of planes, and of sums of legs along which it is long."""
-    if bounded.legs > SETTINGS.legs:
-        return []
-    steps, found = np.diff(bounded.waypoints, axis=0), [_back_and_forth(bounded, way) for way in _normals(bounded)]
-    windows = [(i, j) for i in range(len(steps)) for j in range(i + 1, min(i + SETTINGS.window, len(steps)) + 1)]
-    signs = np.ones((SETTINGS.window, 1)), (-1.0) ** np.arange(SETTINGS.window)[:, None]
-    for part in _parts(bounded):
+def _parted(bounds: MoveBounds) -> Moves:
+    """Cut the way into parts that go back and forth along a direction each, such that they take longest in all."""
+    legs, best = bounds.task.legs, [(0.0, Moves())]
+    for end in range(1, legs + 1):
+        starts = range(max(0, end - max(1, SETTINGS.parted // legs)), end)
+        tried = ((start, moves) for start in starts for moves in _longest(bounds, start, end))
+        whole = ((best[start][0] + _time(moves), (*best[start][1], *moves)) for start, moves in tried)
+        best.append(max(whole, key=lambda one: one[0], default=best[-1]))
+    return best[-1][1]
+
+
+def _longest(bounds: MoveBounds, start: int, end: int) -> Iterator[Moves]:
+    """Return moves between two waypoints along single directions: of planes, and of sums of legs between them."""
+    task = bounds.task
+    steps, ways = np.diff(task.waypoints[start : end + 1], axis=0), _normals(task)
+    windows = [(i, j) for i in range(len(steps)) for j in range(i + 1, len(steps) + 1)]
+    signs = np.ones((len(steps), 1)), (-1.0) ** np.arange(len(steps))[:, None]
+    for part in _parts(task):
         mapped = steps @ part.T @ part
-        ways = [_unit((sign[: j - i] * mapped[i:j]).sum(axis=0)) for i, j in windows for sign in signs]
-        ways.sort(key=lambda way: -sum(sqrt(far) for far in np.abs(np.diff(_cut(bounded, way)[2]))))
-        found += [_back_and_forth(bounded, way) for way in ways[: SETTINGS.tried]]
-    return [moves for moves in found if moves]
+        sums = [_unit((sign[: j - i] * mapped[i:j]).sum(axis=0)) for i, j in windows for sign in signs]
+        sums.sort(key=lambda way: -sum(sqrt(abs(far)) for _, _, far in _swings(task, start, end, way)))
+        ways += sums[: SETTINGS.tried]
+    for way in ways:
+        moves = (LeastMove(i, j, way if rise > 0.0 else -way) for i, j, rise in _swings(task, start, end, way))
+        yield bounds.timed(tuple(moves), SETTINGS.roughly)
 
 
-def _back_and_forth(bounded: Task, way: FloatArray) -> Moves:
-    """Cut the way where it turns along a direction."""
-    first, knots, along = _cut(bounded, way)
-    both = zip(knots, knots[1:], np.diff(along).tolist(), strict=False)
-    return tuple(LeastMove(first + i, first + j, way if rise > 0.0 else -way) for i, j, rise in both)
-
-
-def _cut(bounded: Task, way: FloatArray) -> tuple[int, list[int], FloatArray]:
-    """Return where the way begins, on a lap at its farthest waypoint, where it turns from there on, and how far."""
-    along = (bounded.waypoints * way).sum(axis=1)
-    first = int(along[:-1].argmax()) if bounded.closed else 0
-    along = np.append(np.roll(along[:-1], -first), along[first]) if bounded.closed else along
+def _swings(task: Task, start: int, end: int, way: FloatArray) -> list[tuple[int, int, float]]:
+    """Return from where to where, and how far, the way goes along a direction; a whole lap begins at its farthest."""
+    along = (task.waypoints[start : end + 1] * way).sum(axis=1)
+    if task.closed and end - start == task.legs:
+        start = int(along[:-1].argmax())
+        along = np.append(np.roll(along[:-1], -start), along[start])
     knots = [0]
     for k in (np.flatnonzero(np.diff(along)) + 1).tolist():
         onwards = len(knots) > 1 and (along[knots[-1]] > along[knots[-2]]) == (along[k] > along[knots[-1]])
         knots[-1:] = [k] if onwards else [knots[-1], k]
-    knots[-1] = bounded.legs if len(knots) > 1 else 0
-    return first, knots, along[knots]
+    knots[-1] = len(along) - 1 if len(knots) > 1 else 0
+    return [(start + i, start + j, float(along[j] - along[i])) for i, j in zip(knots, knots[1:], strict=False)]
 
 
 def _parts(bounded: Task) -> list[FloatArray]:

@@ -82,15 +82,31 @@ def test_a_lap_turns_where_it_begins():
     assert short_total(replace(task_of(points, limits=limits, closed=True), continuity=0), 1e-3) is None
 
 
-def test_what_moves_at_an_end_gets_further_or_has_to_come_back():
-    """Of 4 m within 2 m/s²: from 2 m/s on to rest, and flying away at first."""
-    points, limits = np.array([(0.0, 0.0), (4.0, 0.0)]), Limits(acceleration=2.0)
-    for speed in (2.0, -2.0):
-        rest = {order: np.zeros(2) for order in (1, 2, 3)}
-        task = task_of(points, limits=limits, pins={0: rest | {1: np.array([speed, 0.0])}, 1: rest})
-        least = (10.0**0.5 * 2.0 - speed) / 2.0 + (0.0 if speed > 0.0 else 0.0)
-        assert short_total(task, 0.95 * least).verify()
-        assert short_total(task, 1.000001 * least) is None
+@pytest.mark.parametrize("speed", [2.0, -2.0])
+def test_what_moves_at_an_end_gets_there_sooner_or_later(speed):
+    """4 m within 2 m/s²: against the speed it first falls back by 1 m in 1 s."""
+    rest = {order: np.zeros(2) for order in (1, 2, 3)}
+    pins = {0: rest | {1: np.array([speed, 0.0])}, 1: rest}
+    task = task_of(np.array([(0.0, 0.0), (4.0, 0.0)]), limits=Limits(acceleration=2.0), pins=pins)
+    least = 10.0**0.5 - 1.0 if speed > 0.0 else 1.0 + 10.0**0.5
+    proof = short_total(task, 0.99 * least)
+    assert proof.verify() and float(proof.least) == pytest.approx(least, rel=0.01)
+    assert short_total(task, 1.000001 * least) is None
+
+
+def test_what_is_reached_in_a_moment_is_not_out_of_reach_since_more_time_leads_back():
+    """From 5 m/s with -20 m/s² it is 0.625 m to the summit, 0.25 s from the start."""
+    pins = {0: {1: np.array([5.0]), 2: np.array([-20.0]), 3: np.zeros(1)}}
+    pins[1] = pins[0] | {1: np.zeros(1)}
+    assert short_total(task_of(np.array([[0.0], [0.625]]), limits=Limits(jerk=1.0), pins=pins), 0.251) is None
+
+
+def test_an_acceleration_that_only_falls_brings_no_rest_back_to_rest_in_any_time():
+    wall = minsnap.HalfSpaces((1.0, 0.0), -0.5, order=2)
+    for times in ({"total_time": 5.0}, {"search": minsnap.Search(time_weight=1.0)}):
+        with pytest.raises(minsnap.InfeasibleError, match="no curve pass the waypoints in any time") as refused:
+            minsnap.plan([(0.0, 0.0), (2.0, 1.0), (1.0, 3.0)], corridor=wall, degree=3, **times)
+        assert refused.value.verify()
 
 
 @pytest.mark.slow
