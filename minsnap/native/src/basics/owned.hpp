@@ -1,6 +1,7 @@
-// A value on the heap that is freed with its owner; null where there is no memory.
+// Values on the heap that are freed with their owner; null where there is no memory.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <new>
 
@@ -9,6 +10,11 @@ namespace minsnap {
 template <class Value, class... Given>
 std::unique_ptr<Value> owned(Given... given) {
     return std::unique_ptr<Value>(new (std::nothrow) Value(given...));
+}
+
+template <class Value>
+std::unique_ptr<Value[]> owned_array(std::size_t count) {
+    return std::unique_ptr<Value[]>(new (std::nothrow) Value[count]);
 }
 
 }  // namespace minsnap

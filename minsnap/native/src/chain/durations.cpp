@@ -22,6 +22,33 @@ using Integer = std::int64_t;
 
 constexpr Integer most_split_legs = Integer{1} << 20, most_split_pieces = 256;
 
+// Derivatives 1 ... k - 1 at the ends of a leg along an axis, each `stride` apart, and its displacement.
+struct AxisEnds {
+    const double *start, *end;
+    int stride;
+    double step;
+};
+
+// Cost of all legs, and T dJ/dT of each, from ends(leg, axis): derivatives in `time`, or in the unit interval where that is 0.
+// forces (legs, dim): dJ/dd for the displacements, or null.
+template <int half, class Ends>
+void sum_legs(Integer legs, int dim, const double *durations, double time, Ends &&ends, double &cost, double *slopes, double *forces) {
+    const LegTables<double> &tables = leg_tables<double>(half);
+    for (Integer leg = 0; leg < legs; ++leg) {
+        double powers[half + 1];
+        duration_powers<half>(time > 0.0 ? durations[leg] / time : durations[leg], powers);
+        for (int a = 0; time == 0.0 && a < half; ++a) powers[a] = 1.0;
+        LegSlopes found;
+        for (int d = 0; d < dim; ++d) {
+            const AxisEnds own = ends(leg, d);
+            const double force = add_axis<half>(tables, powers, own.start, own.end, own.stride, own.step, found);
+            if (forces) forces[leg * dim + d] = force;
+        }
+        cost += found.cost;
+        slopes[leg] = found.time;
+    }
+}
+
 // Optimal cost of a chain without walls, and its slopes.
 class FreeCost {
 public:
@@ -78,20 +105,11 @@ private:
         if (!room_.allocate(std::size_t(chain_.legs + 1) * n * dim)) return Status::no_memory;
         const Status status = solve_chain(chain_, half, spread, {nullptr, room_.data()});
         if (status != Status::done) return status;
-        const LegTables<double> &tables = leg_tables<double>(half);
-        for (Integer leg = 0; leg < chain_.legs; ++leg) {
-            double powers[half + 1];
-            duration_powers<half>(chain_.durations[leg], powers);
-            LegSlopes found;
-            for (int d = 0; d < dim; ++d) {
-                const double *start = room_.data() + leg * n * dim + d, *from = chain_.points + leg * dim + d;
-                const double step = from[dim] - from[0];
-                const double force = add_axis<half>(tables, powers, start, start + n * dim, dim, step, found);
-                if (forces) forces[leg * dim + d] = force;
-            }
-            cost += found.cost;
-            slopes[leg] = found.time;
-        }
+        auto ends = [&](Integer leg, int d) {
+            const double *start = room_.data() + leg * n * dim + d, *from = chain_.points + leg * dim + d;
+            return AxisEnds{start, start + n * dim, dim, from[dim] - from[0]};
+        };
+        sum_legs<half>(chain_.legs, dim, chain_.durations, 1.0, ends, cost, slopes, forces);
         return Status::done;
     }
 
@@ -102,23 +120,13 @@ private:
         if (!room_.allocate(std::size_t(chain_.legs) * 2 * half * dim)) return Status::no_memory;
         const Status status = solve_closed(chain_, half, Spread::narrow, Output{room_.data(), nullptr});
         if (status != Status::done) return status;
-        const LegTables<double> &tables = leg_tables<double>(half);
-        for (Integer leg = 0; leg < chain_.legs; ++leg) {
-            double powers[half + 1];
-            duration_powers<half>(chain_.durations[leg], powers);
-            for (int a = 0; a < half; ++a) powers[a] = 1.0;
-            LegSlopes found;
-            for (int d = 0; d < dim; ++d) {
-                const double *points = room_.data() + leg * 2 * half * dim + d;
-                double start[half], end[half];
-                scaled_ends<half>(points, dim, start, end);
-                const double *from = chain_.points + leg * dim + d;
-                const double force = add_axis<half>(tables, powers, start, end, 1, from[dim] - from[0], found);
-                if (forces) forces[leg * dim + d] = force;
-            }
-            cost += found.cost;
-            slopes[leg] = found.time;
-        }
+        double start[half], end[half];
+        auto ends = [&](Integer leg, int d) {
+            const double *from = chain_.points + leg * dim + d;
+            scaled_ends<half>(room_.data() + leg * 2 * half * dim + d, dim, start, end);
+            return AxisEnds{start, end, 1, from[dim] - from[0]};
+        };
+        sum_legs<half>(chain_.legs, dim, chain_.durations, 0.0, ends, cost, slopes, forces);
         return Status::done;
     }
 
@@ -186,19 +194,12 @@ private:
         const LegTables<double> &tables = leg_tables<double>(half);
         const int dim = given_.dim;
         cost = 0.0;
-        for (int piece = 0; piece < given_.pieces; ++piece) {
-            double powers[half + 1];
-            duration_powers<half>(given_.durations[piece] / given_.time, powers);
-            LegSlopes found;
-            for (int d = 0; d < dim; ++d) {
-                const double *start = &knots_[std::size_t(piece) * half * dim + d], *end = start + half * dim;
-                const double *from = given_.positions + std::size_t(piece) * dim + d;
-                const double step = (from[dim] - from[0]) / given_.length + end[0] - start[0];
-                add_axis<half>(tables, powers, start + dim, end + dim, dim, step, found);
-            }
-            cost += found.cost;
-            slopes[piece] = found.time;
-        }
+        auto ends = [&](Integer piece, int d) {
+            const double *start = &knots_[std::size_t(piece) * half * dim + d], *end = start + half * dim;
+            const double *from = given_.positions + std::size_t(piece) * dim + d;
+            return AxisEnds{start + dim, end + dim, dim, (from[dim] - from[0]) / given_.length + end[0] - start[0]};
+        };
+        sum_legs<half>(given_.pieces, dim, given_.durations, given_.time, ends, cost, slopes, nullptr);
         for (int k = 0; k < rows; ++k) add_row<half>(tables, k, slopes);
         return Status::done;
     }

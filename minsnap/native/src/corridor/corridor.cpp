@@ -11,12 +11,6 @@ namespace {
 
 constexpr std::int64_t most_pieces = 200'000, most_walls = 10'000'000;
 
-bool all_finite(const double *values, std::int64_t count) {
-    for (std::int64_t i = 0; i < count; ++i)
-        if (!std::isfinite(values[i])) return false;
-    return true;
-}
-
 bool all_positive(const double *values, std::int64_t count) {
     for (std::int64_t i = 0; i < count; ++i)
         if (!(values[i] > 0.0 && std::isfinite(values[i]))) return false;

@@ -57,6 +57,12 @@ inline Request request_of(const CorridorRecord &asked, std::int64_t pieces, cons
             int(asked.continuity), asked.effort, instant_in(asked.seconds)};
 }
 
+inline bool all_finite(const double *values, std::int64_t count) {
+    for (std::int64_t i = 0; i < count; ++i)
+        if (!std::isfinite(values[i])) return false;
+    return true;
+}
+
 // Whether counts are within the bounds of a request.
 bool corridor_sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim, std::int64_t walls);
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "basics/border.hpp"
 #include "basics/dispatch.hpp"
 #include "basics/export.hpp"
+#include "corridor/request.hpp"
 #include "linear/within_cones.hpp"
 #include "polynomials/leg.hpp"
 
@@ -150,17 +150,12 @@ bool fits(const PieceRecord &asked) {
     return true;
 }
 
-bool finite(const double *values, std::int64_t count) {
-    for (std::int64_t i = 0; i < count; ++i)
-        if (!std::isfinite(values[i])) return false;
-    return true;
-}
-
 bool numbers_fit(const PieceRecord &asked) {
     const std::int64_t rows = asked.first[asked.conditions];
     return asked.duration > 0.0 && asked.acceleration > 0.0 && std::isfinite(asked.duration) && std::isfinite(asked.acceleration) &&
-           finite(asked.s, asked.conditions) && finite(asked.ahead, asked.conditions) && finite(asked.matrix, rows * asked.dim) &&
-           finite(asked.bound, rows) && finite(asked.ends, 2 * asked.half * asked.dim);
+           all_finite(asked.s, asked.conditions) && all_finite(asked.ahead, asked.conditions) &&
+           all_finite(asked.matrix, rows * asked.dim) && all_finite(asked.bound, rows) &&
+           all_finite(asked.ends, 2 * asked.half * asked.dim);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // Curves of a whole fleet at once, for one common flight time: entry points of the joint search, which keeps its multipliers from run to run.
+#include <memory>
 #include <new>
 
 #include "basics/export.hpp"
@@ -14,13 +15,9 @@ MINSNAP_EXPORT std::int32_t minsnap_fleet_joint_begin(const JointQuestion *quest
         return int(Status::bad_size);
     if (q.samples < 2 || q.samples > 100 || q.obstacles < 0 || q.threads < 1) return int(Status::bad_size);
     if (!(q.downwash >= 1.0) || !(q.length > 0.0)) return int(Status::bad_number);
-    JointSteps *const made = new (std::nothrow) JointSteps(q);
-    if (made == nullptr) return int(Status::no_memory);
-    if (!made->allocate()) {
-        delete made;
-        return int(Status::no_memory);
-    }
-    *search = made;
+    std::unique_ptr<JointSteps> made(new (std::nothrow) JointSteps(q));
+    if (made == nullptr || !made->allocate()) return int(Status::no_memory);
+    *search = made.release();
     return int(Status::done);
 }
 

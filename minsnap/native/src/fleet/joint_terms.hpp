@@ -8,8 +8,8 @@
 #pragma once
 
 #include <algorithm>
-#include <new>
 
+#include "basics/owned.hpp"
 #include "basics/status.hpp"
 #include "basics/threads.hpp"
 #include "fleet/joint_question.hpp"
@@ -58,11 +58,10 @@ inline PairNear chord_nearest(const double *from, const double *to) {
 class JointTerms {
 public:
     JointTerms(const JointQuestion &question) : q(question) {}
-    ~JointTerms() { delete[] work_; }
 
     [[nodiscard]] bool allocate() {
         const std::size_t n = std::size_t(q.vehicles), m = std::size_t(q.pieces), k = std::size_t(q.samples);
-        work_ = new (std::nothrow) PieceWork[m];
+        work_ = owned_array<PieceWork>(m);
         const bool all = work_ != nullptr && blocks_.allocate(m * n * block_size) && slopes_.allocate(m * n * 24) &&
                          places_.allocate(m * (k + 1) * n * 3) && order_.allocate(m * n) &&
                          held_.allocate(n * (m * k + 1) * septic_orders * slots) && basis_.allocate(m * septic_orders * (k + 1) * ends) &&
@@ -83,7 +82,9 @@ public:
 
     // Value of the curves; with `full` also blocks, slopes and rows; with `update` the multipliers become what the penalties push with.
     [[nodiscard]] bool evaluate(const JointRun &run, const double *curves, bool full, bool update) {
-        auto task = [this, &run, curves, full, update](Integer piece) { evaluate_piece(run, curves, piece, full, update); };
+        auto task = [this, &run, curves, full, update](Integer piece) {
+            evaluate_piece({run, SoftPenalty(run.rho, run.tau), curves, piece, full, update});
+        };
         Chunks<decltype(task)>(q.pieces, task).run(int(q.threads));
         value = 0.0;
         short_by = over_by = -infinite;
@@ -177,32 +178,41 @@ private:
             for (int g = 0; g <= e; ++g) p[end_pair(e, g)] = b[e] * b[g];
     }
 
-    void evaluate_piece(const JointRun &run, const double *curves, Integer m, bool full, bool update) {
+    // One evaluation of one piece.
+    struct Pass {
+        const JointRun &run;
+        const SoftPenalty penalty;
+        const double *curves;
+        Integer m;
+        bool full, update;
+    };
+
+    void evaluate_piece(const Pass &pass) {
+        const Integer m = pass.m;
         PieceWork &work = work_[m];
         work.rows.clear();
         work.held.clear();
         work.value = 0.0;
         work.short_by = work.over_by = -infinite;
         work.failed = false;
-        const SoftPenalty penalty(run.rho, run.tau);
         for (Integer v = 0; v < q.vehicles; ++v) {
-            if (full) {
+            if (pass.full) {
                 std::fill_n(block_at(m, v), block_size, 0.0);
                 std::fill_n(slope_at(m, v), 24, 0.0);
             }
-            smooth(run, data(curves, v, m), m, v, full);
+            smooth(pass, data(pass.curves, v, m), v);
             const Integer last = m + 1 == q.pieces ? q.samples : q.samples - 1;
             for (Integer k = 0; k <= q.samples; ++k) {
-                const double *at = data(curves, v, m);
+                const double *at = data(pass.curves, v, m);
                 double *p = place(m, k, v);
                 at_sample(at, basis(m, 0, k), p);
-                if (k <= last) sample_terms(run, penalty, at, m, k, v, full, update);
+                if (k <= last) sample_terms(pass, at, k, v);
                 p[2] /= q.downwash;
             }
         }
         for (Integer k = 0; k < q.samples; ++k) {
-            pairs(run, penalty, curves, m, k, full, update);
-            if (q.obstacles > 0) obstacles(run, penalty, curves, m, k, full, update);
+            pairs(pass, k);
+            if (q.obstacles > 0) obstacles(pass, k);
         }
     }
 
@@ -214,7 +224,8 @@ private:
         }
     }
 
-    void smooth(const JointRun &run, const double *at, Integer m, Integer v, bool full) {
+    void smooth(const Pass &pass, const double *at, Integer v) {
+        const Integer m = pass.m;
         double *block = block_at(m, v), *slope = slope_at(m, v), sum = 0.0;
         for (int e = 0; e < ends; ++e) {
             double pull[3] = {};
@@ -224,39 +235,38 @@ private:
             }
             for (int c = 0; c < 3; ++c) {
                 sum += 0.5 * pull[c] * at[3 * e + c];
-                if (full) slope[3 * e + c] += run.smoothness * pull[c];
+                if (pass.full) slope[3 * e + c] += pass.run.smoothness * pull[c];
             }
         }
-        work_[m].value += run.smoothness * sum;
-        if (!full) return;
+        work_[m].value += pass.run.smoothness * sum;
+        if (!pass.full) return;
         for (int i = 0; i < end_pairs; ++i)
-            for (int c = 0; c < 3; ++c) block[6 * i + c] += run.smoothness * snap_gram(m)[i];
+            for (int c = 0; c < 3; ++c) block[6 * i + c] += pass.run.smoothness * snap_gram(m)[i];
     }
 
-    void sample_terms(const JointRun &run, const SoftPenalty &penalty, const double *at, Integer m, Integer k, Integer v, bool full,
-                      bool update) {
+    void sample_terms(const Pass &pass, const double *at, Integer k, Integer v) {
+        const Integer m = pass.m;
         const Integer sample = m * q.samples + k;
         Push push;
         const double *room = q.room + (v * q.pieces + m) * 6, *p = place(m, k, v);
         for (int c = 0; c < 3; ++c) {
             if (room[c] == -infinite && room[3 + c] == infinite) continue;
-            two_sided(run, penalty, (p[c] - room[3 + c]) / q.length, (room[c] - p[c]) / q.length, 1.0 / q.length, c, held(v, sample, 0)[c],
-                      push, m, update);
+            two_sided(pass, (p[c] - room[3 + c]) / q.length, (room[c] - p[c]) / q.length, 1.0 / q.length, c, held(v, sample, 0)[c], push);
         }
-        if (full && push.any) spread(push, basis(m, 0, k), products(m, 0, k), block_at(m, v), slope_at(m, v));
-        const double h = run.time * q.shares[m];
+        if (pass.full && push.any) spread(push, basis(m, 0, k), products(m, 0, k), block_at(m, v), slope_at(m, v));
+        const double h = pass.run.time * q.shares[m];
         double unit_length = 1.0;
         for (int order = 1; order <= limit_orders; ++order) {
             unit_length *= h;
             const double *limit = q.limits + (v * limit_orders + order - 1) * limit_kinds;
             if (limit[0] == infinite && limit[1] == infinite && limit[2] == infinite && limit[3] == infinite && limit[4] == infinite)
                 continue;
-            limit_terms(run, penalty, at, order, unit_length, limit, m, k, v, full, update);
+            limit_terms(pass, at, order, unit_length, limit, k, v);
         }
     }
 
-    void limit_terms(const JointRun &run, const SoftPenalty &penalty, const double *at, int order, double length, const double *limit,
-                     Integer m, Integer k, Integer v, bool full, bool update) {
+    void limit_terms(const Pass &pass, const double *at, int order, double length, const double *limit, Integer k, Integer v) {
+        const Integer m = pass.m;
         double x[3];
         at_sample(at, basis(m, order, k), x);
         Push push;
@@ -264,41 +274,39 @@ private:
         for (int c = 0; c < 3; ++c) {
             if (limit[c] == infinite) continue;
             const double size = 1.0 / (limit[c] * length), u = x[c] * size;
-            two_sided(run, penalty, u - 1.0, -u - 1.0, size, c, lambda[c], push, m, update);
+            two_sided(pass, u - 1.0, -u - 1.0, size, c, lambda[c], push);
         }
         for (int kind = 3; kind < limit_kinds; ++kind)
-            if (limit[kind] < infinite) norm_term(run, penalty, x, kind == 3 ? 3 : 2, limit[kind] * length, lambda[kind], push, m, update);
-        if (full && push.any) spread(push, basis(m, order, k), products(m, order, k), block_at(m, v), slope_at(m, v));
+            if (limit[kind] < infinite) norm_term(pass, x, kind == 3 ? 3 : 2, limit[kind] * length, lambda[kind], push);
+        if (pass.full && push.any) spread(push, basis(m, order, k), products(m, order, k), block_at(m, v), slope_at(m, v));
     }
 
     // Two planes; lambda > 0 belongs to the upper one, < 0 to the lower.
-    void two_sided(const JointRun &run, const SoftPenalty &penalty, double up, double down, double size, int axis, double &lambda,
-                   Push &push, Integer m, bool update) {
-        PieceWork &work = work_[m];
+    void two_sided(const Pass &pass, double up, double down, double size, int axis, double &lambda, Push &push) {
+        PieceWork &work = work_[pass.m];
         work.over_by = std::fmax(work.over_by, std::fmax(up, down));
-        const double a = up + (lambda > 0.0 ? lambda : 0.0) / run.rho, b = down + (lambda < 0.0 ? -lambda : 0.0) / run.rho;
-        if (a < -penalty.dead() && b < -penalty.dead()) {
-            if (update) lambda = 0.0;
+        const double a = up + (lambda > 0.0 ? lambda : 0.0) / pass.run.rho, b = down + (lambda < 0.0 ? -lambda : 0.0) / pass.run.rho;
+        if (a < -pass.penalty.dead() && b < -pass.penalty.dead()) {
+            if (pass.update) lambda = 0.0;
             return;
         }
-        const Penalty one = penalty(a), two = penalty(b);
+        const Penalty one = pass.penalty(a), two = pass.penalty(b);
         work.value += one.value + two.value;
         push.slope[axis] += (one.slope - two.slope) * size;
         push.curve[axis] += (one.curvature + two.curvature) * size * size;
         push.any = true;
-        if (update) lambda = one.slope > two.slope ? one.slope : -two.slope;
+        if (pass.update) lambda = one.slope > two.slope ? one.slope : -two.slope;
     }
 
-    void norm_term(const JointRun &run, const SoftPenalty &penalty, const double *x, int axes, double limit, double &lambda, Push &push,
-                   Integer m, bool update) {
+    void norm_term(const Pass &pass, const double *x, int axes, double limit, double &lambda, Push &push) {
         double square = 0.0;
         for (int c = 0; c < axes; ++c) square += x[c] * x[c];
         const double norm = std::sqrt(square), u = norm / limit;
-        PieceWork &work = work_[m];
+        PieceWork &work = work_[pass.m];
         work.over_by = std::fmax(work.over_by, u - 1.0);
-        const Penalty p = penalty(u - 1.0 + lambda / run.rho);
+        const Penalty p = pass.penalty(u - 1.0 + lambda / pass.run.rho);
         work.value += p.value;
-        if (update) lambda = p.slope;
+        if (pass.update) lambda = p.slope;
         if (!(p.curvature > 0.0) || !(norm > 0.0)) return;
         double way[3] = {};
         for (int c = 0; c < axes; ++c) way[c] = x[c] / (norm * limit);
@@ -315,7 +323,8 @@ private:
             for (int c = 0; c < kinds; ++c) block[6 * i + c] += products[i] * push.curve[c];
     }
 
-    void pairs(const JointRun &run, const SoftPenalty &penalty, const double *curves, Integer m, Integer k, bool full, bool update) {
+    void pairs(const Pass &pass, Integer k) {
+        const Integer m = pass.m;
         std::int32_t *order = order_.data() + m * q.vehicles;
         const double *now = place(m, k, 0), *next = place(m, k + 1, 0);
         const Integer count = q.vehicles;
@@ -335,7 +344,7 @@ private:
             step = std::fmax(step, square);
         }
         step = 2.0 * std::sqrt(step);
-        const double wide = run.inflation + 0.05 + penalty.dead();
+        const double wide = pass.run.inflation + 0.05 + pass.penalty.dead();
         for (Integer a = 0; a < count; ++a) {
             const std::int32_t i = order[a];
             const double farthest = wide * (q.radii[i] + largest_) + step, *from = now + 3 * i;
@@ -343,24 +352,23 @@ private:
                 const std::int32_t j = order[b];
                 const double *to = now + 3 * j, x = to[0] - from[0], y = to[1] - from[1], z = to[2] - from[2];
                 if (x > farthest) break;
-                if (x * x + y * y + z * z <= farthest * farthest)
-                    pair_row(run, penalty, curves, m, k, std::min(i, j), std::max(i, j), full, update);
+                if (x * x + y * y + z * z <= farthest * farthest) pair_row(pass, k, std::min(i, j), std::max(i, j));
             }
         }
     }
 
-    void pair_row(const JointRun &run, const SoftPenalty &penalty, const double *curves, Integer m, Integer k, std::int32_t i,
-                  std::int32_t j, bool full, bool update) {
+    void pair_row(const Pass &pass, Integer k, std::int32_t i, std::int32_t j) {
+        const Integer m = pass.m;
         const double *a = place(m, k, i), *b = place(m, k, j), *c = place(m, k + 1, i), *d = place(m, k + 1, j);
         const double from[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]}, to[3] = {c[0] - d[0], c[1] - d[1], c[2] - d[2]};
         const PairNear near = chord_nearest(from, to);
         const double apart = asked(i, j);
-        if (near.distance > apart * (run.inflation + 0.03 + penalty.dead())) return;
+        if (near.distance > apart * (pass.run.inflation + 0.03 + pass.penalty.dead())) return;
         NearRow row;
         place_basis(m, (double(k) + near.share) / double(q.samples), row.basis);
         double one[3], two[3], way[3], square = 0.0;
-        at_sample(data(curves, i, m), row.basis, one);
-        at_sample(data(curves, j, m), row.basis, two);
+        at_sample(data(pass.curves, i, m), row.basis, one);
+        at_sample(data(pass.curves, j, m), row.basis, two);
         for (int e = 0; e < 3; ++e) {
             way[e] = (one[e] - two[e]) / (e == 2 ? q.downwash : 1.0);
             square += way[e] * way[e];
@@ -370,7 +378,7 @@ private:
         row.two = j;
         row.name = (std::uint64_t(i) * std::uint64_t(q.vehicles) + std::uint64_t(j)) * std::uint64_t(q.pieces * q.samples) +
                    std::uint64_t(m * q.samples + k);
-        const double residual = run.inflation - norm / apart;
+        const double residual = pass.run.inflation - norm / apart;
         if (norm < 1e-9) {  // no way to go: one that the pair alone decides
             const double turn = double((row.name * 0x9e3779b97f4a7c15ULL) >> 40) / 16777216.0 - 0.5;
             way[0] = turn;
@@ -379,17 +387,18 @@ private:
             norm = std::sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
         }
         for (int e = 0; e < 3; ++e) row.way[e] = way[e] / (norm * apart * (e == 2 ? q.downwash : 1.0));
-        add_row(run, penalty, row, residual, m, full, update);
+        add_row(pass, row, residual);
     }
 
-    void add_row(const JointRun &run, const SoftPenalty &penalty, NearRow &row, double residual, Integer m, bool full, bool update) {
+    void add_row(const Pass &pass, NearRow &row, double residual) {
+        const Integer m = pass.m;
         PieceWork &work = work_[m];
         work.short_by = std::fmax(work.short_by, residual);
-        const Penalty p = penalty(residual + near_(row.name) / run.rho);
+        const Penalty p = pass.penalty(residual + near_(row.name) / pass.run.rho);
         work.value += p.value;
         if (!(p.curvature > 0.0)) return;
-        if (update && p.slope > 1e-12 && !work.held.add({row.name, p.slope})) work.failed = true;
-        if (!full) return;
+        if (pass.update && p.slope > 1e-12 && !work.held.add({row.name, p.slope})) work.failed = true;
+        if (!pass.full) return;
         row.slope = p.slope;
         row.curvature = p.curvature;
         double products[end_pairs];
@@ -404,7 +413,8 @@ private:
         if (!work.rows.add(row)) work.failed = true;
     }
 
-    void obstacles(const JointRun &run, const SoftPenalty &penalty, const double *curves, Integer m, Integer k, bool full, bool update) {
+    void obstacles(const Pass &pass, Integer k) {
+        const Integer m = pass.m;
         const std::uint64_t first = std::uint64_t(q.vehicles) * std::uint64_t(q.vehicles), parts = std::uint64_t(q.pieces * q.samples);
         for (Integer v = 0; v < q.vehicles; ++v)
             for (Integer o = 0; o < q.obstacles; ++o) {
@@ -418,18 +428,18 @@ private:
                     step += (to[c] - from[c]) * (to[c] - from[c]);
                 }
                 double way[3] = {};
-                const double reach = q.length * (penalty.dead() + 0.05) + std::sqrt(step);
+                const double reach = q.length * (pass.penalty.dead() + 0.05) + std::sqrt(step);
                 if (depth(obstacle, from, way) > reach) continue;
                 NearRow row;
                 row.one = std::int32_t(v);
                 row.two = -1;
                 row.name = (first + std::uint64_t(v * q.obstacles + o)) * parts + std::uint64_t(m * q.samples + k);
                 place_basis(m, (double(k) + nearest_share(obstacle, from, to)) / double(q.samples), row.basis);
-                at_sample(data(curves, v, m), row.basis, from);
+                at_sample(data(pass.curves, v, m), row.basis, from);
                 for (int c = 0; c < 3; ++c) from[c] -= obstacle.center[c];
                 const double away = depth(obstacle, from, way);
                 for (int c = 0; c < 3; ++c) row.way[c] = way[c] / q.length;
-                add_row(run, penalty, row, (run.inflation - 1.0) - away / q.length, m, full, update);
+                add_row(pass, row, (pass.run.inflation - 1.0) - away / q.length);
             }
     }
 
@@ -486,7 +496,7 @@ private:
     }
 
     const JointQuestion &q;
-    PieceWork *work_ = nullptr;
+    std::unique_ptr<PieceWork[]> work_;
     Buffer<double> blocks_, slopes_, places_, held_, basis_, products_, scales_, grams_;
     Buffer<std::int32_t> order_;
     Multipliers near_;

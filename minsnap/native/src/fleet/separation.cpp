@@ -6,6 +6,7 @@
 #include <new>
 
 #include "basics/export.hpp"
+#include "basics/owned.hpp"
 #include "basics/status.hpp"
 #include "basics/threads.hpp"
 #include "fleet/cells.hpp"
@@ -141,7 +142,7 @@ public:
         for (Integer v = 0; v < vehicles; ++v) largest_ = std::fmax(largest_, q_.radii[v]);
         const std::size_t entries = std::size_t(cells_) * std::size_t(vehicles);
         if (!chords_.allocate(entries) || !order_.allocate(entries) || !axis_.allocate(std::size_t(cells_))) return Status::no_memory;
-        lists_ = new (std::nothrow) Growing<Near>[std::size_t(cells_ * blocks_)];
+        lists_ = owned_array<Growing<Near>>(std::size_t(cells_ * blocks_));
         if (lists_ == nullptr) return Status::no_memory;
         const int threads = int(q_.threads);
         auto fill = [this](Integer cell) { prepare(cell); };
@@ -151,7 +152,6 @@ public:
         Chunks<decltype(search)>(cells_ * blocks_, search).run(threads);
         return failed_ ? Status::no_memory : hand_over();
     }
-    ~Separation() { delete[] lists_; }
 
 private:
     const Chord *chords(Integer cell) const { return chords_.data() + cell * q_.fleet.vehicles; }
@@ -247,7 +247,7 @@ private:
     Buffer<Chord> chords_;
     Buffer<Sorted> order_;
     Buffer<int> axis_;
-    Growing<Near> *lists_ = nullptr;
+    std::unique_ptr<Growing<Near>[]> lists_;
     std::atomic<bool> failed_{false};
 };
 

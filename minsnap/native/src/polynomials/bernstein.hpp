@@ -93,15 +93,4 @@ inline Jet<Real> jet_at(const Real *points, int degree, Real s) {
     return degree == 7 ? jet_of_degree(points, 7, s) : jet_of_degree(points, degree, s);  // loops of the usual one unrolled
 }
 
-// Control points of the parts before and after s.
-template <class Real>
-inline void split_at(const Real *points, int degree, Real s, Real *before, Real *after) {
-    for (int j = 0; j <= degree; ++j) after[j] = points[j];
-    before[0] = after[0];
-    for (int m = degree; m > 0; --m) {  // in the end after[j] holds the last point of level j
-        for (int j = 0; j < m; ++j) after[j] = (1 - s) * after[j] + s * after[j + 1];
-        before[degree - m + 1] = after[0];
-    }
-}
-
 }  // namespace minsnap
