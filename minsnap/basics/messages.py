@@ -1,11 +1,11 @@
-"""Short texts of values for messages, and unknown names of arguments answered with the one that was meant."""
+"""Short texts for messages and reports, and unknown names of arguments answered with the one that was meant."""
 
 from __future__ import annotations
 
 import inspect
 import re
 import reprlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import wraps
 from typing import Any, TypeVar, cast
@@ -88,3 +88,18 @@ def _unknown(called: str, name: str, known: frozenset[str], moved: Mapping[str, 
     near = [stem] if stem in known else get_close_matches(name, known - {"self"}, 1)
     hint = f"did you mean {near[0]}?" if near else f"it takes {', '.join(sorted(known - {'self'}))}"
     return ArgumentNameError(f"{called} has no argument {shown(name)}: {hint}")
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> str:
+    """Return rows of text as aligned columns: the first column left-aligned, the others right-aligned."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def labelled(lines: Iterable[tuple[str, Any]]) -> str:
+    """Return one line for each label and its value."""
+    return "\n".join(f"{label:<19} {value}" for label, value in lines)

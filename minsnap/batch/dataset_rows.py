@@ -11,8 +11,7 @@ import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray, lengths_of, numbers
 from minsnap.basics.checks import is_number
-from minsnap.batch.problem_table import DRAWN, read_cells
-from minsnap.batch.spec import LIMITS, Range, Spec, draws_of, seed_of
+from minsnap.batch.spec import DRAWN, LIMITS, Range, Spec, draws_of, read_cells, seed_of
 from minsnap.certificate import certify
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate, center_of

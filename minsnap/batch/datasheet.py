@@ -8,11 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.batch.columns import COLUMNS, trajectory_of
+from minsnap.batch.columns import BINS, COLUMNS, MEASURED, Tally, trajectory_of
 from minsnap.batch.folder import DATASHEET, Shard, shard_name
-from minsnap.batch.problem_table import pyarrow_parquet
-from minsnap.batch.spec import Spec
-from minsnap.batch.tally import BINS, MEASURED, Tally
+from minsnap.batch.spec import Spec, pyarrow_parquet
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:

@@ -13,11 +13,9 @@ from minsnap.basics.messages import shown
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.text import read_text, reading
 from minsnap.basics.version import __version__
-from minsnap.batch.columns import parquet_writer, schema
-from minsnap.batch.problem_table import digest_of, pyarrow_parquet
+from minsnap.batch.columns import Tally, parquet_writer, schema
 from minsnap.batch.solving import solving
-from minsnap.batch.spec import Spec, read_mapping
-from minsnap.batch.tally import Tally
+from minsnap.batch.spec import Spec, digest_of, pyarrow_parquet, read_mapping
 from minsnap.errors import BatchError, FileError
 from minsnap.native.library import core
 

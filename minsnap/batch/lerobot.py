@@ -19,7 +19,7 @@ from minsnap.basics.checks import is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.batch.columns import trajectory_of
-from minsnap.batch.problem_table import pyarrow_parquet
+from minsnap.batch.spec import pyarrow_parquet
 from minsnap.errors import FileError, InputError
 from minsnap.trajectory.trajectory import Trajectory
 

@@ -17,6 +17,7 @@ from typing import Any
 
 from minsnap.basics.checks import is_number, is_whole
 from minsnap.basics.messages import shown
+from minsnap.batch.columns import Tally
 from minsnap.batch.datasheet import write_datasheet
 from minsnap.batch.folder import (
     Shard,
@@ -30,7 +31,6 @@ from minsnap.batch.folder import (
     write_manifest,
 )
 from minsnap.batch.spec import Spec
-from minsnap.batch.tally import Tally
 from minsnap.errors import BatchError, FileError, InputError, MinsnapError
 
 AHEAD = 2

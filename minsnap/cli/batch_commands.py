@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
+from minsnap.basics.messages import labelled
 from minsnap.basics.progress import ProgressLine
-from minsnap.basics.storage.text_columns import labelled
 from minsnap.cli import options
-from minsnap.cli.command import command
-from minsnap.cli.summary import as_json
+from minsnap.cli.app import command
+from minsnap.cli.output import as_json
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:

@@ -7,10 +7,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from minsnap.basics.storage.text_columns import aligned, labelled
+from minsnap.basics.messages import aligned, labelled
 from minsnap.cli import options
-from minsnap.cli.app import told_warnings
-from minsnap.cli.command import command
+from minsnap.cli.app import command, told_warnings
 from minsnap.cli.output import on_terminal
 from minsnap.errors import InputError
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from minsnap.basics.storage.text_columns import labelled
+from minsnap.basics.messages import labelled
 from minsnap.cli import options
-from minsnap.cli.command import command
+from minsnap.cli.app import command
 from minsnap.cli.output import on_terminal
 from minsnap.errors import InputError
 

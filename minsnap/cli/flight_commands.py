@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from minsnap.cli import options
-from minsnap.cli.command import command
+from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
 from minsnap.errors import FlightError, InputError, LinkError
 

@@ -7,10 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from minsnap.cli import options
-from minsnap.cli.app import told_warnings
-from minsnap.cli.command import command
-from minsnap.cli.output import check_figure
-from minsnap.cli.summary import as_json
+from minsnap.cli.app import command, told_warnings
+from minsnap.cli.output import as_json, check_figure
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer.core import TyperCommand
 
 from minsnap.cli import options
-from minsnap.cli.command import command
+from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
 from minsnap.cli.output import Destination, on_terminal
 from minsnap.cli.planning import QUICK, Planning, TimingOptions, altitudes_of, gain, gain_of_auto_pieces, standing

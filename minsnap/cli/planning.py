@@ -8,7 +8,7 @@ from math import radians
 from typing import TYPE_CHECKING, Annotated, Any
 
 from minsnap.cli import options
-from minsnap.cli.summary import STANDING
+from minsnap.cli.output import STANDING
 from minsnap.errors import InputError, MinsnapError, TimingError
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from functools import partial
 from math import radians
 from typing import Annotated, Any
 
-from minsnap.cli.command import command
+from minsnap.cli.app import command
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import (
     Altitude,

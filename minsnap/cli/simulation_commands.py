@@ -7,12 +7,11 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from minsnap.basics.storage.text_columns import labelled
+from minsnap.basics.messages import labelled
 from minsnap.cli import options
-from minsnap.cli.command import command
+from minsnap.cli.app import command
 from minsnap.cli.options import SimulatedVehicle
-from minsnap.cli.output import check_figure, on_terminal
-from minsnap.cli.summary import as_json
+from minsnap.cli.output import as_json, check_figure, on_terminal
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:

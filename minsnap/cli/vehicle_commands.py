@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from minsnap.cli import options
-from minsnap.cli.command import command
+from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
-from minsnap.cli.summary import as_json
+from minsnap.cli.output import as_json
 from minsnap.errors import FileError, InputError, LinkError
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import as_obstacles, clearance_of
 from minsnap.errors import FleetError, WaypointError
 from minsnap.fleet.common_clock import Fleet, as_separation
-from minsnap.fleet.fleet_limits import limits_of
+from minsnap.fleet.fleet_certificate import limits_of
 from minsnap.fleet.fleet_task import FleetTask
 from minsnap.trajectory.path import Path
 

@@ -20,8 +20,7 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import UnprovedError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.first_guess import frozen, guess, powers
-from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
-from minsnap.fleet.fleet_limits import extent_of
+from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, extent_of
 from minsnap.fleet.fleet_task import FleetTask, knot_shares
 from minsnap.limits.limits import Limits
 from minsnap.native.joint_fleet import FleetSearch, Outcome, Settings

@@ -14,8 +14,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.fleet.common_clock import Separation
-from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
-from minsnap.fleet.fleet_limits import extent_of
+from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, extent_of
 from minsnap.limits.limits import Limits
 from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.fleet_figures import plot_fleet, plot_separation

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.basics.storage.archive import read_archive
 from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.table import read_archive
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError, MinsnapError
 from minsnap.files.formats.skybrush import Lights

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly
-from minsnap.basics.storage.archive import read_archive
+from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import check_size, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.frames import get_frame

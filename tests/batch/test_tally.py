@@ -3,9 +3,8 @@ import pyarrow
 import pytest
 from batches import walks
 
-from minsnap.batch.columns import record_batch
+from minsnap.batch.columns import Tally, record_batch
 from minsnap.batch.dataset_rows import planned_row, stopped_row
-from minsnap.batch.tally import Tally
 
 
 @pytest.fixture(scope="module")

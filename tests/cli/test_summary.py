@@ -7,7 +7,7 @@ import json
 import pytest
 
 import minsnap
-from minsnap.cli.summary import as_json, as_text, summarise
+from minsnap.cli.output import as_json, as_text, summarise
 from minsnap.limits.limits import Limits
 
 

@@ -10,8 +10,8 @@ import pytest
 import minsnap
 from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.cli.options import limit_values
+from minsnap.cli.output import as_text, summarise
 from minsnap.cli.planning import TimingOptions
-from minsnap.cli.summary import as_text, summarise
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, sampled_motion
 from minsnap.plot.profiles import utilisation_curves

@@ -14,8 +14,8 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.archive import read_archive
 from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import check_size, reading
 from minsnap.errors import FileError
 from minsnap.files.format import Format

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.basics.checks import is_whole
+from minsnap.basics.messages import aligned
 from minsnap.basics.progress import progress_line
-from minsnap.basics.storage.text_columns import aligned
 from minsnap.errors import InputError, VehicleError
 from minsnap.flight.simulation.controllers import CascadeController, Controller
 from minsnap.flight.simulation.flight_inputs import Sensors, Wind, reference_states

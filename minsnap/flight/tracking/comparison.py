@@ -14,8 +14,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays, bounded, interpolated
 from minsnap.basics.checks import SIZE, check_kind, check_switch, is_number
-from minsnap.basics.messages import shown
-from minsnap.basics.storage.text_columns import aligned
+from minsnap.basics.messages import aligned, shown
 from minsnap.errors import InputError
 from minsnap.trajectory.path import MOST_SAMPLES
 from minsnap.trajectory.samples import Samples
