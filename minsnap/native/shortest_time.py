@@ -197,7 +197,8 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
 
     def polled(total: float, rows: int) -> int:
         try:
-            told.extend([True] * bool(pressed))
+            if pressed:
+                told.append(True)
             return int(poll(total, bool(pressed), rows))
         except BaseException as error:  # noqa: BLE001 - carried through the native core
             raised.append(error)

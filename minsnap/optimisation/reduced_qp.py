@@ -63,6 +63,12 @@ class Slots:
         return int(self.start[-1]) + 1
 
 
+@cache
+def slots_of(half: int, continuity: int) -> Slots:
+    """Return the layout, made once."""
+    return Slots(half, continuity)
+
+
 @dataclass(frozen=True, eq=False)
 class ReducedProblem:
     """A chain of pieces with the values pinned at its knots; normalised units.

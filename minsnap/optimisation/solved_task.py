@@ -67,7 +67,7 @@ class SolvedTask:
         points = self.optimum.points
         if points is None:
             points = self.problem.control_points(self.optimum.knots, self.task.positions, self.units.length)
-        points.flags.writeable = False
+        points.setflags(write=False)
         return Trajectory(points, self.durations, pieces=self.task.pieces)
 
     @cached_property

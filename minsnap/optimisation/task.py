@@ -13,7 +13,7 @@ from minsnap.basics.arrays import BoolArray, FloatArray, lengths_of
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import KnotRegion
-from minsnap.optimisation.reduced_qp import ReducedProblem, Slots
+from minsnap.optimisation.reduced_qp import ReducedProblem, Slots, slots_of
 from minsnap.optimisation.touches import touched_walls
 from minsnap.optimisation.units import Units
 
@@ -97,7 +97,7 @@ class Task:
     @cached_property
     def slots(self) -> Slots:
         """Layout of a knot's derivatives."""
-        return Slots(self.half, min(self.continuity, self.half - 1))
+        return slots_of(self.half, min(self.continuity, self.half - 1))
 
     @cached_property
     def nominal(self) -> FloatArray:
