@@ -32,8 +32,8 @@ PER_CHUNK = 1000
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 """Where the frames lie, as ``meta/info.json`` says it."""
 
-Episodes = dict[str, list[Any]]
-"""Columns of the table of episodes."""
+Episodes = list[dict[str, Any]]
+"""Rows of the table of episodes."""
 
 
 def export_lerobot(plans: str | os.PathLike[str], folder: str | os.PathLike[str], fps: int = 20) -> int:
@@ -62,16 +62,16 @@ def export_lerobot(plans: str | os.PathLike[str], folder: str | os.PathLike[str]
     """
     if not is_whole(fps) or not 1 <= fps <= 1000:
         raise InputError(f"fps is {shown(fps)}: give a whole number of frames a second, 1 to 1000")
-    root, episodes, ranges = Path(folder), _no_episodes(), _Ranges()
+    root, episodes, ranges = Path(folder), Episodes(), _Ranges()
     parts = sorted(Path(plans).glob("part-*.parquet"))
     for number, part in enumerate(parts):
         frames = [_frames(curve, fps) for curve in _planned(part)]
         if frames:
             _write_frames(root, fps, number, frames, episodes, ranges)
-    if not episodes["length"]:
+    if not episodes:
         raise FileError(f"{plans} holds no plan: there is no episode to write")
     _write_meta(root, fps, episodes, ranges)
-    return len(episodes["length"])
+    return len(episodes)
 
 
 def _planned(part: Path) -> Iterator[Trajectory]:
@@ -138,12 +138,6 @@ class _Ranges:
         return statistics
 
 
-def _no_episodes() -> Episodes:
-    names = ("episode_index", "tasks", "length", "data/chunk_index", "data/file_index")
-    places = ("dataset_from_index", "dataset_to_index", "meta/episodes/chunk_index", "meta/episodes/file_index")
-    return {name: [] for name in (*names, *places)}
-
-
 def _write_frames(
     root: Path, fps: int, number: int, frames: list[dict[str, FloatArray]], episodes: Episodes, ranges: _Ranges
 ) -> None:
@@ -151,14 +145,12 @@ def _write_frames(
     import pyarrow
 
     chunk, file = divmod(number, PER_CHUNK)
-    lengths, first = [len(one["action"]) for one in frames], len(episodes["length"])
+    lengths, first = [len(one["action"]) for one in frames], len(episodes)
     start = ranges.frames
     for length in lengths:
         place = {"data/chunk_index": chunk, "data/file_index": file, "dataset_from_index": start}
-        row = {"episode_index": len(episodes["length"]), "tasks": [TASK], "length": length} | place
-        row |= {"dataset_to_index": start + length, "meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0}
-        for name, value in row.items():
-            episodes[name].append(value)
+        place |= {"dataset_to_index": start + length, "meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0}
+        episodes.append({"episode_index": len(episodes), "tasks": [TASK], "length": length} | place)
         start += length
     values = {name: np.concatenate([one[name] for one in frames]) for name in frames[0]}
     index, own = np.arange(ranges.frames, start), np.concatenate([np.arange(length) for length in lengths])
@@ -178,9 +170,9 @@ def _write_meta(root: Path, fps: int, episodes: Episodes, ranges: _Ranges) -> No
     import pyarrow
 
     tasks = pyarrow.Table.from_pandas(pandas.DataFrame({"task_index": [0]}, index=[TASK]))
-    _write_table(root / "meta/episodes/chunk-000/file-000.parquet", pyarrow.table(episodes))
+    _write_table(root / "meta/episodes/chunk-000/file-000.parquet", pyarrow.Table.from_pylist(episodes))
     _write_table(root / "meta/tasks.parquet", tasks)
-    width, count = len(ranges.known["observation.state"][0]), len(episodes["length"])
+    width, count = len(ranges.known["observation.state"][0]), len(episodes)
     info = {
         "codebase_version": "v3.0",
         "robot_type": "quadrotor",
