@@ -1,5 +1,4 @@
-// Functions compiled a second time for the wide registers of newer processors, to the same bits: a function marked
-// MINSNAP_WIDE calls one marked MINSNAP_INLINE, and is itself called only where wide() holds.
+// Jobs compiled a second time for the wide registers of newer processors, to the same bits.
 #pragma once
 
 namespace minsnap {
