@@ -49,6 +49,10 @@ def fitting_durations(task: Task, first: FloatArray, total: float | None, deadli
     if total is None:
         scales = sorted(np.linspace(-3.0, 3.0, 25), key=abs)  # the first where it does not matter
         start += scales[np.argmin([search.excess(np.full(task.legs, scale)) for scale in scales])]
+    else:
+        search.excess(start)
+    if search.best[0] == np.inf:  # where pins and continuity have no curve at any scale, hardly any times have one
+        return None
     simplex = start + np.vstack((np.zeros(task.legs), 0.3 * np.eye(task.legs)))
     options = {"maxfev": 40 * task.legs, "xatol": 1e-4, "fatol": 1e-5, "initial_simplex": simplex}
     minimize(search.excess, start, method="Nelder-Mead", callback=search.check, options=options)
