@@ -40,6 +40,8 @@ class QuestionSettings:
         Relative gain by which they are divided once more: that gains about a sixteenth of it, here half a percent.
     inward : float
         Share of their widths by which walls are moved inwards.
+    room : float
+        Share by which limits are tightened that slower flight does not mend, which saves repairs at the end.
     directed : float
         Share of the weight below which thrust has no direction: there a small change turns it by any angle.
     """
@@ -47,6 +49,7 @@ class QuestionSettings:
     divisions: tuple[int, ...] = (3, 2)
     worthwhile: float = 0.08
     inward: float = 2e-4
+    room: float = 1e-4
     directed: float = 0.1
 
 
@@ -81,6 +84,7 @@ def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | Non
         not scales(task, limits),
         QUESTION.worthwhile,
         0.0 if task.touches.any() else QUESTION.inward,
+        QUESTION.room if task.still and not scales(task, limits) else 0.0,
         turned=turned,
     )
 

@@ -222,15 +222,19 @@ class Strategy:
         return coasting_guess(self.task, self.times)
 
     def _softer(self) -> Guess | None:
-        """Search with higher rates first: from rest the way around free fall, or around a point, is hard to find."""
-        names = ["body_rate"] if self.limits.body_rate is not None else []
-        heading = self._heading
-        soft = self.limits.yaw_rate is not None and heading is not None and heading.limited_softly
+        """Search with higher rates first: from rest the way around free fall, or around a point, is hard to find.
+
+        Where a thrust is kept at fixed waypoints, the search from rest finds the same curve in two thirds of the time.
+        """
+        limits, heading, fixed = self.limits, self._heading, not self.task.free[:: self.task.pieces, 0].any()
+        away = fixed and limits.min_thrust is not None and not isinstance(limits, VehicleLimits)
+        names = ["body_rate"] if limits.body_rate is not None and not away else []
+        soft = limits.yaw_rate is not None and heading is not None and heading.limited_softly
         names += ["yaw_rate"] if soft else []
         if not names:
             return None
-        limits = replace(self.limits, **{name: SETTINGS.softer * getattr(self.limits, name) for name in names})
-        question = replace(with_rates(self._question, limits, self._heading), parts=(), rough=True)
+        limits = replace(limits, **{name: SETTINGS.softer * getattr(limits, name) for name in names})
+        question = replace(with_rates(self._question, limits, heading), parts=(), rough=True)
         answer = search_shortest(question, self.polled)
         if answer is None or not answer.kept or answer.stopped:
             return None

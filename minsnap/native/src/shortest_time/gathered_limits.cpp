@@ -59,13 +59,17 @@ private:
     template <int vectors>
     MINSNAP_INLINE void products(const Quad *u, InstantTerms &terms) const {
         constexpr int n = 3 * vectors, count = vectors * (vectors + 1) / 2;
-        Quad f[n], found[count], half[count][n];
+        Quad f[n], found[count], half[count][n];  // found: the thrust, then the products relative to f.f
         for (int i = 0; i < n; ++i) f[i] = i == 2 ? u[i] + limit.parameters[0] : u[i];
         for (int a = 0; a < vectors; ++a)
             for (int b = 0; b <= a; ++b)
                 found[place(a, b)] = f[3 * a] * f[3 * b] + f[3 * a + 1] * f[3 * b + 1] + f[3 * a + 2] * f[3 * b + 2];
+        const Quad square = found[0] + Medium(limit.parameters).floor(), inverse = 1.0 / square;
+        found[0] = root(square);
+        for (int t = 1; t < count; ++t) found[t] *= inverse;
         InstantTerms own;
-        sum<count>([this](const auto *x, auto *out) MINSNAP_INLINED { this->of_found(x, out); }, found, own);
+        sum<count>([this](const auto *x, auto *out) MINSNAP_INLINED { limit.of_products(x + 1, x[0], out); }, found, own);
+        to_products<count>(found, inverse, own);
         const auto turned = [&f](const auto &value, int a, int c) MINSNAP_INLINED {
             Quad total{};
             for (int b = 0; b < vectors; ++b) total += (a == b ? 2.0 * f[3 * b + c] : f[3 * b + c]) * value(place(a, b));
@@ -86,9 +90,30 @@ private:
             }
     }
 
-    template <class Real>
-    MINSNAP_INLINE void of_found(const Real *x, Real *out) const {
-        limit.of_products(x, limit.rotors() ? root(x[0] + Medium(limit.parameters).floor()) : 0.0 * x[0], out);
+    // From sums in the thrust and the relative products to sums in the products: these are v = p / F and the thrust is the root of F, the first product,
+    // so that dv/dF = -v / F. The lower triangle of the bends.
+    template <int count>
+    static MINSNAP_INLINE void to_products(const Quad *v, const Quad &inverse, InstantTerms &sums) {
+        const Quad first = 0.5 * v[0] * inverse, second = -0.5 * first * inverse;  // derivatives of the thrust in F
+        Quad slope{}, pull{}, mixed{}, bend{};
+        for (int k = 1; k < count; ++k) {
+            slope += sums.slope[k] * v[k];
+            pull += sums.pull[k] * v[k];
+            mixed += sums.bend[k][0] * v[k];
+            Quad turned{};
+            for (int o = 1; o < count; ++o) turned += (k > o ? sums.bend[k][o] : sums.bend[o][k]) * v[o];
+            bend += turned * v[k];
+            sums.bend[k][0] = inverse * (first * sums.bend[k][0] - inverse * (turned + sums.pull[k]));
+        }
+        sums.bend[0][0] =
+            first * (first * sums.bend[0][0] - 2.0 * inverse * mixed) + inverse * inverse * (bend + 2.0 * pull) + second * sums.pull[0];
+        sums.slope[0] = first * sums.slope[0] - inverse * slope;
+        sums.pull[0] = first * sums.pull[0] - inverse * pull;
+        for (int k = 1; k < count; ++k) {
+            sums.slope[k] *= inverse;
+            sums.pull[k] *= inverse;
+            for (int o = 1; o <= k; ++o) sums.bend[k][o] *= inverse * inverse;
+        }
     }
 };
 

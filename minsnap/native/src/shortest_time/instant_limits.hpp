@@ -1,8 +1,8 @@
 // Limits that depend on several derivatives at an instant: body rate, rotors' thrusts, thrust and tilt with drag, turns of the velocity and of a view.
 //
 // Each limit is one or more functions that must not be positive, of what `vehicle/` says of a motion, written once for plain numbers and for numbers
-// with derivatives. They are squared where a norm would have a kink. What does not depend on directions is a function of the products of f and its
-// derivatives with each other: six numbers, not nine.
+// with derivatives. They are squared where a norm would have a kink. What does not depend on directions is a function of the thrust and of the
+// products of f and its derivatives with each other, relative to f.f: six numbers, not nine, in which it has few terms.
 #pragma once
 
 #include "arithmetic/curved.hpp"
@@ -50,25 +50,23 @@ inline void tilt(const double *p, const Space<Real> *x, Real *out) {
     out[1] = (-1.0 / m.gravity) * f.force.z;
 }
 
-// Products of f and its derivatives: f.f, f.f', f'.f', f.f'', f'.f'', f''.f''.
+// Products of f and its derivatives relative to the square of f: f.f', f'.f', f.f'', f'.f'', f''.f''.
 template <class Real>
-inline void products_of(const Lift<Real> &f, int derivatives, Real *products) {
-    products[0] = inner(f.force, f.force);
-    products[1] = inner(f.force, f.change);
-    products[2] = inner(f.change, f.change);
+inline void products_of(const Lift<Real> &f, const Real &square, int derivatives, Real *products) {
+    const Real inverse = Real(1.0) / square;
+    products[0] = inverse * inner(f.force, f.change);
+    products[1] = inverse * inner(f.change, f.change);
     if (derivatives < 2) return;
-    products[3] = inner(f.force, f.bend);
-    products[4] = inner(f.change, f.bend);
-    products[5] = inner(f.bend, f.bend);
+    products[2] = inverse * inner(f.force, f.bend);
+    products[3] = inverse * inner(f.change, f.bend);
+    products[4] = inverse * inner(f.bend, f.bend);
 }
 
-// Parameters: medium, limit. From the first three products.
+// Parameters: medium, limit. From the first two products.
 template <class Real>
 inline void body_rate(const double *p, const Real *products, Real *out) {
     const double limit = p[Medium::values];
-    const Real force = products[0] + Medium(p).floor();
-    const Real across = products[2] - products[1] * (products[1] / force);
-    out[0] = (0.5 / (limit * limit)) * (across / force) - 0.5;
+    out[0] = (0.5 / (limit * limit)) * (products[1] - products[0] * products[0]) - 0.5;
 }
 
 // Parameters: medium, mass, least and most thrust of a rotor, its most thrust for an angular acceleration and for a rate of one.
@@ -78,11 +76,11 @@ inline void unspun_rotors(const double *p, const Real *products, const Real &thr
     const double *rest = p + Medium::values;
     constexpr double rounded = 3e-4;  // thrust by which the norm of the torque is rounded at its tip
     const double mass = rest[0], least = rest[1], most = rest[2], share = rest[3] / most;
-    const Real force = products[0] + Medium(p).floor(), pull = products[1] / force;
-    const Real across = products[2] - products[1] * pull, mixed = products[4] - products[3] * pull;
-    const Real turn = (products[5] - products[3] * (products[3] / force)) - 4.0 * (pull * (mixed - pull * across));
-    const Real mean = (0.25 * mass / most) * thrust, gyration = (rest[4] / most) * (across / force);
-    const Real push = root((share * share) * (turn / force) + rounded * rounded) + gyration;
+    const Real &pull = products[0], &bent = products[2];
+    const Real across = products[1] - pull * pull, mixed = products[3] - bent * pull;
+    const Real turn = (products[4] - bent * bent) - 4.0 * (pull * (mixed - pull * across));
+    const Real mean = (0.25 * mass / most) * thrust, gyration = (rest[4] / most) * across;
+    const Real push = root((share * share) * turn + rounded * rounded) + gyration;
     out[0] = (mean + push) - 1.0;
     out[1] = (push - mean) + least / most;
 }
@@ -175,7 +173,7 @@ struct InstantLimit {
     LimitKind kind;
     const double *parameters;
     Span span;                          // of the derivatives that it depends on
-    int axes, functions, products = 0;  // coordinates of each; products that it is a function of, 0 for none
+    int axes, functions, products = 0;  // coordinates of each; products of which it is a function, f.f among them, 0 for none
 
     explicit InstantLimit(const MomentaryLimit &asked) : kind(static_cast<LimitKind>(asked.kind)), parameters(asked.parameters) {
         const bool turns = kind == LimitKind::heading_rate || kind == LimitKind::look_rate;
@@ -228,9 +226,10 @@ private:
         }
         const Medium m(parameters);
         const Lift<Real> f(m, x, span.high - 2);
-        Real found[6] = {};
-        products_of(f, span.high - 2, found);
-        of_products(found, rotors() ? f.thrust(m, root(found[0] + m.floor()), x[0]) : Real(0.0), out);
+        const Real square = inner(f.force, f.force) + m.floor();
+        Real found[5] = {};
+        products_of(f, square, span.high - 2, found);
+        of_products(found, rotors() ? f.thrust(m, root(square), x[0]) : Real(0.0), out);
     }
 
     template <class Real>

@@ -82,7 +82,11 @@ public:
 
     // Lower the barrier to a gap. A rough stage ends as soon as it is about there: another one follows from its curve.
     StageEnd run(double last_gap, bool rough = false) {
+        constexpr double raised = 3.0, hair = 1.0001;  // factor on the last barrier after margins have grown
         const double last = last_gap / rows.regular;
+        const auto stuck = [&]() {
+            return barrier_ < raised * hair * last && residual() < Settings::usable ? StageEnd::converged : StageEnd::stuck;
+        };
         double damping = 0.0, least_damping = 0.0, former = 0.0;
         int shortened = 0, failed = 0, lost = 0, stalled = 0, grown = 0;
         filter_.clear();
@@ -93,18 +97,17 @@ public:
             newton_.assemble(chain, rows, objective, states_, {multiplier_.data(), outer_.data(), gradient_.data()});
             if (shortened == 0) damping /= Settings::damping_change;
             damping = std::max(damping > 1e-6 ? damping : 0.0, least_damping);
-            if (!newton_.solve(chain, damping)) return StageEnd::stuck;
+            if (!newton_.solve(chain, damping)) return stuck();
             lost = damping > Settings::hopeless ? lost + 1 : 0;
-            if (lost > Settings::longest_stall) return StageEnd::stuck;
+            if (lost > Settings::longest_stall) return stuck();
             shortened = search();
             if (shortened == woken) {
-                filter_.clear();
                 shortened = 1;
                 continue;
             }
             if (shortened < 0) {
                 damping = std::max(damping * 10.0, 1e-2);
-                if (damping > 1e3 || ++failed > Settings::failures) return StageEnd::stuck;
+                if (damping > 1e3 || ++failed > Settings::failures) return stuck();
                 shortened = 1;
                 continue;
             }
@@ -112,11 +115,11 @@ public:
             if (shortened > 0) damping = std::max(damping * Settings::damping_change, Settings::damping);
             const double now = chain.total(), gap = barrier_ * rows.regular, decrement = -newton_.slope() * std::max(1.0, damping);
             const bool free = damping <= Settings::held;  // a step that is held back says nothing about what is left to gain
-            stalled = free && std::abs(now - former) < Settings::stalled * objective.unit ? stalled + 1 : 0;
+            if (free) stalled = std::abs(now - former) < Settings::stalled * objective.unit ? stalled + 1 : 0;
             former = now;
             const bool still = stalled >= Settings::stalls;
-            if (barrier_ > last * 1.0001) {  // far outside, a barrier that has fallen lets slacks cut every step short
-                if (!(decrement < gap && infeasibility_ < allowed()) && !still) continue;
+            if (barrier_ > hair * last) {  // far outside, a barrier that has fallen lets slacks cut every step short
+                if (!(decrement < Settings::centred * gap && infeasibility_ < allowed()) && !still) continue;
                 barrier_ = std::max(last, barrier_ * Settings::barrier_fall);
                 filter_.clear();
                 if (barrier_ * rows.regular < Settings::margin_gap) freeze(grown > 0);
@@ -126,7 +129,7 @@ public:
             if (rough && (decrement < gap || still)) return StageEnd::converged;
             if (((decrement < 0.3 * gap || still) && residual() < Settings::residual) || stalled > Settings::longest_stall) {
                 if (freeze(true) < Settings::grown || ++grown >= Settings::rounds) return StageEnd::converged;
-                barrier_ *= 3.0;
+                barrier_ *= raised;
                 filter_.clear();
                 stalled = 0;
                 each_awake([&](int group) {
@@ -135,7 +138,7 @@ public:
             }
             if (stalled > 0) least_damping = Settings::settled;
         }
-        return StageEnd::stuck;
+        return stuck();
     }
 
     // Largest value of a row as the chain is.
@@ -201,16 +204,24 @@ private:
         }
     }
 
-    // Wake rows that a step would bring near or across their bounds: whether there are any.
-    bool wake_crossed() {
+    // Whether a row that sleeps is across its bound.
+    bool crossed(const double *value) const {
+        bool found = false;
+        for (int j = 0; j < rows.count; j += together) found = found || (!rows.is_awake(j) && largest_of(four(value + j)) > 0.0);
+        return found;
+    }
+
+    // Wake rows that come near their bounds there.
+    void wake_near(const double *value) {
         bool any = false;
         for (int j = 0; j < rows.count; j += together) {
-            if (rows.is_awake(j) || largest_of(four(trial_value_.data() + j)) < -Settings::woken) continue;
+            if (rows.is_awake(j) || largest_of(four(value + j)) < -Settings::woken) continue;
             wake(j);
             any = true;
         }
-        if (any) list_awake();
-        return any;
+        if (!any) return;
+        list_awake();
+        filter_.clear();
     }
 
     double allowed() const { return Settings::infeasibility * rows.regular; }
@@ -294,7 +305,10 @@ private:
         for (int halving = 0; halving < Settings::halvings; ++halving, share *= 0.5) {
             move(share);
             const double trial = evaluate(trial_, trial_states_, trial_value_.data());
-            if (wake_crossed()) return woken;
+            if (crossed(trial_value_.data())) {
+                wake_near(trial_value_.data());
+                return woken;
+            }
             each_awake([&](int j) MINSNAP_INLINED {
                 const Quad moved = four(slack_.data() + j) + share * four(slack_step_.data() + j), least = -four(trial_value_.data() + j);
                 put_four(trial_slack_.data() + j, moved < least ? least : moved);
@@ -308,6 +322,7 @@ private:
                 smooth_ = trial;
                 infeasibility_ = after;
                 accept(dual);
+                wake_near(value_.data());
                 return halving;
             }
         }

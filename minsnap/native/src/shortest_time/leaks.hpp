@@ -1,6 +1,7 @@
 // How far conditions rise between instants: true peaks beside the largest samples, by Newton's method along the curve.
 //
-// A peak's rise over its sample becomes a margin of the two rows beside it. Peaks beside the ends of a piece count too.
+// A peak's rise over its sample becomes a margin of the two rows beside it. Peaks beside the ends of a piece count too, and those beside samples that are
+// barely less than the next one: a curve may fall and rise again between two.
 #pragma once
 
 #include "shortest_time/rows.hpp"
@@ -93,8 +94,8 @@ private:
     void each(bool wall, Curve &&curve) {
         const auto sample = [&](int g) { return value_[row_ + g] - rows_.margin[row_ + g]; };
         for (int g = 0; g < count; ++g) {
-            const double here = sample(g);
-            if (here < -ShortestSettings::near || (g > 0 && sample(g - 1) > here) || (g + 1 < count && sample(g + 1) > here)) continue;
+            const double here = sample(g), level = here + ShortestSettings::level;
+            if (here < -ShortestSettings::near || (g > 0 && sample(g - 1) > level) || (g + 1 < count && sample(g + 1) > level)) continue;
             rise(g, wall, curve);
         }
         row_ += count;
@@ -110,6 +111,7 @@ private:
         if (g == 0) x[1] = 0.5 * spacing;
         if (g + 1 == count) x[1] = 1.0 - 0.5 * spacing;
         double y[3] = {g == 0 ? base : curve(x[0]), g == 0 || g + 1 == count ? curve(x[1]) : base, g + 1 == count ? base : curve(x[2])};
+        const double left_of = y[0], right_of = y[2];
         double best = std::max(0.0, y[1] - base), place = best > 0.0 ? x[1] : center;
         for (int n = 0; n < parabolas; ++n) {
             const double left = (y[1] - y[0]) / (x[1] - x[0]), right = (y[2] - y[1]) / (x[2] - x[1]), bend = right - left;
@@ -130,7 +132,9 @@ private:
                 x[later ? 2 : 0] = s, y[later ? 2 : 0] = now;
             }
         }
-        found_(Peak{row_ + g, row_ + (place > center ? g + 1 : place < center ? g - 1 : g), best, wall});
+        const double beside = place > center ? right_of : place < center ? left_of : base;  // it may be the higher of the two
+        const double rise = std::max(0.0, best - std::max(0.0, beside - base));
+        found_(Peak{row_ + g, row_ + (place > center ? g + 1 : place < center ? g - 1 : g), rise, wall});
     }
 
     const Rows<S> &rows_;

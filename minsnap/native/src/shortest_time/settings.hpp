@@ -21,6 +21,7 @@ struct ShortestSettings {
     static constexpr double rough_gap = 0.01;      // at which a stage ends from whose curve a slower one or another search begins
     static constexpr double last_gap = 1e-4;       // of the last stage: time lost is about that share
     static constexpr double barrier_fall = 0.2;    // factor on the barrier
+    static constexpr double centred = 0.3;         // decrement below which the barrier falls, relative to its gap
     static constexpr double margin_gap = 0.5;      // below which leaks become margins
     static constexpr double to_boundary = 0.995;   // share of the way to the boundary that a step may go
     static constexpr double smoothing = 1e-6;      // weight of the squared jerk, in units of limits
@@ -39,12 +40,14 @@ struct ShortestSettings {
     static constexpr double settled = 0.1;         // least damping at the last barrier once the time stalls: stops drift along flat valleys
     static constexpr double stalled = 1e-4;        // change of the time that counts as none, relative
     static constexpr double residual = 2e-4;       // of a condition at the end, in widths
-    static constexpr double grown = 3e-4;          // growth of margins that counts as none, in widths
-    static constexpr double near = 0.3;            // how far inside its bound a sampled peak is looked at, in widths
+    static constexpr double usable = 1e-2;  // the same where a stage ends without progress at the last barrier: what is left is mended
+    static constexpr double grown = 3e-4;   // growth of margins that counts as none, in widths
+    static constexpr double near = 0.3;     // how far inside its bound a sampled peak is looked at, in widths
+    static constexpr double level = 3e-4;   // by which a sample may be less than the one beside it that is looked at as a peak, in widths
     static constexpr double infeasibility = 1e-2;  // mean residual that a step may reach, and below which the barrier may fall
     static constexpr double asleep_gap = 1e-2;     // below which rows sleep that are far inside
     static constexpr double asleep = 0.3;          // how far inside all rows of a group are that sleeps, in widths
-    static constexpr double woken = 0.1;           // how far inside a sleeping row would be after a step that wakes it, in widths
+    static constexpr double woken = 0.1;           // how far inside a sleeping row is after a step that wakes it, in widths
     static constexpr double leak = 1e-9;           // excess that counts as none, in widths
 };
 
