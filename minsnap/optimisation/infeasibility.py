@@ -48,10 +48,13 @@ class Pressed:
 
     def __init__(self, task: Task, durations: FloatArray, walls: WallArrays, give: Give, sign: bool = False) -> None:
         self.task, self.durations, self.walls = task, durations, walls
-        self._programme = partial(slacks_by_programme, task, durations, give, sign)
-        self._native = native_slacks(task, durations, give)
-        solved = self._native is not None and self._native.status is Status.DONE
-        self.least = self._native if self._native is not None and solved else self._programme()
+        self._programme, self._proved = partial(slacks_by_programme, task, durations, give, sign), None
+        native = native_slacks(task, durations, give)
+        if native is not None and native.status is not Status.DONE:  # its rows may prove what its slacks are below
+            self._proved = find_contradiction(task, durations, walls, native)
+        solved = native is not None and (native.status is Status.DONE or self._proved is not None)
+        self.least = native if native is not None and solved else self._programme()
+        self._native = self.least is native
 
     @property
     def possible(self) -> bool:
@@ -65,13 +68,12 @@ class Pressed:
 
     def proof(self) -> Contradiction | None:
         """Return the contradiction of the rows that press; None where that is not proved."""
-        if self._native is not None:
-            proof = find_contradiction(self.task, self.durations, self.walls, self._native)
-            if proof is not None:
-                return proof
-            if self.least is self._native:
-                self.least = self._programme()
-        return find_contradiction(self.task, self.durations, self.walls, self.least)
+        known = self.task, self.durations, self.walls
+        self._proved = self._proved or find_contradiction(*known, self.least)
+        if self._proved is None and self._native:
+            self.least, self._native = self._programme(), False
+            self._proved = find_contradiction(*known, self.least)
+        return self._proved
 
     def hardest(self) -> tuple[int, float]:
         """Leg and instant of the row that presses hardest."""
@@ -104,7 +106,7 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     pressed = Pressed(corridor, durations, walls, give)
     if pressed.possible:
         return None
-    proof = pressed.proof() if pressed.least.status is Status.DONE else None
+    proof = pressed.proof()
     leg, instant = pressed.hardest()
     if proof is None:
         advice = f"widen the corridor of leg {leg}, or change durations that differ much"

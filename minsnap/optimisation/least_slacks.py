@@ -31,7 +31,7 @@ ROUNDS = 20
 ACCURACY = 3e-4
 """Excess over the walls that gave way, in widths, that ends them."""
 
-STALLED = 1e-6
+STALLED = 1e-4
 """Share by which the sum of the slacks must grow in a round, once it is above zero."""
 
 
@@ -101,7 +101,7 @@ class SlackProgramme:
         """
         rows, last, total = self._in_unknowns(self._every_wall()), None, -np.inf
         for _ in range(ROUNDS):
-            solution = self._solved(rows)
+            solution = None if last and not self.deadline.affords(0.0) else self._solved(rows)
             if solution is None:
                 break
             last = rows, *solution
