@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.native.corridor import Give, WallArrays
 from minsnap.native.status import Status
 from minsnap.optimisation.contradiction import Contradiction, find_contradiction
-from minsnap.optimisation.least_slacks import native_slacks, slacks_by_programme
+from minsnap.optimisation.least_slacks import native_slacks, slack_programme
 from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
@@ -48,12 +47,12 @@ class Pressed:
 
     def __init__(self, task: Task, durations: FloatArray, walls: WallArrays, give: Give, sign: bool = False) -> None:
         self.task, self.durations, self.walls = task, durations, walls
-        self._programme, self._proved = partial(slacks_by_programme, task, durations, give, sign), None
+        self.sign, self._programme, self._proved = sign, slack_programme(task, durations, give), None
         native = native_slacks(task, durations, give)
         if native is not None and native.status is not Status.DONE:  # its rows may prove what its slacks are below
             self._proved = find_contradiction(task, durations, walls, native)
         solved = native is not None and (native.status is Status.DONE or self._proved is not None)
-        self.least = native if native is not None and solved else self._programme()
+        self.least = native if native is not None and solved else self._programme.run(sign)
         self._native = self.least is native
 
     @property
@@ -71,9 +70,9 @@ class Pressed:
         known = self.task, self.durations, self.walls
         self._proved = self._proved or find_contradiction(*known, self.least)
         if self._proved is None and self._native:
-            self.least, self._native = self._programme(), False
+            self.least, self._native = self._programme.run(self.sign), False
             self._proved = find_contradiction(*known, self.least)
-        return self._proved
+        return self._proved or find_contradiction(*known, self._programme.evidence())
 
     def hardest(self) -> tuple[int, float]:
         """Leg and instant of the row that presses hardest."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import WORK, Deadline
-from minsnap.basics.tolerances import EXACT
+from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.native.corridor import Give, LeastSlack, least_slack
 from minsnap.native.status import Status
 from minsnap.optimisation.linear_rows import LinearRows
@@ -56,11 +56,11 @@ def native_slacks(task: Task, durations: FloatArray, give: Give, lowest: float =
     return replace(least, slacks=least.slacks + lowest)
 
 
-def slacks_by_programme(task: Task, durations: FloatArray, give: Give, sign: bool) -> LeastSlack:
-    """Return the least slacks by linear programmes; with ``sign``, of which it is known that they are not zero."""
+def slack_programme(task: Task, durations: FloatArray, give: Give) -> SlackProgramme:
+    """Return the linear programmes of the least slacks of a task at piece durations [s]."""
     units = task.units(durations)
     problem = task.problem(durations, units)
-    return SlackProgramme(problem, compile_walls(task, problem, units), give, task.deadline).run(sign)
+    return SlackProgramme(problem, compile_walls(task, problem, units), give, task.deadline)
 
 
 class SlackProgramme:
@@ -85,6 +85,7 @@ class SlackProgramme:
         self.give = replace(give, group=give.group[:count], weight=give.weight[:count])
         self.base = problem.values
         self.linear, self.ends = LinearRows(problem, self.base), problem.plain_ends(self.base)
+        self._last: tuple[RowSet, FloatArray, FloatArray, FloatArray] | None = None
 
     def run(self, sign: bool = False) -> LeastSlack:
         """Return the least slacks and the rows that press; neither where there is no solution.
@@ -116,7 +117,42 @@ class SlackProgramme:
                 break
             moved = amounts * self.compiled.widths
             rows = rows.joined(self._in_unknowns([replace(one, bound=one.bound - moved[one.wall]) for one in outside]))
+        self._last = last
         return self._pressed(*last) if last else self._nothing()
+
+    def evidence(self) -> LeastSlack:
+        """Return the same with multipliers by non-negative least squares, where those of the vertex prove nothing.
+
+        They are sought among the rows that press most, eight for each unknown, in coordinates of the solutions of all
+        equations in which these rows have orthonormal columns.
+        """
+        from scipy.linalg import null_space
+        from scipy.optimize import nnls
+
+        if self._last is None or not self.problem.size:
+            return self._nothing()
+        rows, knots, slacks, multipliers = self._last
+        width = self.compiled.widths[rows.source.wall]
+        chosen = np.sort(np.argsort(-multipliers * width, kind="stable")[: 8 * (self.problem.size + 1)])
+        matrix = self.linear.matrix(rows.columns, rows.values).toarray()[chosen] / width[chosen, None]
+        right, (equal, sides) = (rows.bound / width)[chosen], self.linear.equality_rows()
+        if len(sides):
+            dense = equal.toarray()
+            right = right - matrix @ np.linalg.lstsq(dense, sides, rcond=None)[0]
+            matrix = matrix @ null_space(dense)
+        _, sizes, directions = np.linalg.svd(np.linalg.qr(matrix, mode="r"), full_matrices=False)
+        told = sizes > ROUNDING * sizes.max(initial=0.0)
+        system = np.vstack(
+            ((matrix @ (directions[told] / sizes[told, None]).T).T, right / (np.abs(right).max() or 1.0))
+        )
+        steps = max(1, int(6e8 / len(right) ** 2))  # which takes a second or two: a step that of the square
+        try:
+            found = nnls(system, np.append(np.zeros(len(system) - 1), -1.0), maxiter=steps)[0]
+        except RuntimeError:
+            return self._nothing()
+        evidence = np.zeros(len(width))
+        evidence[chosen] = found / width[chosen]
+        return self._pressed(rows, knots, slacks, evidence)
 
     def _in_unknowns(self, rows: list[WallRows]) -> RowSet:
         return rows_in_unknowns(self.problem, self.ends, self.compiled, reduce(WallRows.joined, rows))

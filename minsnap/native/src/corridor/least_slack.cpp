@@ -22,7 +22,7 @@ namespace {
 constexpr double prices[] = {1e3, 1e6, 1e12, 1e18};  // K^2, over the cost of the curve without walls and of stops at all knots
 constexpr double most_in_double = 1e6;               // price beyond which slacks need double-double arithmetic
 constexpr double absurd = 1e6;                       // slack that rounding made
-constexpr double effort = 2.0, most_effort = 4.0;    // shares of the work that a request is worth: for a stage, and for all
+constexpr double effort = 2.0, most_effort = 2.0;    // shares of the work that a request is worth: for a stage, and for all
 
 bool slacks_fit(const SlackRecord &slacks, const Request &given) {
     if (slacks.count < 1 || slacks.count > given.pieces) return false;
