@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
+from itertools import pairwise
 from typing import Annotated, Any, NoReturn, TypeVar, get_args, get_type_hints
 
 import typer
@@ -204,7 +205,8 @@ def in_options(sentence: str, words: Sequence[str] = ()) -> str:
     the command line name a plan file, its keys ``time_limit`` and ``split: distance`` are told as it says them, unless
     an option says them in their place.
     """
-    in_file = words[:1] == ["plan"] and any(word.endswith((".yaml", ".yml")) for word in words)
+    alone = [word for before, word in pairwise(words) if "-" not in (before[:1], word[:1])]  # not what an option takes
+    in_file = words[:1] == ["plan"] and any(word.lower().endswith((".yaml", ".yml")) for word in alone)
     typed = {word.split("=")[0] for word in words}
     options = {name: option for name, option in ARGUMENTS.items() if not in_file or option in typed}
 

@@ -288,7 +288,11 @@ def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any]) 
     widths = changes.get("corridor")
     if isinstance(widths, float):
         changes["corridor"] = (widths,) * max(request.legs, 1)
-    elif widths is not None and len(widths) != request.legs:
+    elif (
+        widths is not None
+        and len(widths) != request.legs
+        and not (changes.get("closed", request.closed) and request.waypoints[0] != request.waypoints[-1])
+    ):
         count = f"{len(widths)} numbers for {request.legs} legs"
         raise FileError(f"{where}: corridor has {count}: give one, or one per leg")
     return request.changed(**changes.pop("view", {}) | changes)

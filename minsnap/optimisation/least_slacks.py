@@ -22,7 +22,7 @@ from minsnap.optimisation.linear_rows import LinearRows
 from minsnap.optimisation.native_solve import corridor_question
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
 from minsnap.optimisation.reduced_qp import ReducedProblem
-from minsnap.optimisation.rows import Curve, RowSet, rows_in_unknowns, rows_outside
+from minsnap.optimisation.rows import Curve, RowSet, all_walls_rows, rows_in_unknowns, rows_outside
 from minsnap.optimisation.task import Task
 
 ROUNDS = 20
@@ -100,7 +100,11 @@ class SlackProgramme:
         LateError
             Where time or work are over.
         """
-        rows, last, total = self._in_unknowns(self._every_wall()), None, -np.inf
+        rows, last, total = (
+            self._in_unknowns(all_walls_rows(Curve(self.problem, self.compiled, self.base))),
+            None,
+            -np.inf,
+        )
         for _ in range(ROUNDS):
             solution = None if last and not self.deadline.affords(0.0) else self._solved(rows)
             if solution is None:
@@ -131,6 +135,7 @@ class SlackProgramme:
 
         if self._last is None or not self.problem.size:
             return self._nothing()
+        self.deadline.require()
         rows, knots, slacks, multipliers = self._last
         width = self.compiled.widths[rows.source.wall]
         chosen = np.sort(np.argsort(-multipliers * width, kind="stable")[: 8 * (self.problem.size + 1)])
@@ -156,24 +161,6 @@ class SlackProgramme:
 
     def _in_unknowns(self, rows: list[WallRows]) -> RowSet:
         return rows_in_unknowns(self.problem, self.ends, self.compiled, reduce(WallRows.joined, rows))
-
-    def _every_wall(self) -> list[WallRows]:
-        """Rows of every wall: at its knot, or at as many Chebyshev points as a piece has control points.
-
-        Balls and cones have the tangent planes of both directions of every row of their matrix there.
-        """
-        count, rows = self.problem.degree + 1, []
-        s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
-        for block, first in zip(self.compiled.blocks, self.compiled.first, strict=False):
-            walls = np.arange(len(block.leg))
-            index, places = (walls, block.at.astype(np.float64)) if block.at is not None else (walls, None)
-            if places is None:
-                index, places = np.repeat(walls, count), np.tile(s, len(walls))
-            chosen, along = block.chosen(index), np.eye(block.matrix.shape[1])
-            for direction in np.vstack((along, -along)) if len(along) else np.zeros((1, 0)):
-                planes = chosen.tangents(np.broadcast_to(direction, (len(index), len(along))))
-                rows.append(WallRows.of(chosen, first + index, places, planes))
-        return rows
 
     def _solved(self, rows: RowSet) -> tuple[FloatArray, FloatArray, FloatArray] | None:
         """Knots, slacks and the multipliers of rows in normalised units; None where there is no solution."""

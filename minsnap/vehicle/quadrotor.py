@@ -171,23 +171,23 @@ class Quadrotor(ReadOnly):
         thrusts = self.rotor_thrusts(wrench)
         return np.asarray(np.sign(thrusts) * np.sqrt(np.abs(thrusts) / self.thrust_coefficient))
 
-    @classmethod
-    def dji_f330(cls) -> Quadrotor:
+    @staticmethod
+    def dji_f330() -> Quadrotor:
         """Return a DJI F330; ``dji_f330.yaml`` beside this module names the source of each number."""
         return named_vehicle("dji_f330")
 
-    @classmethod
-    def px4_sih(cls) -> Quadrotor:
+    @staticmethod
+    def px4_sih() -> Quadrotor:
         """Return the quadrotor of PX4's simulation in hardware; ``px4_sih.yaml`` names the sources."""
         return named_vehicle("px4_sih")
 
-    @classmethod
-    def crazyflie(cls) -> Quadrotor:
+    @staticmethod
+    def crazyflie() -> Quadrotor:
         """Return a Crazyflie 2.x; ``crazyflie.yaml`` names the sources."""
         return named_vehicle("crazyflie")
 
-    @classmethod
-    def from_yaml(cls, path: str | os.PathLike[str]) -> Quadrotor:
+    @staticmethod
+    def from_yaml(path: str | os.PathLike[str]) -> Quadrotor:
         """Read a vehicle from a file; see :func:`minsnap.vehicle.read_vehicle`."""
         return read_vehicle(path)
 

@@ -30,6 +30,20 @@ def test_arguments_become_options(sentence, said):
     assert in_options(sentence) == said
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("plan w.csv -o o.yaml", "--time is -1.0 s"),
+        ("plan w.csv --vehicle v.yaml -o o.csv", "--time is -1.0 s"),
+        ("plan w.csv --vehicle=v.yaml", "--time is -1.0 s"),
+        ("plan PLAN.YAML", "total_time is -1.0 s"),
+        ("plan PLAN.YAML --time -1", "--time is -1.0 s"),
+    ],
+)
+def test_keys_are_named_where_the_input_is_a_plan_file_and_no_option_says_it(words, said):
+    assert in_options("total_time is -1.0 s", words.split()) == said
+
+
 CALLS = [
     ["plan", "w.csv", "--yaw-rate", "2"],
     ["plan", "w.csv", "--hold-below", "2", "--yaw", "1"],
@@ -54,6 +68,7 @@ KEYS = [
     ("total_time: 6\ntime_limit: 4", "time_limit goes with durations or limits"),
     ("split: distance\ntime_weight: 3", "split: distance does not go with time_weight, which determines the split"),
     ("corridor: [0.3, 0.3, 0.2]", "w.yaml: corridor has 3 numbers for 2 legs: give one, or one per leg"),
+    ("corridor: [0.3, 0.3, 0.3]\nclosed: true", "closed: true needs the last waypoint to be the first one: append it"),
     ("boxes: [[[0, 0, 0], [4, 4, 4]]]", "the corridor has 1 boxes for 2 legs: give one per leg"),
 ]
 

@@ -380,7 +380,10 @@ class VehicleWatch:
             "home": _home(self._said.get("HOME_POSITION"), places),
             "link": self._quality(),
         }
-        return [Finding((), name, *told, grave=name == "estimate") for name, told in subjects.items()]
+        return [
+            Finding((), name, *told, grave=name == "estimate" and told[0] is not None)
+            for name, told in subjects.items()
+        ]
 
     def _quality(self) -> Told:
         share = self._missing / max(1, self._received + self._missing)
