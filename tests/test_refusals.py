@@ -43,7 +43,7 @@ SITES = [
         {"waypoints": REFERENCE, "durations": [4, 2, 4, 2], "corridor": 1e-4, "continuity": 5},
     ),
     (
-        ("infeasibility", "_standing", InfeasibleError),
+        ("infeasibility", "_too_near", InfeasibleError),
         "no curve passes the waypoints as near as asked for: leg 1 is the hardest",
         {
             "waypoints": [(0, 0), (2, 1), (3, 5)],

@@ -47,7 +47,8 @@ class Pressed:
 
     def __init__(self, task: Task, durations: FloatArray, walls: WallArrays, give: Give, sign: bool = False) -> None:
         self.task, self.durations, self.walls = task, durations, walls
-        self.sign, self._programme, self._proved = sign, slack_programme(task, durations, give), None
+        self.give, self.sign = give, sign
+        self._programme, self._proved = slack_programme(task, durations, give), None
         native = native_slacks(task, durations, give)
         if native is not None and native.status is not Status.DONE:  # its rows may prove what its slacks are below
             self._proved = find_contradiction(task, durations, walls, native)
@@ -75,17 +76,19 @@ class Pressed:
         return self._proved or find_contradiction(*known, self._programme.evidence())
 
     def hardest(self) -> tuple[int, float]:
-        """Leg and instant of the row that presses hardest."""
-        wall, task = self.least.wall, self.task
+        """Leg and instant of the row that presses hardest, of those of walls that give way if there are any."""
+        task, gives = self.task, self.give.group[self.least.wall] >= 0
+        chosen = np.flatnonzero(gives if gives.any() else ~gives)
+        wall = self.least.wall[chosen]
         if not len(wall):
             return 0, 0.0
         piece, sizes = self.walls.piece[wall], self.walls.width[wall]
-        press = self.least.multiplier * sizes / task.units(self.durations).length
+        press = np.abs(self.least.multiplier[chosen]) * sizes / task.units(self.durations).length
         press *= task.units(self.durations).time ** self.walls.order[wall]
         leg = int(np.bincount(piece // task.pieces, press, task.legs).argmax())
         row = int(np.where(piece // task.pieces == leg, press, -np.inf).argmax())
         breaks = np.concatenate(([0.0], np.cumsum(self.durations)))
-        return leg, float(breaks[piece[row]] + self.least.s[row] * self.durations[piece[row]])
+        return leg, float(breaks[piece[row]] + self.least.s[chosen[row]] * self.durations[piece[row]])
 
 
 def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | SolverError | None:
@@ -110,10 +113,12 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     if proof is None:
         advice = f"widen the corridor of leg {leg}, or change durations that differ much"
         return _standing(corridor, durations, walls) or SolverError(f"{UNPROVED}{advice}")
+    on_leg = (give.group >= 0) & (walls.piece // task.pieces == leg)
+    if not on_leg.any():
+        return _too_near(corridor, leg, instant, proof)
     tried = _room(task, durations, pressed.least.slacks)
     room, share = WIDTH_ROOM if tried is None else tried, np.append(pressed.least.slacks, 0.0)
     widths = walls.width * (1.0 + share[give.group] * (1.0 + room) + room)
-    on_leg = (give.group >= 0) & (walls.piece // task.pieces == leg)
     width = float(widths[on_leg].max())
     others = {
         name: float(widths[give.group == name].max())
@@ -160,12 +165,16 @@ def _sufficient(width: float, everywhere: bool, others: Mapping[int, float], tri
 
 def _standing(task: Task, durations: FloatArray, walls: WallArrays) -> InfeasibleError | None:
     """Return the error where walls contradict each other at waypoints, which widths of a corridor do not help."""
-    count = len(walls.piece)
-    pressed = Pressed(task, durations, walls, Give(np.zeros(count, int), np.ones(count), 1), sign=True)
+    group = np.zeros(len(walls.piece), dtype=np.int64)
+    if walls.when is not None:
+        group[walls.when >= 2] = -1  # equations
+    pressed = Pressed(task, durations, walls, Give(group, np.ones(len(group)), 1), sign=True)
     proof = pressed.proof() if pressed.noticeable else None
-    if proof is None:
-        return None
-    leg, instant = pressed.hardest()
+    return None if proof is None else _too_near(task, *pressed.hardest(), proof)
+
+
+def _too_near(task: Task, leg: int, instant: float, proof: Contradiction) -> InfeasibleError:
+    """Return the error where what is asked of the waypoints alone has no curve."""
     return InfeasibleError(
         f"no curve passes the waypoints as near as asked for: leg {leg} is the hardest, at {instant:.4g} s; widen the "
         f"tolerances or gates, pin fewer derivatives, or lower continuity={task.continuity}",

@@ -337,7 +337,8 @@ class Trajectory(ReadOnly, Path):
         """Return the same curve written in polynomials of a higher degree."""
         if not (is_whole(degree) and degree <= MOST_DEGREE):
             raise InputError(f"the degree is {shown(degree)}: give a whole number up to {MOST_DEGREE}")
-        return replace(self, control_points=elevated_points(self.control_points, degree), rest_of=None)
+        points = elevated_points(self.control_points, degree)
+        return replace(self, control_points=points, how=self.report, rest_of=None)  # whose cost is of the first degree
 
     def is_like(self, other: Path) -> bool:
         """Whether another path is the same polynomials."""

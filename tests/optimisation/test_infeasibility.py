@@ -50,6 +50,22 @@ def test_widths_said_for_legs_that_differ_would_do(seed):
     assert fits(points, durations, corridor=wider * (1.0 + 1e-4), continuity=5)
 
 
+@pytest.mark.parametrize("core", ["auto", "python"])
+def test_gates_that_stand_do_not_hide_which_wall_is_too_near(core):
+    """Rows of gates press too, and with any sign; leg 0 alone has walls that give way."""
+    points = np.array([[-0.2, 0.5, 0.6], [0.3, -0.2, 0.9], [0.4, 1.0, 0.1], [1.4, 1.4, 0.2], [3.3, 2.3, -0.3]])
+    normals = [[-0.48, 1.72, 0.81], [-2.41, -0.15, -0.69], [-0.13, 0.19, 0.05]]
+    gates = [minsnap.Gate(point, normal, 0.004) for point, normal in zip(points[1:4], normals, strict=True)]
+    asked = {"durations": [1.4, 1.0, 0.9, 0.5], "continuity": 6}
+    sides = points[:, 1].max() + 0.01, 0.01 - points[:, 1].min()
+    with using(core):
+        along = minsnap.HalfSpaces([[0, 1, 0], [0, -1, 0]], sides, legs=[0])
+        refused = refusal([points[0], *gates, points[4]], **asked, corridor=along)
+        assert refused.leg == 0 and refused.instant == pytest.approx(1.137, abs=1e-3) and refused.verify()
+        refused = refusal([points[0], *gates, points[4]], **asked, corridor=minsnap.Tube(0.01))
+        assert refused.leg == 1 and refused.instant == pytest.approx(1.95, abs=1e-2) and refused.verify()
+
+
 def test_the_sentence_says_where_when_and_what_to_do():
     refused = refusal(REFERENCE, TIMES, corridor=0.02, continuity=4)
     assert re.search(rf"leg {refused.leg}.* too narrow at .* s; a half-width of .* m .*would do", str(refused))

@@ -228,6 +228,11 @@ def test_elevated_is_the_same_curve(lap):
     assert lap.elevated(11).cost(4) == pytest.approx(lap.cost(4), rel=1e-9)
 
 
+def test_the_report_of_an_elevated_plan_is_that_of_the_plan():
+    plan = minsnap.plan([(0, 0, 0), (1, 0, 0), (2, 1, 0)], durations=[1, 1])
+    assert plan.elevated(9).report.cost == pytest.approx(plan.report.cost)
+
+
 def test_scipy_s_forms_and_back(lap):
     t = np.linspace(0.0, 12.0, 101)
     assert isinstance(lap.to_ppoly(), PPoly)

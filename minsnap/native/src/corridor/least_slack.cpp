@@ -10,6 +10,7 @@
 // rows add up to next to nothing on one side and to -sigma on the other. (This is the proximal point method of R. T.
 // Rockafellar, "Monotone operators and the proximal point algorithm", 1976, with one step.) K rises in stages, each beginning
 // with the contacts of the one before; the last ones need double-double arithmetic.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -57,7 +58,7 @@ public:
             if (price > most_in_double) extended = true;
             status = stage(price, extended);
             // It creeps, which no precision helps; slacks that rounding made are another thing.
-            if (status == Status::spent && price == prices[0] && answer_.slack[0] < absurd) return answer_.rows = 0, status;
+            if (status == Status::spent && price == prices[0] && *std::max_element(answer_.slack, answer_.slack + given_.slacks.count) < absurd) return answer_.rows = 0, status;
             if (status != Status::done && !extended) extended = true, status = stage(price, true);
             if (status == Status::no_memory) return status;
             if (status == Status::done)
