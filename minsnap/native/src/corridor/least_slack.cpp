@@ -58,7 +58,9 @@ public:
             if (price > most_in_double) extended = true;
             status = stage(price, extended);
             // It creeps, which no precision helps; slacks that rounding made are another thing.
-            if (status == Status::spent && price == prices[0] && *std::max_element(answer_.slack, answer_.slack + given_.slacks.count) < absurd) return answer_.rows = 0, status;
+            if (status == Status::spent && price == prices[0] &&
+                *std::max_element(answer_.slack, answer_.slack + given_.slacks.count) < absurd)
+                return answer_.rows = 0, status;
             if (status != Status::done && !extended) extended = true, status = stage(price, true);
             if (status == Status::no_memory) return status;
             if (status == Status::done)

@@ -60,10 +60,11 @@ struct Costs {
         double factor = 1.0, growth = 2.0 * order * unit_rounding / enough_digits;
         for (int q = 0; q < order; ++q) factor *= degree - q, growth *= q ? 2.0 : 1.0;
         const int size = (degree + 1) * dim;
-        double last[max_points * max_dim + 3] = {};  // copied, as rows of four go beyond its end
-        std::copy_n(points + (pieces - 1) * size, size, last);
+        double last[max_points * max_dim + 3] = {};  // copied, as rows of four go up to three numbers beyond the end of a piece
         for (std::int64_t piece = 0; piece < pieces; ++piece) {
-            const double *const from = piece + 1 < pieces ? points + piece * size : last;
+            const bool copied = (pieces - piece - 1) * size < 3;
+            if (copied) std::copy_n(points + piece * size, size, last);
+            const double *const from = copied ? last : points + piece * size;
             double sum = 0.0;
             for (int axis = 0; axis < dim; axis += 4) sum += squares(from + axis, degree, order, growth * growth, dim - axis);
             costs[piece] = factor * factor * sum / power(durations[piece], 2 * order - 1);
