@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from ctypes import c_double, c_int64, c_void_p
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 
@@ -146,7 +146,7 @@ class MeasuredWalls:
         )
 
     @classmethod
-    def faces(cls, leg: IntArray, planes: tuple[FloatArray, FloatArray, FloatArray, FloatArray], order: int) -> Self:
+    def faces(cls, leg: IntArray, planes: tuple[FloatArray, FloatArray, FloatArray, FloatArray], order: int) -> MeasuredWalls:
         """Return pairs of planes, each on the pieces of its leg.
 
         Parameters
@@ -161,7 +161,7 @@ class MeasuredWalls:
         return cls(_FACES, leg, normal[:, None], (anchor, lower, upper), order)
 
     @classmethod
-    def balls(cls, leg: IntArray, balls: tuple[FloatArray, FloatArray, FloatArray], order: int) -> Self:
+    def balls(cls, leg: IntArray, balls: tuple[FloatArray, FloatArray, FloatArray], order: int) -> MeasuredWalls:
         """Return balls, each on the pieces of its leg: matrices (m, q, dim), anchors (m, dim), radii (m,)."""
         matrix, anchor, radius = balls
         return cls(_BALLS, leg, matrix, (anchor, None, radius), order)
