@@ -146,7 +146,9 @@ class MeasuredWalls:
         )
 
     @classmethod
-    def faces(cls, leg: IntArray, planes: tuple[FloatArray, FloatArray, FloatArray, FloatArray], order: int) -> MeasuredWalls:
+    def faces(
+        cls, leg: IntArray, planes: tuple[FloatArray, FloatArray, FloatArray, FloatArray], order: int
+    ) -> MeasuredWalls:
         """Return pairs of planes, each on the pieces of its leg.
 
         Parameters
