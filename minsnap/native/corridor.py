@@ -213,7 +213,7 @@ def least_slack(question: CorridorQuestion, give: Give, seconds: float = inf) ->
         return None
     pieces, half, dim = len(question.durations), question.half, question.positions.shape[1]
     most = pieces * half * dim + 2 + give.slacks
-    answer = _answer_record(pieces, half, dim, most, rows=0)
+    answer = _answer_record(pieces, half, dim, most, direction=np.zeros((most, dim)), rows=0)
     slack, remainder = np.zeros(give.slacks), np.zeros(most)
     group, weight = np.ascontiguousarray(give.group, dtype=np.int64), np.ascontiguousarray(give.weight)
     slacks = SlackRecord(count=give.slacks, group=group, weight=weight, slack=slack, remainder=remainder)
@@ -223,11 +223,11 @@ def least_slack(question: CorridorQuestion, give: Give, seconds: float = inf) ->
     return LeastSlack(status, slack, kept["knots"], **rows, remainder=remainder[used], work=answer.work)
 
 
-def _answer_record(pieces: int, half: int, dim: int, most: int, **rest: Any) -> CorridorAnswerRecord:
+def _answer_record(pieces: int, half: int, dim: int, most: int, **more: Any) -> CorridorAnswerRecord:
     """Return room for an answer with so many rows."""
     curve = {"points": np.empty((pieces, 2 * half, dim)), "knots": np.empty((pieces + 1, half, dim))}
     rows = {"wall": np.empty(most, dtype=np.int64), "s": np.empty(most), "multiplier": np.empty(most)}
-    return CorridorAnswerRecord(**curve, **rows, **({"direction": np.zeros((most, dim))} if rest else {}), **rest)
+    return CorridorAnswerRecord(**curve, **rows, **more)
 
 
 def corridor_record(

@@ -27,6 +27,7 @@ from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.native.corridor import LeastSlack, WallArrays
 from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.task import Task
+from minsnap.optimisation.units import Units
 from minsnap.polynomials.enclosures import UNIT
 
 Unknown = tuple[int, int, int]
@@ -337,8 +338,8 @@ def find_contradiction(task: Task, durations: FloatArray, walls: WallArrays, lea
     walls : WallArrays
         Those of the task.
     """
-    pressing = np.flatnonzero(least.multiplier)
-    rows = [_pressed(task, durations, walls, least, i) for i in pressing.tolist()]
+    pressing, units = np.flatnonzero(least.multiplier), task.units(durations)
+    rows = [_pressed(walls, least, row, units) for row in pressing.tolist()]
     if not rows:
         return None
     planes = (plane for wall, plane in _planes(walls) if wall not in least.wall[pressing])
@@ -394,9 +395,9 @@ def _joints(task: Task, durations: FloatArray) -> tuple[tuple[Joint, Fraction], 
     )
 
 
-def _pressed(task: Task, durations: FloatArray, walls: WallArrays, least: LeastSlack, row: int) -> PressedRow:
+def _pressed(walls: WallArrays, least: LeastSlack, row: int, units: Units) -> PressedRow:
     """Return a row with its multiplier in metres and seconds, without rounding."""
-    wall, units = int(least.wall[row]), task.units(durations)
+    wall = int(least.wall[row])
     multiplier = Fraction(float(least.multiplier[row])) + Fraction(float(least.remainder[row]))
     multiplier *= Fraction(units.time) ** int(walls.order[wall]) / Fraction(units.length)
     return _row(walls, wall, float(least.s[row]), multiplier, least.direction[row])

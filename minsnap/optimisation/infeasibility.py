@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.native.corridor import Give, WallArrays
 from minsnap.native.status import Status
 from minsnap.optimisation.contradiction import Contradiction, find_contradiction
-from minsnap.optimisation.least_slacks import native_slacks, slack_programme
+from minsnap.optimisation.least_slacks import SlackProgramme, common_slack, native_slacks, slack_programme
 from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
@@ -47,14 +48,17 @@ class Pressed:
 
     def __init__(self, task: Task, durations: FloatArray, walls: WallArrays, give: Give, sign: bool = False) -> None:
         self.task, self.durations, self.walls = task, durations, walls
-        self.give, self.sign = give, sign
-        self._programme, self._proved = slack_programme(task, durations, give), None
+        self.give, self.sign, self._proved = give, sign, None
         native = native_slacks(task, durations, give)
         if native is not None and native.status is not Status.DONE:  # its rows may prove what its slacks are below
             self._proved = find_contradiction(task, durations, walls, native)
         solved = native is not None and (native.status is Status.DONE or self._proved is not None)
         self.least = native if native is not None and solved else self._programme.run(sign)
         self._native = self.least is native
+
+    @cached_property
+    def _programme(self) -> SlackProgramme:
+        return slack_programme(self.task, self.durations, self.give)
 
     @property
     def possible(self) -> bool:
@@ -165,10 +169,7 @@ def _sufficient(width: float, everywhere: bool, others: Mapping[int, float], tri
 
 def _standing(task: Task, durations: FloatArray, walls: WallArrays) -> InfeasibleError | None:
     """Return the error where walls contradict each other at waypoints, which widths of a corridor do not help."""
-    group = np.zeros(len(walls.piece), dtype=np.int64)
-    if walls.when is not None:
-        group[walls.when >= 2] = -1  # equations
-    pressed = Pressed(task, durations, walls, Give(group, np.ones(len(group)), 1), sign=True)
+    pressed = Pressed(task, durations, walls, common_slack(walls), sign=True)
     proof = pressed.proof() if pressed.noticeable else None
     return None if proof is None else _too_near(task, *pressed.hardest(), proof)
 

@@ -4,6 +4,7 @@ Each group of walls gets a slack: :math:`g(z) \le b + \sigma\,\text{width}\,\tex
 most questions.  Where it does not, or there is none, the least sum of the slacks is a linear programme of rows at many
 instants, to which those are added where its curve leaves the walls that gave way; the cost of the curve has no part in
 it.  HiGHS ends at a vertex, whose multipliers are those of a proof: the rows that press add up to nothing but slacks.
+Where they differ by too many decades for that, non-negative least squares find others.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import WORK, Deadline
 from minsnap.basics.tolerances import EXACT, ROUNDING
-from minsnap.native.corridor import Give, LeastSlack, least_slack
+from minsnap.native.corridor import Give, LeastSlack, WallArrays, least_slack
 from minsnap.native.status import Status
 from minsnap.optimisation.linear_rows import LinearRows
 from minsnap.optimisation.native_solve import corridor_question
@@ -33,6 +34,14 @@ ACCURACY = 3e-4
 
 STALLED = 1e-4
 """Share by which the sum of the slacks must grow in a round, once it is above zero."""
+
+
+def common_slack(walls: WallArrays) -> Give:
+    """Return one slack for all walls but the planes on which the curve lies."""
+    group = np.zeros(len(walls.piece), dtype=np.int64)
+    if walls.when is not None:
+        group[walls.when >= 2] = -1
+    return Give(group, np.ones(len(group)), 1)
 
 
 def native_slacks(task: Task, durations: FloatArray, give: Give, lowest: float = 0.0) -> LeastSlack | None:
@@ -56,11 +65,11 @@ def native_slacks(task: Task, durations: FloatArray, give: Give, lowest: float =
     return replace(least, slacks=least.slacks + lowest)
 
 
-def slack_programme(task: Task, durations: FloatArray, give: Give) -> SlackProgramme:
+def slack_programme(task: Task, durations: FloatArray, give: Give, lowest: float = 0.0) -> SlackProgramme:
     """Return the linear programmes of the least slacks of a task at piece durations [s]."""
     units = task.units(durations)
     problem = task.problem(durations, units)
-    return SlackProgramme(problem, compile_walls(task, problem, units), give, task.deadline)
+    return SlackProgramme(problem, compile_walls(task, problem, units), give, task.deadline, lowest)
 
 
 class SlackProgramme:
@@ -100,11 +109,8 @@ class SlackProgramme:
         LateError
             Where time or work are over.
         """
-        rows, last, total = (
-            self._in_unknowns(all_walls_rows(Curve(self.problem, self.compiled, self.base))),
-            None,
-            -np.inf,
-        )
+        rows = self._in_unknowns(all_walls_rows(Curve(self.problem, self.compiled, self.base)))
+        last, total = None, -np.inf
         for _ in range(ROUNDS):
             solution = None if last and not self.deadline.affords(0.0) else self._solved(rows)
             if solution is None:
@@ -140,16 +146,15 @@ class SlackProgramme:
         width = self.compiled.widths[rows.source.wall]
         chosen = np.sort(np.argsort(-multipliers * width, kind="stable")[: 8 * (self.problem.size + 1)])
         matrix = self.linear.matrix(rows.columns, rows.values).toarray()[chosen] / width[chosen, None]
-        right, (equal, sides) = (rows.bound / width)[chosen], self.linear.equality_rows()
+        right, (equal, sides) = (rows.bound / width)[chosen], self.linear.equality_rows
         if len(sides):
             dense = equal.toarray()
             right = right - matrix @ np.linalg.lstsq(dense, sides, rcond=None)[0]
             matrix = matrix @ null_space(dense)
         _, sizes, directions = np.linalg.svd(np.linalg.qr(matrix, mode="r"), full_matrices=False)
         told = sizes > ROUNDING * sizes.max(initial=0.0)
-        system = np.vstack(
-            ((matrix @ (directions[told] / sizes[told, None]).T).T, right / (np.abs(right).max() or 1.0))
-        )
+        along = directions[told] / sizes[told, None] @ matrix.T
+        system = np.vstack((along, right / (np.abs(right).max() or 1.0)))
         steps = max(1, int(6e8 / len(right) ** 2))  # which takes a second or two: a step that of the square
         try:
             found = nnls(system, np.append(np.zeros(len(system) - 1), -1.0), maxiter=steps)[0]
@@ -173,7 +178,7 @@ class SlackProgramme:
         places = gives, self.give.group[wall[gives]]
         moved = coo_matrix((-self.give.weight[wall[gives]], places), shape=(len(wall), slacks))
         sums, size = csr_matrix(hstack((matrix, moved))), self.problem.size
-        equal, sides = self.linear.equality_rows()
+        equal, sides = self.linear.equality_rows
         self.deadline.require()
         self.deadline.spend(WORK.slacks * sums.nnz * sums.shape[1])
         found = linprog(

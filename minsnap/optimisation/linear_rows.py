@@ -65,6 +65,7 @@ class LinearRows:
         used = scaled != 0.0
         return csr_matrix((scaled[used], (row[used], places[used])), shape=(len(columns), self.size))
 
+    @cached_property
     def equality_rows(self) -> tuple[Any, FloatArray]:
         """Equations with rows of unit length, and their right-hand sides."""
         from scipy.sparse import csr_matrix
@@ -90,7 +91,7 @@ def joined_exactly(problem: ReducedProblem, knots: FloatArray) -> FloatArray:
         return knots
     for _ in range(2):
         linear = LinearRows(problem, knots)
-        A, b = linear.equality_rows()
+        A, b = linear.equality_rows
         if len(b):
             knots = problem.add(knots, np.linalg.lstsq(A.toarray(), b, rcond=None)[0] * linear.scale[:-1])
     return knots

@@ -32,9 +32,8 @@ from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.errors import SolverError
-from minsnap.native.corridor import Give
 from minsnap.native.status import Status
-from minsnap.optimisation.least_slacks import ACCURACY, SlackProgramme, native_slacks
+from minsnap.optimisation.least_slacks import ACCURACY, common_slack, native_slacks, slack_programme
 from minsnap.optimisation.linear_rows import DENSE, LinearRows, joined_exactly, of_unit_length
 from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
@@ -195,7 +194,7 @@ class ReferenceCore:
     def _inside(self, state: State) -> bool:
         """Whether equations hold, and all walls as exact extrema say."""
         if self.linear.equations is not None:
-            left = LinearRows(self.problem, state.curve.knots).equality_rows()[1]
+            left = LinearRows(self.problem, state.curve.knots).equality_rows[1]
             if np.abs(left).max(initial=0.0) > EXACT * np.abs(state.curve.points).max():
                 return False
         if not self.prove:
@@ -271,8 +270,8 @@ class ReferenceCore:
             h = (state.rows.bound - (state.shift + state.inward) * state.rows.width) / norms
         A, b = None, np.zeros(0)
         if self.linear.equations is not None:
-            A, lengths = of_unit_length(self._whitened(self.linear.equality_rows()[0]))
-            b = self.linear.equality_rows()[1] / lengths
+            A, lengths = of_unit_length(self._whitened(self.linear.equality_rows[0]))
+            b = self.linear.equality_rows[1] / lengths
         P, q = (
             (self.hessian, self.slope) if self.basis is None else (identity(len(self.basis)), self.slope @ self.basis)
         )
@@ -329,16 +328,13 @@ class ReferenceCore:
         InfeasibleRowsError
             If no curve keeps all walls.
         """
-        count, task = len(self.compiled.widths), replace(self.task, touching=False)
-        if not count:
+        if not len(self.compiled.widths):
             return None
-        when = native_walls(task).when
-        group = np.zeros(count, dtype=np.int64) if when is None else np.where(when >= 2, -1, 0)
-        give = Give(group, np.ones(len(group)), 1)
-        least = native_slacks(task, self.durations, give, -NEARLY_INSIDE)
+        task = replace(self.task, touching=False)
+        asked = task, self.durations, common_slack(native_walls(task)), -NEARLY_INSIDE
+        least = native_slacks(*asked)
         if least is None or least.status is not Status.DONE:
-            give = Give(np.zeros(count, dtype=np.int64), np.ones(count), 1)
-            least = SlackProgramme(self.problem, self.compiled, give, self.task.deadline, -NEARLY_INSIDE).run(sign=True)
+            least = slack_programme(*asked).run(sign=True)
         if least.slacks[0] > ACCURACY:
             raise InfeasibleRowsError
         return replace(curve, knots=least.knots) if least.slacks[0] < 0.0 else None
