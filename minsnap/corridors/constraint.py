@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly, lengths_of, numbers
+from minsnap.basics.checks import DEGREES
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
 from minsnap.native.proved_extrema import MeasuredWalls
@@ -95,10 +96,10 @@ class Walls(ReadOnly):
         Raises
         ------
         CorridorError
-            If an array holds anything but numbers.
+            If an array holds anything but numbers, or has another shape.
         """
         arrays = {"leg": leg, "normal": normal, "anchor": anchor, "lower": lower, "upper": upper, "width": width}
-        legs, normal, anchor, lower, upper, width = _numbers(name, arrays)
+        legs, normal, anchor, lower, upper, width = _checked(name, order, arrays, (1, 2, 2, 1, 1, 1))
         rows: list[tuple[Any, ...]] = [
             (_whole(legs), -normal, anchor, upper, width),
             (_whole(legs), normal, anchor, -lower, width),
@@ -160,11 +161,11 @@ class Walls(ReadOnly):
         Raises
         ------
         CorridorError
-            If an array holds anything but numbers.
+            If an array holds anything but numbers, or has another shape.
         """
-        arrays = {"leg": leg, "matrix": matrix, "anchor": anchor, "radius": radius}
-        legs, matrix, anchor, radius = _numbers(name, arrays)
-        grows = np.zeros(anchor.shape) if slope is None else _numbers(name, {"slope": slope})[0]
+        grows = np.zeros(np.shape(anchor)) if slope is None else slope
+        arrays = {"leg": leg, "matrix": matrix, "anchor": anchor, "slope": grows, "radius": radius}
+        legs, matrix, anchor, grows, radius = _checked(name, order, arrays, (1, 3, 2, 2, 1))
         return cls(_whole(legs), matrix, anchor, grows, radius, radius, order, name)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -312,8 +313,36 @@ class Constraint(Protocol):
 
 
 def walls_of(constraints: Sequence[Constraint], waypoints: FloatArray) -> list[Walls]:
-    """Return the walls of some constraints for waypoints (n, dim), without empty ones."""
-    return [wall for constraint in constraints for wall in constraint.walls(waypoints) if len(wall.leg)]
+    """Return the walls of some constraints for waypoints (n, dim), without empty ones.
+
+    Raises
+    ------
+    CorridorError
+        If a constraint of the user's own returns anything but walls, or walls of other legs or dimensions.
+    """
+    walls = [wall for constraint in constraints for wall in _own_walls(constraint, waypoints)]
+    return [wall for wall in walls if _fits(wall, *waypoints.shape)]
+
+
+def _own_walls(constraint: Constraint, waypoints: FloatArray) -> Sequence[Walls]:
+    walls = constraint.walls(waypoints)
+    if not (isinstance(walls, Sequence) and all(isinstance(wall, Walls) for wall in walls)):
+        name = type(constraint).__name__
+        raise CorridorError(f"{name}.walls() must return a list of minsnap.corridors.Walls")
+    return walls
+
+
+def _fits(wall: Walls, waypoints: int, dim: int) -> bool:
+    """Whether there are any walls; raise CorridorError for walls of other legs or dimensions than the curve's."""
+    if not len(wall.leg):
+        return False
+    first, last = wall.leg.min(), wall.leg.max()
+    if first < 0 or last > waypoints - 2:
+        leg = first if first < 0 else last
+        raise CorridorError(f"the {wall.name} has walls on leg {leg}: the legs are 0 to {waypoints - 2}")
+    if wall.slope.shape[1] != dim:
+        raise CorridorError(f"the {wall.name} has walls of {wall.slope.shape[1]} dimensions, the waypoints have {dim}")
+    return True
 
 
 def leg_scales(waypoints: FloatArray) -> FloatArray:
@@ -324,14 +353,23 @@ def leg_scales(waypoints: FloatArray) -> FloatArray:
     return lengths
 
 
-def _numbers(name: str, arrays: dict[str, npt.ArrayLike]) -> list[FloatArray]:
-    """Return arrays as numbers, or raise CorridorError."""
-    entries = []
-    for what, values in arrays.items():
+def _checked(name: str, order: int, arrays: dict[str, npt.ArrayLike], dims: tuple[int, ...]) -> list[FloatArray]:
+    """Return arrays of walls as numbers, legs first and what must be positive last, or raise CorridorError."""
+    if order not in range(DEGREES[-1] + 1):
+        raise CorridorError(f"the order of the walls of the {name} must be a whole number from 0 to {DEGREES[-1]}")
+    entries: list[FloatArray] = []
+    for (what, values), ndim in zip(arrays.items(), dims, strict=True):
         array = numbers(values)
         if array is None or np.isnan(array).any():
             raise CorridorError(f"the {what} of a wall of the {name} is not a number")
+        fitting = array.ndim == ndim and (not entries or len(array) == len(entries[0]))
+        if not fitting or (len(entries) > 1 and ndim > 1 and array.shape[-1] != entries[1].shape[-1]):
+            raise CorridorError(f"the {what} of the walls of the {name} has a shape that does not fit: {array.shape}")
         entries.append(array)
+    if (entries[0] % 1.0).any():
+        raise CorridorError(f"the leg of a wall of the {name} is not a whole number")
+    if not (entries[-1] > 0.0).all():
+        raise CorridorError(f"the {what} of a wall of the {name} is not positive")
     return entries
 
 

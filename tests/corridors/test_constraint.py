@@ -60,6 +60,47 @@ def test_balls_and_cones_are_differences_of_squares(order, slope):
         assert found(number + s)[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
 
+ONE_WALL = {
+    "leg": [0],
+    "normal": [[0.0, 0.0, 1.0]],
+    "anchor": [[0.0, 0.0, 0.0]],
+    "lower": [0.0],
+    "upper": [2.0],
+    "width": [1.0],
+}
+
+
+class OwnConstraint:
+    """Return what a mapping of arguments makes of ``Walls.planes``, or anything else."""
+
+    def __init__(self, walls):
+        self.walls = lambda waypoints: [Walls.planes(**walls)] if isinstance(walls, dict) else walls
+
+
+@pytest.mark.parametrize(
+    ("walls", "sentence"),
+    (
+        (ONE_WALL | {"leg": [2]}, "walls on leg 2: the legs are 0 to 1"),
+        (ONE_WALL | {"leg": [-1]}, "walls on leg -1: the legs are 0 to 1"),
+        (ONE_WALL | {"leg": [0.5]}, "the leg of a wall of the corridor is not a whole number"),
+        (ONE_WALL | {"normal": [[0.0, 1.0]], "anchor": [[0.0, 0.0]]}, "walls of 2 dimensions, the waypoints have 3"),
+        (ONE_WALL | {"anchor": [[0.0, 0.0]]}, "the anchor of the walls of the corridor has a shape that does not fit"),
+        (ONE_WALL | {"normal": [0.0, 0.0, 1.0]}, "the normal of the walls .* has a shape that does not fit"),
+        (ONE_WALL | {"leg": [0, 1]}, "the normal of the walls .* has a shape that does not fit"),
+        (ONE_WALL | {"upper": 2.0}, "the upper of the walls .* has a shape that does not fit"),
+        (ONE_WALL | {"width": [0.0]}, "the width of a wall of the corridor is not positive"),
+        (ONE_WALL | {"order": -1}, "the order of the walls of the corridor must be a whole number from 0 to 11"),
+        (ONE_WALL | {"order": 1.5}, "the order of the walls of the corridor must be a whole number"),
+        (None, r"OwnConstraint.walls\(\) must return a list of .*Walls"),
+        ([np.zeros(3)], r"OwnConstraint.walls\(\) must return a list of .*Walls"),
+    ),
+)
+@pytest.mark.parametrize("timed", ({"durations": [3.0, 3.0]}, {"limits": minsnap.Limits(speed=3.0)}))
+def test_walls_of_a_users_own_that_do_not_fit_are_refused(walls, sentence, timed):
+    with pytest.raises(CorridorError, match=sentence):
+        minsnap.plan([(0, 0, 1), (4, 0, 1), (4, 4, 1)], corridor=OwnConstraint(walls), **timed)
+
+
 def test_what_is_not_a_number_is_refused():
     with pytest.raises(CorridorError, match="the lower of a wall of the fence is not a number"):
         Walls.planes([0], [[1.0, 0.0]], [[0.0, 0.0]], [np.nan], [1.0], [1.0], name="fence")
