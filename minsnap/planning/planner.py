@@ -167,7 +167,6 @@ def plan(
     OutOfMemoryError
         If there is less memory than the plan takes.
     """
-    began = perf_counter()
     how = check_search(search)
     if is_table(waypoints):
         table = read_columns(waypoints)
@@ -189,14 +188,15 @@ def plan(
 
     question: tuple[Any, ...] = (waypoints, durations, total_time, limits, corridor, continuity, degree, yaw, start)
     question += (end, closed, solver, pins, pieces, waypoint_tolerance, search, avoid)
-    return _planned(PlanRequest(*question), progress, began)
+    return _planned(PlanRequest(*question), progress)
 
 
-def _planned(request: PlanRequest, progress: Progress | bool | None, began: float) -> Trajectory:
-    """Check a request, choose its durations, solve, and report; ``began`` is of the clock ``perf_counter`` [s]."""
+def _planned(request: PlanRequest, progress: Progress | bool | None) -> Trajectory:
+    """Check a request, choose its durations, solve, and report."""
     from minsnap.planning.around import plan_around
     from minsnap.time_allocation.allocate import plan_timed
 
+    began = perf_counter()
     check_words(solver=request.solver)
     how, limits, obstacles = check_search(request.search), request.limits, as_obstacles(request.avoid)
     timing = Timing(request.durations, request.total_time, limits, **vars(how), refine=check_pieces(request.pieces)[1])
