@@ -63,6 +63,7 @@ def plan(
         fly_course(course, planning, destination)
         return
     read, chosen = _in_frame(read_request(file), file, from_frame), _chosen(planning)
+    chosen.pop("corridor", None)
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
     request = _with_corridor(_closed(read, file, searched) if closed else read, planning)
     if "split" in chosen and not searched and request.total_time is None and not request.limits:
@@ -156,11 +157,9 @@ def _with_corridor(request: PlanRequest, planning: Planning) -> PlanRequest:
 
 
 def _chosen(planning: Planning) -> dict[str, Any]:
-    """Return the arguments of the options that differ from their defaults, half-widths left out."""
+    """Return the arguments of the options that differ from their defaults."""
     defaults = Planning().arguments()
-    values = {name: value for name, value in planning.arguments().items() if value != defaults.get(name)}
-    values.pop("corridor", None)
-    return values
+    return {name: value for name, value in planning.arguments().items() if value != defaults.get(name)}
 
 
 def _fastest(request: PlanRequest) -> bool:
@@ -211,7 +210,7 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
     from minsnap.paths.missions.mission import plan_mission
     from minsnap.planning.request import plan_arguments
 
-    named = planning.arguments()
+    named = _chosen(planning)
     refused = [name for name in ("total_time", "time_weight", "split") if name in named]
     if refused:
         option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
@@ -244,7 +243,8 @@ def _beside(course: Course, arguments: dict[str, Any], mission: Mission, took: f
     def again(**changes: Any) -> Trajectory:
         return plan_mission(course, **quiet, **plan_arguments(changes)).trajectory
 
-    shorter = {} if quiet.keys() & {"pieces", "continuity"} else gain(again, mission.trajectory, took)
+    known = quiet.keys() & {"pieces", "continuity"} or course.pieces != 1
+    shorter = {} if known else gain(again, mission.trajectory, took)
     if not course.closed or took > QUICK:
         return shorter
     return shorter | standing(lambda: plan_mission(lap, **quiet).trajectory, mission.trajectory)

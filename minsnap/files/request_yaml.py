@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import sqrt
 from pathlib import Path
@@ -179,14 +179,33 @@ POINTS = Key(several(either(POINT, ENTRY), "a list of waypoints"), "[m]", needed
 REQUEST = mapping({"waypoints": POINTS, **PLAIN, **FURTHER}, "a mapping with waypoints")
 """The whole file."""
 
-SHARED = {name: FURTHER[name] for name in ("limits", "closed")}
+SHARED = {name: FURTHER[name] for name in ("limits", "closed", "avoid", "degree", "pieces")}
 """Keys that courses have too; theirs of the name ``boxes`` is a mapping."""
 
 
 def is_request(content: Any) -> bool:
-    """Whether the content of a YAML file says how to plan, as the studio writes it, with a key that no course has."""
-    known = isinstance(content, dict) and content.keys() & (FURTHER.keys() - SHARED.keys())
-    return bool(known) and (known != {"boxes"} or isinstance(content["boxes"], list))
+    """Whether the content of a YAML file says how to plan, as the studio writes it, with a key that no course has.
+
+    With obstacles, a degree or pieces it does so, too, where it has nothing that only courses have.
+    """
+    if not isinstance(content, dict):
+        return False
+    known = content.keys() & (FURTHER.keys() - SHARED.keys())
+    if known:
+        return known != {"boxes"} or isinstance(content["boxes"], list)
+    either = content.keys() & (SHARED.keys() - {"limits", "closed"})
+    return bool(either) and content.keys() <= REQUEST.json["properties"].keys() and has_points(content["waypoints"])
+
+
+def has_points(waypoints: Any) -> bool:
+    """Whether waypoints are points, with a heading and a duration perhaps, and none is a gate or a stop."""
+    entries = waypoints if isinstance(waypoints, list) else []
+    return all(set(entry) <= set(COLUMNS) for entry in entries if isinstance(entry, dict))
+
+
+def named_numbers(obstacles: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, Any], ...]:
+    """Return obstacles of a file as a request has them."""
+    return tuple(named for entry in obstacles for named in entry.items())
 
 
 def read_request(path: str | os.PathLike[str]) -> PlanRequest:
@@ -279,7 +298,7 @@ def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any]) 
             f"{where}: limits", changes.pop("limits"), request.durations is not None or "total_time" in changes
         )
     if "avoid" in changes:
-        changes["avoid"] = tuple(named for entry in changes["avoid"] for named in entry.items())
+        changes["avoid"] = named_numbers(changes["avoid"])
     if "openings" in changes:
         changes["openings"] = tuple(
             (gate["waypoint"], gate["corners"], gate.get("crossing", 0), gate.get("margin", 0.0))

@@ -259,7 +259,8 @@ def _of_course(course: Course) -> PlanRequest:
     openings = _openings({i: stop.gate for i, stop in enumerate(course.stops) if stop.gate is not None})
     points = tuple(tuple(stop.center.tolist()) for stop in course.stops)
     yaw = tuple(course.yaw) if isinstance(course.yaw, (list, tuple)) else course.yaw
-    scene = PlanRequest(points, openings=openings, yaw=yaw, **bounds_of(course.bounds))
+    how = {"degree": course.degree, "pieces": course.pieces, "avoid": course.avoid}
+    scene = PlanRequest(points, openings=openings, yaw=yaw, **how, **bounds_of(course.bounds))
     if course.tube is not None:
         scene = replace(scene, corridor=(course.tube,) * scene.legs)
     return scene.as_lap() if course.closed else scene

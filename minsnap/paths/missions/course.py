@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, set_fields
-from minsnap.basics.checks import check_array, check_distance, check_switch, is_number, is_whole
+from minsnap.basics.checks import check_array, check_degree, check_distance, check_switch, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import ANYTHING, FLAG, NUMBER, POINT, TEXT, WHOLE, Key, either, mapping, several
 from minsnap.basics.storage.text import load_yaml, reading
@@ -27,12 +27,13 @@ from minsnap.files.request_yaml import (
     PLAIN,
     SHARED,
     complete,
+    has_points,
     is_request,
     limits_of,
+    named_numbers,
     vehicle_of,
     without_null,
 )
-from minsnap.files.waypoints import COLUMNS
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ordinary_limits
 from minsnap.planning.request import PlanRequest
@@ -120,6 +121,10 @@ class Course:
         course begins and ends.
     name : str
         What figures call it.
+    degree, pieces
+        Of the polynomials of the course, as :func:`minsnap.plan` takes them.
+    avoid : obstacles, or tuple of (name, numbers)
+        What the course keeps out of, as :class:`~minsnap.PlanRequest` takes it.
     """
 
     stops: tuple[Stop, ...]
@@ -135,6 +140,9 @@ class Course:
     takeoff: Sequence[float] | bool = False
     land: Sequence[float] | bool = False
     name: str = "course"
+    degree: int = 7
+    pieces: int | str = 1
+    avoid: Any = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.stops, (tuple, list)) or not all(isinstance(stop, Stop) for stop in self.stops):
@@ -148,6 +156,7 @@ class Course:
                 give = "True, False, or where on the ground, (x, y, z)"
                 check_array(name, getattr(self, name), ((3,),), give, WaypointError)
         self._check_ends()
+        check_degree(self.degree)
         if self.boxes is None and len(self.stops) < 2:
             raise WaypointError(f"a course has at least 2 waypoints or gates, not {len(self.stops)}")
         if self.boxes is not None and (self.laps > 1 or self.closed or self.stops):
@@ -181,7 +190,8 @@ class Course:
         own: list[Constraint] = [self.boxes] if self.boxes else []
         own += [] if self.tube is None else [Tube(np.array(self.tube))]
         yaw = self.yaw if isinstance(self.yaw, (str, Velocity)) else None  # others are for the whole flight
-        return PlanRequest(**fields, limits=self.bounds, corridor=[*own, *walls] or None, yaw=yaw)
+        how = {"degree": self.degree, "pieces": self.pieces, "avoid": self.avoid}
+        return PlanRequest(**fields, **how, limits=self.bounds, corridor=[*own, *walls] or None, yaw=yaw)
 
     def changed(self, **fields: Any) -> Course:
         """Return the course with other fields."""
@@ -289,7 +299,7 @@ COURSE = mapping(
         "boxes": Key(mapping({"lower": CORNERS, "upper": CORNERS}, "their corners as lower and upper, a list of each")),
         "start": Key(STATE),
         "end": Key(STATE),
-        "closed": SHARED["closed"],
+        **SHARED,
         "laps": Key(WHOLE, "how often it is flown"),
         "takeoff": Key(GROUND, "from the ground below the start, or from a point"),
         "land": Key(GROUND, "on the ground below the end, or at a point"),
@@ -298,7 +308,6 @@ COURSE = mapping(
         "margin": Key(NUMBER, "of all gates [m]"),
         "tolerance": Key(NUMBER, "half-width of the boxes around inner waypoints [m]"),
         "yaw": PLAIN["yaw"],
-        "limits": SHARED["limits"],
         "vehicle": Key(DESCRIBED),
         "best": Key(ANYTHING, "a remark"),
         "published": Key(ANYTHING, "a remark"),
@@ -320,9 +329,7 @@ def is_course(path: str | os.PathLike[str], wanted: bool = True) -> bool:
         return False
     if isinstance(content, dict) and set(content) - {"waypoints", *PLAIN, *(() if wanted else ("limits",))}:
         return True
-    entries = content.get("waypoints") if isinstance(content, dict) else content
-    mappings = [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
-    return any(set(entry) - set(COLUMNS) for entry in mappings)
+    return not has_points(content.get("waypoints") if isinstance(content, dict) else content)
 
 
 def read_course(path: str | os.PathLike[str]) -> Course:
@@ -356,8 +363,9 @@ def _course(where: str, content: Mapping[str, Any], path: Path) -> Course:
     closed = content.get("closed", False)
     if closed and len(stops) > 2 and np.array_equal(stops[0].center, stops[-1].center):
         stops.pop()
-    optional = ("laps", "tube", "start", "end", "tolerance", "yaw", "takeoff", "land")
+    optional = ("laps", "tube", "start", "end", "tolerance", "yaw", "takeoff", "land", "degree", "pieces")
     values = {key: content[key] for key in optional if key in content}
+    values |= {"avoid": named_numbers(content.get("avoid", ()))}
     boxes = Boxes(**content["boxes"]) if "boxes" in content else None
     limits = _limits(path.parent, content)
     return Course(tuple(stops), closed, limits=limits, boxes=boxes, name=content.get("name", path.stem), **values)

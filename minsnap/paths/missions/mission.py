@@ -121,15 +121,16 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     ['take-off', 'lap 1', 'lap 2', 'landing']
     """
     check_kind("the course", course, Course, "a Course")
+    course = course.changed(**{name: planning.pop(name) for name in ("degree", "pieces", "avoid") if name in planning})
     flown = _flown(course, planning)
     if course.takeoff is not False:
         first = flown[0].curve
         ground = _ground(first, 0.0, course.takeoff)
-        flown = [_Flown(_vertical(ground, first(0.0), course.bounds, CLIMB_SPEED), (("take-off", 0.0),)), *flown]
+        flown = [_Flown(_vertical(ground, first(0.0), course, CLIMB_SPEED), (("take-off", 0.0),)), *flown]
     if course.land is not False:
         last = flown[-1].curve
         ground, end = _ground(last, last.duration, course.land), last(last.duration)
-        flown.append(_Flown(_vertical(end, ground, course.bounds, LANDING_SPEED), (("landing", 0.0),)))
+        flown.append(_Flown(_vertical(end, ground, course, LANDING_SPEED), (("landing", 0.0),)))
     flown, curve = _within_limits(course, flown, _headed(course, flown))
     walls = _corridor(curve, flown)
     _look_at(curve, walls, planning.get("continuity"), len(flown) > 1)
@@ -138,17 +139,24 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
 
 @dataclass(frozen=True, eq=False)
 class _Flown:
-    """A curve, the names of its parts with the instants at which they begin [s], and its walls."""
+    """A curve, the names of its parts with the instants at which they begin [s], and its walls on the planned legs."""
 
     curve: Trajectory
     names: tuple[tuple[str, float], ...]
     walls: Sequence[Walls] = ()
+    legs: int = 1
 
     def slower(self, factor: float) -> _Flown:
         """Return the same flown more slowly; a hold is kept as long as it is."""
         if self.names[0][0] == "hold":
             return self
-        return _Flown(self.curve.stretched(factor), tuple((name, factor * t) for name, t in self.names), self.walls)
+        names = tuple((name, factor * t) for name, t in self.names)
+        return replace(self, curve=self.curve.stretched(factor), names=names)
+
+    @property
+    def passed(self) -> FloatArray:
+        """When the planned legs begin and end [s]; a way around obstacles has several legs for each."""
+        return self.curve.leg_breaks[:: self.curve.legs // self.legs]
 
 
 def _within_limits(course: Course, flown: list[_Flown], curve: Trajectory) -> tuple[list[_Flown], Trajectory]:
@@ -200,12 +208,13 @@ def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
     on_ground = course.takeoff is not False or course.land is not False
     if course.boxes is not None:
         ends = {"start": course.start, "end": course.end}
-        curve = plan(**course.request(waypoints=None, **ends).arguments() | planning)
-        return [_Flown(curve, (("course", 0.0),), _walls([course.boxes], curve(curve.leg_breaks)))]
+        curve, legs = plan(**course.request(waypoints=None, **ends).arguments() | planning), len(course.boxes.lower)
+        knots = curve(curve.leg_breaks[:: curve.legs // legs])
+        return [_Flown(curve, (("course", 0.0),), _walls([course.boxes], knots), legs)]
     if course.periodic and not on_ground:
         request = section_request([*course.stops, course.stops[0]], course, closed=True)
         lap, kept = plan(**request.arguments() | planning), _walls(request.corridor or (), request.waypoints)
-        return [_Flown(lap, ((f"lap {number}", 0.0),), kept) for number in range(1, course.laps + 1)]
+        return [_Flown(lap, ((f"lap {n}", 0.0),), kept, request.legs) for n in range(1, course.laps + 1)]
     return _sections(course, planning)
 
 
@@ -222,7 +231,7 @@ def _sections(course: Course, planning: dict[str, Any]) -> list[_Flown]:
             sections.append(_section(section, course, ends | planning))
             section = [entry]
         if entry[1].hold:
-            still = Trajectory(np.tile(entry[1].center, (1, 8, 1)), np.array([entry[1].hold]))
+            still = Trajectory(np.tile(entry[1].center, (1, course.degree + 1, 1)), np.array([entry[1].hold]))
             sections.append(_Flown(still, (("hold", 0.0),)))
     return sections
 
@@ -260,10 +269,11 @@ def _section(section: list[tuple[str, Stop]], course: Course, planning: dict[str
     stops = [stop for _, stop in section]
     request = section_request(stops, course, closed=False)
     curve = plan(**request.arguments() | planning)
-    times = curve.leg_breaks[knots_of(stops)]
+    flown = _Flown(curve, (), _walls(request.corridor or (), request.waypoints), request.legs)
+    times = flown.passed[knots_of(stops)]
     names = [(name, float(t)) for (name, _), t in zip(section[:-1], times, strict=False)]
     kept = [entry for i, entry in enumerate(names) if i == 0 or entry[0] != names[i - 1][0]]
-    return _Flown(curve, tuple(kept), _walls(request.corridor or (), request.waypoints))
+    return replace(flown, names=tuple(kept))
 
 
 def _walls(corridor: Sequence[Constraint], places: Any) -> list[Walls]:
@@ -277,7 +287,7 @@ def _corridor(joined: Trajectory, flown: Sequence[_Flown]) -> tuple[HalfSpaces, 
     walls, start = [], 0.0
     middles = (joined.leg_breaks[:-1] + joined.leg_breaks[1:]) / 2.0
     for part in flown:
-        own = np.searchsorted(start + part.curve.leg_breaks, middles, side="right") - 1
+        own = np.searchsorted(start + part.passed, middles, side="right") - 1
         for wall in part.walls:
             offset = wall.radius - (wall.slope * wall.anchor).sum(axis=1)
             for leg in np.unique(wall.leg):
@@ -298,11 +308,12 @@ def _ground(curve: Trajectory, t: float, where: Any) -> FloatArray:
     return ground
 
 
-def _vertical(start: FloatArray, goal: FloatArray, limits: Limits, speed: float) -> Trajectory:
+def _vertical(start: FloatArray, goal: FloatArray, course: Course, speed: float) -> Trajectory:
     """Plan a climb or a descent from rest to rest, slower than the limits and than a speed."""
+    limits = course.bounds
     slow = min(speed, limits.speed or speed)
     gentle = min(GENTLE, limits.acceleration or GENTLE)
-    return plan([start, goal], limits=replace(limits, speed=slow, acceleration=gentle))
+    return plan([start, goal], limits=replace(limits, speed=slow, acceleration=gentle), degree=course.degree)
 
 
 def _headed(course: Course, flown: Sequence[_Flown]) -> Trajectory:

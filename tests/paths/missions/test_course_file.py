@@ -103,3 +103,17 @@ def test_a_vehicle_is_a_file_beside_the_course_or_a_preset(write, tmp_path):
         limits = minsnap.read_course(write(TEXT.replace("laps: 2", f"vehicle: {named}"))).limits
         assert description_of(limits.vehicle) == description_of(vehicle)
         assert limits.reserve == 0.0 and limits.speed == 4.0
+
+
+def test_degree_pieces_and_obstacles_are_those_of_a_plan_file(write):
+    shared = "degree: 9\npieces: auto\navoid: [{cylinder: [2, 0.1, 0.5]}, {cylinder: [4, -1, 0.3]}]\n"
+    course = minsnap.read_course(write(TEXT + shared))
+    assert (course.degree, course.pieces) == (9, "auto")
+    assert course.avoid == (("cylinder", (2.0, 0.1, 0.5)), ("cylinder", (4.0, -1.0, 0.3)))
+    points = "waypoints: [[0, 0, 1], [1, 1, 1]]\nlimits: {speed: 2}\n"
+    assert not is_course(write(points + shared)) and is_course(write(points + shared + "laps: 2\n"))
+    assert is_course(write(points.replace("[1, 1, 1]", "{x: 1, y: 1, z: 1, hold: 2}") + shared))
+    with pytest.raises(FileError, match=r"avoid 0: 'cilinder' is not known: did you mean cylinder"):
+        minsnap.read_course(write(TEXT + shared.replace("cylinder", "cilinder", 1)))
+    with pytest.raises(FileError, match="degree is 8: it must be odd"):
+        minsnap.read_course(write(TEXT + "degree: 8\n"))

@@ -188,3 +188,26 @@ def test_walls_of_a_mission_are_looked_at(monkeypatch):
     monkeypatch.setattr(mission, "_corridor", lambda joined, flown: (narrow,))
     with pytest.raises(minsnap.SolverError, match="last look: it leaves the walls of leg"):
         plan_mission(Course(YARD, closed=True, limits=LIMITS))
+
+
+@pytest.mark.parametrize("degree", [5, 9])
+def test_every_part_has_the_degree_of_the_course(degree):
+    stops = (Stop((0, 0, 1)), Stop((3, 0, 1), hold=1.0), Stop((3, 3, 1)))
+    course = Course(stops, takeoff=True, land=True, limits=Limits(speed=2, acceleration=4))
+    mission = plan_mission(course, degree=degree)
+    assert mission.trajectory.degree == degree and mission.course.degree == degree
+    assert [part.name for part in mission.parts] == ["take-off", "course", "hold", "course", "landing"]
+
+
+def test_laps_keep_out_of_obstacles_and_are_told_apart_by_their_waypoints():
+    stops = (Stop((0, 0, 1)), Stop((4, 0, 1)), Stop((4, 4, 1)))
+    limits = Limits(speed=3, acceleration=6)
+    course = Course(stops, closed=True, laps=2, tube=1.0, land=True, limits=limits)
+    mission = plan_mission(course.changed(avoid=(("cylinder", (2, 0.1, 0.5)),)))
+    curve, (first, second, landing) = mission.trajectory, mission.parts
+    away = curve(np.linspace(0.0, curve.duration, 5001))[:, :2] - (2.0, 0.1)
+    assert np.hypot(*away.T).min() >= 0.5
+    for part in (first, second, landing):
+        assert curve(part.start) == pytest.approx([0, 0, 1], abs=1e-6)
+    assert [part.name for part in (first, second, landing)] == ["lap 1", "lap 2", "landing"]
+    assert minsnap.certify(curve, corridor=mission.corridor, limits=limits).ok
