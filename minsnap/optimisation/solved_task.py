@@ -71,6 +71,11 @@ class SolvedTask:
         return Trajectory(points, self.durations, pieces=self.task.pieces)
 
     @cached_property
+    def flown(self) -> Trajectory:
+        """The curve with its yaw."""
+        return self.task.finish(self.trajectory)
+
+    @cached_property
     def margins(self) -> list[Margin]:
         """Exact least distance to each block of walls, in their order."""
         walls, faster = self.task.walls, self.faster

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -16,8 +16,17 @@ from minsnap.corridors.knot_regions import KnotRegion
 from minsnap.optimisation.reduced_qp import ReducedProblem, Slots, slots_of
 from minsnap.optimisation.touches import touched_walls
 from minsnap.optimisation.units import Units
+from minsnap.trajectory.trajectory import Trajectory
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
+
+AttachHeading = Callable[[Trajectory], Trajectory]
+"""Gives a trajectory its yaw."""
+
+
+def as_it_is(curve: Trajectory) -> Trajectory:
+    """Return a curve with the yaw that it has."""
+    return curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +61,10 @@ class Task:
         Whether an error says which leg or limit is in the way; finding that takes longer than a plan.
     touching : bool
         Whether what follows where waypoints lie on walls is used: see ``touches``.
+    samples : int, optional
+        Instants per polynomial at which the walls of the plan hold; by default at every instant.
+    finish : callable
+        Gives a curve its yaw.
     """
 
     waypoints: FloatArray
@@ -68,6 +81,8 @@ class Task:
     deadline: Deadline = NEVER
     explained: bool = True
     touching: bool = True
+    samples: int | None = None
+    finish: AttachHeading = as_it_is
 
     @property
     def legs(self) -> int:

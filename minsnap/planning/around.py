@@ -25,7 +25,7 @@ from minsnap.native.fleet_border import FleetArrays, clearances
 from minsnap.native.joint_fleet import KINDS, ORDERS, FleetSearch, Settings
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.allocate import looked_at, plan_timed
-from minsnap.time_allocation.timing import AttachHeading, Timed, Timing
+from minsnap.time_allocation.timing import Timed, Timing
 from minsnap.trajectory.trajectory import Trajectory
 
 PARTS, LEAST_PARTS, MOST_PARTS = 16, 4, 64
@@ -44,9 +44,7 @@ FINEST = 1e-9
 """Greatest difference between a proved clearance and the true one [m]."""
 
 
-def plan_around(
-    task: Task, timing: Timing, finish: AttachHeading, instants: int | None, obstacles: Sequence[Obstacle]
-) -> Timed:
+def plan_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -> Timed:
     """Choose durations and solve, out of all obstacles at every instant.
 
     Raises
@@ -59,7 +57,7 @@ def plan_around(
         If the plan does not keep everything at the last look.
     """
     _refuse_inside(task, obstacles)
-    timed = looked_at(_planned_around(task, timing, finish, instants, obstacles), task, timing, instants)
+    timed = looked_at(_planned_around(task, timing, obstacles), task, timing)
     depth, instant, which = deepest(timed.trajectory, obstacles)
     if depth < -EXACT:
         raise SolverError(
@@ -69,18 +67,16 @@ def plan_around(
     return timed
 
 
-def _planned_around(
-    task: Task, timing: Timing, finish: AttachHeading, instants: int | None, obstacles: Sequence[Obstacle]
-) -> Timed:
+def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -> Timed:
     """Search for a way around and plan along it."""
-    first = plan_timed(task, timing, finish, instants)
+    first = plan_timed(task, timing)
     depth, instant, which = deepest(first.trajectory, obstacles)
     if depth >= 0.0:
         return first
     ends = None if timing.time_limit is None else monotonic() + timing.time_limit
     best: tuple[float, Timed] | None = None
     for parts in _parts(task):
-        attempt = partial(_attempt, task, timing, finish, instants, obstacles, parts)
+        attempt = partial(_attempt, task, timing, obstacles, parts)
         for way in _ways(task, first.trajectory, obstacles, parts):
             timed = attempt(way)
             best = timed if best is None or (timed is not None and timed[0] < best[0]) else best
@@ -140,13 +136,7 @@ def _improved(
 
 
 def _attempt(
-    task: Task,
-    timing: Timing,
-    finish: AttachHeading,
-    instants: int | None,
-    obstacles: Sequence[Obstacle],
-    parts: int,
-    way: Trajectory,
+    task: Task, timing: Timing, obstacles: Sequence[Obstacle], parts: int, way: Trajectory
 ) -> tuple[float, Timed] | None:
     """Return the plan on one side of planes along a way, after what it costs; None if there is none."""
     planes = _planes(way, parts * task.legs, obstacles, task)
@@ -156,9 +146,8 @@ def _attempt(
     if timing.durations is not None:
         each = check_durations(timing.durations, task.legs)
         timing = replace(timing, durations=np.repeat(each / parts, parts))
-    # Angles belong to waypoints, and the parts have knots between them: the heading is that of the joined curve.
     try:
-        timed = plan_timed(cut, timing, lambda curve: curve.with_yaw(finish(_joined(curve, parts)).yaw), instants)
+        timed = plan_timed(cut, timing)
     except (InfeasibleError, SolverError, TimingError):
         return None
     timed = replace(timed, trajectory=_joined(timed.trajectory, parts))
@@ -214,6 +203,8 @@ def _cut(task: Task, way: Trajectory, parts: int) -> Task:
         regions={knot * parts: region for knot, region in task.regions.items()},
         walls=[_of_parts(wall, parts) for wall in task.walls],
         explained=False,
+        # Angles belong to waypoints, and the parts have knots between them: the heading is that of the joined curve.
+        finish=lambda curve: curve.with_yaw(task.finish(_joined(curve, parts)).yaw),
     )
 
 

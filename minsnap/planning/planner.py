@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -201,15 +200,12 @@ def _planned(request: PlanRequest, progress: Progress | bool | None) -> Trajecto
     how, limits, obstacles = check_search(request.search), request.limits, as_obstacles(request.avoid)
     timing = Timing(request.durations, request.total_time, limits, **vars(how), refine=check_pieces(request.pieces)[1])
     timing.check()
-    walls, instants = unsampled(request.corridor, limits is not None)
-    task = task_of(request if instants is None else replace(request, corridor=walls), _deadline(timing))
+    task = task_of(request, _deadline(timing))
     if timing.time_limit is None and not obstacles:
         task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
-    heading = chosen_heading(request.yaw, task.legs, task.closed, limits)
     with progress_line(progress, "searching", lambda line: _steps_in(line, how.on_interrupt)) as watch:
         watched = timing if watch is None else replace(timing, progress=watch)
-        chosen = partial(plan_around, obstacles=obstacles) if obstacles else plan_timed
-        timed = chosen(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)
+        timed = plan_around(task, watched, obstacles) if obstacles else plan_timed(task, watched)
     known = timed.facts() | {"milliseconds": 1e3 * (perf_counter() - began)}
     return timed.trajectory.reported_by(_Plan(known, limits, request.yaw is None))
 
@@ -254,9 +250,11 @@ def _named_solver(solver: str) -> str:
 
 def task_of(request: PlanRequest, deadline: Deadline = NEVER) -> Task:
     """Check where the curve passes, with which derivatives, and that both are inside the walls of their legs."""
+    limits = request.bounds
+    corridor, instants = unsampled(request.corridor, limits is not None)
     half, (pieces, refine) = check_degree(request.degree), check_pieces(request.pieces)
     smoothness = check_continuity(request.continuity, half)
-    closed, constraints = check_flag("closed", request.closed), as_constraints(request.corridor)
+    closed, constraints = check_flag("closed", request.closed), as_constraints(corridor)
     solver = _named_solver(request.solver)
     placement = place(request.waypoints, request.waypoint_tolerance, constraints, request.start, request.end, closed)
     points, lower, upper = placement.points, placement.lower, placement.upper
@@ -267,8 +265,9 @@ def task_of(request: PlanRequest, deadline: Deadline = NEVER) -> Task:
     walls = walls_of(constraints, points)
     check_reach(placement, pinned, walls)
     check_jumps(smoothness, half, pieces == 1 and not refine and not (upper > lower).any())
-    where = points, lower, upper, pinned, half, smoothness, lap, pieces
-    return Task(*where, walls, solver, placement.regions, deadline=deadline)
+    heading = chosen_heading(request.yaw, len(points) - 1, lap, limits)
+    where = points, lower, upper, pinned, half, smoothness, lap, pieces, walls, solver, placement.regions, deadline
+    return Task(*where, samples=instants, finish=lambda curve: curve.with_yaw(heading(curve)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,12 +24,12 @@ from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import KEPT, keeps, kept_from, turns_within
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.task import Task
+from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.replanning.splice import Splice, divided
 from minsnap.time_allocation.allocate import looked_at, plan_timed
 from minsnap.time_allocation.last_look import fault
 from minsnap.time_allocation.recovery import connect_start, start_state
-from minsnap.time_allocation.timing import AttachHeading, Timing
+from minsnap.time_allocation.timing import Timing
 from minsnap.time_allocation.ways import from_end, joined, shortest_from
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -256,13 +256,13 @@ def search_ahead(task: Task, aim: Aim, finish: AttachHeading, guess: Trajectory 
     InfeasibleError, SolverError, LimitError
         If none was found.
     """
-    timing = aim.timing(seconds)
+    timing, task = aim.timing(seconds), replace(task, finish=finish)
     timing.check()
     task.deadline.check()
     if aim.timed and aim.limits is not None:
-        timed = looked_at(shortest_from(task, aim.limits, timing, finish, guess), task, timing)
+        timed = looked_at(shortest_from(task, timing, guess), task, timing)
     else:
-        timed = plan_timed(task, timing, finish)
+        timed = plan_timed(task, timing)
     return Better(timed.trajectory, timed.limits_from)
 
 

@@ -20,7 +20,7 @@ from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InfeasibleError, InputError, LimitError, SolverError, TimingError
 from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.task import Task
+from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.planning.planner import plan
 from minsnap.replanning.course_ahead import (
     CourseAhead,
@@ -52,7 +52,6 @@ from minsnap.replanning.horizon import (
 from minsnap.replanning.memory import Change, Memory, Takes, due_of, leg_conditions, leg_start_of
 from minsnap.replanning.splice import Splice, ends_at_rest, has_angles, splice_of, spliced, through_angles
 from minsnap.replanning.stopping import Stopping
-from minsnap.time_allocation.timing import AttachHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
 

@@ -18,14 +18,7 @@ from minsnap.time_allocation.initial_guess import priced_first_guess
 from minsnap.time_allocation.last_look import fault
 from minsnap.time_allocation.least_cost import CostSearch, distance_split
 from minsnap.time_allocation.refused_times import by_necessary_walls, explained_by_times, in_other_times, refuse_short
-from minsnap.time_allocation.timing import (
-    AttachHeading,
-    Timed,
-    Timing,
-    searched,
-    solved_or_explained,
-    timed,
-)
+from minsnap.time_allocation.timing import Timed, Timing, searched, solved_or_explained, timed
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
@@ -34,7 +27,7 @@ EACH = "give every leg a duration of its own"
 """Advice where waypoints repeat."""
 
 
-def plan_timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | None = None) -> Timed:
+def plan_timed(task: Task, timing: Timing) -> Timed:
     """Choose durations and solve; a refusal says whether it is proved for other durations than those of the request.
 
     Parameters
@@ -42,10 +35,6 @@ def plan_timed(task: Task, timing: Timing, finish: AttachHeading, samples: int |
     task : Task
     timing : Timing
         Checked.
-    finish : callable
-        Gives a curve its yaw.
-    samples : int, optional
-        Instants per polynomial at which walls hold; by default at every instant.
 
     Raises
     ------
@@ -55,7 +44,7 @@ def plan_timed(task: Task, timing: Timing, finish: AttachHeading, samples: int |
         If nothing fits, with the reason.
     """
     try:
-        return looked_at(_timed(task, timing, finish, samples), task, timing, samples)
+        return looked_at(_timed(task, timing), task, timing)
     except LateError:
         if not task.deadline.late:
             refuse_short(task, timing)  # what is proved at no cost is said, although the work is spent
@@ -63,21 +52,20 @@ def plan_timed(task: Task, timing: Timing, finish: AttachHeading, samples: int |
     except (InfeasibleError, SolverError) as refused:
         if not task.explained:
             raise
-        again = by_necessary_walls(task, timing, finish, samples, refused)
+        again = by_necessary_walls(task, timing, refused)
         if isinstance(again, Timed):
-            return looked_at(again, task, timing, samples)
+            return looked_at(again, task, timing)
         refused = again
-        longer = in_other_times(task, timing, finish, samples, refused)
+        longer = in_other_times(task, timing, refused)
         if longer is not None:
-            return looked_at(longer, task, timing, samples)
-        quiet = replace(task, explained=False)
-        plan = partial(_timed, quiet, finish=finish, samples=samples)
-        raise explained_by_times(refused, task, timing, finish, plan) from None
+            return looked_at(longer, task, timing)
+        plan = partial(_timed, replace(task, explained=False))
+        raise explained_by_times(refused, task, timing, plan) from None
 
 
-def looked_at(planned: Timed, task: Task, timing: Timing, samples: int | None = None) -> Timed:
+def looked_at(planned: Timed, task: Task, timing: Timing) -> Timed:
     """Return a plan that keeps all its conditions at a last look, or raise SolverError."""
-    checked = task if samples is None else replace(task, walls=())
+    checked = task if task.samples is None else replace(task, walls=())
     times: FloatArray | float | None = timing.total_time
     if timing.durations is not None:
         times = check_durations(timing.durations, task.legs)
@@ -88,9 +76,9 @@ def looked_at(planned: Timed, task: Task, timing: Timing, samples: int | None = 
     return planned
 
 
-def _timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | None = None) -> Timed:
+def _timed(task: Task, timing: Timing) -> Timed:
     if timing.limits is None:
-        return _unlimited(task, timing, finish, samples)
+        return _unlimited(task, timing)
     from minsnap.time_allocation.ways import end_on_limit, start_on_limit
     from minsnap.time_allocation.within_limits import check_pinned_limits, limited_plan, shortest_plan
 
@@ -101,34 +89,32 @@ def _timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | Non
         check_pinned_limits(task, limits, mended)
         started = mended and not shortest and start_on_limit(task, limits)
         if started or (mended and not shortest and end_on_limit(task, limits)):
-            return _from_limits(task, _checked(timing, task), limits, finish, started)
+            return _from_limits(task, _checked(timing, task), limits, started)
         if timing.durations is not None:
-            return _in_durations(task, timing.durations, limits, finish, samples)
+            return _in_durations(task, timing.durations, limits)
         refuse_repeated(task.waypoints, EACH)
-        return (shortest_plan if shortest else limited_plan)(task, timing, limits, finish)
+        return (shortest_plan if shortest else limited_plan)(task, timing)
 
 
-def _in_durations(
-    task: Task, durations: npt.ArrayLike, limits: Limits, finish: AttachHeading, samples: int | None
-) -> Timed:
+def _in_durations(task: Task, durations: npt.ArrayLike, limits: Limits) -> Timed:
     from minsnap.time_allocation.within_limits import require_limits_kept
 
     checked = task.piece_durations(check_durations(durations, task.legs))
     bounded = task.with_walls(limits.walls(task.waypoints))
-    return require_limits_kept(timed(solved_or_explained(bounded, checked, samples), finish), limits)
+    return require_limits_kept(timed(solved_or_explained(bounded, checked)), limits)
 
 
-def _from_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeading, start: bool) -> Timed:
+def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> Timed:
     """Plan with an end on its limits: without limits if that keeps them, else between ways back and out."""
     from minsnap.limits.compliance import keeps
     from minsnap.time_allocation.ways import connect_ends
 
     if timing.split != "trapezoid":
-        free = _timed(task, replace(timing, limits=None, enforce=None), finish)
+        free = _timed(task, replace(timing, limits=None, enforce=None))
         if keeps(limits, free.trajectory):
             return free
     ways = connect_ends(task, limits, start)
-    return ways.planned(partial(_timed, timing=ways.between(timing), finish=finish), limits, finish)
+    return ways.planned(partial(_timed, timing=ways.between(timing)), limits)
 
 
 def _checked(timing: Timing, task: Task) -> Timing:
@@ -143,7 +129,7 @@ def _shortest(timing: Timing) -> bool:
     return timing.durations is None and timing.total_time is None and timing.time_weight is None
 
 
-def _unlimited(task: Task, timing: Timing, finish: AttachHeading, samples: int | None) -> Timed:
+def _unlimited(task: Task, timing: Timing) -> Timed:
     """Plan where nothing limits derivatives."""
     search = None
     if timing.durations is not None:
@@ -158,4 +144,4 @@ def _unlimited(task: Task, timing: Timing, finish: AttachHeading, samples: int |
             durations = check_durations(durations, task.legs)
         else:
             durations, search = searched(CostSearch(task, durations, price, timing.progress), timing.best_on_interrupt)
-    return timed(solved_or_explained(task, task.piece_durations(durations), samples), finish, search)
+    return timed(solved_or_explained(task, task.piece_durations(durations)), search)

@@ -58,7 +58,7 @@ def priced_first_guess(task: Task, price: float) -> FloatArray:
     try:
         solved = solve(without_derivative_walls(task), times, effort=Effort.WHOLE)
     except InfeasibleRowsError:  # at these times, which are only a guess
-        solved = solved_or_explained(replace(task, walls=()), times)
+        solved = solved_or_explained(replace(task, walls=(), samples=None), times)
     factor = priced_factor(solved, price)
     return np.asarray(durations * (walled_factor(task.walls, solved.trajectory, factor) or factor))
 

@@ -25,15 +25,7 @@ from minsnap.time_allocation.longer_times import least_longer
 from minsnap.time_allocation.recovery import start_use
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_scaling import shortest_scaled
-from minsnap.time_allocation.timing import (
-    AttachHeading,
-    Run,
-    Timed,
-    Timing,
-    searched,
-    solved_or_explained,
-    timed,
-)
+from minsnap.time_allocation.timing import Run, Timed, Timing, searched, solved_or_explained, timed
 from minsnap.time_allocation.ways import start_on_limit
 from minsnap.time_allocation.within_limits import plans_for
 
@@ -46,35 +38,31 @@ MORE = (1.0, 1.005, 1.02, 1.05, 1.2)
 """Multiples of the least factor, which are tried before one is named."""
 
 
-def in_other_times(
-    task: Task, timing: Timing, finish: AttachHeading, samples: int | None, refused: Refused
-) -> Timed | None:
+def in_other_times(task: Task, timing: Timing, refused: Refused) -> Timed | None:
     """Plan in other times where those that a search chose have no plan; None where there is none, or none may be.
 
     Longer ones where the plan chooses its time, other splits of a total; none where the refusal is a proof for all.
     """
     mine = timing.durations is None
-    if not mine or samples is not None or task.lengths.min() <= 0.0 or _for_all_times(task, timing, refused):
+    if not mine or task.samples is not None or task.lengths.min() <= 0.0 or _for_all_times(task, timing, refused):
         return None
-    limits, bounded, rest = timing.limits, _bounded(task, timing), Run(())
+    bounded, rest = _bounded(task, timing), Run(())
     if timing.total_time is not None:
-        attempt = partial(plans_for(bounded, task, limits, finish, rest, exact=True), natively=True)
+        attempt = partial(plans_for(bounded, task, timing, rest, exact=True), natively=True)
         splits = (timing.total_time / one.sum() * one for one in _proportions(task, timing, refused))
         planned = next((planned for planned in map(attempt, splits) if planned is not None), None)
-        return planned or _where_free_curves_fit(task, bounded, timing, finish, refused)
-    plan = plans_for(bounded, task, limits, finish, rest)
+        return planned or _where_free_curves_fit(task, bounded, timing, refused)
+    plan = plans_for(bounded, task, timing, rest)
     attempt = partial(plan, natively=True)
     slows, deadline = task.still and not any(wall.order for wall in task.walls), bounded.deadline
     *others, last = _proportions(task, timing, refused)
     tried = (least_longer(attempt, durations, slows, deadline) for durations in others)
     planned = next((one for one in tried if one is not None), None)
-    planned = planned or _where_free_curves_fit(task, bounded, timing, finish, refused)
+    planned = planned or _where_free_curves_fit(task, bounded, timing, refused)
     return planned or least_longer(attempt, last, slows, deadline, plan)
 
 
-def _where_free_curves_fit(
-    task: Task, bounded: Task, timing: Timing, finish: AttachHeading, refused: Refused
-) -> Timed | None:
+def _where_free_curves_fit(task: Task, bounded: Task, timing: Timing, refused: Refused) -> Timed | None:
     """Plan from durations whose curve without walls is inside, of a price or a total near to the cheapest of these."""
     starts = (leg_sums(one, task.pieces) for one in _proportions(task, timing, refused))
     found = (fitting_durations(bounded, start, timing.total_time, bounded.deadline) for start in starts)
@@ -83,7 +71,7 @@ def _where_free_curves_fit(
         return None
     priced = timing.time_weight is not None or timing.total_time is not None
     if timing.limits is not None and task.still and not priced:
-        return shortest_scaled(task, timing, timing.limits, finish, task.piece_durations(fitting))
+        return shortest_scaled(task, timing, task.piece_durations(fitting))
     if timing.time_weight is not None and task.still:
         factor = priced_factor(solve(replace(bounded, walls=()), task.piece_durations(fitting)), timing.time_weight)
         fitting = fitting * (factor if all(wall.order == 0 for wall in bounded.walls) else max(factor, 1.0))
@@ -91,14 +79,12 @@ def _where_free_curves_fit(
     if priced:
         search = CostSearch(bounded, fitting, timing.time_weight, timing.progress)
         cheapest, run = searched(search, timing.best_on_interrupt)
-    plan = plans_for(bounded, task, timing.limits, finish, run, exact=priced)
+    plan = plans_for(bounded, task, timing, run, exact=priced)
     tried = (plan(task.piece_durations(cheapest + share * (fitting - cheapest))) for share in (0.0, 1e-3, 0.03, 1.0))
     return next((planned for planned in tried if planned is not None), None)
 
 
-def by_necessary_walls(
-    task: Task, timing: Timing, finish: AttachHeading, samples: int | None, refused: Refused
-) -> Timed | Refused:
+def by_necessary_walls(task: Task, timing: Timing, refused: Refused) -> Timed | Refused:
     """Plan anew, or refuse, where a proof is by walls that are sufficient for a limit, but not necessary."""
     limits, proof = timing.limits, refused.contradiction if isinstance(refused, InfeasibleError) else None
     if limits is None or proof is None or len(getattr(proof, "durations", ())) != task.legs * task.pieces:
@@ -109,7 +95,7 @@ def by_necessary_walls(
     if not any((row.order, row.bound) in doubtful for row in proof.rows):
         return refused
     try:
-        planned = timed(solved_or_explained(task.with_walls(walls), proof.durations, samples), finish)
+        planned = timed(solved_or_explained(task.with_walls(walls), proof.durations))
     except LateError:
         raise
     except (InfeasibleError, SolverError) as other:
@@ -142,9 +128,7 @@ def _proportions(task: Task, timing: Timing, refused: Refused) -> Iterator[Float
         yield np.ones(task.legs * task.pieces)
 
 
-def explained_by_times(
-    refused: Refused, task: Task, timing: Timing, finish: AttachHeading, plan: Callable[[Timing], Timed]
-) -> MinsnapError:
+def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Callable[[Timing], Timed]) -> MinsnapError:
     """Return the refusal with what is proved of the times of the request, and a factor on them that was tried.
 
     Parameters
@@ -164,7 +148,7 @@ def explained_by_times(
         return refused
     shortest = refused.shortest
     refused, own_times = (again, True) if isinstance(again, InfeasibleError) else (refused, own_times)
-    factor = _stretch_tried(refused, task, timing, finish, plan)
+    factor = _stretch_tried(refused, task, timing, plan)
     sentence, note = (
         str(refused),
         "" if factor is None else f"; {factor:.4g} times as long would do in these proportions",
@@ -182,7 +166,7 @@ def explained_by_times(
 
 
 def _stretch_tried(
-    refused: InfeasibleError, task: Task, timing: Timing, finish: AttachHeading, plan: Callable[[Timing], Timed]
+    refused: InfeasibleError, task: Task, timing: Timing, plan: Callable[[Timing], Timed]
 ) -> float | None:
     """Return a factor on the times of the request that has a plan, where a hundredth less has none."""
     pressing = any(row.order for row in getattr(refused.contradiction, "rows", ()))
@@ -192,7 +176,7 @@ def _stretch_tried(
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
     bounded = _bounded(task, timing)
-    attempt = partial(plans_for(bounded, task, timing.limits, finish, Run(()), exact=True), natively=True)
+    attempt = partial(plans_for(bounded, task, timing, Run(()), exact=True), natively=True)
     total = float(durations.sum()) if timing.durations is not None else timing.total
     try:
         longer = least_longer(attempt, total / durations.sum() * durations, False, bounded.deadline)

@@ -57,7 +57,7 @@ from minsnap.time_allocation.time_stretch import (
     touching_factor,
     yaw_too_fast,
 )
-from minsnap.time_allocation.timing import AttachHeading, Run, Timing
+from minsnap.time_allocation.timing import Run, Timing
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.norm_maxima import LONGEST_PIECE
 from minsnap.trajectory.report import Utilisation
@@ -117,10 +117,8 @@ class Strategy:
     ----------
     task : Task
         Without walls of the limits.
-    limits : Limits
     timing : Timing
-    finish : callable
-        Gives a curve its yaw.
+        With limits.
 
     Raises
     ------
@@ -130,22 +128,21 @@ class Strategy:
         If the time allowed is over.
     """
 
-    def __init__(self, task: Task, limits: Limits, timing: Timing, finish: AttachHeading) -> None:
+    def __init__(self, task: Task, timing: Timing) -> None:
         task.deadline.check()
         if core().name != "native":
             raise NativeCoreError(f"plans within limits need the native core, and this is the {describe()}")
-        self.times = stop_and_go_times(guessed_lengths(task), limits)
+        self.task, self.limits, self.timing = task, timing.bounds, timing
+        self.times = stop_and_go_times(guessed_lengths(task), self.limits)
         if not self.times.max() <= LONGEST_PIECE:
             raise LimitError(f"the limits are so low that a leg takes over {LONGEST_PIECE:g} s: raise them")
-        self.task, self.limits, self.timing, self.finish = task, limits, timing, finish
         self.log, self.longest = Log(timing.progress), 0.0
         self.ended: LateError | None = None
         left = timing.time_limit
         due = task.deadline.due if left is None else min(task.deadline.due, task.deadline.clock() + left)
         self.deadline = task.deadline.until(due)
-        self.price = WORK.measuring(limits.given())
+        self.price = WORK.measuring(self.limits.given())
         self.answer: ShortestCurve | None = None
-        self._last: tuple[SolvedTask, Trajectory] | None = None
         self.walled = any(wall.order for wall in task.walls)
 
     @property
@@ -180,7 +177,7 @@ class Strategy:
             solved = self._resting()
         if solved is None:
             raise self.ended or self.reason()
-        return solved, Run(tuple(self.log.steps), self.interrupted, (solved, self._flown(solved)))
+        return solved, Run(tuple(self.log.steps), self.interrupted)
 
     def solve(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
         """Search, for a price of time or for the least time, with the rate of the yaw where it matters."""
@@ -199,7 +196,7 @@ class Strategy:
             return self._certified(question, limits, far)
         free = replace(limits, yaw_rate=None)
         solved = self._certified(with_rates(question, free, heading), free, far)
-        if solved is None or self.interrupted or keeps(limits, self._flown(solved)):
+        if solved is None or self.interrupted or keeps(limits, solved.flown):
             return solved
         return self._turning(solved)
 
@@ -208,7 +205,7 @@ class Strategy:
         """Heading of any curve of the task, where limits depend on it: of that along the straight legs."""
         if not isinstance(self.limits, VehicleLimits) and self.limits.yaw_rate is None:
             return None
-        return self.finish(self._straight(self.times).trajectory).yaw
+        return self._straight(self.times).flown.yaw
 
     @cached_property
     def _question(self) -> ShortestQuestion:
@@ -284,13 +281,13 @@ class Strategy:
         excess : float
             Of the most used limit, relative.
         """
-        curve, answer = self._flown(solved), self.answer
+        curve, answer = solved.flown, self.answer
         assert answer is not None
         if not scales(self.task, limits):
             use = largest_use(limits, curve, proved=False)
             if use <= 1.0 + KEPT:
                 quick = solved if priced else self._hastened(solved, limits, use)
-                kept = next((one for one in (quick, solved) if keeps(limits, self._flown(one))), None)
+                kept = next((one for one in (quick, solved) if keeps(limits, one.flown)), None)
                 return kept, largest_use(limits, curve) - 1.0 if kept is None else 0.0
             excess = use - 1.0
             if far == SETTINGS.not_longer or not self.task.still:
@@ -309,7 +306,7 @@ class Strategy:
         """Touch limits of rotors that the last barrier has kept away from; of others that costs more than it gains."""
         if self.answer is None or not self.task.still or self.walled or not isinstance(limits, VehicleLimits):
             return solved
-        factor = nearby_factor(limits, self._flown(solved), use, proved=False)
+        factor = nearby_factor(limits, solved.flown, use, proved=False)
         return (
             solved
             if factor is None or _rounded(factor) >= 1.0
@@ -321,7 +318,7 @@ class Strategy:
         if not self.task.still or self.answer is None:
             return None
         try:
-            return solved_at(solved.task, self.answer, touching_factor(limits, self._flown(solved)), solved)
+            return solved_at(solved.task, self.answer, touching_factor(limits, solved.flown), solved)
         except MinsnapError:
             return None
 
@@ -331,22 +328,15 @@ class Strategy:
         answer, limit = self.answer, self.limits.yaw_rate
         assert guess is not None and limit is not None
         if self._heading is not None and self._heading.polynomial is not None:
-            curve = self._flown(solved)
-            least = paced(curve, self.finish, limit)
+            least = paced(solved.flown, self.task.finish, limit)
             if least is None:
-                raise yaw_too_fast(self.limits, curve)
+                raise yaw_too_fast(self.limits, solved.flown)
             guess = replace(guess, slower=float((least / guess.durations).max()), least=least)
         question = replace(begun_from(self._question, guess), parts=())
         turned = self._certified(question, self.limits, SETTINGS.not_longer)
         if turned is None:
             self.answer = answer
         return turned or self._slowed(solved, self.limits)
-
-    def _flown(self, solved: SolvedTask) -> Trajectory:
-        """Return the curve of a plan with its yaw; the same for the same plan, so that it is measured once."""
-        if self._last is None or self._last[0] is not solved:
-            self._last = solved, self.finish(solved.trajectory)
-        return self._last[1]
 
     def polled(self, total: float, pressed: bool, rows: int) -> bool:
         """Tell of an iteration, and say whether the search must end: late, or by Ctrl-C."""
@@ -384,16 +374,16 @@ class Strategy:
         solved = self._straight(self.times)
         if not solved.inside:
             return None
-        factor = touching_factor(self.limits, self._flown(solved))
+        factor = touching_factor(self.limits, solved.flown)
         slowed = self._straight(self.times * factor)
-        return slowed if keeps(self.limits, self._flown(slowed)) else None
+        return slowed if keeps(self.limits, slowed.flown) else None
 
     def _from_one_piece(self) -> SolvedTask | None:
         """Search with one piece a leg where several have no curve, then with several from that curve, or cut it."""
         task = self.task
         if task.pieces == 1 and not self.timing.refine:
             return None
-        alone = Strategy(replace(task, pieces=1), self.limits, replace(self.timing, refine=False), self.finish)
+        alone = Strategy(replace(task, pieces=1), replace(self.timing, refine=False))
         alone.log, alone.deadline = self.log, self.deadline
         first = alone.solve(None)
         if first is None or alone.interrupted or self.timing.refine:
@@ -411,7 +401,7 @@ class Strategy:
         instants = np.minimum(np.append(0.0, np.cumsum(durations)), curve.duration)
         cut = ShortestCurve(durations, points, state_at(curve, instants, task.half), first.optimum.rounds, True, True)
         slower = (solved_at(task, cut, factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
-        return next((each for each in slower if each.inside and keeps(self.limits, self._flown(each))), None)
+        return next((each for each in slower if each.inside and keeps(self.limits, each.flown)), None)
 
     def _planned(self) -> SolvedTask | None:
         """Plan for the durations of the search, or barely longer ones, with the limits as walls."""
@@ -426,7 +416,7 @@ class Strategy:
                 solved = solve(bounded, answer.durations * (1.0 + reserve), effort=Effort.TRY)
             except (InfeasibleRowsError, SolverError):
                 continue
-            if keeps(self.limits, self._flown(solved)):
+            if keeps(self.limits, solved.flown):
                 return replace(solved, task=task)
         return None
 
@@ -460,7 +450,7 @@ class Strategy:
         answer = search_shortest(question_of(self.task, looser, False, self._heading), self.polled)
         if answer is None or not answer.kept or self.interrupted:
             return None
-        used = most_used(self.limits, self.finish(solved_at(self.task, answer, 1.0).trajectory))
+        used = most_used(self.limits, solved_at(self.task, answer, 1.0).flown)
         return used if used.fraction > 1.0 + KEPT else None
 
 

@@ -19,28 +19,26 @@ from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
 from minsnap.time_allocation.least_cost import SPLITS, Log, distance_split, trapezoid_times
 from minsnap.time_allocation.time_stretch import kept_factor, without_derivative_walls, yaw_too_fast
-from minsnap.time_allocation.timing import AttachHeading, Run, Timed, Timing, searched, solved_or_explained, timed
+from minsnap.time_allocation.timing import Run, Timed, Timing, searched, solved_or_explained, timed
 
 SCALED_LEGS = 20
 """Legs up to which the proportions of a plan that is only scaled are searched."""
 
 
-def scaled_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
+def scaled_plan(task: Task, timing: Timing) -> Timed:
     """Plan in given proportions, or the best ones, and scale to touch the limits."""
     if not task.still:
         raise TimingError("derivatives that are pinned do not scale with time: use split='optimal' and enforce='qp'")
-    split = "distance" if timing.split == "optimal" else timing.split
+    limits, split = timing.bounds, "distance" if timing.split == "optimal" else timing.split
     first, shape = task.piece_durations(task.legs * proportions(task, split, limits)), without_derivative_walls(task)
     search = None
     if timing.split == "optimal" and 1 < task.legs <= SCALED_LEGS:
-        scaled = _ScaledSearch(task, timing, limits, finish, _by_stops(task, limits), 100)
+        scaled = _ScaledSearch(task, timing, _by_stops(task, limits), 100)
         first, search = searched(scaled, timing.best_on_interrupt)
-    return flown_fastest(solved_or_explained(shape, first), limits, task.walls, finish, search)
+    return flown_fastest(solved_or_explained(shape, first), limits, task.walls, search)
 
 
-def shortest_scaled(
-    task: Task, timing: Timing, limits: Limits, finish: AttachHeading, first: FloatArray
-) -> Timed | None:
+def shortest_scaled(task: Task, timing: Timing, first: FloatArray) -> Timed | None:
     """Plan in proportions near those of piece durations, or of stops at all waypoints, and scale; None where none is.
 
     Parameters
@@ -48,19 +46,16 @@ def shortest_scaled(
     first : ndarray, shape (pieces in all,)
         [s].
     """
-    tried = [
-        _ScaledSearch(task, timing, limits, finish, durations, 12) for durations in (first, _by_stops(task, limits))
-    ]
+    limits = timing.bounds
+    tried = [_ScaledSearch(task, timing, durations, 12) for durations in (first, _by_stops(task, limits))]
     best = min(tried, key=lambda one: one.evaluate(np.zeros(task.legs - 1)))
     if not np.isfinite(best.best[0]):
         return None
     durations, search = searched(best, timing.best_on_interrupt) if 1 < task.legs <= SCALED_LEGS else (best.first, None)
-    return flown_fastest(solve(best.shape, durations), limits, task.walls, finish, search)
+    return flown_fastest(solve(best.shape, durations), limits, task.walls, search)
 
 
-def flown_fastest(
-    solved: SolvedTask, limits: Limits, walls: Sequence[Walls], finish: AttachHeading, search: Run | None
-) -> Timed:
+def flown_fastest(solved: SolvedTask, limits: Limits, walls: Sequence[Walls], search: Run | None) -> Timed:
     """Fly a path as fast as limits and walls on derivatives allow.
 
     Raises
@@ -68,9 +63,8 @@ def flown_fastest(
     LimitError
         If a yaw that is a function of time turns too fast at that speed.
     """
-    curve = finish(solved.trajectory)
-    planned = timed(solved, finish, search, kept_factor(limits, walls, curve))
-    if limits.yaw_rate is not None and curve.yaw.medium is None and not keeps(limits, planned.trajectory):
+    planned = timed(solved, search, kept_factor(limits, walls, solved.flown))
+    if limits.yaw_rate is not None and solved.flown.yaw.medium is None and not keeps(limits, planned.trajectory):
         raise yaw_too_fast(limits, planned.trajectory)
     return planned
 
@@ -85,7 +79,7 @@ class _ScaledSearch:
 
     Parameters
     ----------
-    task, timing, limits, finish
+    task, timing
         As of a plan within limits.
     first : ndarray, shape (pieces in all,)
         Durations to begin with; the proportions of the pieces of a leg stay.
@@ -93,10 +87,8 @@ class _ScaledSearch:
         Plans tried for each leg.
     """
 
-    def __init__(
-        self, task: Task, timing: Timing, limits: Limits, finish: AttachHeading, first: FloatArray, most: int
-    ) -> None:
-        self.task, self.limits, self.finish = task, limits, finish
+    def __init__(self, task: Task, timing: Timing, first: FloatArray, most: int) -> None:
+        self.task, self.limits = task, timing.bounds
         self.deadline = task.deadline.until(timing.due)
         self.first, self.most, self.shape = first, most, without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
@@ -121,7 +113,7 @@ class _ScaledSearch:
             return barred
         self.deadline.spend(WORK.measuring(self.limits.given()))
         try:
-            trajectory = self.finish(self.patience.solve(self.shape, durations).trajectory)
+            trajectory = self.patience.solve(self.shape, durations).flown
             factor = np.exp(self.best[0]) / trajectory.duration if np.isfinite(barred) else None
             if factor is not None:
                 used = largest_use(self.limits, trajectory.stretched(factor))

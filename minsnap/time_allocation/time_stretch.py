@@ -23,8 +23,7 @@ from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from minsnap.optimisation.task import Task
-    from minsnap.time_allocation.timing import AttachHeading
+    from minsnap.optimisation.task import AttachHeading, Task
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from math import inf
@@ -79,6 +78,11 @@ class Timing:
     def total(self) -> float:
         """The total time of the request [s]; only where there is one."""
         return cast(float, self.total_time)
+
+    @property
+    def bounds(self) -> Limits:
+        """The limits of the request; only where there are any."""
+        return cast("Limits", self.limits)
 
     @property
     def best_on_interrupt(self) -> bool:
@@ -163,26 +167,16 @@ class Timed:
         return {**known, **own, "rows": self.solved.optimum.active}
 
 
-AttachHeading = Callable[[Trajectory], Trajectory]
-"""Gives a trajectory its yaw."""
-
-
-def timed(solved: SolvedTask, finish: AttachHeading, search: Run | None = None, factor: float = 1.0) -> Timed:
+def timed(solved: SolvedTask, search: Run | None = None, factor: float = 1.0) -> Timed:
     """Wrap a solved task, stretched by a factor on time, with what its search left."""
-    steps, interrupted = (tuple(search.steps), search.interrupted) if search else ((), False)
-    if factor != 1.0:
-        curve = finish(solved.trajectory.stretched(factor))
-    elif search is not None and search.flown is not None and search.flown[0] is solved:
-        curve = search.flown[1]
-    else:
-        curve = finish(solved.trajectory)
-    return Timed(solved, curve, steps, interrupted)
+    curve = solved.flown if factor == 1.0 else solved.task.finish(solved.trajectory.stretched(factor))
+    return Timed(solved, curve) if search is None else Timed(solved, curve, search.steps, search.interrupted)
 
 
-def solved_or_explained(task: Task, durations: FloatArray, samples: int | None = None) -> SolvedTask:
+def solved_or_explained(task: Task, durations: FloatArray) -> SolvedTask:
     """Solve, with walls at samples only if there are any, or raise the reason why nothing fits."""
     try:
-        return solve(task, durations, samples, effort=Effort.WHOLE)
+        return solve(task, durations, task.samples, effort=Effort.WHOLE)
     except GaveUpError as reason:
         refused = _explained(task, durations)
         if getattr(refused, "contradiction", None) is None:
@@ -203,11 +197,10 @@ def _explained(task: Task, durations: FloatArray) -> MinsnapError:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What a search left: its steps, whether it was interrupted, and its plan with the curve that was measured."""
+    """What a search left: its steps, and whether it was interrupted."""
 
     steps: tuple[Step, ...]
     interrupted: bool = False
-    flown: tuple[SolvedTask, Trajectory] | None = None
 
 
 def searched(search: Any, best: bool) -> tuple[FloatArray, Run]:

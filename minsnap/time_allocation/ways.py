@@ -29,7 +29,7 @@ from minsnap.time_allocation.recovery import (
     state_use,
 )
 from minsnap.time_allocation.strategy import Strategy
-from minsnap.time_allocation.timing import AttachHeading, Timed, Timing, timed
+from minsnap.time_allocation.timing import Timed, Timing, timed
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -86,7 +86,7 @@ class EndConnectors:
             durations[leg] = _left(float(durations[leg]), taken, leg % len(durations))
         return replace(timing, durations=durations)
 
-    def planned(self, plan: Callable[[Task], Timed], limits: Limits, finish: AttachHeading) -> Timed:
+    def planned(self, plan: Callable[[Task], Timed], limits: Limits) -> Timed:
         """Plan between the ways with the pieces of the request, then with more, and fly them before and after.
 
         Raises
@@ -96,14 +96,14 @@ class EndConnectors:
         """
         if self.task.pieces < RECOVERY.pieces:
             try:
-                return self.around(plan(replace(self.task, explained=False)), limits, finish)
+                return self.around(plan(replace(self.task, explained=False)), limits)
             except LateError:
                 raise
             except (InfeasibleError, SolverError):
-                return self.around(plan(replace(self.task, pieces=RECOVERY.pieces)), limits, finish)
-        return self.around(plan(self.task), limits, finish)
+                return self.around(plan(replace(self.task, pieces=RECOVERY.pieces)), limits)
+        return self.around(plan(self.task), limits)
 
-    def around(self, planned: Timed, limits: Limits, finish: AttachHeading) -> Timed:
+    def around(self, planned: Timed, limits: Limits) -> Timed:
         """Fly the ways before and after a plan between them.
 
         Raises
@@ -116,7 +116,7 @@ class EndConnectors:
         curve = planned.trajectory if self.before is None else joined(self.before, planned.trajectory)
         if self.after is not None:
             curve = joined(self.after.reversed(), curve.reversed()).reversed()
-        whole = finish(curve)
+        whole = self.task.finish(curve)
         start = kept_from(limits, whole)
         allowed = planned.limits_from if self.before is None else self.before.duration
         answer = Recovered(planned.solved, whole, planned.steps, planned.interrupted, limits_from=start)
@@ -135,19 +135,14 @@ def _left(duration: float, taken: float, leg: int | None) -> float:
     )
 
 
-def shortest_from(
-    task: Task, limits: Limits, timing: Timing, finish: AttachHeading, first: Trajectory | None = None
-) -> Timed:
+def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -> Timed:
     """Find the shortest plan from a start in motion, or to an end on its limits.
 
     Parameters
     ----------
     task : Task
         Without walls of the limits.
-    limits : Limits
     timing : Timing
-    finish : callable
-        Gives a curve its yaw.
     first : Trajectory, optional
         To search from.
 
@@ -158,7 +153,7 @@ def shortest_from(
     LimitError
         If the start exceeds a limit, and no way back was found.
     """
-    began = task.deadline.clock()
+    limits, began = timing.bounds, task.deadline.clock()
 
     def search(part: Task, curve: Trajectory | None = None) -> Timed:
         seconds = timing.time_limit
@@ -166,20 +161,19 @@ def shortest_from(
             seconds -= task.deadline.clock() - began
             if seconds <= 0.0:
                 raise LateError(LATE)
-        solved, run = Strategy(part, limits, replace(timing, time_limit=seconds), finish).run(curve)
-        return timed(solved, finish, run)
+        return timed(*Strategy(part, replace(timing, time_limit=seconds)).run(curve))
 
     refused: InfeasibleError | SolverError | None = None
     if start_use(task, limits) <= (1.0 - RECOVERY.on_limit if first is None else 1.0 + KEPT):
         ways = connect_ends(task, limits, start=False)
         try:
-            return ways.around(search(ways.task, first), limits, finish)
+            return ways.around(search(ways.task, first), limits)
         except LateError:
             raise
         except (InfeasibleError, SolverError) as error:
             refused = error
     try:
-        return connect_ends(task, limits, start=True).planned(search, limits, finish)
+        return connect_ends(task, limits, start=True).planned(search, limits)
     except LateError:
         raise
     except (InfeasibleError, SolverError, LimitError) as error:

@@ -27,18 +27,9 @@ from minsnap.time_allocation.shortest_question import guess_of
 from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import touching_factor
-from minsnap.time_allocation.timing import (
-    AttachHeading,
-    Run,
-    Timed,
-    Timing,
-    searched,
-    solved_or_explained,
-    timed,
-)
+from minsnap.time_allocation.timing import Run, Timed, Timing, searched, solved_or_explained, timed
 from minsnap.time_allocation.ways import end_on_limit, moves, shortest_from
 from minsnap.trajectory.report import Utilisation
-from minsnap.trajectory.trajectory import Trajectory
 
 AT_LIMIT, LIMIT_ROOM = 1e-6, 1e-2
 """How near to a limit a pinned state counts as at it, and the share of room that it should be left."""
@@ -67,26 +58,17 @@ class PriceSettings:
 PRICES = PriceSettings()
 
 
-def shortest_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
-    """Find the shortest plan within limits.
-
-    Parameters
-    ----------
-    task : Task
-        Without walls of the limits.
-    timing : Timing
-    limits : Limits
-    finish : callable
-        Gives a curve its yaw.
-    """
+def shortest_plan(task: Task, timing: Timing) -> Timed:
+    """Find the shortest plan within limits, whose walls the task does not have."""
+    limits = timing.bounds
     if timing.enforce == "scaling" or timing.split != "optimal" or not _searchable(task, limits):
-        return scaled_plan(task, timing, limits, finish)
+        return scaled_plan(task, timing)
     if (moves(task) or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
-        return shortest_from(task, limits, timing, finish)
-    solved, search = Strategy(task, limits, timing, finish).run()
+        return shortest_from(task, timing)
+    solved, search = Strategy(task, timing).run()
     if task.continuity <= task.half - 1:
-        return timed(solved, finish, search)
-    return _smoother(task, task.with_walls(limits.walls(task.waypoints)), solved, timing, finish, search)
+        return timed(solved, search)
+    return _smoother(task, task.with_walls(limits.walls(task.waypoints)), solved, timing, search)
 
 
 def _searchable(task: Task, limits: Limits) -> bool:
@@ -98,16 +80,14 @@ def _leg_durations(solved: SolvedTask) -> FloatArray:
     return leg_sums(solved.trajectory.durations, solved.trajectory.pieces)
 
 
-def _smoother(
-    task: Task, bounded: Task, fastest: SolvedTask, timing: Timing, finish: AttachHeading, search: Run
-) -> Timed:
+def _smoother(task: Task, bounded: Task, fastest: SolvedTask, timing: Timing, search: Run) -> Timed:
     """Plan with more derivatives continuous than a piece of the search shares, at its durations and longer ones."""
     durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
     bounded = replace(bounded, pieces=pieces, deadline=task.deadline.until(timing.due))
-    plan = plans_for(bounded, task, timing.limits, finish, search)
+    plan = plans_for(bounded, task, timing, search)
     tried = [least_longer(partial(plan, natively=True), durations, False, bounded.deadline, plan)]
-    if task.still and timing.limits is not None and not (tried[0] and bounded.deadline.passed):
-        tried.append(shortest_scaled(replace(task, pieces=pieces), timing, timing.limits, finish, durations))
+    if task.still and not (tried[0] and bounded.deadline.passed):
+        tried.append(shortest_scaled(replace(task, pieces=pieces), timing, durations))
     shortest = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
     if shortest is None:
         bounded.deadline.require()
@@ -116,7 +96,7 @@ def _smoother(
 
 
 def plans_for(
-    bounded: Task, task: Task, limits: Limits | None, finish: AttachHeading, search: Run, exact: bool = False
+    bounded: Task, task: Task, timing: Timing, search: Run, exact: bool = False
 ) -> Callable[..., Timed | None]:
     """Return what plans for durations, within limits as walls; None where there is no plan, or it is not certified.
 
@@ -132,7 +112,7 @@ def plans_for(
     callable
         Of durations, and of ``natively``: whether to end where the native core finds none.
     """
-    patience = Patience()
+    patience, limits = Patience(), timing.limits
 
     def plan(durations: FloatArray, natively: bool = False) -> Timed | None:
         work = 0.0 if limits is None else WORK.measuring(limits.given())
@@ -141,93 +121,90 @@ def plans_for(
         bounded.deadline.spend(work)
         try:
             solved = (Patience(0) if natively else patience).solve(bounded, durations)
-            trajectory = finish(solved.trajectory)
-            if limits is None:
-                return timed(solved, finish, search)
-            if bounded.still and not exact:
-                return flown_fastest(solved, limits, task.walls, finish, search)
+            if limits is not None and bounded.still and not exact:
+                return flown_fastest(solved, limits, task.walls, search)
         except (InfeasibleRowsError, SolverError):
             return None
-        return timed(solved, finish, search) if keeps(limits, trajectory) else None
+        return timed(solved, search) if limits is None or keeps(limits, solved.flown) else None
 
     return plan
 
 
-def limited_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
-    """Plan for a total or a price, and limits besides; parameters as of :func:`shortest_plan`."""
+def limited_plan(task: Task, timing: Timing) -> Timed:
+    """Plan for a total or a price, and limits besides, whose walls the task does not have."""
+    limits = timing.bounds
     bounded = task.with_walls(limits.walls(task.waypoints))
     in_time = task.deadline.until(timing.due)
     if timing.total_time is not None and timing.split != "optimal":
         durations = timing.total * proportions(task, timing.split, limits)
-        return require_limits_kept(timed(solved_or_explained(bounded, task.piece_durations(durations)), finish), limits)
+        return require_limits_kept(timed(solved_or_explained(bounded, task.piece_durations(durations))), limits)
     if not _searchable(task, limits):
         price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
-        planned = _cheapest(bounded, timing, price, durations, finish, Run(()))
+        planned = _cheapest(bounded, timing, price, durations, Run(()))
         if planned is None:
             raise explain(replace(bounded, deadline=in_time), task.piece_durations(durations))
         return require_limits_kept(planned, limits, price is not None)
     if task.continuity <= task.half - 1:
         try:
-            return _joint_plan(task, bounded, timing, limits, finish)
+            return _joint_plan(task, bounded, timing)
         except InfeasibleRowsError:
             durations = task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))
             raise explain(replace(task, deadline=in_time), durations) from None
-    fastest, search = Strategy(task, limits, timing, finish).run()
+    fastest, search = Strategy(task, timing).run()
     price, durations = _wished(task, timing, _leg_durations(fastest))
     if price is None:
         _check_total(float(durations.sum()), fastest)
-    planned = None if search.interrupted else _cheapest(bounded, timing, price, durations, finish, search)
+    planned = None if search.interrupted else _cheapest(bounded, timing, price, durations, search)
     if planned is not None and price is not None:
         return require_limits_kept(planned, limits, True)
     if planned is not None and keeps(limits, planned.trajectory):
         return planned
-    smooth = _smoother(task, bounded, fastest, timing, finish, search)
+    smooth = _smoother(task, bounded, fastest, timing, search)
     if price is not None:
         return smooth
     _check_total(timing.total, smooth.solved)
-    return _stretched(bounded, smooth.solved, timing.total, limits, finish, search)
+    return _stretched(bounded, smooth.solved, timing, search)
 
 
-def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
+def _joint_plan(task: Task, bounded: Task, timing: Timing) -> Timed:
     """Search the curve and its durations together, for a price of time or a total."""
-    search = LeastPriced(task, limits, timing, finish)
+    search, limits = LeastPriced(task, timing), timing.bounds
     if timing.time_weight is not None:
         solved, run = search.priced(timing.time_weight)
-        return require_limits_kept(timed(solved, finish, run), limits, True)
+        return require_limits_kept(timed(solved, run), limits, True)
     total = timing.total
     free, run = search.free(distance_split(task, total))
-    if keeps(limits, finish(free.trajectory)):
-        return timed(free, finish, run)
-    fastest, last = Strategy(task, limits, timing, finish).run()
+    if keeps(limits, free.flown):
+        return timed(free, run)
+    fastest, last = Strategy(task, timing).run()
     _check_total(total, fastest)
     interrupted = run.interrupted or last.interrupted
     best = None if interrupted else search.at_total(total, free)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
     if best is not None and best.trajectory.duration <= total:
-        lengthened = _lengthened(bounded, best, total, limits, finish, run)
+        lengthened = _lengthened(bounded, best, timing, run)
         if lengthened is not None:
             return lengthened
-    return _stretched(bounded, fastest, total, limits, finish, run)
+    return _stretched(bounded, fastest, timing, run)
 
 
-def _lengthened(
-    bounded: Task, best: SolvedTask, total: float, limits: Limits, finish: AttachHeading, run: Run
-) -> Timed | None:
+def _lengthened(bounded: Task, best: SolvedTask, timing: Timing, run: Run) -> Timed | None:
     """Take more time: the same path flown more slowly, or solves where pinned derivatives do not scale.
 
     The legs at ends that move are tried in their own time too, as the curve would swing further out in more.
     """
-    task, durations, factor = best.task, best.trajectory.durations, total / best.trajectory.duration
+    total, task, durations = timing.total, best.task, best.trajectory.durations
+    factor = total / best.trajectory.duration
     if task.still or factor <= 1.0 + KEPT:
-        slower = timed(best, finish, run, factor)
-        return slower if keeps(limits, slower.trajectory) else None
+        slower = timed(best, run, factor)
+        return slower if keeps(timing.bounds, slower.trajectory) else None
     between, moving = durations.copy(), [any(map(np.any, task.pins.get(end, {}).values())) for end in (0, task.legs)]
     between[: task.pieces * moving[0]] = 0.0
     between[len(between) - task.pieces * moving[1] :] = 0.0
     tried = [factor * durations]
     if between.any():
         tried.append(durations + (total - durations.sum()) / between.sum() * between)
-    plan = plans_for(replace(bounded, pieces=task.pieces), task, limits, finish, run, exact=True)
+    plan = plans_for(replace(bounded, pieces=task.pieces), task, timing, run, exact=True)
     return next((planned for planned in map(plan, tried) if planned is not None), None)
 
 
@@ -241,23 +218,19 @@ def _check_total(total: float, fastest: SolvedTask) -> None:
         )
 
 
-def _stretched(
-    bounded: Task, fastest: SolvedTask, total: float, limits: Limits, finish: AttachHeading, search: Run
-) -> Timed:
+def _stretched(bounded: Task, fastest: SolvedTask, timing: Timing, search: Run) -> Timed:
     """Fly the shortest plan more slowly, or raise UnprovedError."""
-    slower = _lengthened(bounded, fastest, total, limits, finish, search)
+    slower = _lengthened(bounded, fastest, timing, search)
     if slower is not None:
         return slower
-    shortest = fastest.trajectory.duration
+    total, shortest = timing.total, fastest.trajectory.duration
     raise UnprovedError(
         f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that or more time",
         shortest=shortest,
     )
 
 
-def _cheapest(
-    task: Task, timing: Timing, price: float | None, durations: FloatArray, finish: AttachHeading, search: Run
-) -> Timed | None:
+def _cheapest(task: Task, timing: Timing, price: float | None, durations: FloatArray, search: Run) -> Timed | None:
     """Split a total, or a price of time, with the limits as walls of the QP; None where that has no solution."""
     try:
         solve(task, task.piece_durations(durations), prove=False)
@@ -270,7 +243,7 @@ def _cheapest(
             solved = solve(task, task.piece_durations(durations * (1.0 + reserve)))
         except InfeasibleRowsError:
             continue
-        return timed(solved, finish, search)
+        return timed(solved, search)
     return None
 
 
@@ -361,15 +334,12 @@ class LeastPriced:
     ----------
     task : Task
         Without walls of limits.
-    limits : Limits
     timing : Timing
-    finish : callable
-        Gives a trajectory its yaw.
     """
 
-    def __init__(self, task: Task, limits: Limits, timing: Timing, finish: AttachHeading) -> None:
-        self.task, self.limits, self.timing, self.finish = task, limits, timing, finish
-        self.strategy = Strategy(task, limits, timing, finish)
+    def __init__(self, task: Task, timing: Timing) -> None:
+        self.task, self.limits, self.timing = task, timing.bounds, timing
+        self.strategy = Strategy(task, timing)
         self.log = self.strategy.log
 
     @property
@@ -390,9 +360,9 @@ class LeastPriced:
             If none was found that does.
         """
         free, run = self.free(priced_first_guess(self.task, price), price)
-        if run.interrupted or keeps(self.limits, self.finish(free.trajectory)):
+        if run.interrupted or keeps(self.limits, free.flown):
             return free, run
-        solved = self._from(free.trajectory, price)
+        solved = self._from(free, price)
         if solved is None:
             raise self.strategy.ended or self.strategy.reason()
         return solved, Run(tuple(self.log.steps), self.interrupted)
@@ -406,7 +376,7 @@ class LeastPriced:
         goal, slope = total * (1.0 - PRICES.below), -0.5 / self.task.half
         price = _grained((2 * self.task.half - 1) * free.cost / goal)
         best: SolvedTask | None = None
-        solved, low, high, before = self._from(free.trajectory, price), 0.0, np.inf, (np.nan, np.nan)
+        solved, low, high, before = self._from(free, price), 0.0, np.inf, (np.nan, np.nan)
         for _ in range(PRICES.rounds):
             if solved is None or self.interrupted:
                 break
@@ -423,7 +393,7 @@ class LeastPriced:
                 np.exp(np.clip(place - (apart + 0.5 * PRICES.met) / slope, place - PRICES.step, place + PRICES.step))
             )
             price = _grained(price if low < price < high else float(np.sqrt(low * high)))
-            solved = self._from(solved.trajectory, price)
+            solved = self._from(solved, price)
         return best
 
     def free(self, first: FloatArray, price: float | None = None) -> tuple[SolvedTask, Run]:
@@ -433,10 +403,9 @@ class LeastPriced:
         self.log.steps = list(run.steps)
         return solve(self.task, self.task.piece_durations(durations)), run
 
-    def _from(self, curve: Trajectory, price: float) -> SolvedTask | None:
-        slower = max(1.0, min(largest_use(self.limits, self.finish(curve)), 10.0)) if self.task.still else 1.0
-        guess = guess_of(curve, self.task, _grained(slower))
-        return self.strategy.solve(guess, price)
+    def _from(self, plan: SolvedTask, price: float) -> SolvedTask | None:
+        slower = max(1.0, min(largest_use(self.limits, plan.flown), 10.0)) if self.task.still else 1.0
+        return self.strategy.solve(guess_of(plan.trajectory, self.task, _grained(slower)), price)
 
 
 def _grained(value: float) -> float:

@@ -154,9 +154,9 @@ def test_what_the_search_around_does_not_know_is_seen(monkeypatch, off):
     search, (changed, sentence) = around._planned_around, OFF[off]
     obstacles = [Cylinder((9.0, 9.0), 0.1)] if off == "obstacle" else None
 
-    def without(task, timing, finish, instants, known):
+    def without(task, timing, known):
         other = task if off == "obstacle" else dataclasses.replace(task, **changed)
-        return search(other, timing, finish, instants, obstacles or known)
+        return search(other, timing, obstacles or known)
 
     minsnap.plan(**asked)
     monkeypatch.setattr(around, "_planned_around", without)

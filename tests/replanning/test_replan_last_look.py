@@ -66,7 +66,9 @@ def test_what_the_search_does_not_know_is_seen(flown, monkeypatch, change, sente
 
 def test_a_limit_that_the_search_does_not_know_is_seen(flown, monkeypatch):
     solve, loose = horizon.shortest_from, Limits(speed=9.0, acceleration=30.0)
-    monkeypatch.setattr(horizon, "shortest_from", lambda task, limits, *rest: solve(task, loose, *rest))
+    monkeypatch.setattr(
+        horizon, "shortest_from", lambda task, timing, *rest: solve(task, replace(timing, limits=loose), *rest)
+    )
     kept = replanned(flown)
     assert kept.kept and "last look: " in kept.reason and "is allowed" in kept.reason, kept.reason
 

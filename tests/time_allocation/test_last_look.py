@@ -93,7 +93,7 @@ def test_a_margin_counts_for_the_very_curve_alone():
     task = task_of(minsnap.plan(POINTS, durations=TIMES), walls=BOXES.walls(POINTS))
     found: list[Timed] = []
     timing = allocate.Timing(durations=TIMES)
-    found.append(allocate.plan_timed(task, timing, lambda curve: curve))
+    found.append(allocate.plan_timed(task, timing))
     solved, curve = found[0].solved, found[0].trajectory
     assert solved.inside and len(solved.proved_margins(curve)) == len(task.walls)
     assert solved.proved_margins(curve.with_yaw(curve.yaw))
