@@ -26,6 +26,7 @@ from minsnap.basics.checks import DEGREES
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
 from minsnap.native.proved_extrema import MeasuredWalls
+from minsnap.native.records import ConeGroup
 from minsnap.polynomials.bernstein import squared_norm
 from minsnap.polynomials.enclosures import Enclosure, derivative
 from minsnap.trajectory.trajectory import Trajectory
@@ -190,6 +191,11 @@ class Walls(ReadOnly):
         if self.slope.any():
             return None
         return MeasuredWalls.balls(self.leg, (self.matrix, self.anchor, self.radius), self.order)
+
+    @cached_property
+    def group(self) -> ConeGroup:
+        """The same for ways to come to rest."""
+        return ConeGroup.of(self.order, self.leg, self.matrix, self.anchor, self.slope, self.radius, self.width)
 
     def _paired(self, half: int) -> bool:
         """Whether planes are pairs, the upper ones first."""

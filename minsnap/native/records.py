@@ -245,17 +245,41 @@ class PieceRecord(Record):
     }
 
 
+class StopRecord(Record):
+    """A way to come to rest inside walls; see ``stops.py``."""
+
+    _fields_ = (
+        *_integers("half", "dim", "walls", "limits", "legs", "member"),
+        *_floats("unit"),
+        *_arrays("state", "waypoints", "cones", "caps", "points"),
+        *_floats("duration", "change"),
+        *_integers("limited"),
+    )
+    arrays: ClassVar = dict.fromkeys(("state", "waypoints", "caps", "points"), NUMBERS)
+
+
 POLL = CFUNCTYPE(c_int64, c_double, c_int64)
 """Called during a search; not 0 ends it."""
 
 
 class ConeGroup(Layouted):
-    """Sets that a derivative stays in, in a search for the shortest time."""
+    """Sets that a derivative stays in, in a search for the shortest time and in stops."""
 
     _fields_ = (
         *_integers("count", "rows", "order", "outside", "at_knots"),
         *_arrays("leg", "matrix", "anchor", "slope", "radius", "width"),
     )
+
+    @classmethod
+    def of(cls, order: int, leg: Any, matrix: Any, *others: Any) -> ConeGroup:
+        """Return the sets of some walls, whose arrays it keeps alive; the others are as in its fields."""
+        kept = [
+            np.ascontiguousarray(leg, np.int64),
+            *(np.ascontiguousarray(one, np.float64) for one in (matrix, *others)),
+        ]
+        group = cls(len(leg), matrix.shape[1], order, 0, 0, *(array.ctypes.data for array in kept))
+        group.kept = kept
+        return group
 
 
 class MomentaryLimit(Layouted):

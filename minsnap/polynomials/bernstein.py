@@ -335,16 +335,3 @@ def rising_powers(base: FloatArray, lowest: int, count: int) -> FloatArray:
     for j in range(1, count):
         np.multiply(powers[:, j - 1], base, out=powers[:, j])
     return powers
-
-
-def end_basis(degree: int, order: int, s: FloatArray) -> FloatArray:
-    """Factors of the end derivatives in a derivative on the unit interval: (m, 2k) for s of shape (m,)."""
-    if order > degree:
-        return np.zeros((len(s), degree + 1))
-    return np.asarray(basis(degree - order, s) @ _ends_to_derivative(degree, order))
-
-
-@cache
-def _ends_to_derivative(degree: int, order: int) -> FloatArray:
-    """Map from end derivatives to the control points of a derivative: (2k - order, 2k)."""
-    return np.asarray(derivative_basis_map(degree, order) @ ends_to_points(degree))

@@ -64,9 +64,9 @@ GAIN = 1e-6
 SPLIT_GAIN = 1e-2
 """The same for a total time, where it is not known what the rest was planned for."""
 
-ENDING, CLOSING = 0.2, 0.1
-"""Shares of the budget left to the certified end and to what follows it, until it is known how long they take; as much
-as the second is left after the stop."""
+AFTER_STOP, CLOSING = 0.1, 0.3
+"""Shares of the budget left after the stop, and after the last instant at which a search may end, until it is known how
+long its certified end and what follows it take."""
 
 NO_STOP = "no way to hover inside leg 0 and the limits was found from this state"
 LATE_STOP = "the time was over before a way to hover was found"
@@ -253,9 +253,8 @@ class Replanner:
         guess = None if better is None or chosen is not None else better.curve
         start = leg_start_of(splice, self._memory)
         self._memory = Memory(change.trajectory, start, legs, settled, guess)
-        if call.deadline.longest:
-            self._takes.add("check", call.deadline.longest)
-            self._takes.add("closing", call.deadline.since)
+        for part, taken in (("check", call.deadline.longest), ("closing", call.deadline.since)):
+            self._takes.add(part, taken) if call.deadline.longest else self._takes.skip(part)
         return change
 
     def _refuse_short(self, seconds: float) -> None:
@@ -270,7 +269,7 @@ class Replanner:
 
     def _stop_first(self, call: _Call) -> tuple[tuple[Trajectory | None, str], bool]:
         """Return a way to hover, or None and why there is none; and whether the rest of the flown plan is safe."""
-        until = Deadline(call.due - CLOSING * call.seconds, self._clock)
+        until = Deadline(call.due - AFTER_STOP * call.seconds, self._clock)
         stopping = Stopping(call.course.task, self._limits, until)
         (stop, no_stop), safe = self._stop(call, stopping.braking), self._safe(call)
         if stop is None and safe and ends_at_rest(call.splice.flown):
@@ -327,12 +326,10 @@ class Replanner:
     def _searched(self, call: _Call, rest: Trajectory | None) -> tuple[Better | None, bool, str]:
         """Search in the time that is left; return the better plan, whether the search ended by itself, and why not."""
         call.deadline.resume()
-        seconds = call.deadline.left - self._takes.usual("ending", ENDING * call.seconds)
+        seconds = call.deadline.left
         if call.aim.timed and seconds <= 0.0:
-            self._takes.skip("ending")
             return None, False, f"the budget of {call.seconds:g} s leaves no time to search"
-        better, reason, watch = None, "nothing better was found", Stopwatch(self._clock)
-        until = self._clock() + seconds
+        better, reason = None, "nothing better was found"
         try:
             call.deadline.check()
             better = self._better(call, rest, seconds)
@@ -340,8 +337,7 @@ class Replanner:
             reason = f"the budget of {call.seconds:g} s was over before anything better was found"
         except (InfeasibleError, SolverError, LimitError) as none:
             reason = str(none)
-        self._takes.add("ending", watch.seconds - seconds)
-        return better, self._clock() < until, reason
+        return better, call.deadline.left > 0.0, reason
 
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # a step that overflows has no merit, and is refused
     def _better(self, call: _Call, rest: Trajectory | None, seconds: float) -> Better:

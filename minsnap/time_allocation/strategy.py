@@ -350,6 +350,7 @@ class Strategy:
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
         self.deadline.spend(WORK.iteration * self.price * rows)
+        self.task.deadline.resume()
         if self.ended is None and self.deadline.passed:
             self.ended = self.deadline.error()
         return self.interrupted

@@ -125,3 +125,26 @@ def test_budgets_below_what_answers_took_are_refused_at_once_and_tried_again_lat
         readings.append(next(ticks) - before)
     assert refused >= 1.8 * ANSWERS
     assert min(readings) < max(readings)
+
+
+def test_an_answer_that_was_long_in_closing_does_not_end_all_searches(flown, monkeypatch):
+    now = [0.0]
+
+    def running():
+        now[0] += 1e-6
+        return now[0]
+
+    monkeypatch.setattr(deadline, "thread_time", running)
+    replanner, moved = Replanner(LIMITS, 0.5, clock=running), POINTS[1:] + [0.0, 0.02, 0.0]
+    change = Replanner._change
+
+    def slow(self, *values):
+        now[0] += 0.3
+        return change(self, *values)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Replanner, "_change", slow)
+        replanner.replan(flown, 0.3, moved, 0.1)
+    reasons = [replanner.replan(flown, 0.3, moved, 0.1).reason for _ in range(SKIPS + 1)]
+    assert all("the budget of 0.1 s" in reason for reason in reasons[:SKIPS])
+    assert "the budget" not in reasons[SKIPS]

@@ -10,7 +10,6 @@ from minsnap import Boxes, CorridorError, Limits, Replanner
 from minsnap.replanning import horizon
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.horizon import LegEnd
-from minsnap.replanning.stopping import Candidate
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1), (8, 1, 1)], dtype=float)
 LOWER, UPPER = np.minimum(POINTS[:-1], POINTS[1:]) - 0.01, np.maximum(POINTS[:-1], POINTS[1:]) + 0.01
@@ -101,22 +100,6 @@ def test_the_flown_legs_beyond_the_horizon_join_the_new_ones(flown, monkeypatch)
     monkeypatch.setattr(replanner_module, "joined_with", apart)
     kept = replanned(flown, horizon=2)
     assert kept.kept and "continuous up to order 2, and 3 was asked for" in kept.reason, kept.reason
-
-
-@pytest.mark.parametrize("place", [(0, 0), (0, 1), (0, 2), (0, 3), (-1, -2), (-1, -4)])
-def test_a_stop_that_begins_elsewhere_or_does_not_rest_is_not_given(flown, monkeypatch, place):
-    curve = Candidate.curve
-
-    def damaged(candidate, origin):
-        found = curve(candidate, origin)
-        points = found.control_points.copy()
-        points[place] += 1e-5
-        return replace(found, control_points=points)
-
-    assert not replanned(flown).no_stop
-    monkeypatch.setattr(Candidate, "curve", damaged)
-    change = replanned(flown)
-    assert change.stop is None or change.stop.legs == flown.legs, "the rest of the plan stops at its end"
 
 
 @pytest.mark.parametrize("leg", range(4))

@@ -167,6 +167,21 @@ struct PieceRecord {
     double *points;                 // (2k, dim) control points [m]
 };
 
+// A way to come to rest inside walls, as in stops.cpp. Groups of walls come first, then those of limits, which have one leg.
+struct StopRecord {
+    std::int64_t half, dim, walls, limits;  // groups
+    std::int64_t legs;                      // within which it ends, 1 or 2
+    std::int64_t member;      // of the family, from which on one is looked for, and which one was found; -1 to prove one polynomial
+    double unit;              // time that stopping takes at a large acceleration [s]
+    const double *state;      // (k, dim) at the start [m/s^order]
+    const double *waypoints;  // (legs + 1, dim) [m]
+    const ConeGroup *cones;   // (walls + limits,)
+    double *caps;             // (legs,) how far beyond the waypoint at its end a leg goes on, infinite where that is not bounded [m]
+    double *points;           // (2, 2k, dim) control points [m]; one polynomial to prove is counted from the start
+    double duration, change;  // [s]; share of the duration after which the second leg is entered, 0 where it is not
+    std::int64_t limited;     // whether it is proved to keep the sets of the limits
+};
+
 struct BorderField {
     const char *record, *name;
     std::int64_t offset, size;
@@ -330,6 +345,21 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(PieceRecord, bound),
     MINSNAP_FIELD(PieceRecord, ends),
     MINSNAP_FIELD(PieceRecord, points),
+    MINSNAP_FIELD(StopRecord, half),
+    MINSNAP_FIELD(StopRecord, dim),
+    MINSNAP_FIELD(StopRecord, walls),
+    MINSNAP_FIELD(StopRecord, limits),
+    MINSNAP_FIELD(StopRecord, legs),
+    MINSNAP_FIELD(StopRecord, member),
+    MINSNAP_FIELD(StopRecord, unit),
+    MINSNAP_FIELD(StopRecord, state),
+    MINSNAP_FIELD(StopRecord, waypoints),
+    MINSNAP_FIELD(StopRecord, cones),
+    MINSNAP_FIELD(StopRecord, caps),
+    MINSNAP_FIELD(StopRecord, points),
+    MINSNAP_FIELD(StopRecord, duration),
+    MINSNAP_FIELD(StopRecord, change),
+    MINSNAP_FIELD(StopRecord, limited),
     MINSNAP_FIELD(ConeGroup, count),
     MINSNAP_FIELD(ConeGroup, rows),
     MINSNAP_FIELD(ConeGroup, order),
