@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
+from math import isfinite
 from typing import Any, TypeGuard, cast
 
 import numpy as np
@@ -33,7 +34,7 @@ def owned(values: npt.ArrayLike) -> FloatArray:
         If the values are not numbers in rows of equal length.
     """
     try:
-        array = values if _plain(values) else _floats(values)
+        array = values if _is_ready(values) else _floats(values)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"numbers in rows of equal length were expected, not {shown(values)}") from None
     if array.flags.writeable or array.base is not None:
@@ -47,7 +48,7 @@ def numbers(values: Any, copy: bool = True) -> FloatArray | None:
 
     Without ``copy`` it is a view of what is such an array already, which must not be kept.
     """
-    if _plain(values):
+    if _is_ready(values):
         array = values.copy() if copy else values.view()
         array.setflags(write=False)
         return array
@@ -60,7 +61,7 @@ def numbers(values: Any, copy: bool = True) -> FloatArray | None:
     return array
 
 
-def _plain(values: Any) -> TypeGuard[FloatArray]:
+def _is_ready(values: Any) -> TypeGuard[FloatArray]:
     """Whether values are an array as it is kept, the usual case."""
     return type(values) is np.ndarray and values.dtype is FLOAT64 and values.flags.c_contiguous
 
@@ -95,6 +96,19 @@ def lengths_of(points: FloatArray) -> FloatArray:
 def interpolated(t: FloatArray, known: FloatArray, values: FloatArray) -> FloatArray:
     """Interpolate values (n, dim) at increasing instants (n,) linearly at others (m,), shape (m, dim)."""
     return np.stack([np.interp(t, known, column) for column in values.T], axis=1)
+
+
+def plain(value: Any) -> Any:
+    """Return a value as files hold it: lists of numbers, mappings of fields, and what is not finite as text."""
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, dict):
+        return {name: plain(entry) for name, entry in value.items()}
+    if is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value) if field.init}
+    return str(value) if isinstance(value, float) and not isfinite(value) else value
 
 
 def set_fields(value: Any, **entries: Any) -> None:

@@ -80,11 +80,26 @@ def check_durations(durations: npt.ArrayLike, legs: int) -> FloatArray:
     return values
 
 
+def check_number(
+    what: str,
+    value: Any,
+    least: float,
+    most: float,
+    give: str,
+    error: type[MinsnapError] = InputError,
+    *,
+    unit: str = "",
+    whole: bool = False,
+) -> Any:
+    """Return a number from ``least`` to ``most``, a whole one perhaps, or raise an error that says what to give."""
+    if not (is_whole if whole else is_number)(value) or not least <= value <= most:
+        raise error(f"{what} is {shown(value)}{unit and f' {unit}'}: {give}")
+    return int(value) if whole else float(value)
+
+
 def check_time(what: str, value: Any, error: type[MinsnapError]) -> float:
     """Return a time from ``SHORTEST`` to ``LONGEST`` as a float [s], or raise this error."""
-    if not is_number(value) or not SHORTEST <= float(value) <= LONGEST:
-        raise error(f"{what} is {shown(value)}: {TIME}")
-    return float(value)
+    return float(check_number(what, value, SHORTEST, LONGEST, TIME, error))
 
 
 def check_array(
@@ -104,9 +119,7 @@ def check_array(
 
 def check_distance(what: str, value: Any, error: type[MinsnapError]) -> float:
     """Return a finite number of 0 or more as a float, or raise this error."""
-    if not is_number(value) or value < 0.0:
-        raise error(f"{what} is {shown(value)}: give a distance of 0 or more [m]")
-    return float(value)
+    return float(check_number(what, value, 0.0, inf, "give a distance of 0 or more [m]", error))
 
 
 def check_positive(what: str, value: Any, unit: str, error: type[MinsnapError]) -> float:
@@ -121,9 +134,7 @@ def check_threads(threads: Any, error: type[MinsnapError]) -> int:
     """Return how many threads to use, by default as many as processors, or raise this error."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if not is_whole(threads) or not 1 <= threads <= 256:
-        raise error(f"threads is {shown(threads)}: use 1 to 256")
-    return int(threads)
+    return int(check_number("threads", threads, 1, 256, "use 1 to 256", error, whole=True))
 
 
 def beyond(value: Any) -> str:
@@ -146,8 +157,7 @@ def check_able(what: str, value: Any, method: str, give: str) -> None:
 
 def check_seed(value: Any) -> None:
     """Raise InputError for what repeats no random numbers."""
-    if not is_whole(value) or value < 0:
-        raise InputError(f"the seed is {shown(value)}: it must be a whole number, 0 or more")
+    check_number("the seed", value, 0, inf, "it must be a whole number, 0 or more", whole=True)
 
 
 def check_words(**words: Any) -> None:

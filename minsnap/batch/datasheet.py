@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.batch.columns import BINS, COLUMNS, MEASURED, Tally, trajectory_of
 from minsnap.batch.folder import DATASHEET, Shard, shard_name
 from minsnap.batch.spec import Spec, pyarrow_parquet
@@ -104,8 +104,7 @@ def write_datasheet(folder: Path, spec: Spec, made_with: dict[str, str], tally: 
     sheet.mkdir(exist_ok=True)
     _draw_histograms(sheet / "histograms.png", tally)
     _draw_examples(sheet / "examples.png", folder / shard_name(0))
-    with atomic_write(sheet / "README.md") as file:
-        file.write(datasheet(spec, made_with, tally, shards))
+    write_file(sheet / "README.md", datasheet(spec, made_with, tally, shards))
 
 
 def datasheet(spec: Spec, made_with: dict[str, str], tally: Tally, shards: Sequence[Shard]) -> str:

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.text import read_text, reading
+from minsnap.basics.storage.atomic import atomic_write, write_file
+from minsnap.basics.storage.text import digest_of, read_text, reading
 from minsnap.basics.version import __version__
 from minsnap.batch.columns import Tally, parquet_writer, schema
 from minsnap.batch.solving import solving
-from minsnap.batch.spec import Spec, digest_of, pyarrow_parquet, read_mapping
+from minsnap.batch.spec import Spec, pyarrow_parquet, read_mapping
 from minsnap.errors import BatchError, FileError
 from minsnap.native.library import core
 
@@ -56,8 +56,7 @@ def claimed(folder: Path, spec: Spec, made_with: dict[str, str], resume: bool) -
     path = folder / SPEC
     if not path.exists():
         _refuse_foreign(folder)
-        with atomic_write(path) as file:
-            file.write(json.dumps(began, indent=1) + "\n")
+        write_file(path, json.dumps(began, indent=1) + "\n")
     with _locked(path, folder):
         _compare(folder, _begun(path), began)
         for left in folder.glob(".*.part"):
@@ -126,8 +125,7 @@ def write_manifest(folder: Path, spec: Spec, made_with: dict[str, str], shards: 
         {"name": f"part-{s.number:05d}.parquet", "rows": s.rows, "bytes": s.size, "sha256": s.digest} for s in shards
     ]
     manifest = {"name": spec.name(), "spec": spec.identity(), "made_with": made_with, "rows": spec.count}
-    with atomic_write(folder / MANIFEST) as file:
-        file.write(json.dumps(manifest | {"statuses": counts, "files": files}, indent=1) + "\n")
+    write_file(folder / MANIFEST, json.dumps(manifest | {"statuses": counts, "files": files}, indent=1) + "\n")
 
 
 def is_complete(folder: Path, spec: Spec, shards: Sequence[Any]) -> bool:
@@ -147,8 +145,7 @@ def known_digest(folder: Path, name: str) -> str | None:
 def write_digest(folder: Path, name: str, digest: str) -> None:
     """Note the SHA-256 of a file that is about to be moved to its place."""
     (folder / DIGESTS).mkdir(exist_ok=True)
-    with atomic_write(folder / DIGESTS / f"{name}.sha256") as file:
-        file.write(f"{digest}\n")
+    write_file(folder / DIGESTS / f"{name}.sha256", f"{digest}\n")
 
 
 def _manifest_digests(folder: Path) -> dict[str, str]:

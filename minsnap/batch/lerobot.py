@@ -15,12 +15,11 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import is_whole
-from minsnap.basics.messages import shown
-from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.checks import check_number
+from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.batch.columns import trajectory_of
 from minsnap.batch.spec import pyarrow_parquet
-from minsnap.errors import FileError, InputError
+from minsnap.errors import FileError
 from minsnap.trajectory.trajectory import Trajectory
 
 TASK = "fly through the waypoints"
@@ -60,8 +59,7 @@ def export_lerobot(plans: str | os.PathLike[str], folder: str | os.PathLike[str]
     InputError
         If ``fps`` is no whole number from 1 to 1000.
     """
-    if not is_whole(fps) or not 1 <= fps <= 1000:
-        raise InputError(f"fps is {shown(fps)}: give a whole number of frames a second, 1 to 1000")
+    check_number("fps", fps, 1, 1000, "give a whole number of frames a second, 1 to 1000", whole=True)
     root, episodes, ranges = Path(folder), Episodes(), _Ranges()
     parts = sorted(Path(plans).glob("part-*.parquet"))
     for number, part in enumerate(parts):
@@ -189,8 +187,7 @@ def _write_meta(root: Path, fps: int, episodes: Episodes, ranges: _Ranges) -> No
         "features": _features(width // 2),
     }
     for name, value in (("info", info), ("stats", ranges.plain())):
-        with atomic_write(root / f"meta/{name}.json") as file:
-            file.write(json.dumps(value, indent=1) + "\n")
+        write_file(root / f"meta/{name}.json", json.dumps(value, indent=1) + "\n")
 
 
 def _write_table(path: Path, table: Any) -> None:

@@ -15,8 +15,8 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from minsnap.basics.checks import is_number, is_whole
-from minsnap.basics.messages import shown
+from minsnap.basics.checks import check_number
+from minsnap.basics.optional_packages import optional
 from minsnap.batch.columns import Tally
 from minsnap.batch.datasheet import write_datasheet
 from minsnap.batch.folder import (
@@ -31,7 +31,7 @@ from minsnap.batch.folder import (
     write_manifest,
 )
 from minsnap.batch.spec import Spec
-from minsnap.errors import BatchError, FileError, InputError, MinsnapError
+from minsnap.errors import BatchError, FileError, MinsnapError
 
 AHEAD = 2
 """Files that are handed out for each thread: one at work, one next."""
@@ -194,17 +194,14 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     ImportError
         If Dask is not there.
     """
-    try:
-        import dask
-        from distributed import Client
-    except ImportError as error:
-        raise ImportError("a batch needs dask[distributed]: pip install minsnap[batch]") from error
+    names, need = ("dask", "distributed"), "a batch needs dask[distributed]"
+    dask, distributed = (optional(name, need, "batch") for name in names)
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with ExitStack() as stack:
         stack.enter_context(dask.config.set(CONFIG))
         where = scheduler if scheduler is not None else stack.enter_context(_here(workers))
         try:
-            client = stack.enter_context(Client(where, set_as_default=False, timeout="5s"))
+            client = stack.enter_context(distributed.Client(where, set_as_default=False, timeout="5s"))
         except (OSError, ValueError) as error:
             raise BatchError(f"there is no scheduler at {scheduler}: {error}") from error
         yield client
@@ -365,7 +362,6 @@ def _joined(shards: list[Shard]) -> Tally:
 
 
 def _check(workers: Any, timeout: Any) -> None:
-    if workers is not None and (not is_whole(workers) or not 1 <= workers <= 1024):
-        raise InputError(f"workers is {shown(workers)}: use 1 to 1024")
-    if not is_number(timeout) or not 1e-3 <= timeout <= 1e6:
-        raise InputError(f"the timeout of a problem is {shown(timeout)}: use 0.001 to 1000000 seconds")
+    if workers is not None:
+        check_number("workers", workers, 1, 1024, "use 1 to 1024", whole=True)
+    check_number("the timeout of a problem", timeout, 1e-3, 1e6, "use 0.001 to 1000000 seconds")

@@ -16,8 +16,9 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
+from minsnap.basics.optional_packages import optional
 from minsnap.basics.schema import NUMBER, TEXT, WHOLE, Form, Key, either, from_to, mapping, several, word
-from minsnap.basics.storage.text import check_regular, check_size, load_yaml, reading
+from minsnap.basics.storage.text import check_regular, check_size, digest_of, load_yaml, reading
 from minsnap.errors import FileError
 from minsnap.files.request_yaml import FURTHER, LIMIT_KEYS, PRESET
 
@@ -52,12 +53,6 @@ def count_rows(path: str) -> int:
     if not rows:
         raise FileError(f"{path} has no problems")
     return rows
-
-
-def digest_of(path: str | os.PathLike[str]) -> str:
-    """Return the SHA-256 of a file, as 64 hexadecimal digits."""
-    with reading(path, "a file"), open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def read_cells(path: str, number: int) -> dict[str, Any]:
@@ -142,11 +137,7 @@ def _row_group(path: str, state: tuple[int, int], group: int) -> Any:
 
 def pyarrow_parquet() -> Any:
     """Return the module that reads and writes Parquet, or raise an ImportError that names the extra."""
-    try:
-        import pyarrow.parquet as parquet
-    except ImportError as error:
-        raise ImportError("a batch needs pyarrow: pip install minsnap[batch]") from error
-    return parquet
+    return optional("pyarrow.parquet", "a batch needs pyarrow", "batch")
 
 
 BIGGEST = 1e6

@@ -121,10 +121,9 @@ def limits(
     values = autopilot_limits(stack, {name: each.value for name, each in parameters.items()}, lean).given()
     text = "limits:\n" + "".join(f"  {name}: {value:g}\n" for name, value in values.items())
     if output is not None:
-        from minsnap.basics.storage.atomic import atomic_write
+        from minsnap.basics.storage.atomic import write_file
 
-        with atomic_write(output) as file:
-            file.write(text)
+        write_file(output, text)
     print(as_json(values) if json else text.rstrip())
 
 

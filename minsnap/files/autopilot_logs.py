@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.text import check_size, reading
+from minsnap.basics.optional_packages import optional
+from minsnap.basics.storage.atomic import write_file
+from minsnap.basics.storage.text import check_size, read_bytes, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.flight_log import BODY, WORLD, FlightLog, InertialLog, flight_log, from_euler, inertial_log
 from minsnap.files.frames import map_samples
@@ -66,14 +67,11 @@ def read_ulog(path: str | os.PathLike[str], inertial: bool = False) -> FlightLog
     ImportError
         If pyulog is not installed.
     """
-    try:
-        from pyulog import ULog
-    except ImportError:
-        raise ImportError("reading ULog needs pyulog: pip install minsnap[logs]") from None
+    pyulog = optional("pyulog", "reading ULog needs pyulog", "logs")
     raw = _bytes(path)
     with contextlib.redirect_stdout(io.StringIO()):  # it prints messages about damage
         try:
-            log = ULog(_Patient(raw), [POSITION, *SETPOINTS, *(INERTIAL if inertial else ())])
+            log = pyulog.ULog(_Patient(raw), [POSITION, *SETPOINTS, *(INERTIAL if inertial else ())])
         except Exception as error:
             raise FileError(f"{path} is too damaged to be read: {error or type(error).__name__}") from None
     with reading(path, "a ULog file that makes sense"):
@@ -118,9 +116,7 @@ class _Patient(io.BytesIO):
 
 
 def _bytes(path: str | os.PathLike[str]) -> bytes:
-    check_size(path)
-    with reading(path, "a ULog file"):
-        raw = Path(path).read_bytes()
+    raw = read_bytes(path)
     if len(raw) < _HEADER or not raw.startswith(_MAGIC):
         raise FileError(f"{path} is no ULog file")
     return raw
@@ -197,8 +193,7 @@ def write_ulog(log: FlightLog, path: str | os.PathLike[str], *, clobber: bool = 
     topics = [*_setpoint_topics(log.reference), *_flown(log.flight), *_felt(log.inertial)]
     if not topics:
         raise InputError("the log has neither setpoints nor positions: there is nothing to write")
-    with atomic_write(path, "wb", clobber=clobber) as file:
-        file.write(_ulog(topics))
+    write_file(path, _ulog(topics), clobber=clobber)
 
 
 def _setpoint_topics(reference: Samples | None) -> list[Topic]:
@@ -296,14 +291,11 @@ def read_dataflash(path: str | os.PathLike[str], inertial: bool = False) -> Flig
     ImportError
         If pymavlink is not installed.
     """
-    try:
-        from pymavlink.DFReader import DFReader_binary
-    except ImportError:
-        raise ImportError("reading dataflash logs needs pymavlink: pip install minsnap[logs]") from None
+    dataflash: Any = optional("pymavlink.DFReader", "reading dataflash logs needs pymavlink", "logs")
     if not check_size(path) or not Path(path).is_file():
         raise FileError(f"{path} is missing or empty")
 
-    class PythonReader(DFReader_binary):  # type: ignore[misc]
+    class PythonReader(dataflash.DFReader_binary):  # type: ignore[misc]
         """Searches messages in Python: the compiled search prints its complaints past ``sys.stderr``."""
 
         formats: dict[int, Any]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from minsnap.basics.storage.text import check_regular, read_text
+from minsnap.basics.storage.text import beginning, read_text
 from minsnap.errors import FileError
 from minsnap.files.autopilot_logs import read_dataflash, read_ulog
 from minsnap.files.flight_log import FlightLog, flight_log
@@ -27,12 +27,7 @@ Row = Mapping[str, str]
 
 def is_stream_log(path: str | os.PathLike[str]) -> bool:
     """Return whether a file begins like the log of a stream; false for a file that cannot be read."""
-    check_regular(path)
-    try:
-        with open(path, encoding="utf-8", errors="replace") as file:
-            return file.readline().startswith(START)
-    except OSError:
-        return False
+    return beginning(path).startswith(START)
 
 
 def read_stream_log(path: str | os.PathLike[str]) -> FlightLog:

@@ -9,6 +9,7 @@ from math import sqrt
 from pathlib import Path
 from typing import Any
 
+from minsnap.basics.arrays import plain
 from minsnap.basics.limit_kinds import KINDS
 from minsnap.basics.schema import (
     BOX,
@@ -25,7 +26,7 @@ from minsnap.basics.schema import (
     several,
     word,
 )
-from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import load_yaml
 from minsnap.corridors.keep_out import NAMED
 from minsnap.errors import FileError, FrameError
@@ -250,8 +251,7 @@ def write_request(request: PlanRequest, path: str | os.PathLike[str], *, clobber
         If the destination cannot be written.
     """
     text = request_text(request)
-    with atomic_write(path, clobber=clobber) as file:
-        file.write(text)
+    write_file(path, text, clobber=clobber)
 
 
 def request_text(request: PlanRequest) -> str:
@@ -270,16 +270,12 @@ def _described(request: PlanRequest) -> dict[str, Any]:
         limits["rotors"] = {"vehicle": request.vehicle, "reserve": request.rotors}
     view = {"frame": request.frame} | ({"vehicle": request.vehicle} if request.vehicle else {})
     avoid = [{name: list(numbers)} for name, numbers in request.avoid]
-    gates = [dict(zip(OPENING_KEYS, _lists(gate), strict=True)) for gate in request.openings]
+    gates = [dict(zip(OPENING_KEYS, plain(gate), strict=True)) for gate in request.openings]
     usual = vars(PlanRequest(())) | vars(USUAL) | {"limits": {}, "avoid": [], "openings": [], "view": None}
     usual |= {"degree": None, "pieces": None, "closed": None}
     own = {"limits": limits, "avoid": avoid, "openings": gates, "view": view}
     values = vars(request) | vars(request.search or USUAL) | own
-    return {name: _lists(values[name]) for name in ("waypoints", *PLAIN, *FURTHER) if values[name] != usual[name]}
-
-
-def _lists(value: Any) -> Any:
-    return [_lists(entry) for entry in value] if isinstance(value, tuple) else value
+    return {name: plain(values[name]) for name in ("waypoints", *PLAIN, *FURTHER) if values[name] != usual[name]}
 
 
 def _from_waypoints(points: Waypoints) -> PlanRequest:

@@ -24,9 +24,9 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.basics.storage.table import read_table
-from minsnap.basics.storage.text import check_regular, read_text, reading
+from minsnap.basics.storage.text import beginning, read_text, reading
 from minsnap.errors import FileError, FrameError
 from minsnap.files.format import Format
 from minsnap.files.frames import FRAMES, get_frame, map_samples
@@ -43,9 +43,6 @@ COLUMN = "frame_"
 
 FRAME_COLUMNS = tuple(COLUMN + name for name in FRAMES)
 """The names of that column."""
-
-_HEADER = 4096
-"""Bytes of a CSV in which its header is sought."""
 
 
 def note_frame(
@@ -76,8 +73,7 @@ def note_frame(
         facts["origin"] = [float(value) for value in origin]
     if lead:
         facts["lead"] = lead
-    with atomic_write(beside) as file:
-        file.write(json.dumps(facts) + "\n")
+    write_file(beside, json.dumps(facts) + "\n")
 
 
 def frame_of(path: str | os.PathLike[str], wanted: str | None = None) -> str:
@@ -116,14 +112,7 @@ def said_frame(path: str | os.PathLike[str]) -> str | None:
 
 def _headed(path: str | os.PathLike[str]) -> str | None:
     """Return the frame that the header of a CSV says, or None; what is wrong with a file is said by its reader."""
-    check_regular(path)
-    try:
-        if not FilePath(path).is_file():  # a pipe would be waited for
-            return None
-        with open(path, "rb") as file:
-            header = file.readline(_HEADER).decode("utf-8", "replace")
-    except (OSError, ValueError, TypeError):
-        return None
+    header = beginning(path).partition("\n")[0]
     names = [cell.strip().strip('"') for cell in header.split(",")]
     return next((cell.removeprefix(COLUMN) for cell in names if cell in FRAME_COLUMNS), None)
 

@@ -17,6 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 from urllib.parse import urlparse
 
+from minsnap.basics.optional_packages import optional
 from minsnap.errors import LinkError
 
 LINK_BITS = 0x0C
@@ -68,10 +69,7 @@ class RadioLink:
     """A vehicle behind one of cflib's drivers, such as ``radio://0/80/2M/E7E7E7E701``."""
 
     def __init__(self, uri: str) -> None:
-        try:
-            import cflib.crtp as drivers
-        except ImportError:
-            raise ImportError(f"{uri} needs cflib: pip install minsnap[crazyflie]") from None
+        drivers = optional("cflib.crtp", f"{uri} needs cflib", "crazyflie")
         drivers.init_drivers()
         self.name = uri
         driver: Any = drivers.get_link_driver(uri, None, None)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.table import read_table
 from minsnap.errors import FileError, InputError, LinkError
 from minsnap.files.frames import get_frame, map_quaternions, map_vectors
@@ -161,12 +162,9 @@ class NatNetSource(PoseSource):
     def __init__(
         self, server: str, local: str, body: str | None, multicast: bool, clock: Clock, command_port: int = 1510
     ) -> None:
-        try:
-            from natnet import NatNetClient
-        except ImportError:
-            raise ImportError("NatNet needs the natnet package: pip install minsnap[mocap]") from None
+        natnet = optional("natnet", "NatNet needs the natnet package", "mocap")
         self._body, self._clock = None if body is None else int(body), clock
-        self._client = NatNetClient(server, local, command_port=command_port, use_multicast=multicast)
+        self._client = natnet.NatNetClient(server, local, command_port=command_port, use_multicast=multicast)
         try:
             self._client.connect(timeout=3.0)
         except (TimeoutError, OSError):

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, IntArray, interpolated
 from minsnap.basics.checks import check_positive
 from minsnap.basics.progress import progress_line
-from minsnap.basics.storage.atomic import atomic_write, check_destination
+from minsnap.basics.storage.atomic import check_destination, write_file
 from minsnap.errors import FileError, InputError, TimingError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.plot.fleet_figures import VIEWS, near_pairs, plot_fleet
@@ -70,8 +70,7 @@ def write_film(pictures: Iterator[Picture], file: str | os.PathLike[str], rate: 
     with TemporaryDirectory() as folder:
         place = FilePath(folder) / f"film{ending}"
         (_write_gif if ending == ".gif" else _encode)(pictures, place, rate)
-        with atomic_write(file, "wb", clobber=clobber) as out:
-            out.write(place.read_bytes())
+        write_file(file, place.read_bytes(), clobber=clobber)
 
 
 def _write_gif(pictures: Iterator[Picture], place: FilePath, rate: float) -> None:

@@ -11,7 +11,6 @@ nanosecond later than the one before is, so that none is lost.
 from __future__ import annotations
 
 import base64
-import hashlib
 import json
 import os
 import zipfile
@@ -23,8 +22,8 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.text import check_size, read_text, reading
+from minsnap.basics.storage.atomic import atomic_write, write_file
+from minsnap.basics.storage.text import check_size, digest_of, read_text, reading
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any
 from minsnap.files.formats.crazyflie import (
@@ -233,8 +232,7 @@ def write_crazyswarm(fleet: Fleet, folder: Path, *, clobber: bool = True) -> tup
     files = folder / "crazyflies.yaml", folder / "fly.py"
     for file in files:
         template = Path(__file__).with_name("crazyswarm2") / f"{file.name}.txt"
-        with atomic_write(file, clobber=clobber) as out:
-            out.write(template.read_text(encoding="utf-8").format(**values))
+        write_file(file, template.read_text(encoding="utf-8").format(**values), clobber=clobber)
     return files
 
 
@@ -345,19 +343,14 @@ def write_fleet(
 
 def _write_manifest(fleet: Fleet, folder: Path, kind: str, files: Sequence[Path], clobber: bool) -> Path:
     rows = [
-        {"name": fleet.name(i), "file": file.name, "duration": fleet[i].duration, "sha256": digest(file)}
+        {"name": fleet.name(i), "file": file.name, "duration": fleet[i].duration, "sha256": digest_of(file)}
         for i, file in enumerate(files)
     ]
     separation = None if fleet.separation is None else fleet.separation.plain
     content = {"format": MARK, "version": 1, "kind": kind, "frame": "enu", "units": "m, s, rad"}
-    with atomic_write(folder / MANIFEST, clobber=clobber) as file:
-        file.write(json.dumps({**content, "separation": separation, "vehicles": rows}, indent=1) + "\n")
+    text = json.dumps({**content, "separation": separation, "vehicles": rows}, indent=1) + "\n"
+    write_file(folder / MANIFEST, text, clobber=clobber)
     return folder / MANIFEST
-
-
-def digest(path: str | os.PathLike[str]) -> str:
-    """Return the SHA-256 of a file, in hexadecimal."""
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def is_fleet(path: str | os.PathLike[str]) -> bool:
@@ -399,7 +392,7 @@ def _listed(folder: Path, content: Any) -> Fleet:
     curves = []
     for row in content["vehicles"]:
         file = folder / Path(row["file"]).name
-        if not file.exists() or digest(file) != row["sha256"]:
+        if not file.exists() or digest_of(file) != row["sha256"]:
             raise FileError(f"{file} is missing or was changed since its manifest was written: write the fleet again")
         curves.append(read_crazyflie(file) if file.suffix == ".csv" else _trajectory(file))
     separation = Separation(**content["separation"]) if content.get("separation") else None

@@ -12,13 +12,13 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import point_text
+from minsnap.basics.storage.text import digest_of
 from minsnap.basics.tolerances import EXACT
 from minsnap.fleet.common_clock import Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, extent_of
 from minsnap.limits.limits import Limits
 from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.fleet_figures import plot_fleet, plot_separation
-from minsnap.shows.fleet_files import digest
 from minsnap.shows.show import Stage
 
 PAIRS = 20
@@ -198,7 +198,7 @@ def _vehicles(held: FleetCertificate) -> str:
 
 
 def _files(files: Sequence[Path]) -> str:
-    rows = "".join(f'<tr><td>{escape(file.name)}</td><td class="hash">{digest(file)}</td></tr>' for file in files)
+    rows = "".join(f'<tr><td>{escape(file.name)}</td><td class="hash">{digest_of(file)}</td></tr>' for file in files)
     return f"<h2>Files</h2><table><tr><th>file</th><th>SHA-256</th></tr>{rows}</table>"
 
 

@@ -19,6 +19,7 @@ from urllib.parse import urlsplit
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.optional_packages import optional
 from minsnap.errors import LinkError, MinsnapError
 from minsnap.plot.animation import Picture, write_film
 from minsnap.studio.page_inputs import follow, when_changed, when_clicked, when_triggered
@@ -53,13 +54,10 @@ def start_server(host: str = LOOPBACK, port: int = PORT) -> viser.ViserServer:
     ImportError
         If viser is not there.
     """
-    try:
-        import viser
-    except ImportError as error:
-        raise ImportError("the studio needs viser: pip install minsnap[studio]") from error
+    opened = optional("viser", "the studio needs viser", "studio").ViserServer
     check_free(host, port)
     with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host=host, port=port, verbose=False)
+        server: viser.ViserServer = opened(host=host, port=port, verbose=False)
     if port and server.get_port() != port:
         stop_server(server)
         raise _taken(host, port)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, numbers
-from minsnap.basics.checks import is_whole
+from minsnap.basics.checks import check_number
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import IntervalError
@@ -49,6 +50,5 @@ def check_instants(t: FloatArray, duration: float) -> None:
 
 def check_order(order: int) -> int:
     """Return the derivative order as an int, or raise IntervalError if it is not a whole number >= 0."""
-    if not is_whole(order) or order < 0:
-        raise IntervalError(f"order is {shown(order)}: the order of a derivative is a whole number, 0 or more")
-    return int(order)
+    give = "the order of a derivative is a whole number, 0 or more"
+    return int(check_number("order", order, 0, inf, give, IntervalError, whole=True))

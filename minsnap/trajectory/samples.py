@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from minsnap.basics.arrays import FloatArray, ReadOnly, owned, set_fields
+from minsnap.basics.optional_packages import optional
 
 _PREFIXES = {"position": "", "velocity": "v", "acceleration": "a", "jerk": "j", "snap": "s", "feed_forward": "ff"}
 VECTORS = tuple(_PREFIXES)
@@ -76,11 +77,7 @@ class Samples(ReadOnly):
         ImportError
             If pandas is not installed.
         """
-        try:
-            from pandas import DataFrame
-        except ImportError:
-            raise ImportError("a table needs pandas: pip install minsnap[tables]") from None
-        return DataFrame(self.columns())
+        return optional("pandas", "a table needs pandas", "tables").DataFrame(self.columns())
 
     def columns(self) -> dict[str, FloatArray]:
         """Return every column, shape (m,), by its name: ``t``, ``x``, ``vx``, ``ffz``, ``yaw`` and so on."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from math import perm
+from math import inf, perm
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, owned, set_fields
-from minsnap.basics.checks import is_number, is_whole
+from minsnap.basics.checks import check_number, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
@@ -299,8 +299,7 @@ class Trajectory(ReadOnly, Path):
 
     def arc_length(self, tolerance: float = 1e-10) -> float:
         """Length of the curve [m], by adaptive quadrature to that relative tolerance."""
-        if not (is_number(tolerance) and float(tolerance) >= LEAST_TOLERANCE):
-            raise InputError(f"the tolerance of a length is {shown(tolerance)}: give {LEAST_TOLERANCE:g} or more")
+        check_number("the tolerance of a length", tolerance, LEAST_TOLERANCE, inf, f"give {LEAST_TOLERANCE:g} or more")
         return arc_length(self.derivative(1).control_points, self.durations, float(tolerance))
 
     def between(self, start: float, end: float) -> Trajectory:
@@ -335,8 +334,7 @@ class Trajectory(ReadOnly, Path):
 
     def elevated(self, degree: int) -> Trajectory:
         """Return the same curve written in polynomials of a higher degree."""
-        if not (is_whole(degree) and degree <= MOST_DEGREE):
-            raise InputError(f"the degree is {shown(degree)}: give a whole number up to {MOST_DEGREE}")
+        check_number("the degree", degree, -inf, MOST_DEGREE, f"give a whole number up to {MOST_DEGREE}", whole=True)
         points = elevated_points(self.control_points, degree)
         return replace(self, control_points=points, how=self.report, rest_of=None)  # whose cost is of the first degree
 

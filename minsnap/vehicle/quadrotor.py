@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import GRAVITY, SMALLEST, FloatArray, ReadOnly, bounded, numbers, set_fields
+from minsnap.basics.arrays import GRAVITY, SMALLEST, FloatArray, ReadOnly, bounded, numbers, plain, set_fields
 from minsnap.basics.messages import SHOWN, shown
 from minsnap.basics.schema import ANYTHING, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.errors import FileError, VehicleError
@@ -337,10 +337,9 @@ def write_vehicle(vehicle: Quadrotor, path: str | os.PathLike[str]) -> None:
     """
     import yaml
 
-    from minsnap.basics.storage.atomic import atomic_write
+    from minsnap.basics.storage.atomic import write_file
 
-    with atomic_write(path) as file:
-        file.write(yaml.safe_dump(description_of(vehicle), sort_keys=False))
+    write_file(path, yaml.safe_dump(description_of(vehicle), sort_keys=False))
 
 
 def vehicle_from(content: Any, where: str = "the vehicle") -> Quadrotor:
@@ -357,8 +356,8 @@ def vehicle_from(content: Any, where: str = "the vehicle") -> Quadrotor:
 
 def description_of(vehicle: Quadrotor) -> dict[str, Any]:
     """Return the fields of a vehicle as plain numbers, text and lists."""
-    plain = {field.name: getattr(vehicle, field.name) for field in fields(vehicle)}
-    return plain | {"inertia": vehicle.inertia.tolist(), "drag": _describe(vehicle.drag)}
+    values = {field.name: getattr(vehicle, field.name) for field in fields(vehicle)}
+    return {name: _describe(value) if name == "drag" else plain(value) for name, value in values.items()}
 
 
 def _drag_from(values: Mapping[str, Any]) -> Drag:
@@ -380,17 +379,10 @@ def _surface_from(values: Mapping[str, Any], count: int) -> Drag:
 
 
 def _describe(drag: Drag) -> dict[str, Any]:
-    match drag:
-        case BodyDrag():
-            return {"linear": drag.linear.tolist(), "quadratic": drag.quadratic.tolist()}
-        case RotorSpeedDrag():
-            return {"per_rotor_speed": drag.coefficient.tolist()}
-        case SurfaceDrag(surface=surface):
-            plain = {entry.name: getattr(surface, entry.name) for entry in fields(Surface)}
-            plain |= {"variables": list(surface.variables), "exponents": [list(e) for e in surface.exponents]}
-            measured = {name: list(span) for name, span in surface.measured.items()}
-            plain |= {"coefficients": surface.coefficients.tolist(), "measured": measured}
-            return {"surface": plain, "count": drag.count}
+    if isinstance(drag, (BodyDrag, SurfaceDrag)):
+        return dict(plain(drag))
+    if isinstance(drag, RotorSpeedDrag):
+        return {"per_rotor_speed": plain(drag.coefficient)}
     raise VehicleError(f"drag of kind {type(drag).__name__} has no description: set it in Python")
 
 

@@ -74,6 +74,12 @@ def atomic_write(
             beside.unlink(missing_ok=True)
 
 
+def write_file(path: str | os.PathLike[str], content: str | bytes, *, clobber: bool = True) -> None:
+    """Write a text or bytes whole or not at all, as :func:`atomic_write` does."""
+    with atomic_write(path, "w" if isinstance(content, str) else "wb", clobber=clobber) as file:
+        file.write(content)
+
+
 def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> Path:
     """Return the file that a name refers to, with links resolved.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import sys
 from collections.abc import Iterator
@@ -78,6 +79,50 @@ def check_size(path: str | os.PathLike[str], largest: int = LARGEST) -> int:
     if size > largest:
         raise FileError(f"{path} has {size / 1e6:.0f} MB: files of this kind are read up to {largest / 1e6:.0f} MB")
     return size
+
+
+def read_bytes(path: str | os.PathLike[str], largest: int = LARGEST) -> bytes:
+    """Read a whole file.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read, or is too large.
+    """
+    check_size(path, largest)
+    with reading(path, "a file"):
+        return Path(path).read_bytes()
+
+
+BEGINNING = 4096
+"""Bytes of a file that say what it is."""
+
+
+def beginning(path: str | os.PathLike[str]) -> str:
+    """Return how a file begins, as text whatever it is; nothing where no file is, or a pipe, which would be waited for.
+
+    Raises
+    ------
+    FileError
+        If it is a device, a pipe or a socket.
+    """
+    check_regular(path)
+    try:
+        if not Path(path).is_file():
+            return ""
+        with open(path, "rb") as file:
+            return file.read(BEGINNING).decode("utf-8", "replace")
+    except (OSError, ValueError, TypeError):
+        return ""
+
+
+def digest_of(path: str | os.PathLike[str]) -> str:
+    """Return the SHA-256 of a file, as 64 hexadecimal digits."""
+    total = hashlib.sha256()
+    with reading(path, "a file"), open(path, "rb") as file:
+        while part := file.read(1 << 20):
+            total.update(part)
+    return total.hexdigest()
 
 
 def finite_number(where: str, value: Any) -> float:

@@ -21,8 +21,8 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.text import check_size, read_text, reading
+from minsnap.basics.storage.atomic import write_file
+from minsnap.basics.storage.text import beginning, read_bytes, read_text, reading
 from minsnap.errors import FileError, FirmwareWarning, MinsnapError
 from minsnap.files.format import Format
 from minsnap.files.formats.bezier_segments import DEGREE, LONGEST, check_range, distance_bounds, packed, unpacked
@@ -155,8 +155,7 @@ def rounding_bounds(trajectory: Trajectory) -> Rounding:
 def write_compressed(trajectory: Path, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
     """Write a trajectory or a shape as the firmware's bytes in one atomic step; errors as of :func:`compressed`."""
     content = compressed(polynomials_of(trajectory, MOST_PIECES)[0])
-    with atomic_write(path, "wb", clobber=clobber) as file:
-        file.write(content)
+    write_file(path, content, clobber=clobber)
 
 
 def read_compressed(path: str | os.PathLike[str]) -> Trajectory:
@@ -167,10 +166,8 @@ def read_compressed(path: str | os.PathLike[str]) -> Trajectory:
     FileError
         If it is none: too short, with a piece that is cut off, or without an end.
     """
-    check_size(path)
+    content = read_bytes(path)
     with reading(path, "a compressed trajectory"):
-        with open(path, "rb") as file:
-            content = file.read(16 * MEMORY + 1)
         return _unpacked(content, str(path))
 
 
@@ -258,9 +255,8 @@ def write_crazyflie(
         If its heading is no polynomial.
     """
     rows = crazyflie_rows(polynomials_of(trajectory, max_pieces)[0], max_pieces)
-    with atomic_write(path, clobber=clobber) as file:
-        file.write(",".join(COLUMNS) + "\n")
-        file.writelines(",".join(map(repr, row)) + "\n" for row in rows.tolist())
+    lines = [COLUMNS, *([repr(value) for value in row] for row in rows.tolist())]
+    write_file(path, "".join(",".join(line) + "\n" for line in lines), clobber=clobber)
 
 
 def crazyflie_rows(trajectory: Trajectory, max_pieces: int | None = MAX_PIECES) -> FloatArray:
@@ -319,7 +315,7 @@ def _row(path: str | os.PathLike[str], number: int, line: str) -> list[float]:
 
 def _is_crazyflie(path: str | os.PathLike[str]) -> bool:
     """Whether the second line has the numbers of a piece."""
-    second = read_text(path).splitlines()[1:2]
+    second = beginning(path).splitlines()[1:2]
     return bool(second) and len(second[0].rstrip().rstrip(",").split(",")) == len(COLUMNS)
 
 

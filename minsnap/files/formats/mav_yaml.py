@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import load_yaml, reading
 from minsnap.errors import FileError
 from minsnap.files.format import Format
@@ -42,10 +42,9 @@ def write_mav_yaml(trajectory: Path, path: str | os.PathLike[str], *, clobber: b
     """
     trajectory = polynomials_of(trajectory)[0]
     powers = _powers(trajectory)
-    with atomic_write(path, clobber=clobber) as file:
-        file.write("# mav_trajectory_generation segments; world axes, z up (frame: enu)\nsegments:\n")
-        for duration, piece in zip(trajectory.durations.tolist(), powers, strict=True):
-            file.write(_segment(duration, piece))
+    head = "# mav_trajectory_generation segments; world axes, z up (frame: enu)\nsegments:\n"
+    segments = map(_segment, trajectory.durations.tolist(), powers)
+    write_file(path, head + "".join(segments), clobber=clobber)
 
 
 def _powers(trajectory: Trajectory) -> FloatArray:

@@ -9,15 +9,16 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from math import inf
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.text import check_regular, load_yaml, read_text, reading
+from minsnap.basics.arrays import plain
+from minsnap.basics.storage.atomic import write_file
+from minsnap.basics.storage.text import beginning, load_yaml, read_text, reading
 from minsnap.basics.tolerances import EXACT
 from minsnap.basics.version import __version__
 from minsnap.corridors.gates import Gate
@@ -152,8 +153,7 @@ def write_polynomials(
         text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100_000)
     else:
         text = json.dumps(content, indent=1, allow_nan=False) + "\n"
-    with atomic_write(path, clobber=clobber) as file:
-        file.write(text)
+    write_file(path, text, clobber=clobber)
 
 
 def _description(plan: PlanFile) -> dict[str, Any]:
@@ -248,9 +248,7 @@ def _corridor(corridor: Any) -> Any:
     kind = type(corridor).__name__
     if CONSTRAINTS.get(kind) is not type(corridor):
         raise FileError(f"a constraint of kind {kind} has no description in a file: leave the corridor out")
-    return {"kind": kind} | {
-        entry.name: _plain(getattr(corridor, entry.name)) for entry in fields(corridor) if entry.init
-    }
+    return {"kind": kind, **plain(corridor)}
 
 
 def _constraint(content: Any) -> Any:
@@ -273,23 +271,9 @@ def _limits(limits: Limits) -> dict[str, Any]:
     return {"norm": limits.norm, "rotors": {"vehicle": vehicle, "reserve": limits.reserve}} | besides_rotors(limits)
 
 
-def _plain(value: Any) -> Any:
-    """Return arrays as lists, infinite values as text, since JSON has no infinite numbers."""
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, float) and not np.isfinite(value):
-        return str(value)
-    return [_plain(entry) for entry in value] if isinstance(value, (list, tuple)) else value
-
-
 def is_polynomials(path: str | os.PathLike[str]) -> bool:
     """Whether a file begins like a file of polynomials."""
-    check_regular(path)
-    try:
-        with open(path, encoding="utf-8") as file:
-            return MARK in file.read(200)
-    except (OSError, ValueError):
-        return False
+    return MARK in beginning(path)[:200]
 
 
 def _read(path: str | os.PathLike[str]) -> Trajectory:

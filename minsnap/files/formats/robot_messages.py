@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.errors import FileError
 from minsnap.files.format import Format
 from minsnap.files.frames import map_samples
@@ -113,8 +113,7 @@ def multidof(samples: Samples, frame_id: str = "map", joint: str = "base_link") 
 def write_multidof(samples: Samples, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
     """Write the message as JSON."""
     text = json.dumps(multidof(samples), allow_nan=False)
-    with atomic_write(path, clobber=clobber) as file:
-        file.write(text + "\n")
+    write_file(path, text + "\n", clobber=clobber)
 
 
 def _point(samples: Samples, row: int) -> dict[str, Any]:

@@ -25,8 +25,8 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, ReadOnly, numbers, owned
 from minsnap.basics.checks import check_positive
-from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.text import check_size, reading
+from minsnap.basics.storage.atomic import write_file
+from minsnap.basics.storage.text import read_bytes, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.format import Format
 from minsnap.files.formats.bezier_segments import LARGEST, distance_bounds, distances_within, packed, unpacked
@@ -388,8 +388,7 @@ def write_skybrush(
     """Write a trajectory or a shape in one atomic step, and return what was written; raises as ``cubic_segments``."""
     segments = cubic_segments(polynomials_of(trajectory)[0])
     content = skybrush_bytes(segments, lights)
-    with atomic_write(path, "wb", clobber=clobber) as file:
-        file.write(content)
+    write_file(path, content, clobber=clobber)
     return segments
 
 
@@ -401,10 +400,8 @@ def read_skybrush(path: str | os.PathLike[str]) -> SkybrushFile:
     FileError
         If it is none, its checksum is wrong, or it has no trajectory.
     """
-    check_size(path, LARGEST_FILE)
+    content = read_bytes(path, LARGEST_FILE)
     with reading(path, "a binary Skybrush show"):
-        with open(path, "rb") as file:
-            content = file.read()
         return parsed(content, str(path))
 
 

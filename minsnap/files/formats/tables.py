@@ -14,6 +14,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
+from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import check_size, reading
@@ -130,11 +131,7 @@ def read_parquet(path: str | os.PathLike[str]) -> Samples:
 
 
 def _pandas() -> Any:
-    try:
-        import pandas
-        import pyarrow  # noqa: F401 - asked for by name below
-    except ImportError:
-        raise ImportError("tables need pandas and pyarrow: pip install minsnap[tables]") from None
+    pyarrow, pandas = (optional(name, "tables need pandas and pyarrow", "tables") for name in ("pyarrow", "pandas"))
     return pandas
 
 

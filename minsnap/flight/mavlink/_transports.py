@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
+from minsnap.basics.optional_packages import optional
 from minsnap.errors import LinkError
 
 LOOPBACK = "127.0.0.1"
@@ -74,10 +75,7 @@ class SerialPort(LinkTransport):
 
     def __init__(self, device: str, baud: int) -> None:
         self.address = f"serial:{device}:{baud}"
-        try:
-            import serial
-        except ImportError:
-            raise ImportError("serial ports need pyserial: pip install minsnap[mavlink]") from None
+        serial = optional("serial", "serial ports need pyserial", "mavlink")
         try:
             self._port = serial.Serial(device, baud, timeout=0, write_timeout=0)
         except (serial.SerialException, ValueError) as error:

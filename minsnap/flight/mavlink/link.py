@@ -15,13 +15,12 @@ from array import array
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.text import check_size
+from minsnap.basics.storage.text import read_bytes
 from minsnap.errors import FileError, LinkError, TimingError
 from minsnap.flight.mavlink._transports import LinkTransport, Peer, open_transport
 from minsnap.flight.mavlink.vehicle_messages import TEXTS, Message, VehicleState, load_dialect
@@ -424,8 +423,7 @@ def read_signing_key(path: str | os.PathLike[str]) -> bytes:
     FileError
         If the file holds neither.
     """
-    check_size(path)
-    raw = Path(path).read_bytes()
+    raw = read_bytes(path)
     if len(raw) == 32:
         return raw
     try:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from minsnap.basics.arrays import GRAVITY
-from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.atomic import write_file
 from minsnap.errors import LinkError
 from minsnap.flight.mavlink.link import Clock, Link
 from minsnap.flight.mavlink.vehicle_messages import PX4, Message, load_dialect
@@ -271,8 +271,7 @@ def download_log(
                 f"the vehicle stopped sending its log after {entry.size - len(missing) * PIECE} of {entry.size} bytes"
             )
     link.send(dialect.MAVLink_log_request_end_message(*target))
-    with atomic_write(path, "wb") as file:
-        file.write(bytes(content))
+    write_file(path, bytes(content))
 
 
 def _newest(link: Link, clock: Clock, request: Message) -> Message:

@@ -19,17 +19,17 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
-from minsnap.basics.storage.text import check_size, reading
+from minsnap.basics.optional_packages import optional
+from minsnap.basics.storage.text import read_bytes, reading
 from minsnap.errors import LinkError
 
 Message = Any
 """A message of pymavlink."""
 
 
-def load_dialect() -> ModuleType:
+def load_dialect() -> Any:
     """Return pymavlink's MAVLink 2 ``common`` dialect.
 
     Raises
@@ -37,11 +37,7 @@ def load_dialect() -> ModuleType:
     ImportError
         If pymavlink is not installed; the sentence names the extra.
     """
-    try:
-        from pymavlink.dialects.v20 import common
-    except ImportError:
-        raise ImportError("talking to a vehicle needs pymavlink: pip install minsnap[mavlink]") from None
-    dialect: ModuleType = common
+    dialect = optional("pymavlink.dialects.v20.common", "talking to a vehicle needs pymavlink", "mavlink")
     add_event_to(dialect)
     return dialect
 
@@ -108,9 +104,8 @@ def read_events(path: str | os.PathLike[str]) -> dict[int, str]:
     FileError
         If the file is no such JSON.
     """
-    check_size(path)
+    raw = read_bytes(path)
     with reading(path, "events of PX4 (all_events.json)"):
-        raw = Path(path).read_bytes()
         events = _texts_of(json.loads(lzma.decompress(raw) if raw.startswith(b"\xfd7zXZ") else raw))
     return {**events, **TEXTS}
 

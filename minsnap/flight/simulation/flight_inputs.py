@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import SMALLEST, FloatArray, interpolated
-from minsnap.basics.checks import check_able, check_kind, check_positive, check_seed, is_number
+from minsnap.basics.checks import check_able, check_kind, check_number, check_positive, check_seed, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError, TimingError
 from minsnap.flight.simulation.controllers import Estimate, Reference, Vector, vector
@@ -348,9 +348,7 @@ class Sensors:
         check_positive("the pose rate", self.pose_rate, "poses per second", InputError)
         check_seed(self.seed)
         for name in ("delay", "noise"):
-            value = getattr(self, name)
-            if not (is_number(value) and value >= 0):
-                raise InputError(f"the pose's {name} is {shown(value)}: it must be 0 or more")
+            check_number(f"the pose's {name}", getattr(self, name), 0.0, math.inf, "it must be 0 or more")
 
 
 class StateEstimator:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, OwnsArrays
-from minsnap.basics.checks import check_able, check_kind, is_number
+from minsnap.basics.arrays import SMALLEST, FloatArray, OwnsArrays
+from minsnap.basics.checks import check_able, check_kind, check_number, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import progress_line
 from minsnap.errors import DivergenceError, TimingError
@@ -164,10 +164,8 @@ def simulate(
     sensors, wind = Sensors() if sensors is None else sensors, ConstantWind() if wind is None else wind
     check_kind("sensors", sensors, Sensors, "Sensors")
     check_able("the wind", wind, "sample", "a wind such as ConstantWind")
-    if not (is_number(step) and 0 < step <= 0.1):
-        raise TimingError(f"the step is {shown(step)} s: it must be above 0 and at most 0.1 s")
-    if not (is_number(setpoint_delay) and setpoint_delay >= 0):
-        raise TimingError(f"the delay of setpoints is {shown(setpoint_delay)} s: it must be 0 or more")
+    check_number("the step", step, SMALLEST, 0.1, "it must be above 0 and at most 0.1 s", TimingError, unit="s")
+    check_number("the delay of setpoints", setpoint_delay, 0.0, math.inf, "it must be 0 or more", TimingError, unit="s")
     table = ReferenceTable(tabulate(path, setpoint_rate, step), vehicle, compensation)
     length = table.samples.duration + table.samples.lead if duration is None else duration
     if not (is_number(length) and length > 0):
@@ -307,8 +305,8 @@ def simulate_open_loop(
     air = vector("wind velocity", wind)
     check_kind("the vehicle", vehicle, Quadrotor, "a Quadrotor")
     check_kind("the path", path, Path, "a path")
-    if not (is_number(step) and 0 < step <= path.duration):
-        raise TimingError(f"the step is {shown(step)} s: it must be above 0 and within the path's {path.duration} s")
+    give = f"it must be above 0 and within the path's {path.duration} s"
+    check_number("the step", step, SMALLEST, path.duration, give, TimingError, unit="s")
     check_steps(path.duration, step)
     t = _instants(path, step)
     stages = np.stack([t[:-1], 0.5 * (t[:-1] + t[1:]), t[1:] - _INSIDE * np.diff(t)], axis=-1)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.basics.checks import is_whole
+from minsnap.basics.checks import check_number
 from minsnap.basics.messages import aligned
 from minsnap.basics.progress import progress_line
 from minsnap.errors import InputError, VehicleError
@@ -96,8 +96,7 @@ def course(name: str, repetitions: int = 10, *, literal: bool = True, rate: floa
     """
     if name not in COURSES:
         raise InputError(f"no course is called {name!r}: choose from {', '.join(COURSES)}")
-    if not is_whole(repetitions) or repetitions < 1:
-        raise InputError(f"the repetitions are {repetitions!r}: give a whole number from 1")
+    check_number("repetitions", repetitions, 1, math.inf, "give a whole number from 1", whole=True)
     return _framed(name, _flown(name, repetitions, literal, rate), repetitions, name == "circle" and not literal)
 
 

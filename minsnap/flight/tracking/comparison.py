@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays, bounded, interpolated
-from minsnap.basics.checks import SIZE, check_kind, check_switch, is_number
+from minsnap.basics.checks import SIZE, check_kind, check_number, check_switch, is_number
 from minsnap.basics.messages import aligned, shown
 from minsnap.errors import InputError
 from minsnap.trajectory.path import MOST_SAMPLES
@@ -377,8 +377,7 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
         if not (bounded(samples.t).all() and bounded(samples.position).all()):
             raise InputError(f"the {what} has times or positions that are no finite numbers, {SIZE}")
     check_switch("align", align)
-    if not (is_number(max_delay) and max_delay >= 0.0):
-        raise InputError(f"max_delay is {shown(max_delay)}: it must be a time of 0 or more [s]")
+    check_number("max_delay", max_delay, 0.0, np.inf, "it must be a time of 0 or more [s]")
     if reference.dim != flight.dim:
         raise InputError(f"the reference has {reference.dim} coordinates and the flight {flight.dim}: they must agree")
     offset = -estimate_delay(reference, flight, None) if align else -reference.lead

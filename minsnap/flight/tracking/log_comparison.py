@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays
-from minsnap.basics.checks import check_kind, check_seed, is_number
-from minsnap.basics.messages import shown
+from minsnap.basics.checks import check_kind, check_number, check_seed
 from minsnap.errors import InputError
 from minsnap.files.flight_log import FlightLog, InertialLog
 from minsnap.flight.simulation.flight_inputs import drag_in_body, tabulate
@@ -404,8 +403,7 @@ def simulated_log(
     check_kind("the flight", flight, Flight, "a Flight")
     sent = tabulate(setpoints, None, STEP)
     check_seed(seed)
-    if not (is_number(noise) and noise >= 0.0):
-        raise InputError(f"the noise is {shown(noise)}: it must be 0 or more [m/s^2]")
+    check_number("the noise", noise, 0.0, np.inf, "it must be 0 or more [m/s^2]")
     every = max(1, round((len(flight.t) - 1) / (STATES * flight.duration)))
     slow = slice(None, None, every)
     states = replace(flight.samples[slow], yaw=None)
