@@ -1,21 +1,25 @@
-"""Plans without walls: the banded solve against scipy's septic spline and a namesake; the import; a whole process.
+"""Plans with given durations: without walls beside scipy's septic spline, in corridors by both cores, and evaluation.
 
 Run it by hand: ``python benchmarks/bench_plan.py [--large]``; ``--large`` adds a million legs (some 5 GiB).
+Calls that are compared are made in turn, and the least processor time of each counts.
 """
 
 from __future__ import annotations
 
+import argparse
 import subprocess
 import sys
-import time
 from functools import partial
+from time import perf_counter
 
 import numpy as np
-from measure import alternating, median_time, peak_memory, table, text
-from problems import walk
+from measure import least_times, machine, peak_memory, table, text
+from problems import DURATIONS, RECTANGLE, walk
 from scipy.interpolate import make_interp_spline
 
 import minsnap
+from minsnap import RoundTube
+from minsnap.native.library import using
 
 SIZES = (10, 100, 1_000, 10_000, 100_000)
 PEER_LIMIT = 300
@@ -30,82 +34,101 @@ def spline(points, durations):
 
 
 def namesake(points, durations):
-    """The same curve by minsnap_trajectories, where it is installed; else None."""
+    """A call that makes the same curve by minsnap_trajectories, where it is installed; else None."""
     try:
         import minsnap_trajectories as peer
     except ImportError:
         return None
     times = np.concatenate(([0.0], np.cumsum(durations)))
-    zero = np.zeros(points.shape[1])
     references = [peer.Waypoint(time=float(t), position=p) for t, p in zip(times, points, strict=True)]
+    rest = dict.fromkeys(("velocity", "acceleration", "jerk"), np.zeros(points.shape[1]))
     for end in (0, -1):
-        references[end] = peer.Waypoint(
-            time=float(times[end]), position=points[end], velocity=zero, acceleration=zero, jerk=zero
-        )
-    return partial(
-        peer.generate_trajectory,
-        references,
-        degree=7,
-        idx_minimized_orders=4,
-        num_continuous_orders=4,
-        algorithm="closed-form",
-    )
+        references[end] = peer.Waypoint(time=float(times[end]), position=points[end], **rest)
+    orders = {"degree": 7, "idx_minimized_orders": 4, "num_continuous_orders": 4}
+    return partial(peer.generate_trajectory, references, **orders, algorithm="closed-form")
 
 
-class TimePlan:
-    """What asv calls: one plan through that many legs."""
-
-    params = SIZES
-
-    def setup(self, legs):
-        self.points, self.durations, _ = walk(legs)
-
-    def time_minsnap(self, legs):
-        minsnap.plan(self.points, self.durations)
-
-    def time_spline(self, legs):
-        spline(self.points, self.durations)
-
-
-def compare(legs):
+def free(legs):
     points, durations, _ = walk(legs)
     calls = [partial(minsnap.plan, points, durations), partial(spline, points, durations)]
     peer = namesake(points, durations) if legs <= PEER_LIMIT else None
-    mine, theirs, *others = alternating(calls + ([peer] if peer else []))
+    mine, theirs, *others = least_times(calls + ([peer] if peer else []))
+    with using("python"):
+        (reference,) = least_times([calls[0]])
     traj, other = minsnap.plan(points, durations), spline(points, durations)
     t = np.linspace(0.0, traj.duration, 1001)
-    away = np.abs(traj(t) - other(t)).max()
-    last = f"{others[0] / mine:.1f}" if others else "-"
-    return legs, text(mine), text(theirs), f"{mine / theirs:.2f}", last, f"{away:.0e} m", f"{peak_memory():.2f} GiB"
+    apart = f"{np.abs(traj(t) - other(t)).max():.0e} m"
+    named = f"{others[0] / mine:.0f}" if others else "-"
+    return legs, text(mine), text(theirs), f"{mine / theirs:.2f}", named, apart, text(reference)
 
 
-def whole_process(arguments):
-    began = time.perf_counter()
-    subprocess.run([sys.executable, *arguments], check=True, capture_output=True)
-    return time.perf_counter() - began
+def corridors():
+    """Names and questions: the rectangle and random legs, in tubes square and round, laps, and free waypoints."""
+    for width in (1.0, 0.3, 0.1, 0.01, 1e-3, 1e-4):
+        yield f"rectangle, {width:g} m", {"waypoints": RECTANGLE, "durations": DURATIONS, "corridor": width}
+    for radius in (1.0, 0.3, 0.01):
+        asked = {"waypoints": RECTANGLE, "durations": DURATIONS, "corridor": RoundTube(radius)}
+        yield f"rectangle, round, {radius:g} m", asked
+    for legs in (10, 30, 100, 1_000):
+        points, durations, widths = walk(legs)
+        asked = {"waypoints": points, "durations": durations, "corridor": widths}
+        yield f"{legs:,} random legs", asked
+        yield f"{legs:,} random legs, round", asked | {"corridor": RoundTube(widths)}
+    points, durations, widths = walk(1_000)
+    lap = np.concatenate((points[:-1], points[:1]))
+    yield "1,000 legs, closed", {"waypoints": lap, "durations": durations, "corridor": widths, "closed": True}
+    asked = {"waypoints": points, "durations": durations, "waypoint_tolerance": 0.05}
+    yield "1,000 legs, waypoints in boxes", asked
+    yield "the same in the tube", asked | {"corridor": widths}
+
+
+def cornered(name, asked):
+    call = partial(minsnap.plan, **asked)
+    traj = call()
+    place, tolerance = asked["waypoints"], asked.get("waypoint_tolerance", 0.0)
+    if not minsnap.certify(traj, place, asked.get("corridor"), None, tolerance).ok or traj.report.core != "native":
+        raise RuntimeError(f"{name}: not certified, or not by the native core")
+    (native,) = least_times([call])
+    with using("python"):
+        other = call()
+        (reference,) = least_times([call])
+    share = f"{traj.cost() / other.cost() - 1.0:.0e}"
+    return name, text(native), text(reference), f"{reference / native:.1f}", share, f"{peak_memory():.2f} GiB"
+
+
+def evaluation():
+    traj = minsnap.plan(*walk(10)[:2])
+    many = np.linspace(0.0, traj.duration, 100_000)
+    for order in range(5):
+        one, all_of_them = least_times([partial(traj, 3.3, order), partial(traj, many, order)])
+        yield order, text(one), text(all_of_them)
+
+
+def processes():
+    for name, command in (
+        ("an empty Python", ["-c", "pass"]),
+        ("import minsnap", ["-c", "import minsnap"]),
+        (
+            "minsnap rect --corridor 0.3 --time 12",
+            ["-m", "minsnap", "rect", "--corridor", "0.3", "--time", "12", "-o", "-"],
+        ),
+        ("minsnap rect --corridor 0.3", ["-m", "minsnap", "rect", "--corridor", "0.3", "-o", "-"]),
+    ):
+        call = partial(subprocess.run, [sys.executable, *command], check=True, capture_output=True)
+        yield name, text(min(least_times([call], seconds=4.0, clock=perf_counter)))
 
 
 def main():
-    sizes = (*SIZES, 1_000_000) if "--large" in sys.argv else SIZES
-    head = (
-        "legs",
-        "minsnap",
-        "make_interp_spline(k=7)",
-        "ours / scipy's",
-        "minsnap_trajectories / ours",
-        "apart",
-        "peak",
-    )
-    table(head, (compare(legs) for legs in sizes))
-    nothing = median_time(lambda: whole_process(["-c", "pass"]), most=15)
-    loading = median_time(lambda: whole_process(["-c", "import minsnap"]), most=15)
-    command = ["-m", "minsnap", "rect", "--corridor", "0.3", "-o", "-"]
-    process = median_time(lambda: whole_process(command), seconds=3.0, most=15)
-    rows = (
-        ("import minsnap, less an empty Python", text(loading - nothing)),
-        ("minsnap rect --corridor 0.3", text(process)),
-    )
-    table(("process", "median"), rows)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--large", action="store_true", help="a million legs too")
+    sizes = (*SIZES, 1_000_000) if parser.parse_args().large else SIZES
+    print(*machine(), sep="\n")
+    head = ("legs", "plan", "make_interp_spline(k=7)", "ours / scipy's", "minsnap_trajectories / ours", "apart")
+    table((*head, "reference core"), (free(legs) for legs in sizes))
+    head = ("corridor", "plan", "reference core", "ratio", "cost of ours / its - 1", "peak memory")
+    table(head, (cornered(*case) for case in corridors()))
+    table(("order", "one instant", "100,000 instants"), evaluation())
+    table(("process", "clock"), processes())
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What every benchmark needs: medians, tables, and the name of the machine."""
+"""What every benchmark needs: least times, tables, and the name of the machine."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ import platform
 import resource
 import time
 from importlib.metadata import PackageNotFoundError, version
-
-import numpy as np
 
 PACKAGES = (
     "numpy",
@@ -23,30 +21,21 @@ PACKAGES = (
 )
 
 
-def median_time(call, seconds=1.0, least=3, most=200):
-    """Median wall time of a call [s] over as many repeats as fit, after one to warm up."""
-    call()
-    times = []
-    began = time.perf_counter()
-    while len(times) < least or (time.perf_counter() - began < seconds and len(times) < most):
-        start = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - start)
-    return float(np.median(times))
+def least_times(calls, seconds=1.0, clock=time.process_time):
+    """Least time of each of several calls made in turn, so that all see the same machine: a list [s].
 
-
-def alternating(calls, seconds=2.0, least=3, most=200):
-    """Median times of several calls made in turn, so that all see the same machine: a list [s]."""
+    They are made three times, and then as often as fits into some seconds by the clock of the wall.
+    """
     for call in calls:
         call()
-    times = [[] for _ in calls]
-    began = time.perf_counter()
-    while len(times[0]) < least or (time.perf_counter() - began < seconds and len(times[0]) < most):
-        for call, mine in zip(calls, times, strict=True):
-            start = time.perf_counter()
+    best, rounds, began = [float("inf")] * len(calls), 0, time.perf_counter()
+    while rounds < 3 or time.perf_counter() - began < seconds:
+        for index, call in enumerate(calls):
+            start = clock()
             call()
-            mine.append(time.perf_counter() - start)
-    return [float(np.median(mine)) for mine in times]
+            best[index] = min(best[index], clock() - start)
+        rounds += 1
+    return best
 
 
 def peak_memory():
@@ -55,7 +44,11 @@ def peak_memory():
 
 
 def text(seconds):
-    return f"{seconds:.2f} s" if seconds >= 1.0 else f"{1e3 * seconds:.2f} ms"
+    """A duration in the unit that suits it."""
+    for unit, scale in (("s", 1.0), ("ms", 1e3)):
+        if seconds * scale >= 1.0:
+            return f"{seconds * scale:.3g} {unit}"
+    return f"{seconds * 1e6:.3g} µs"
 
 
 def table(head, rows):
