@@ -266,15 +266,22 @@ def frame(client: Any, points: FloatArray) -> FloatArray:
     return place
 
 
-def keep_framed(client: Any, points: Callable[[], FloatArray]) -> None:
-    """Let a camera see points, again whenever its picture has another size, until its user moves it."""
+def keep_framed(client: Any, points: Callable[[], FloatArray], opening: FloatArray) -> None:
+    """Let a camera see points, again whenever its picture has another size, until its user moves it.
+
+    A slow page goes to the place that pages open with, ``opening``, after it was told where to stand: from there it is
+    told again.
+    """
     camera = client.camera
     place, size = frame(client, points()), (camera.image_width, camera.image_height)
+
+    def stands_at(where: FloatArray) -> bool:
+        return np.allclose(camera.position, where, rtol=1e-3, atol=1e-3)
 
     async def changed(event: Any) -> None:
         nonlocal place, size
         now = (camera.image_width, camera.image_height)
-        if now != size and np.allclose(camera.position, place, rtol=1e-3, atol=1e-3):
+        if now != size if stands_at(place) else stands_at(opening):
             place, size = frame(client, points()), now
 
     camera.on_update(changed)
@@ -380,12 +387,12 @@ class Page:
         plots.dock_left()
         plots.set_width(PLOTS)
         camera = self._server.initial_camera
-        camera.position, camera.look_at = framing(self._seen(), camera.fov, 1.0)
+        camera.position, camera.look_at = opening, _ = framing(self._seen(), camera.fov, 1.0)
 
         async def opened(client: Any) -> None:
             if client.camera.image_width < NARROW:
                 fold(client, plots)
-            keep_framed(client, self._seen)
+            keep_framed(client, self._seen, opening)
 
         self._server.on_client_connect(opened)
         common: tuple[Key, ...] = (

@@ -78,9 +78,9 @@ def enter(field, text):
 def eventually(condition, seconds=120.0):
     """Wait until a condition holds; return whether it does."""
     end = time.monotonic() + seconds
-    while not condition() and time.monotonic() < end:
+    while not (holds := condition()) and time.monotonic() < end:
         time.sleep(0.05)
-    return condition()
+    return holds
 
 
 def picture(page):
@@ -122,17 +122,29 @@ def drag(page, start, end):
     page.mouse.up()
 
 
+def lit(page, place):
+    """Return whether the handle at a place of the page is drawn yellow, as it is below the pointer."""
+    area = {"x": place[0] - 3.0, "y": place[1] - 3.0, "width": 6.0, "height": 6.0}
+    pixels = np.asarray(Image.open(io.BytesIO(page.screenshot(clip=area))).convert("RGB"), dtype=np.int16)
+    return (pixels[..., :2].min(axis=-1) - pixels[..., 2] > 60).any()
+
+
 def test_a_waypoint_is_dragged_along_an_arrow(page, studio):
-    def moved():
-        return np.subtract(studio.request.waypoints[3], EXAMPLE.waypoints[3])
+    """It is pressed when it is lit, so below the pointer: a drag that begins beside it turns the camera."""
+    camera = next(iter(studio._server.get_clients().values())).camera
 
-    def dragged():
-        """Drag once more: a page that still draws its scene has no arrow yet where one is pressed."""
-        camera = next(iter(studio._server.get_clients().values())).camera
-        drag(page, *(on_screen(page, camera, np.add(EXAMPLE.waypoints[3], [0.0, 0.0, up])) for up in (0.4, 1.4)))
-        return eventually(lambda: np.abs(moved() - [0.0, 0.0, 1.0]).max() < 0.3, 20.0)
+    def places():
+        """Return where the arrow is taken and where it is let go: the camera may still move."""
+        return [on_screen(page, camera, np.add(EXAMPLE.waypoints[3], [0.0, 0.0, up])) for up in (0.4, 1.4)]
 
-    assert eventually(dragged), moved()
+    def pointed_at():
+        page.mouse.move(*places()[0])
+        return eventually(lambda: lit(page, places()[0]), 20.0)
+
+    assert eventually(pointed_at)
+    drag(page, *places())
+    assert eventually(lambda: abs(studio.request.waypoints[3][2] - 2.0) < 0.3)
+    assert studio.request.waypoints[3][:2] == EXAMPLE.waypoints[3][:2]
     assert studio.wait(60.0)
     assert studio.request.waypoints[:3] == EXAMPLE.waypoints[:3]
     shows(page, f"{studio.trajectory.cost():.6g}")
