@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -89,6 +90,14 @@ def trajectory_of(row: Mapping[str, Any]) -> Trajectory:
     points = np.array(row["control_points"], dtype=np.float64)
     shape = len(durations), int(row["degree"]) + 1, int(row["dim"])
     return Trajectory(points.reshape(shape), durations, pieces=int(row["pieces"]))
+
+
+def planned_curves(file: Path) -> Iterator[Trajectory]:
+    """Read the trajectories of a file of the dataset, of which some problems may have none."""
+    columns = ["status", "dim", "degree", "pieces", "durations", "control_points"]
+    with pyarrow_parquet().ParquetFile(file) as table:
+        for batch in table.iter_batches(1024, columns=columns):
+            yield from (trajectory_of(row) for row in batch.to_pylist() if row["status"] == "done")
 
 
 def parquet_writer(file: Any, notes: Mapping[str, str]) -> Any:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from minsnap.basics.storage.atomic import atomic_write, write_file
-from minsnap.batch.columns import BINS, COLUMNS, MEASURED, Tally, trajectory_of
+from minsnap.batch.columns import BINS, MEASURED, Tally, planned_curves
 from minsnap.batch.folder import DATASHEET, Shard, shard_name
-from minsnap.batch.spec import Spec, pyarrow_parquet
+from minsnap.batch.spec import Spec
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -149,16 +150,13 @@ def _draw_examples(path: Path, shard: Path) -> None:
     """Draw the first trajectories from above, each to its own scale."""
     from matplotlib.figure import Figure
 
-    columns = [name for name in COLUMNS if name in ("status", "dim", "degree", "pieces", "durations", "control_points")]
-    with pyarrow_parquet().ParquetFile(shard) as table:
-        rows = table.read_row_group(0, columns).slice(0, 20 * EXAMPLES).to_pylist()
-    planned = [row for row in rows if row["status"] == "done" and row["dim"] > 1]
+    planned = (curve for curve in planned_curves(shard) if curve.dim > 1)
     figure = Figure(figsize=(9.0, 9.0))
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     ax.set(xlim=(0.0, 3.0), ylim=(0.0, 3.0))
     ax.set_axis_off()
-    for place, row in enumerate(planned[:EXAMPLES]):
-        _draw_path(ax, trajectory_of(row), (place % 3 + 0.5, 2.5 - place // 3))
+    for place, curve in enumerate(islice(planned, EXAMPLES)):
+        _draw_path(ax, curve, (place % 3 + 0.5, 2.5 - place // 3))
     _save(figure, path)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_number
 from minsnap.basics.storage.atomic import atomic_write, write_file
-from minsnap.batch.columns import trajectory_of
+from minsnap.batch.columns import planned_curves
 from minsnap.batch.spec import pyarrow_parquet
 from minsnap.errors import FileError
 from minsnap.trajectory.trajectory import Trajectory
@@ -63,20 +63,13 @@ def export_lerobot(plans: str | os.PathLike[str], folder: str | os.PathLike[str]
     root, episodes, ranges = Path(folder), Episodes(), _Ranges()
     parts = sorted(Path(plans).glob("part-*.parquet"))
     for number, part in enumerate(parts):
-        frames = [_frames(curve, fps) for curve in _planned(part)]
+        frames = [_frames(curve, fps) for curve in planned_curves(part)]
         if frames:
             _write_frames(root, fps, number, frames, episodes, ranges)
     if not episodes:
         raise FileError(f"{plans} holds no plan: there is no episode to write")
     _write_meta(root, fps, episodes, ranges)
     return len(episodes)
-
-
-def _planned(part: Path) -> Iterator[Trajectory]:
-    with pyarrow_parquet().ParquetFile(part) as table:
-        columns = ["status", "dim", "degree", "pieces", "durations", "control_points"]
-        for batch in table.iter_batches(1024, columns=columns):
-            yield from (trajectory_of(row) for row in batch.to_pylist() if row["status"] == "done")
 
 
 def _frames(curve: Trajectory, fps: int) -> dict[str, FloatArray]:

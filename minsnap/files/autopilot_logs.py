@@ -135,11 +135,9 @@ def _positions(data: dict[str, FloatArray] | None) -> Samples | None:
 
 def _setpoints(data: dict[str, FloatArray]) -> Samples | None:
     """Return the setpoints, under either of the two names of the fields."""
-    names = [("position[{}]", "velocity[{}]"), ("{}", "v{}")]
-    for (place, speed), axes in zip(names, ("012", "xyz"), strict=True):
-        if place.format(axes[0]) in data:
-            position = _stack(data, *(place.format(axis) for axis in axes))
-            velocity = _some(data, *(speed.format(axis) for axis in axes))
+    for place, speed, axes in (("position[{}]", "velocity[{}]", "012"), ("{}", "v{}", "xyz")):
+        position, velocity = (_some(data, *map(name.format, axes)) for name in (place, speed))
+        if position is not None:
             acceleration = _some(data, *(f"acceleration[{i}]" for i in range(3)))
             yaw, rate = data.get("yaw"), data.get("yawspeed")
             return Samples(data["timestamp"] * 1e-6, position, velocity, acceleration, yaw=yaw, yaw_rate=rate)
@@ -341,11 +339,10 @@ class _Formats(dict[int, Any]):
 def _inertial_of(columns: dict[str, dict[str, FloatArray]], start: float) -> InertialLog | None:
     """Return attitude, specific force and throttle; None where attitude or accelerometer was not logged."""
     attitude, felt, thrust = (columns.get(name, {}) for name in ("ATT", "IMU", "CTUN"))
-    names = ("Roll", "Pitch", "Yaw"), ("AccX", "AccY", "AccZ")
-    if not (all(name in attitude for name in names[0]) and all(name in felt for name in names[1])):
+    angles, force = _some(attitude, "Roll", "Pitch", "Yaw"), _some(felt, "AccX", "AccY", "AccZ")
+    if angles is None or force is None:
         return None
-    turns = from_euler(*(np.radians(attitude[name]) for name in names[0]))
-    force = np.stack([felt[name] for name in names[1]], axis=1)
+    turns = from_euler(*np.radians(angles).T)
     throttle = (thrust["TimeUS"] * 1e-6, thrust["ThO"]) if "ThO" in thrust else None
     hover = float(np.median(thrust["ThH"])) if "ThH" in thrust else None
     return inertial_log((attitude["TimeUS"] * 1e-6, turns), (felt["TimeUS"] * 1e-6, force), throttle, hover, start)
@@ -372,9 +369,9 @@ def _tracks(columns: dict[str, dict[str, FloatArray]]) -> tuple[Samples | None, 
     if all(name in columns for name in AXES):
         return _track(columns, "TP", "TV", "TA", "DesYaw"), _track(columns, "P", "V", "A", "Yaw")
     estimate = columns.get("XKF1", {})
-    if not all(name in estimate for name in ("TimeUS", "PN", "PE", "PD", "VN", "VE", "VD")):
+    position, velocity = (_some(estimate, *(kind + axis for axis in "NED")) for kind in "PV")
+    if position is None or velocity is None:
         return None, None
-    position, velocity = (np.stack([estimate[kind + axis] for axis in "NED"], axis=1) for kind in "PV")
     t = estimate["TimeUS"] * 1e-6
     return None, Samples(t, position, velocity, yaw=_heading(columns, t, "Yaw"))
 

@@ -21,14 +21,30 @@ from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_look_rate
 
-TURN_SAMPLES, PARTS = 256, 64
-"""Instants a polynomial piece at which turns around the point are counted at least, and parts of another path."""
 
-NEAREST = 1e-3
-"""Least horizontal distance from which a point can be looked at [m]."""
+@dataclass(frozen=True)
+class LookSettings:
+    """How finely the turns around a point are counted.
 
-FINEST = 4_000_000
-"""Instants at which turns are counted at most."""
+    Parameters
+    ----------
+    samples : int
+        Instants a polynomial piece at least.
+    parts : int
+        Parts of a path that has no pieces.
+    nearest : float
+        Least horizontal distance from which a point can be looked at [m].
+    finest : int
+        Instants at most.
+    """
+
+    samples: int = 256
+    parts: int = 64
+    nearest: float = 1e-3
+    finest: int = 4_000_000
+
+
+LOOKING = LookSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +107,7 @@ class LookAtHeading(RuledHeading):
             raise YawError("a yaw towards a point needs at least two coordinates, this path has one")
         self.path, self.target = path, target
         nearest = float(np.abs(self._table[1]).min())
-        if nearest < NEAREST:
+        if nearest < LOOKING.nearest:
             raise YawError(
                 f"the path passes within {nearest:.2g} m of the point to look at, {tuple(target.point[:2].tolist())}: "
                 "move the point or the path"
@@ -144,14 +160,14 @@ class LookAtHeading(RuledHeading):
     @cached_property
     def _table(self) -> tuple[FloatArray, Any, FloatArray]:
         """Instants between which the yaw turns by less than a quarter, the vectors there, and the yaw."""
-        grid = parted_instants(self.path, TURN_SAMPLES, PARTS * TURN_SAMPLES)
+        grid = parted_instants(self.path, LOOKING.samples, LOOKING.parts * LOOKING.samples)
         while True:
             w = self._spoke(grid, 0)
             if np.abs(w).min() == 0.0:
                 return grid, w, np.zeros(len(grid))
             step = np.angle(w[1:] / w[:-1])
             wide = np.flatnonzero(np.abs(step) > np.pi / 4.0)
-            if not len(wide) or len(grid) > FINEST or np.abs(w).min() < NEAREST:
+            if not len(wide) or len(grid) > LOOKING.finest or np.abs(w).min() < LOOKING.nearest:
                 break
             grid = np.sort(np.concatenate((grid, (grid[wide] + grid[wide + 1]) / 2.0)))
         return grid, w, np.angle(w[0]) + np.concatenate(([0.0], np.cumsum(step)))

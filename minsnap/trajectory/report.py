@@ -268,11 +268,29 @@ def _extent_note(curve: Any) -> list[str]:
     ]
 
 
-PER_LEG, FEWEST, MOST = 24, 241, 2_401
-"""Instants drawn for each leg, and the least and the greatest number of them."""
+@dataclass(frozen=True)
+class DrawingSettings:
+    """How finely cards draw a path.
 
-LARGE = 20_000
-"""Pieces from which greatest speeds are left out of a card, so that it is there at once."""
+    Parameters
+    ----------
+    per_leg : int
+        Instants for each leg.
+    fewest : int
+        Instants at least.
+    most : int
+        Instants at most.
+    large : int
+        Pieces from which greatest speeds are left out, so that a card is there at once.
+    """
+
+    per_leg: int = 24
+    fewest: int = 241
+    most: int = 2_401
+    large: int = 20_000
+
+
+DRAWN = DrawingSettings()
 
 
 def path_drawings(path: Any) -> list[str]:
@@ -285,11 +303,11 @@ def path_drawings(path: Any) -> list[str]:
     """
     breaks = getattr(path, "leg_breaks", None)
     legs = 1 if breaks is None else len(breaks) - 1
-    t = np.linspace(0.0, path.duration, int(np.clip(PER_LEG * legs + 1, FEWEST, MOST)))
+    t = np.linspace(0.0, path.duration, int(np.clip(DRAWN.per_leg * legs + 1, DRAWN.fewest, DRAWN.most)))
     points = path(t)
     if path.dim == 1:
         return [strip_svg(t, points[:, 0], "x [m]")]
-    dots = None if breaks is None or legs > MOST else path(breaks)[:, :2]
+    dots = None if breaks is None or legs > DRAWN.most else path(breaks)[:, :2]
     flat = curve_svg(points[:, :2], dots, "the path from above: x to the right, y upwards")
     climbs = path.dim == 3 and np.ptp(points[:, 2]) > 1e-9 * np.abs(points).max()
     return [flat, strip_svg(t, points[:, 2], "z [m] against time")] if climbs else [flat]
@@ -297,7 +315,7 @@ def path_drawings(path: Any) -> list[str]:
 
 def path_card(path: Any) -> str:
     """Return the card of any path."""
-    facts = [("duration", f"{path.duration:.6g} s"), *_extents(path(np.linspace(0.0, path.duration, FEWEST)))]
+    facts = [("duration", f"{path.duration:.6g} s"), *_extents(path(np.linspace(0.0, path.duration, DRAWN.fewest)))]
     return card(type(path).__name__, facts, path_drawings(path))
 
 
@@ -306,7 +324,7 @@ def trajectory_card(path: Any) -> str:
     shape = f"{path.legs} of degree {path.degree}" + (f", {path.pieces} pieces each" if path.pieces > 1 else "")
     known = [("duration", f"{path.duration:.6g} s"), ("legs", shape)]
     known += [("cost", f"{path.cost():.6g} {cost_unit(path.cost_order)}")]
-    if len(path.durations) <= LARGE:
+    if len(path.durations) <= DRAWN.large:
         known += norm_facts(norm for norm, _ in path.max_norms((1, 2, 3)))
     how = [] if path.report is None else path.report.facts()
     return card("Trajectory", [*known, *how], path_drawings(path))

@@ -36,23 +36,43 @@ from minsnap.trajectory.path import Path
 Frame = tuple[FloatArray, FloatArray, FloatArray]
 """Body axes x, y, z in the world frame at m instants, each of shape (3, m)."""
 
-NODES = 16
-"""Nodes of the Legendre series on a cell."""
 
-TAIL = 1e-12
-"""Part of the angle on a cell [rad] that the last coefficients of its series may make up."""
+@dataclass(frozen=True)
+class TransportSettings:
+    """How finely a frame is carried along a path.
 
-DEPTH = 24
-"""How often a cell is halved at most; only where thrust all but vanishes is that not enough."""
+    Parameters
+    ----------
+    nodes : int
+        Nodes of the Legendre series on a cell.
+    tail : float
+        Part of the angle on a cell [rad] that the last coefficients of its series may make up.
+    depth : int
+        How often a cell is halved at most; only where thrust all but vanishes is that not enough.
+    turned : float
+        Cosine of the tilt up to which a cell may reach on the far side of the horizon of its chart.
+    cells : int
+        Cells to begin with on a path that has no pieces.
+    samples : int
+        Instants a cell at which the turns of the yaw are counted.
+    vertical : float
+        Squared length of the lateral axis seen from above below which its direction, the yaw, is held.
+    """
 
-TURNED = 0.8
-"""Cosine of the tilt up to which a cell may reach on the far side of the horizon of its chart."""
+    nodes: int = 16
+    tail: float = 1e-12
+    depth: int = 24
+    turned: float = 0.8
+    cells: int = 64
+    samples: int = 16
+    vertical: float = 1e-12
+
+
+CARRYING = TransportSettings()
+
 
 FREE_FALL = 1e-6
 """Thrust below this part of gravity has no direction: it is taken as upright there."""
-
-CELLS = 64
-"""Cells to begin with on a path that has no pieces."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +87,7 @@ class Transport:
         Of the cells [s].
     below : ndarray of bool, shape (m,)
         Whether the angle is that after half a turn about x.
-    series : ndarray, shape (m, NODES)
+    series : ndarray, shape (m, CARRYING.nodes)
         Coefficients of the angle's rate [rad/s].
     angle : ndarray, shape (m,)
         At the start of each cell [rad].
@@ -109,11 +129,11 @@ def carried(path: Path, angle: float, medium: Medium) -> Transport:
         About the thrust axis at the start, from the least rotation [rad].
     medium : Medium
     """
-    grid = parted_instants(path, 1, CELLS)
+    grid = parted_instants(path, 1, CARRYING.cells)
     start, width, done = grid[:-1], np.diff(grid), []
-    for depth in range(DEPTH + 1):
+    for depth in range(CARRYING.depth + 1):
         below, series, rough = _series(path, medium, start, width)
-        rough &= depth < DEPTH
+        rough &= depth < CARRYING.depth
         done.append((start[~rough], width[~rough], below[~rough], series[~rough]))
         if not rough.any():
             break
@@ -135,12 +155,12 @@ def _series(
     t = start[:, None] + width[:, None] * (nodes + 1.0) / 2.0
     thrust, jerk = (part.reshape(3, *t.shape) for part in lift_of(path, medium, t.reshape(-1), 1))
     size = np.linalg.norm(thrust, axis=0)
-    below = thrust[2, :, NODES // 2] < 0.0
+    below = thrust[2, :, CARRYING.nodes // 2] < 0.0
     up = np.where(below[:, None], -thrust[2], thrust[2])
     area = np.where(below[:, None], -1.0, 1.0) * (thrust[0] * jerk[1] - thrust[1] * jerk[0])
     series = area / (size * np.maximum(size + up, FREE_FALL * size)) @ coefficients.T
     tail = np.abs(series[:, -3:]).max(axis=1) * width
-    return below, series, (tail > TAIL) | ((up / size).min(axis=1) < -TURNED)
+    return below, series, (tail > CARRYING.tail) | ((up / size).min(axis=1) < -CARRYING.turned)
 
 
 def _angles(
@@ -167,16 +187,16 @@ def lift_of(path: Path, medium: Medium, t: FloatArray, derivatives: int = 0) -> 
 @cache
 def _nodes() -> tuple[FloatArray, FloatArray]:
     """Gauss-Legendre nodes, and the matrix from values there to Legendre coefficients."""
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    values = np.polynomial.legendre.legvander(nodes, NODES - 1)
-    return nodes, (values * weights[:, None]).T * (np.arange(NODES)[:, None] + 0.5)
+    nodes, weights = np.polynomial.legendre.leggauss(CARRYING.nodes)
+    values = np.polynomial.legendre.legvander(nodes, CARRYING.nodes - 1)
+    return nodes, (values * weights[:, None]).T * (np.arange(CARRYING.nodes)[:, None] + 0.5)
 
 
 def _integral(series: FloatArray, x: FloatArray) -> FloatArray:
-    """Half the integrals from -1 to x (m,) of Legendre series (m, NODES)."""
-    values = np.polynomial.legendre.legvander(x, NODES)
-    order = np.arange(1, NODES)
-    parts = np.empty((len(x), NODES))
+    """Half the integrals from -1 to x (m,) of Legendre series (m, CARRYING.nodes)."""
+    values = np.polynomial.legendre.legvander(x, CARRYING.nodes)
+    order = np.arange(1, CARRYING.nodes)
+    parts = np.empty((len(x), CARRYING.nodes))
     parts[:, 0] = x + 1.0
     parts[:, 1:] = (values[:, 2:] - values[:, :-2]) / (2.0 * order + 1.0)
     return np.asarray(0.5 * (series * parts).sum(axis=1))
@@ -204,13 +224,6 @@ def _between_charts(thrust: FloatArray, below: BoolArray) -> FloatArray:
     """Angle to be added on entering a chart from the other one, (m,)."""
     before, here = least_rotation(thrust, ~below)[0], least_rotation(thrust, below)
     return np.asarray(np.arctan2((before * here[1]).sum(axis=0), (before * here[0]).sum(axis=0)))
-
-
-CELL_SAMPLES = 16
-"""Instants a cell at which the turns of the yaw are counted."""
-
-VERTICAL = 1e-12
-"""Squared length of the lateral axis seen from above below which its direction, the yaw, is held."""
 
 
 class TiltHeading(RuledHeading):
@@ -304,7 +317,7 @@ class TiltHeading(RuledHeading):
         (x, y, z), (roll, pitch), (roll_rate, _) = self._turning(t)
         first = roll * z
         square = y[0] ** 2 + y[1] ** 2
-        square = np.where(square > VERTICAL, square, np.inf)
+        square = np.where(square > CARRYING.vertical, square, np.inf)
         rate = (y[0] * first[1] - y[1] * first[0]) / square
         if order == 1:
             return np.asarray(rate)
@@ -315,7 +328,7 @@ class TiltHeading(RuledHeading):
     @cached_property
     def _unwrapped(self) -> tuple[FloatArray, FloatArray]:
         """Instants and the continuous yaw there."""
-        grid = self._transport.grid(CELL_SAMPLES)
+        grid = self._transport.grid(CARRYING.samples)
         return grid, np.unwrap(_yaw_of(self.axes(grid)[1]))
 
 

@@ -18,11 +18,42 @@ from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_turn_within
 
-EASE = 0.5
-"""Time at most in which a turning heading comes to rest, or starts to turn, beside a hold [s]."""
 
-RESERVE = 1e-9
-"""Share of the rate that is left free for rounding."""
+@dataclass(frozen=True)
+class TurnSettings:
+    """When a heading along the velocity is held, and how it turns meanwhile.
+
+    Parameters
+    ----------
+    ease : float
+        Time at most in which a turning heading comes to rest, or starts to turn, beside a hold [s].
+    reserve : float
+        Share of the rate that is left free for rounding.
+    held_rate : float
+        Largest rate at which a held heading turns, by default [rad/s].
+    slow : float
+        Horizontal speed below which the heading is held, by default [m/s].
+    slow_share : float
+        The same as a share of the top speed, if that is less.
+    held_room : float
+        Allowance of a turn in a search where the heading is held, for rest; in units of the limit at typical speed.
+    resting : float
+        Share of the top speed, climbing included, that no horizontal speed exceeds where a path only climbs.
+    samples : int
+        Instants a polynomial piece at which the turns of the velocity are counted.
+    """
+
+    ease: float = 0.5
+    reserve: float = 1e-9
+    held_rate: float = 2.0
+    slow: float = 0.5
+    slow_share: float = 0.1
+    held_room: float = 10.0
+    resting: float = 1e-6
+    samples: int = 64
+
+
+TURNING = TurnSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +88,7 @@ class HeadingTable:
         while at < len(runs):
             low = runs[at - 1][1] if at else 0
             high = runs[at + 1][0] if at + 1 < len(runs) else len(self.t) - 1
-            wide = self._widened(runs[at], (low, high), most * (1.0 - RESERVE))
+            wide = self._widened(runs[at], (low, high), most * (1.0 - TURNING.reserve))
             runs = self._joined(runs, at, (low, high)) if wide is None else [*runs[:at], wide, *runs[at + 1 :]]
             # A joined hold takes room from the one before it, which may have to be wider now: go back to that one.
             at = at + 1 if wide is not None else max(at - 1, 0)
@@ -66,7 +97,7 @@ class HeadingTable:
     def turn(self, first: FloatArray, last: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return length of the eased ends, length and angle of the middle step between instants by index, each (w,)."""
         span = self.t[last] - self.t[first]
-        ease = np.minimum(EASE, span / 4.0)
+        ease = np.minimum(TURNING.ease, span / 4.0)
         eased = 0.5 * ease * (self.rate[first] + self.rate[last])
         angle = self.angle[last] - self.angle[first] - eased
         return ease, span - 2.0 * ease, np.asarray(angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi)))
@@ -201,12 +232,12 @@ class _Builder:
         """Hold the heading from the beginning, to the end, or both."""
         t, size = self.table.t, len(self.table.t)
         if first >= 0:
-            ease = min(EASE, float(t[-1] - t[first]))
+            ease = min(TURNING.ease, float(t[-1] - t[first]))
             self._slow_down(first, ease)
             self._add(float(t[first]) + ease, self.angle)
             return
         until = last if last < size else int(np.argmax(self.table.fast))
-        ease = min(EASE, float(t[until] - t[0])) if last < size else 0.0
+        ease = min(TURNING.ease, float(t[until] - t[0])) if last < size else 0.0
         self.angle = float(self.table.angle[until]) - 0.5 * ease * float(self.table.rate[until]) * (last < size)
         self._add(float(t[0]), self.angle)
         if last < size:
@@ -231,22 +262,6 @@ class _Builder:
         self.starts.append(start)
         self.rows.append((angle or 0.0, *rates, *(0.0,) * (3 - len(rates))))
         self.follows.append(follows)
-
-
-HELD_RATE = 2.0
-"""Largest rate at which a held heading turns, by default [rad/s]."""
-
-SLOW, SLOW_SHARE = 0.5, 0.1
-"""Horizontal speed below which the heading is held, by default: 0.5 m/s, or that share of the top one if less."""
-
-HELD_ROOM = 10.0
-"""Allowance of a turn in a search where the heading is held, for rest; in units of the limit at typical speed."""
-
-RESTING = 1e-6
-"""Share of the top speed, climbing included, that no horizontal speed exceeds where a path only climbs."""
-
-TURN_SAMPLES = 64
-"""Instants a polynomial piece at which the turns of the velocity are counted."""
 
 
 @dataclass(frozen=True)
@@ -318,12 +333,14 @@ class VelocityHeading(RuledHeading):
         if path.dim < 2:
             raise YawError("a yaw along the velocity needs at least two coordinates, this path has one")
         self.path = path
-        self.yaw_rate = HELD_RATE if yaw_rate is None else check_positive("yaw_rate", yaw_rate, "rad/s", YawError)
+        self.yaw_rate = (
+            TURNING.held_rate if yaw_rate is None else check_positive("yaw_rate", yaw_rate, "rad/s", YawError)
+        )
         self.hold_below = None if hold_below is None else check_positive("hold_below", hold_below, "m/s", YawError)
-        self._grid = parted_instants(path, TURN_SAMPLES, 4095)
+        self._grid = parted_instants(path, TURNING.samples, 4095)
         velocity = path(self._grid, 1)
         speed = np.linalg.norm(velocity[:, :2], axis=1)
-        if not speed.max() > RESTING * np.linalg.norm(velocity, axis=1).max():
+        if not speed.max() > TURNING.resting * np.linalg.norm(velocity, axis=1).max():
             raise YawError("a yaw along the velocity needs a horizontal velocity, and this path has none")
         self._fast = self._moving(speed)
         self._angle = np.unwrap(_angle(velocity))
@@ -331,7 +348,7 @@ class VelocityHeading(RuledHeading):
     def _moving(self, speed: FloatArray) -> BoolArray:
         """Where the heading follows the velocity: at the top speed in any case."""
         top = float(speed.max())
-        slow = min(SLOW, SLOW_SHARE * top) if self.hold_below is None else self.hold_below
+        slow = min(TURNING.slow, TURNING.slow_share * top) if self.hold_below is None else self.hold_below
         return np.asarray(speed >= min(slow, top))
 
     @cached_property
@@ -369,8 +386,8 @@ class VelocityHeading(RuledHeading):
 
     def rate_limits(self, most: float, length: float, speed: float) -> list[InstantLimit]:
         """Return the limit on the turns of the velocity, at speed."""
-        held = min(SLOW, SLOW_SHARE * speed) if self.hold_below is None else self.hold_below
-        return [InstantLimit(InstantKind.HEADING_RATE, (most, speed, held, HELD_ROOM))]
+        held = min(TURNING.slow, TURNING.slow_share * speed) if self.hold_below is None else self.hold_below
+        return [InstantLimit(InstantKind.HEADING_RATE, (most, speed, held, TURNING.held_room))]
 
     def _rule(self) -> dict[str, Any]:
         return {"rule": "velocity", "yaw_rate": self.yaw_rate, "hold_below": self.hold_below}

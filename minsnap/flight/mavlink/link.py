@@ -180,6 +180,28 @@ class CommonFlight:
                 self.begin = self.aligned(self._clock.now() + AHEAD)
 
 
+@dataclass(frozen=True)
+class LinkSettings:
+    """What a link takes from others than its vehicle.
+
+    Parameters
+    ----------
+    moves : float
+        Silence after which a vehicle may come from another address [s].
+    peers : int
+        Senders that are kept apart at a time.
+    drain : int
+        What is looked at before time is looked at again: a flood must not keep a setpoint from leaving.
+    """
+
+    moves: float = 2.0
+    peers: int = 64
+    drain: int = 100
+
+
+LISTENING = LinkSettings()
+
+
 _GROUND_STATION, _COMPANION, _NO_AUTOPILOT, _ACTIVE = 6, 18, 8, 4
 _COMPONENT = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
 
@@ -277,7 +299,7 @@ class Link:
         """
         while True:
             self._beat()
-            for _ in range(_DRAIN):
+            for _ in range(LISTENING.drain):
                 arrived = self._arrived()
                 yield from arrived or ()
                 if arrived is None:
@@ -309,7 +331,7 @@ class Link:
     def _parser(self, peer: Peer) -> Any:
         """Return the parser of one peer; every peer has its own, so that their bytes do not mix."""
         if peer not in self._parsers:
-            if len(self._parsers) >= _PEERS:
+            if len(self._parsers) >= LISTENING.peers:
                 self._parsers.clear()
             parser = self._dialect.MAVLink(None)
             parser.robust_parsing, parser.signing = True, self._codec.signing
@@ -330,7 +352,7 @@ class Link:
             self.vehicle = replace(self.vehicle, system=sender[0], component=sender[1])
             self.ignored.pop(sender, None)
         chosen = (self.vehicle.system, self.vehicle.component)
-        elsewhere = self._peer not in (None, peer) and self._clock.now() - self.vehicle.heard < _MOVES
+        elsewhere = self._peer not in (None, peer) and self._clock.now() - self.vehicle.heard < LISTENING.moves
         if chosen == (0, 0) or sender != chosen or elsewhere:
             self.ignored[sender] += 1
             return False
@@ -377,16 +399,6 @@ class Link:
         if self.refused:
             sentence += f"; {self.refused} messages were damaged or not signed with this key"
         return sentence
-
-
-_MOVES = 2.0
-"""Silence after which a vehicle may come from another address [s]."""
-
-_PEERS = 64
-"""Senders that are kept apart at a time."""
-
-_DRAIN = 100
-"""What is looked at before time is looked at again: a flood must not keep a setpoint from leaving."""
 
 
 def open_link(

@@ -220,17 +220,32 @@ def _rounded(value: float) -> float:
     return round(math.floor(value / step) * step, 9)
 
 
-PIECE = 90
-"""Bytes of a log in one message (LOG_DATA)."""
+@dataclass(frozen=True)
+class LogDownload:
+    """How the log of a vehicle is fetched.
 
-REQUEST = 512 * PIECE
-"""Bytes of one request."""
+    Parameters
+    ----------
+    piece : int
+        Bytes of a log in one message (LOG_DATA).
+    request : int
+        Bytes of one request.
+    silence : float
+        How long an answer may take before the request is repeated [s].
+    tries : int
+        How often a request is repeated.
+    largest : int
+        Bytes of the largest log.
+    """
 
-SILENCE, TRIES = 1.5, 5
-"""How long an answer may take before the request is repeated [s], and how often it is."""
+    piece: int = 90
+    request: int = 512 * 90
+    silence: float = 1.5
+    tries: int = 5
+    largest: int = 2**31
 
-LARGEST = 2**31
-"""Bytes of the largest log that is fetched."""
+
+DOWNLOAD = LogDownload()
 
 
 def download_log(
@@ -257,19 +272,22 @@ def download_log(
     dialect, vehicle = load_dialect(), link.vehicle
     target = (vehicle.system, vehicle.component)
     entry = _newest(link, clock, dialect.MAVLink_log_request_list_message(*target, 0, 0xFFFF))
-    content, missing = bytearray(entry.size), set(range(0, entry.size, PIECE))
+    content, missing = bytearray(entry.size), set(range(0, entry.size, DOWNLOAD.piece))
     tries = 0
     while missing:
         first = min(missing)
-        link.send(dialect.MAVLink_log_request_data_message(*target, entry.id, first, min(REQUEST, entry.size - first)))
-        before = len(missing)
-        _receive(link, clock, entry, content, missing, min(first + REQUEST, entry.size))
-        progress(1.0 - len(missing) * PIECE / max(entry.size, 1))
-        tries = 0 if len(missing) < before else tries + 1
-        if tries == TRIES:
-            raise LinkError(
-                f"the vehicle stopped sending its log after {entry.size - len(missing) * PIECE} of {entry.size} bytes"
+        link.send(
+            dialect.MAVLink_log_request_data_message(
+                *target, entry.id, first, min(DOWNLOAD.request, entry.size - first)
             )
+        )
+        before = len(missing)
+        _receive(link, clock, entry, content, missing, min(first + DOWNLOAD.request, entry.size))
+        progress(1.0 - len(missing) * DOWNLOAD.piece / max(entry.size, 1))
+        tries = 0 if len(missing) < before else tries + 1
+        if tries == DOWNLOAD.tries:
+            come = entry.size - len(missing) * DOWNLOAD.piece
+            raise LinkError(f"the vehicle stopped sending its log after {come} of {entry.size} bytes")
     link.send(dialect.MAVLink_log_request_end_message(*target))
     write_file(path, bytes(content))
 
@@ -277,10 +295,12 @@ def download_log(
 def _newest(link: Link, clock: Clock, request: Message) -> Message:
     """Return the entry of the newest log."""
     entries: dict[int, Message] = {}
-    for _ in range(TRIES):
+    for _ in range(DOWNLOAD.tries):
         link.send(request)
         last = clock.now()
-        while clock.now() < last + SILENCE and not any(len(entries) >= entry.num_logs for entry in entries.values()):
+        while clock.now() < last + DOWNLOAD.silence and not any(
+            len(entries) >= entry.num_logs for entry in entries.values()
+        ):
             for message in link.pump(clock.now() + 0.1):
                 if message.get_type() == "LOG_ENTRY":
                     entries[message.id], last = message, clock.now()
@@ -289,7 +309,7 @@ def _newest(link: Link, clock: Clock, request: Message) -> Message:
     if not entries:
         raise LinkError("the vehicle does not tell of its logs (LOG_REQUEST_LIST): fetch the log by hand")
     newest = max(entries.values(), key=lambda entry: (entry.time_utc, entry.id))
-    if newest.num_logs == 0 or not 0 < newest.size < LARGEST:
+    if newest.num_logs == 0 or not 0 < newest.size < DOWNLOAD.largest:
         raise LinkError("the vehicle has no log of this flight: turn its logging on")
     return newest
 
@@ -297,11 +317,11 @@ def _newest(link: Link, clock: Clock, request: Message) -> Message:
 def _receive(link: Link, clock: Clock, entry: Message, content: bytearray, missing: set[int], end: int) -> None:
     """Take what comes of a log until all before ``end`` is there, or nothing has come for a while."""
     last = clock.now()
-    while clock.now() < last + SILENCE and any(start < end for start in missing):
+    while clock.now() < last + DOWNLOAD.silence and any(start < end for start in missing):
         for message in link.pump(clock.now() + 0.1):
             if message.get_type() != "LOG_DATA" or message.id != entry.id or message.ofs not in missing:
                 continue
-            count = min(PIECE, entry.size - message.ofs)
+            count = min(DOWNLOAD.piece, entry.size - message.ofs)
             if message.count < count:  # a piece that is cut short is requested again
                 continue
             content[message.ofs : message.ofs + count] = bytes(message.data[:count])

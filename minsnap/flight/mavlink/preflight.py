@@ -293,14 +293,36 @@ def check_parameters(autopilot: str, parameters: Mapping[str, Parameter], needs:
     return findings
 
 
-LISTEN, ANSWERED = 3.0, 1.0
-"""How long the vehicle is listened to, and after the request for its arming checks [s]."""
+@dataclass(frozen=True)
+class WatchSettings:
+    """How long a vehicle is listened to, and what is worth a word.
 
-LOW_BATTERY = 30
-"""Charge below which a flight is not begun with confidence [%]."""
+    Parameters
+    ----------
+    listen : float
+        For how long [s].
+    answered : float
+        For how long after the request for its arming checks [s].
+    battery : int
+        Charge below which a flight is not begun with confidence [%].
+    lost : float
+        Share of lost messages.
+    silent : float
+        Longest silence [s].
+    start : float
+        Distance from the start [m].
+    """
 
-LOST, SILENT, START = 0.05, 1.0, 1.0
-"""Share of lost messages, longest silence [s] and distance from the start [m] that are worth a word."""
+    listen: float = 3.0
+    answered: float = 1.0
+    battery: int = 30
+    lost: float = 0.05
+    silent: float = 1.0
+    start: float = 1.0
+
+
+WATCHED = WatchSettings()
+
 
 _ESTIMATED = {
     "attitude": 1,
@@ -360,11 +382,11 @@ class VehicleWatch:
         self._said[message.get_type()] = message
 
     def listen(self) -> None:
-        """Ask for the arming checks, and listen until :data:`LISTEN` have passed since the beginning."""
+        """Ask for the arming checks, and listen until :data:`WATCHED.listen` have passed since the beginning."""
         vehicle = self._link.vehicle
         if not vehicle.armed:
             self._link.send(command(vehicle, "MAV_CMD_RUN_PREARM_CHECKS"))
-        for message in self._link.pump(max(self._began + LISTEN, self._clock.now() + ANSWERED)):
+        for message in self._link.pump(max(self._began + WATCHED.listen, self._clock.now() + WATCHED.answered)):
             self.take(message)
 
     def findings(self, autopilot: Autopilot, samples: Samples | None) -> list[Finding]:
@@ -389,7 +411,7 @@ class VehicleWatch:
         share = self._missing / max(1, self._received + self._missing)
         silence = max(self._silence, self._clock.now() - self._last)
         seen = f"{self._received} messages, {100 * share:.1f} % lost, silent for {silence:.2f} s at most"
-        return seen if share > LOST or silence > SILENT else None, seen
+        return seen if share > WATCHED.lost or silence > WATCHED.silent else None, seen
 
 
 Told = tuple[str | None, str | None]
@@ -426,7 +448,7 @@ def _battery(system: Message | None) -> Told:
     if system is None or not 0 <= system.battery_remaining <= 100:
         return None, None
     left = system.battery_remaining
-    return f"{left} % are left" if left < LOW_BATTERY else None, f"{left} %"
+    return f"{left} % are left" if left < WATCHED.battery else None, f"{left} %"
 
 
 def _position(vehicle: VehicleState, places: FloatArray | None) -> Told:
@@ -435,7 +457,7 @@ def _position(vehicle: VehicleState, places: FloatArray | None) -> Told:
     if places is None:
         return None, f"{-vehicle.position[2]:.1f} m high"
     away = math.dist(vehicle.position[:2], places[0, :2])
-    far = f"it is {away:.1f} m from the start, without its height" if away > START else None
+    far = f"it is {away:.1f} m from the start, without its height" if away > WATCHED.start else None
     return far, f"{away:.1f} m from the start"
 
 

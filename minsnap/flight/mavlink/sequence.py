@@ -9,15 +9,8 @@ import math
 from dataclasses import dataclass
 
 from minsnap.flight.mavlink.setpoints import ChangingTable, Setpoint, SetpointTable
-from minsnap.flight.mavlink.stream_options import FRESH, Phase, StreamOptions
+from minsnap.flight.mavlink.stream_options import STREAM, Phase, StreamOptions
 from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, Vector, VehicleState, command
-
-LINGER = 1.0
-"""How long the hold goes on after the vehicle has left the mode [s]."""
-
-_CLIMBED = 0.5  # a take-off is complete within this distance of the start's height [m]
-_TAKES_EFFECT = 0.3  # a heartbeat may have been on its way for so long [s]
-_RETRY = 1.0  # commands are repeated at this interval until they have had their effect [s]
 
 
 @dataclass(frozen=True)
@@ -168,7 +161,7 @@ class Sequence:
 
     def hold(self, reason: str | None, at: Conditions, where_it_is: bool = True) -> None:
         """Stop and hold: at the vehicle's position if it was reported recently, else at the last setpoint."""
-        fresh = where_it_is and at.vehicle.position is not None and at.now - at.vehicle.positioned <= FRESH
+        fresh = where_it_is and at.vehicle.position is not None and at.now - at.vehicle.positioned <= STREAM.fresh
         self.setpoint = self.setpoint.held(at.vehicle.position if fresh else None)
         self.planned = self.setpoint.position
         self.phase, self.reason = Phase.HOLDING, reason
@@ -191,7 +184,7 @@ class Sequence:
     def _on_the_ground(self, at: Conditions) -> bool:
         """Return whether its motors stand still, by a heartbeat later than the last command to arm: nothing is held."""
         fresh = at.now - at.vehicle.heartbeat <= self._rules.heartbeat_timeout
-        return fresh and not at.vehicle.armed and at.vehicle.heartbeat > self._arm_sent + _TAKES_EFFECT
+        return fresh and not at.vehicle.armed and at.vehicle.heartbeat > self._arm_sent + STREAM.takes_effect
 
     def _watch_gap(self, at: Conditions) -> None:
         """After a pause of this program, abandon the flight and hold the vehicle at its current position."""
@@ -284,14 +277,14 @@ class Sequence:
         if at.now - at.vehicle.heard > self._options.give_up:
             self.gave_up = True
             return True
-        return self._outside_since is not None and at.now - self._outside_since >= LINGER
+        return self._outside_since is not None and at.now - self._outside_since >= STREAM.linger
 
     def _taken(self, at: Conditions) -> bool:
         """Return whether the autopilot flies by itself, which setpoints that go on would take it from.
 
         After a pause that it takes for a loss, only a heartbeat of afterwards tells; nothing is sent until it comes.
         """
-        if self._lost_at is not None and at.vehicle.heartbeat <= self._lost_at + _TAKES_EFFECT:
+        if self._lost_at is not None and at.vehicle.heartbeat <= self._lost_at + STREAM.takes_effect:
             return False
         lost, self._lost_at = self._lost_at is not None, None
         if lost and self._autopilot.follows(at.vehicle):
@@ -315,7 +308,7 @@ class Sequence:
 
     def _takes_off_alone(self, vehicle: VehicleState) -> bool:
         """Return whether the autopilot performs its own take-off, which setpoints would interrupt."""
-        below = vehicle.position is None or vehicle.position[2] - self.setpoint.position[2] > _CLIMBED
+        below = vehicle.position is None or vehicle.position[2] - self.setpoint.position[2] > STREAM.climbed
         return self._options.arm and self._autopilot.takes_off and below
 
     def _commands(self, at: Conditions) -> tuple[Message, ...]:
@@ -323,7 +316,7 @@ class Sequence:
         command = self._wanted_command(at.vehicle)
         if command is None or at.now < self._next_command:
             return ()
-        self._next_command = at.now + _RETRY
+        self._next_command = at.now + STREAM.retry
         if self.phase is Phase.READY and not at.vehicle.armed:
             self._arm_sent = at.now
         return (command,)

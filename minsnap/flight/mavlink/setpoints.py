@@ -26,6 +26,7 @@ from minsnap.flight.mavlink.link import check_setpoint_rate
 from minsnap.flight.mavlink.vehicle_messages import Message, Vector, VehicleState, load_dialect
 from minsnap.flight.simulation.flight_inputs import drag_feed_forward
 from minsnap.trajectory.heading import wrap
+from minsnap.trajectory.path import sample_times
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import Quadrotor
@@ -322,28 +323,24 @@ def _resampled(samples: Samples, rate: float | None) -> Samples:
     """Return the samples at another rate, by Hermite interpolation of position and its derivatives."""
     if rate is None or abs(samples.rate - check_setpoint_rate(rate)) <= 1e-6 * rate:
         return samples
-    from minsnap.trajectory.path import sample_times
+    from scipy.interpolate import BPoly
 
     grid = sample_times(samples.duration, rate)
     inside = np.minimum(samples.t[0] + grid, samples.t[-1])
-    motion = _interpolated(samples.t, [samples.position, samples.velocity, samples.acceleration], inside)
-    heading = _interpolated(samples.t, [samples.yaw, samples.yaw_rate], inside)
-    names = ("position", "velocity", "acceleration", "yaw", "yaw_rate")
-    feed_forward = None if samples.feed_forward is None else interpolated(inside, samples.t, samples.feed_forward)
-    quantities: dict[str, Any] = dict(zip(names, motion + heading, strict=True))
-    return Samples(grid, **quantities, feed_forward=feed_forward, lead=samples.lead)
+    quantities: dict[str, Any] = {}
+    for names in HERMITE:
+        known = list(takewhile(lambda name: getattr(samples, name) is not None, names))
+        if known:
+            states = list(zip(*(getattr(samples, name) for name in known), strict=True))
+            curve = BPoly.from_derivatives(samples.t, states)
+            quantities |= {name: curve(inside, order) for order, name in enumerate(known)}
+    if samples.feed_forward is not None:
+        quantities["feed_forward"] = interpolated(inside, samples.t, samples.feed_forward)
+    return Samples(grid, **quantities, lead=samples.lead)
 
 
-def _interpolated(t: FloatArray, orders: list[FloatArray | None], at: FloatArray) -> list[FloatArray | None]:
-    """Evaluate the Hermite interpolant of a quantity and its derivatives; None if the quantity is missing."""
-    from scipy.interpolate import BPoly
-
-    known = list(takewhile(lambda values: values is not None, orders))
-    if not known:
-        return [None] * len(orders)
-    curve = BPoly.from_derivatives(t, list(zip(*known, strict=True)))
-    return [curve(at, order) if order < len(known) else None for order in range(len(orders))]
-
+HERMITE = (("position", "velocity", "acceleration"), ("yaw", "yaw_rate"))
+"""Quantities, each with the derivatives that it is interpolated with."""
 
 JOIN_DISTANCE = 0.02
 """Greatest distance between the start of a change and the setpoint at that instant [m]."""
@@ -472,11 +469,14 @@ class ChangingTable:
 
     def _check_joint(self, table: SetpointTable, trajectory: Trajectory, at: float) -> None:
         """Compare the start of a trajectory with the setpoints there, between two steps by their derivatives."""
+        from scipy.interpolate import CubicHermiteSpline
+
         step = math.floor(at * self.rate + 1e-9)
-        before, after = (np.array(table[step + k].position + table[step + k].velocity) for k in (0, 1))
+        setpoints = [table[step + k] for k in (0, 1)]
+        (a, b), (u, v) = np.array([s.position for s in setpoints]), np.array([s.velocity for s in setpoints])
         share = at * self.rate - step
-        position = _hermite(before, after, share, 1.0 / self.rate)
-        velocity = before[3:] + share * (after[3:] - before[3:])
+        position = CubicHermiteSpline([0.0, 1.0], [a, b], [u / self.rate, v / self.rate])(share)
+        velocity = u + share * (v - u)
         begin, speed = map_vectors([trajectory(0.0), trajectory(0.0, 1)], "enu", self.frame)
         gap = float(np.linalg.norm(begin - position))
         if gap > JOIN_DISTANCE:
@@ -488,13 +488,3 @@ class ChangingTable:
             raise FlightError(
                 f"the change begins {jump:.3g} m/s off the velocity flown then: replan from what is flown"
             )
-
-
-def _hermite(before: FloatArray, after: FloatArray, share: float, step: float) -> FloatArray:
-    """Position between two steps, from positions and velocities (6,) at both."""
-    a, b = before[:3], after[:3]
-    u, v = step * before[3:], step * after[3:]
-    s = share
-    return np.asarray(
-        (2 * s**3 - 3 * s**2 + 1) * a + (s**3 - 2 * s**2 + s) * u + (3 * s**2 - 2 * s**3) * b + (s**3 - s**2) * v
-    )

@@ -13,14 +13,57 @@ from minsnap.flight.mavlink.link import Lateness
 from minsnap.flight.mavlink.setpoints import FeedForward, Setpoint
 from minsnap.flight.mavlink.vehicle_messages import AUTOPILOTS, Autopilot, Vector, VehicleState
 
-FRESH = 0.5
-"""A position older than this does not say where the vehicle is [s]."""
 
-LEAST_ABORT = 2.0
-"""Abort distance of slow flights [m]."""
+@dataclass(frozen=True)
+class StreamSettings:
+    """Times and distances of a stream that no option changes.
 
-LAG_ROOM = 1.5
-"""Abort distance of fast ones, in expected lags: gusts and corners add to it."""
+    Parameters
+    ----------
+    fresh : float
+        A position older than this does not say where the vehicle is [s].
+    least_abort : float
+        Abort distance of slow flights [m].
+    lag_room : float
+        Abort distance of fast ones, in expected lags: gusts and corners add to it.
+    linger : float
+        How long the hold goes on after the vehicle has left the mode [s].
+    climbed : float
+        A take-off is complete within this distance of the start's height [m].
+    takes_effect : float
+        A heartbeat may have been on its way for so long [s].
+    retry : float
+        Commands are repeated at this interval until they have had their effect [s].
+    position_rate : float
+        Rate at which positions are asked for [Hz].
+    heartbeat_rate : float
+        The same of heartbeats: modes are seen in them alone, and a pilot's choice may last less than a second [Hz].
+    seen : float
+        Heartbeats that come less often hide a mode that is chosen for a moment [s].
+    blind_wait : float
+        How long a flight that needs no position waits for one; the request is repeated so often [s].
+    give_up : int
+        Errors of this program after which a hold is given up.
+    reminder : float
+        What a waiting flight waits for is said at this interval [s].
+    """
+
+    fresh: float = 0.5
+    least_abort: float = 2.0
+    lag_room: float = 1.5
+    linger: float = 1.0
+    climbed: float = 0.5
+    takes_effect: float = 0.3
+    retry: float = 1.0
+    position_rate: float = 20.0
+    heartbeat_rate: float = 5.0
+    seen: float = 0.5
+    blind_wait: float = 3.0
+    give_up: int = 5
+    reminder: float = 10.0
+
+
+STREAM = StreamSettings()
 
 
 class Phase(Enum):
@@ -77,13 +120,13 @@ class SafetyRules:
     @property
     def farthest(self) -> float:
         """The abort distance; the least one by default [m]."""
-        return LEAST_ABORT if self.abort_distance is None else self.abort_distance
+        return STREAM.least_abort if self.abort_distance is None else self.abort_distance
 
     def fitting(self, lag: float) -> SafetyRules:
         """Return rules whose abort distance leaves room for a vehicle that lags behind by ``lag`` [m]."""
         if self.abort_distance is not None:
             return self
-        return replace(self, abort_distance=max(LEAST_ABORT, LAG_ROOM * lag))
+        return replace(self, abort_distance=max(STREAM.least_abort, STREAM.lag_room * lag))
 
     def lag_refusal(self, speed: float, delay: float) -> str | None:
         """Return why a flight that lags by ``delay`` [s] at a speed [m/s] would be stopped by its lag, or None."""
@@ -92,7 +135,7 @@ class SafetyRules:
             return None
         return (
             f"this plan will lag {lag:.1f} m behind at {speed:.1f} m/s ({delay:.2g} s): an abort distance of "
-            f"{self.farthest:g} m would stop it; allow {LAG_ROOM * lag:.1f} m, or plan it slower"
+            f"{self.farthest:g} m would stop it; allow {STREAM.lag_room * lag:.1f} m, or plan it slower"
         )
 
     def start_refusal(self, vehicle: VehicleState, start: Vector, on_the_ground: bool = False) -> str | None:
@@ -145,7 +188,7 @@ class SafetyRules:
             return None
         if now - vehicle.positioned > self.link_timeout:
             return f"the vehicle's position was not reported for {self.link_timeout:g} s"
-        error = vehicle.distance(setpoint) if now - vehicle.positioned <= FRESH else 0.0
+        error = vehicle.distance(setpoint) if now - vehicle.positioned <= STREAM.fresh else 0.0
         if error > self.farthest:
             return f"the vehicle was {error:.2f} m from its setpoint, more than the {self.farthest:g} m allowed"
         return None

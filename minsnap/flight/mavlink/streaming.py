@@ -15,7 +15,7 @@ from minsnap.flight.mavlink.observer import EventCallback, StatusCallback, Strea
 from minsnap.flight.mavlink.sender import SentSetpoint, open_sender, undisturbed
 from minsnap.flight.mavlink.sequence import Conditions, Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import ChangingTable, SetpointTable, setpoint_message
-from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamReport
+from minsnap.flight.mavlink.stream_options import STREAM, Phase, StreamOptions, StreamReport
 from minsnap.flight.mavlink.vehicle_messages import (
     Autopilot,
     Message,
@@ -26,13 +26,6 @@ from minsnap.flight.mavlink.vehicle_messages import (
 )
 from minsnap.replanning.memory import Change
 from minsnap.trajectory.trajectory import Trajectory
-
-_POSITION_RATE = 20.0
-_HEARTBEAT_RATE = 5.0  # modes are seen in heartbeats alone, and a pilot's choice may last less than a second [Hz]
-_SEEN = 0.5  # heartbeats that come less often hide a mode that is chosen for a moment [s]
-_BLIND_WAIT = 3.0  # how long a flight that needs no position waits for one; the request is repeated so often [s]
-_GIVE_UP = 5
-_REMINDER = 10.0  # what a waiting flight waits for is said at this interval [s]
 
 
 class Streamer:
@@ -180,7 +173,7 @@ class Streamer:
         self._say(f"system {vehicle.system} answers ({autopilot.name}, {self._link.address})")
         if options.trigger == "mode" and autopilot.main_mode is None:
             raise LinkError("the vehicle's modes are not known, so entering one cannot be the trigger: use another")
-        self._link.send(rate_request(vehicle, "HEARTBEAT", _HEARTBEAT_RATE))
+        self._link.send(rate_request(vehicle, "HEARTBEAT", STREAM.heartbeat_rate))
         self._wait_for_position(vehicle)
         self._expect_lag(autopilot)
         self._suit(autopilot)
@@ -218,12 +211,12 @@ class Streamer:
     def _wait_for_position(self, vehicle: VehicleState) -> None:
         """Wait for the first position, which a vehicle that has just booted does not report for a while."""
         blind = math.isinf(self._options.rules.max_start_distance)
-        deadline = self._clock.now() + (_BLIND_WAIT if blind else self._options.wait)
+        deadline = self._clock.now() + (STREAM.blind_wait if blind else self._options.wait)
         request = self._clock.now()
         while self._link.vehicle.position is None and self._clock.now() < deadline and not self._stops:
             if self._clock.now() >= request:
-                self._link.send(rate_request(vehicle, "LOCAL_POSITION_NED", _POSITION_RATE))
-                request += _BLIND_WAIT
+                self._link.send(rate_request(vehicle, "LOCAL_POSITION_NED", STREAM.position_rate))
+                request += STREAM.blind_wait
             self._listen(min(deadline, self._clock.now() + 0.1))
 
     def _check_start(self) -> Vector | None:
@@ -316,7 +309,7 @@ class Streamer:
         if sequence.phase is not Phase.FLYING or self._hidden:
             return
         self._hidden = True
-        if _SEEN < vehicle.beat < math.inf:
+        if STREAM.seen < vehicle.beat < math.inf:
             self._say(f"the vehicle tells its mode every {vehicle.beat:.1f} s: one chosen for less is not seen")
 
     def _remind(self, at: Conditions, sequence: Sequence) -> None:
@@ -325,9 +318,9 @@ class Streamer:
         if waiting is None:
             self._remind_at = math.inf
         elif math.isinf(self._remind_at):
-            self._remind_at = at.now + _REMINDER
+            self._remind_at = at.now + STREAM.reminder
         elif at.now >= self._remind_at:
-            self._remind_at += _REMINDER
+            self._remind_at += STREAM.reminder
             self._say(waiting)
 
     def _waiting_for(self, at: Conditions, sequence: Sequence) -> str | None:
@@ -379,7 +372,7 @@ class Streamer:
         """Stop and hold after an exception of this program; use neither callbacks nor log from now on."""
         self._failures.append(error)
         self._observer.silence()
-        if len(self._failures) > _GIVE_UP:
+        if len(self._failures) > STREAM.give_up:
             raise error
         self._triggered = True
         if sequence.phase is not Phase.HOLDING:

@@ -27,8 +27,45 @@ from minsnap.files.flights import read_log
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.attitude import rotations
 
-MEMORY = 1.0
-"""For how long residuals are taken to depend on each other [s]."""
+
+@dataclass(frozen=True)
+class DragFitSettings:
+    """How drag is fitted, and what a flight must have to tell it.
+
+    Parameters
+    ----------
+    memory : float
+        For how long residuals are taken to depend on each other [s].
+    rate : float
+        Instants a second at most [Hz].
+    moving : float
+        A flight begins and ends with this speed [m/s].
+    least : float
+        Flight that a fit needs at least [s].
+    excited : float
+        Standard deviation of the speed along an axis that a flight needs to tell its drag [m/s].
+    varied : float
+        The same for telling a quadratic part from a linear one [m/s].
+    told_apart : float
+        Standard errors by which a quadratic part must differ from zero to be kept.
+    turned : float
+        Mean length of the headings' unit vectors below which a wind is told from a bias.
+    lags : tuple[float, ...]
+        Time constants of the motors that are tried [s].
+    """
+
+    memory: float = 1.0
+    rate: float = 50.0
+    moving: float = 0.3
+    least: float = 5.0
+    excited: float = 0.1
+    varied: float = 0.3
+    told_apart: float = 2.0
+    turned: float = 0.9
+    lags: tuple[float, ...] = (0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2)
+
+
+FIT = DragFitSettings()
 
 
 @dataclass(frozen=True)
@@ -79,7 +116,7 @@ def fitted(
     left = residuals(solution.x)
     slopes = solution.jac.reshape(*left.shape, len(first))
     inverse = np.linalg.pinv(solution.jac.T @ solution.jac)
-    spread = inverse @ _long_run(np.einsum("mi,mip->mp", left, slopes), round(MEMORY * rate)) @ inverse
+    spread = inverse @ _long_run(np.einsum("mi,mip->mp", left, slopes), round(FIT.memory * rate)) @ inverse
     errors = np.sqrt(np.maximum(np.diag(spread), 0.0))
     return [FittedNumber(*pair) for pair in zip(solution.x.tolist(), errors.tolist(), strict=True)], left
 
@@ -91,16 +128,6 @@ def _long_run(rows: FloatArray, lags: int) -> FloatArray:
         product = rows[lag:].T @ rows[:-lag]
         total += (1.0 - lag / (lags + 1)) * (product + product.T)
     return total
-
-
-RATE = 50.0
-"""Instants a second at most [Hz]."""
-
-MOVING = 0.3
-"""A flight begins and ends with this speed [m/s]."""
-
-LEAST = 5.0
-"""Flight that a fit needs at least [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,20 +184,22 @@ def flown_span(flight: Samples) -> tuple[float, float]:
     """
     if flight.velocity is None:
         raise FitError("the log has no velocities: log them")
-    moving = flight.t[np.linalg.norm(flight.velocity, axis=1) > MOVING]
-    if not len(moving) or moving[-1] - moving[0] < LEAST:
-        raise FitError(f"the log has less than {LEAST:g} s of flight: fly a course at several speeds, such as a circle")
+    moving = flight.t[np.linalg.norm(flight.velocity, axis=1) > FIT.moving]
+    if not len(moving) or moving[-1] - moving[0] < FIT.least:
+        raise FitError(
+            f"the log has less than {FIT.least:g} s of flight: fly a course at several speeds, such as a circle"
+        )
     return float(moving[0]), float(moving[-1])
 
 
 def body_motion(flight: Samples, felt: InertialLog) -> FlightMotion:
     """Return the motion while the vehicle flew, at the instants of its velocities, at 50 Hz at most."""
     first, last = flown_span(flight)
-    first = max(first, felt.attitude_t[0], felt.force_t[0] + 1.0 / RATE)
-    last = min(last, felt.attitude_t[-1], felt.force_t[-1] - 1.0 / RATE)
-    if last - first < LEAST:
-        raise FitError(f"attitude, accelerometer and velocity were logged together for less than {LEAST:g} s")
-    rate = min(RATE, (len(flight.t) - 1) / flight.duration)
+    first = max(first, felt.attitude_t[0], felt.force_t[0] + 1.0 / FIT.rate)
+    last = min(last, felt.attitude_t[-1], felt.force_t[-1] - 1.0 / FIT.rate)
+    if last - first < FIT.least:
+        raise FitError(f"attitude, accelerometer and velocity were logged together for less than {FIT.least:g} s")
+    rate = min(FIT.rate, (len(flight.t) - 1) / flight.duration)
     t = first + np.arange(int((last - first) * rate) + 1) / rate
     assert flight.velocity is not None
     return FlightMotion(
@@ -193,21 +222,6 @@ def _means(t: FloatArray, width: float, known: FloatArray, values: FloatArray) -
     ends = [interpolated(np.clip(t + side * width / 2, known[0], known[-1]), known, total) for side in (-1.0, 1.0)]
     return np.asarray((ends[1] - ends[0]) / width)
 
-
-EXCITED = 0.1
-"""Standard deviation of the speed along an axis that a flight needs to tell its drag [m/s]."""
-
-VARIED = 0.3
-"""The same for telling a quadratic part from a linear one [m/s]."""
-
-TOLD_APART = 2.0
-"""Standard errors by which a quadratic part must differ from zero to be kept."""
-
-TURNED = 0.9
-"""Mean length of the headings' unit vectors below which a wind is told from a bias."""
-
-LAGS = (0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2)
-"""Time constants of the motors that are tried [s]."""
 
 AXES = "xyz"
 
@@ -262,9 +276,9 @@ def fit_drag_of(motion: FlightMotion) -> BodyDragFit:
     """Fit drag per mass, and wind and hover throttle where the flight tells them."""
     notes: list[str] = []
     speeds = _air(motion, np.zeros(2)).std(axis=0)
-    excited = speeds >= EXCITED
+    excited = speeds >= FIT.excited
     notes += [_unexcited(axis, speeds[k]) for k, axis in enumerate(AXES[:2]) if not excited[k]]
-    estimates, values = _lateral_fit(motion, excited[:2], speeds[:2] >= VARIED, _turns(motion, notes), notes)
+    estimates, values = _lateral_fit(motion, excited[:2], speeds[:2] >= FIT.varied, _turns(motion, notes), notes)
     air = _air(motion, values[3])
     third, hover, *vertical = _vertical_fit(motion, air, bool(excited[2]), notes)
     x, y = (AxisDrag(float(speeds[k]), estimates[0][k], estimates[1][k]) for k in range(2))
@@ -318,20 +332,20 @@ def _lateral_fit(
 
 def _turns(motion: FlightMotion, notes: list[str]) -> bool:
     heading = np.arctan2(motion.rotation[:, 1, 0], motion.rotation[:, 0, 0])
-    varied = bool(np.hypot(np.cos(heading).mean(), np.sin(heading).mean()) < TURNED)
+    varied = bool(np.hypot(np.cos(heading).mean(), np.sin(heading).mean()) < FIT.turned)
     if not varied:
         notes.append("wind is not told from a bias of the accelerometer: it needs a flight with several headings")
     return varied
 
 
 def _is_told(estimate: FittedNumber | None) -> bool:
-    return estimate is not None and estimate.value > TOLD_APART * estimate.error
+    return estimate is not None and estimate.value > FIT.told_apart * estimate.error
 
 
 def _unexcited(axis: str, speed: float) -> str:
     return (
         f"drag along {axis} of the body is not told: the speed along it varied by {speed:.2f} m/s, "
-        f"and {EXCITED:g} m/s are needed"
+        f"and {FIT.excited:g} m/s are needed"
     )
 
 
@@ -349,7 +363,7 @@ def _vertical_fit(
     if motion.throttle is None:
         notes.append("drag along z of the body and the hover throttle are not told: the log has no throttle")
         return AxisDrag(speed), None, nothing, nothing
-    thrusts = {lag: _lagged(motion.throttle, lag, motion.rate) for lag in LAGS}
+    thrusts = {lag: _lagged(motion.throttle, lag, motion.rate) for lag in FIT.lags}
     pulls = [-w, -np.linalg.norm(air, axis=1) * w]
 
     def fit(lag: float, parts: int) -> tuple[list[FittedNumber], FloatArray]:
@@ -357,10 +371,10 @@ def _vertical_fit(
         first = np.asarray(np.linalg.lstsq(matrix, felt, rcond=None)[0], dtype=np.float64)
         return fitted(lambda values: (felt - matrix @ values)[:, None], first, motion.rate)
 
-    parts = (2 if speed >= VARIED else 1) if excited else 0
+    parts = (2 if speed >= FIT.varied else 1) if excited else 0
     if not excited:
         notes.append(_unexcited("z", speed))
-    lag = min(LAGS, key=lambda each: float((fit(each, parts)[1] ** 2).sum()))
+    lag = min(FIT.lags, key=lambda each: float((fit(each, parts)[1] ** 2).sum()))
     (gain, *drag), _ = fit(lag, parts)
     if excited and not (parts == 2 and _is_told(drag[1])):
         notes.append(_no_quadratic("z", drag[1] if parts == 2 else None))

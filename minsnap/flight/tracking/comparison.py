@@ -19,12 +19,36 @@ from minsnap.errors import InputError
 from minsnap.trajectory.path import MOST_SAMPLES
 from minsnap.trajectory.samples import Samples
 
-_SLOW = 0.05
-"""Speed below which a velocity has no direction [m/s]."""
-_DENSITY = 16
-"""Chords a sample for the distance to a curve whose velocity is known."""
-_CHORDS = 10_000
-"""Least number of chords that a curve is cut into."""
+
+@dataclass(frozen=True)
+class ComparisonSettings:
+    """How finely a flight is compared with its reference.
+
+    Parameters
+    ----------
+    slow : float
+        Speed below which a velocity has no direction [m/s].
+    density : int
+        Chords a sample for the distance to a curve whose velocity is known.
+    chords : int
+        Least number of chords that a curve is cut into.
+    rate : float
+        Rate of the grid on which signals are correlated, at most [Hz].
+    resolution : float
+        Resolution of a delay [s].
+    overlap : float
+        Least part of the shorter signal that must overlap at a lag.
+    """
+
+    slow: float = 0.05
+    density: int = 16
+    chords: int = 10_000
+    rate: float = 100.0
+    resolution: float = 1e-5
+    overlap: float = 0.5
+
+
+COMPARED = ComparisonSettings()
 
 
 def position_at(samples: Samples, t: FloatArray) -> FloatArray:
@@ -62,7 +86,7 @@ def direction_at(samples: Samples, t: FloatArray) -> FloatArray:
         velocity = np.gradient(samples.position, samples.t, axis=0) if len(samples) > 1 else 0.0 * samples.position
     there = interpolated(t, samples.t, velocity)
     speed = np.linalg.norm(there, axis=1, keepdims=True)
-    return np.asarray(np.where(speed < _SLOW, 0.0, there / np.maximum(speed, _SLOW)))
+    return np.asarray(np.where(speed < COMPARED.slow, 0.0, there / np.maximum(speed, COMPARED.slow)))
 
 
 def distance_to_curve(points: FloatArray, samples: Samples) -> FloatArray:
@@ -95,12 +119,12 @@ def _vertices(samples: Samples) -> FloatArray:
     count = len(samples)
     points = samples.position
     if samples.velocity is not None and count > 1:
-        dense = np.interp(np.arange((count - 1) * _DENSITY + 1) / _DENSITY, np.arange(count), samples.t)
+        dense = np.interp(np.arange((count - 1) * COMPARED.density + 1) / COMPARED.density, np.arange(count), samples.t)
         points = position_at(samples, dense)
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=-1)
     if not lengths.any():
         return points[:1]
-    pieces = np.ceil(lengths / lengths.sum() * _CHORDS).astype(int)
+    pieces = np.ceil(lengths / lengths.sum() * COMPARED.chords).astype(int)
     own = np.concatenate([[0], np.cumsum(pieces)])
     at = np.interp(np.arange(own[-1] + 1), own, np.arange(len(points)))
     return position_at(Samples(np.arange(float(len(points))), points), at)
@@ -112,14 +136,6 @@ def _to_chords(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatA
     squared = np.einsum("ij,ij->i", along, along)
     part = np.einsum("ij,ij->i", points - start, along) / np.where(squared > 0, squared, 1.0)
     return np.asarray(np.linalg.norm(points - start - np.clip(part, 0.0, 1.0)[:, None] * along, axis=-1))
-
-
-_RATE = 100.0
-"""Rate of the grid on which signals are correlated, at most [Hz]."""
-RESOLUTION = 1e-5
-"""Resolution of a delay [s]."""
-_OVERLAP = 0.5
-"""Least part of the shorter signal that must overlap at a lag."""
 
 
 def estimate_delay(reference: Samples, flight: Samples, most: float | None) -> float:
@@ -140,7 +156,7 @@ def estimate_delay(reference: Samples, flight: Samples, most: float | None) -> f
     float
         0 where one of them does not move.
     """
-    step = 1.0 / min(_RATE, max(reference.rate, flight.rate, 1.0))
+    step = 1.0 / min(COMPARED.rate, max(reference.rate, flight.rate, 1.0))
     one, other = _on_grid(reference, step), _on_grid(flight, step)
     if min(len(one), len(other)) < 3 or not (np.ptp(one, axis=0).any() and np.ptp(other, axis=0).any()):
         return 0.0
@@ -172,7 +188,7 @@ def _coefficients(one: FloatArray, other: FloatArray) -> FloatArray:
     )
     floor = 1e-9 * float(np.sum(x**2) * np.sum(y**2))
     scores = cross / np.sqrt(np.maximum(energy, floor))
-    scores[shared < _OVERLAP * min(len(x), len(y))] = -1.0
+    scores[shared < COMPARED.overlap * min(len(x), len(y))] = -1.0
     return np.asarray(scores)
 
 
@@ -187,9 +203,9 @@ def _refined(reference: Samples, flight: Samples, best: float, step: float, most
         return float(np.mean(np.sum(gap**2, axis=1))) if inside.any() else np.inf
 
     low, high = max(best - step, -most), min(best + step, most)
-    if high - low < RESOLUTION:
+    if high - low < COMPARED.resolution:
         return best
-    minimum = minimize_scalar(distance, bounds=(low, high), method="bounded", options={"xatol": RESOLUTION})
+    minimum = minimize_scalar(distance, bounds=(low, high), method="bounded", options={"xatol": COMPARED.resolution})
     return float(minimum.x)
 
 

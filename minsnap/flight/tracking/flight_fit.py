@@ -6,8 +6,8 @@ What the position and velocity loops of PX4 ask for is computed from the logged 
 
 where the setpoints act after a delay :math:`\sigma` of the link and the attitude follows after another one,
 :math:`\tau`; drag is what is missing, :math:`\dot v(t) = a^*(t - \tau) - k\,v(t) + b`. Both sides are integrated over
-:data:`WINDOW`, so that velocities need not be differentiated. The gains are assumed: those of PX4's defaults unless
-others are given.
+a window, so that velocities need not be differentiated. The gains are assumed: those of PX4's defaults unless others
+are given.
 """
 
 from __future__ import annotations
@@ -40,18 +40,33 @@ from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.quadrotor import Quadrotor
 
-RATE = 50.0
-"""Steps a second of the integrals [Hz]."""
 
-WINDOW = 0.2
-"""Length of the intervals over which the motion is integrated [s]."""
+@dataclass(frozen=True)
+class ResponseSettings:
+    """How drag and delay are fitted to setpoints and velocities.
 
-DELAYS = range(0, 19)
-"""Delays that are tried, of the link and of the attitude, in steps."""
+    Parameters
+    ----------
+    rate : float
+        Steps a second of the integrals [Hz].
+    window : float
+        Length of the intervals over which the motion is integrated [s].
+    delays : range
+        Delays that are tried, of the link and of the attitude, in steps.
+    model_error : float
+        Error by taking a delay for the attitude's response, from simulated flights [1/s].
+    longest : float
+        Longest delay of a position response [s].
+    """
+
+    rate: float = 50.0
+    window: float = 0.2
+    delays: range = range(0, 19)
+    model_error: float = 0.1
+    longest: float = 1.5
 
 
-MODEL_ERROR = 0.1
-"""Error by taking a delay for the attitude's response, from simulated flights [1/s]."""
+RESPONSE = ResponseSettings()
 
 
 def fit_setpoint_drag(reference: Samples, flight: Samples) -> tuple[FittedNumber, FloatArray, FloatArray]:
@@ -79,12 +94,12 @@ def fit_setpoint_drag(reference: Samples, flight: Samples) -> tuple[FittedNumber
     if reference.velocity is None:
         raise FitError("the setpoints of the log have no velocities, so the goal of the controller is not known")
     series = _Series(reference, flight, CascadeController())
-    rest = {pair: series.rest(*pair) for pair in product(DELAYS, DELAYS)}
+    rest = {pair: series.rest(*pair) for pair in product(RESPONSE.delays, RESPONSE.delays)}
     best = min(rest, key=lambda pair: series.squares(rest[pair]))
-    numbers, _ = fitted(lambda values: series.residuals(rest[best], values), np.zeros(3), RATE)
-    drag = FittedNumber(numbers[0].value, float(np.hypot(numbers[0].error, MODEL_ERROR)))
-    force = rest[best] / WINDOW - [each.value for each in numbers[1:]]
-    return drag, np.asarray(series.moved / WINDOW), np.asarray(force)
+    numbers, _ = fitted(lambda values: series.residuals(rest[best], values), np.zeros(3), RESPONSE.rate)
+    drag = FittedNumber(numbers[0].value, float(np.hypot(numbers[0].error, RESPONSE.model_error)))
+    force = rest[best] / RESPONSE.window - [each.value for each in numbers[1:]]
+    return drag, np.asarray(series.moved / RESPONSE.window), np.asarray(force)
 
 
 class _Series:
@@ -93,7 +108,7 @@ class _Series:
     def __init__(self, reference: Samples, flight: Samples, settings: CascadeController) -> None:
         first, last = flown_span(flight)
         assert flight.velocity is not None
-        t = np.arange(max(first, reference.t[0]), min(last, reference.t[-1], flight.t[-1]), 1.0 / RATE)
+        t = np.arange(max(first, reference.t[0]), min(last, reference.t[-1], flight.t[-1]), 1.0 / RESPONSE.rate)
         place, self._velocity = (
             interpolated(t, flight.t, values[:, :2]) for values in (flight.position, flight.velocity)
         )
@@ -103,9 +118,9 @@ class _Series:
         ahead = reference.velocity[row, :2] + gains["position_gain"] * reference.position[row, :2]
         pushed = 0.0 if reference.acceleration is None else reference.acceleration[row, :2]
         self._commanded = pushed + _controlled(ahead, gains)
-        change = gains["velocity_derivative"] * np.gradient(self._velocity, 1.0 / RATE, axis=0)
+        change = gains["velocity_derivative"] * np.gradient(self._velocity, 1.0 / RESPONSE.rate, axis=0)
         self._felt = _controlled(gains["position_gain"] * place + self._velocity, gains) + change
-        self._step, self._longest = round(WINDOW * RATE), 2 * DELAYS[-1]
+        self._step, self._longest = round(RESPONSE.window * RESPONSE.rate), 2 * RESPONSE.delays[-1]
         self.moved = _integrals(self._velocity[self._longest :], self._step)
 
     def rest(self, link: int, attitude: int) -> FloatArray:
@@ -117,7 +132,7 @@ class _Series:
 
     def residuals(self, rest: FloatArray, values: FloatArray) -> FloatArray:
         """Return residuals for drag and the two constants."""
-        return np.asarray(rest + values[0] * self.moved - WINDOW * values[1:])
+        return np.asarray(rest + values[0] * self.moved - RESPONSE.window * values[1:])
 
     def squares(self, rest: FloatArray) -> float:
         """Return the least sum of squares for one pair of delays."""
@@ -130,18 +145,15 @@ _GAINS = ("position_gain", "velocity_gain", "velocity_integral", "velocity_deriv
 
 def _controlled(values: FloatArray, gains: dict[str, FloatArray]) -> FloatArray:
     """Proportional and integral part of the velocity loop."""
-    total = np.cumsum(values, axis=0) / RATE
+    total = np.cumsum(values, axis=0) / RESPONSE.rate
     return np.asarray(gains["velocity_gain"] * values + gains["velocity_integral"] * total)
 
 
 def _integrals(values: FloatArray, steps: int) -> FloatArray:
     """Integrate over ``steps`` steps from each row on, by the trapezoidal rule."""
-    total = np.vstack([np.zeros(values.shape[1]), np.cumsum(0.5 * (values[1:] + values[:-1]), axis=0)]) / RATE
+    total = np.vstack([np.zeros(values.shape[1]), np.cumsum(0.5 * (values[1:] + values[:-1]), axis=0)]) / RESPONSE.rate
     return np.asarray(total[steps:] - total[:-steps])
 
-
-LONGEST_DELAY = 1.5
-"""Of a position response [s]."""
 
 FELT, COMMANDED = "accelerometer, attitude and velocity", "setpoints and velocity"
 
@@ -302,14 +314,14 @@ def _from_setpoints(log: FlightLog) -> FlightFit:
 def _delay(reference: Samples, flight: Samples) -> FittedNumber | None:
     """Return the delay of positions after setpoints; None where setpoints do not move while the vehicle flies."""
     first, last = flown_span(flight)
-    setpoints = reference[(reference.t >= first - LONGEST_DELAY) & (reference.t <= last)]
+    setpoints = reference[(reference.t >= first - RESPONSE.longest) & (reference.t <= last)]
     flown = flight[(flight.t >= first) & (flight.t <= last)]
     if len(setpoints) < 10 or len(flown) < 10 or np.ptp(setpoints.position, axis=0).max() < 0.5:
         return None
-    inside = (flown.t >= setpoints.t[0] + LONGEST_DELAY) & (flown.t <= setpoints.t[-1])
+    inside = (flown.t >= setpoints.t[0] + RESPONSE.longest) & (flown.t <= setpoints.t[-1])
     if inside.sum() < 10:
         return None
-    start = min(max(estimate_delay(setpoints, flown, LONGEST_DELAY), 0.0), LONGEST_DELAY)
+    start = min(max(estimate_delay(setpoints, flown, RESPONSE.longest), 0.0), RESPONSE.longest)
     t, place = flown.t[inside], flown.position[inside]
 
     def away(values: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ import pytest
 
 from minsnap.errors import LinkError
 from minsnap.flight.mavlink.link import open_link
-from minsnap.flight.mavlink.parameters import PIECE, REQUEST, download_log
+from minsnap.flight.mavlink.parameters import DOWNLOAD, download_log
 
 
 @pytest.fixture
@@ -18,8 +18,8 @@ def link(vehicle, clock):
 
 
 def test_the_newest_log_arrives_whole_though_pieces_are_lost(vehicle, link, clock, tmp_path):
-    vehicle.logs = [b"older", os.urandom(REQUEST + 5 * PIECE + 17)]
-    vehicle.lost_pieces = {0, 3 * PIECE, REQUEST, REQUEST + 5 * PIECE}
+    vehicle.logs = [b"older", os.urandom(DOWNLOAD.request + 5 * DOWNLOAD.piece + 17)]
+    vehicle.lost_pieces = {0, 3 * DOWNLOAD.piece, DOWNLOAD.request, DOWNLOAD.request + 5 * DOWNLOAD.piece}
     shares = []
     download_log(link, clock, tmp_path / "flight.ulg", shares.append)
     assert (tmp_path / "flight.ulg").read_bytes() == vehicle.logs[1]
@@ -29,7 +29,7 @@ def test_the_newest_log_arrives_whole_though_pieces_are_lost(vehicle, link, cloc
 def test_a_vehicle_without_logs_and_one_that_stops_sending_are_told(vehicle, link, clock, tmp_path):
     with pytest.raises(LinkError, match="does not tell of its logs"):
         download_log(link, clock, tmp_path / "none.ulg")
-    vehicle.logs = [bytes(PIECE * 4)]
+    vehicle.logs = [bytes(DOWNLOAD.piece * 4)]
     vehicle._send_log = lambda asked: None
     with pytest.raises(LinkError, match="stopped sending its log after 0 of 360 bytes"):
         download_log(link, clock, tmp_path / "none.ulg")

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from world import HERE, PX4, RATE, TABLE, World, fly, ready
 
 from minsnap.errors import InputError, LinkError, TimingError
-from minsnap.flight.mavlink.sequence import LINGER, Sequence
-from minsnap.flight.mavlink.stream_options import Phase, SafetyRules, StreamOptions
+from minsnap.flight.mavlink.sequence import Sequence
+from minsnap.flight.mavlink.stream_options import STREAM, Phase, SafetyRules, StreamOptions
 from minsnap.flight.mavlink.vehicle_messages import get_autopilot
 
 GIVE_UP = 30.0
@@ -55,7 +55,7 @@ def test_it_ends_only_when_nobody_follows_or_the_user_insists(events, on_entry, 
 @given(st.integers(1, 60))
 def test_a_mode_left_for_less_than_a_moment_does_not_end_the_hold(steps):
     sequence, world = Sequence(TABLE, PX4, StreamOptions(trigger=bool), 0.0), World()
-    for event, count in (("trigger", 1), ("offboard", 60), ("posctl", min(steps, round(LINGER * RATE) - 1))):
+    for event, count in (("trigger", 1), ("offboard", 60), ("posctl", min(steps, round(STREAM.linger * RATE) - 1))):
         world.happen(event)
         for _ in range(count):
             assert sequence.step(world.conditions(sequence.setpoint)) is not None
