@@ -3,22 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from html import escape
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 
-WIDTH, HEIGHT, STRIP, MARGIN = 300.0, 200.0, 56.0, 10.0
-"""Size of a drawing, height of a strip below it, and the margin around both [px]."""
+
+@dataclass(frozen=True)
+class CardSize:
+    """Sizes of the drawings of a card [px].
+
+    Parameters
+    ----------
+    width : float
+        Of each drawing.
+    height : float
+        Of a curve at most.
+    strip : float
+        Height of a strip.
+    margin : float
+        Around each drawing.
+    dots : int
+        Waypoints that are marked at most.
+    """
+
+    width: float = 300.0
+    height: float = 200.0
+    strip: float = 56.0
+    margin: float = 10.0
+    dots: int = 200
+
+
+CARD = CardSize()
+
 
 INK = "#d55e00"
 """Colour of curves, on a white page and on a black one."""
 
 GOOD, BAD = "#009e73", "#cc3311"
-
-MOST_DOTS = 200
-"""Waypoints up to which each is marked."""
 
 Facts = Iterable[tuple[str, str | None]]
 """Names and values, as plain text; a value of None leaves its line out."""
@@ -68,13 +92,13 @@ def curve_svg(points: FloatArray, dots: FloatArray | None = None, caption: str =
         Plain text.
     """
     low, span = points.min(axis=0), np.ptp(points / 2.0, axis=0) * 2.0
-    room = np.array([WIDTH, HEIGHT]) - 2.0 * MARGIN
+    room = np.array([CARD.width, CARD.height]) - 2.0 * CARD.margin
     with np.errstate(all="ignore"):
         scale = float(np.nanmin(np.where(span > 0.0, room / span, np.inf)))
     scale = scale if np.isfinite(scale) and scale > 0.0 else 1.0
-    height = span[1] * scale + 2.0 * MARGIN + 14.0
+    height = span[1] * scale + 2.0 * CARD.margin + 14.0
     placed = _placed(points, low, span, scale)
-    marks = "" if dots is None or len(dots) > MOST_DOTS else _dots(_placed(dots, low, span, scale))
+    marks = "" if dots is None or len(dots) > CARD.dots else _dots(_placed(dots, low, span, scale))
     bar = _scale_bar(span.max(), scale, height)
     return _svg(height, f"{_line(placed)}{marks}{_ends(placed)}{bar}", caption)
 
@@ -90,18 +114,18 @@ def strip_svg(t: FloatArray, values: FloatArray, label: str) -> str:
         Plain text.
     """
     least, most = float(values.min()), float(values.max())
-    room = np.array([WIDTH - 2.0 * MARGIN, STRIP - 24.0])
+    room = np.array([CARD.width - 2.0 * CARD.margin, CARD.strip - 24.0])
     shares = np.stack([_share(t), 1.0 - _share(values)], axis=1)
     text = f"{label}: {least:.4g} to {most:.4g}" if most > least else f"{label}: {least:.4g}"
-    return _svg(STRIP, _line(shares * room + [MARGIN, 18.0]) + _text(MARGIN, 11.0, text), label)
+    return _svg(CARD.strip, _line(shares * room + [CARD.margin, 18.0]) + _text(CARD.margin, 11.0, text), label)
 
 
 def _placed(points: FloatArray, low: FloatArray, span: FloatArray, scale: float) -> FloatArray:
     """Return pixels (m, 2): the second coordinate upwards, both in the middle of the width."""
     with np.errstate(all="ignore"):
         across = np.nan_to_num((points - low) * scale, posinf=0.0, neginf=0.0)
-    left = (WIDTH - span[0] * scale) / 2.0
-    return np.asarray(np.stack([left + across[:, 0], MARGIN + span[1] * scale - across[:, 1]], axis=1))
+    left = (CARD.width - span[0] * scale) / 2.0
+    return np.asarray(np.stack([left + across[:, 0], CARD.margin + span[1] * scale - across[:, 1]], axis=1))
 
 
 def _share(values: FloatArray) -> FloatArray:
@@ -131,8 +155,8 @@ def _scale_bar(span: float, scale: float, height: float) -> str:
         return ""
     size = 10.0 ** np.floor(np.log10(span / 4.0))
     length = max(size * factor for factor in (1.0, 2.0, 5.0) if size * factor <= span / 4.0)
-    y, end = height - 6.0, MARGIN + length * scale
-    bar = f'<path d="M{MARGIN:.1f} {y:.1f}H{end:.1f}" stroke="currentColor" stroke-width="1.5"/>'
+    y, end = height - 6.0, CARD.margin + length * scale
+    bar = f'<path d="M{CARD.margin:.1f} {y:.1f}H{end:.1f}" stroke="currentColor" stroke-width="1.5"/>'
     return bar + _text(end + 5.0, y + 4.0, f"{length:g} m")
 
 
@@ -142,7 +166,7 @@ def _text(x: float, y: float, text: str) -> str:
 
 def _svg(height: float, inner: str, caption: str) -> str:
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH:g}" height="{height:.0f}" role="img" '
-        f'style="display:block;max-width:100%" viewBox="0 0 {WIDTH:g} {height:.0f}">'
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{CARD.width:g}" height="{height:.0f}" role="img" '
+        f'style="display:block;max-width:100%" viewBox="0 0 {CARD.width:g} {height:.0f}">'
         f"<title>{escape(caption)}</title>{inner}</svg>"
     )

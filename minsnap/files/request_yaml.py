@@ -31,7 +31,7 @@ from minsnap.basics.storage.text import load_yaml
 from minsnap.corridors.keep_out import NAMED
 from minsnap.errors import FileError, FrameError
 from minsnap.files.frames import FRAMES, get_frame, map_vectors, map_yaw
-from minsnap.files.waypoints import COLUMNS, Waypoints, read_waypoints, waypoints_of
+from minsnap.files.waypoints import COLUMNS, ENTRY, Waypoints, read_waypoints, waypoints_of
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.ordinary import completed_in_file, written_in_file
 from minsnap.planning.request import RESERVE, PlanRequest
@@ -118,8 +118,6 @@ def vehicle_of(content: Any, folder: Path, name: str = "vehicle") -> Quadrotor:
         rest |= {"rotor_speed_min": least, "rotor_speed_max": most}
     return vehicle_from({"name": name} | rest)
 
-
-ENTRY = mapping({name: Key(NUMBER) for name in COLUMNS}, f"a mapping of {', '.join(COLUMNS)}")
 
 WIDTHS = either(NUMBER, several(NUMBER, "one number per leg"))
 

@@ -31,7 +31,7 @@ from minsnap.errors import FileError, FrameError
 from minsnap.files.format import Format
 from minsnap.files.frames import FRAMES, get_frame, map_samples
 from minsnap.trajectory.path import Path
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import Samples, column_names
 
 ENDING = ".meta"
 UNITS = "m, s, rad"
@@ -172,14 +172,8 @@ def _checksum(path: str | os.PathLike[str]) -> int:
     return total
 
 
-GROUPS: dict[str, tuple[str, ...]] = {
-    "position": ("x", "y", "z"),
-    "velocity": ("vx", "vy", "vz"),
-    "acceleration": ("ax", "ay", "az"),
-    "yaw": ("yaw",),
-    "yaw_rate": ("yaw_rate",),
-    "feed_forward": ("ffx", "ffy", "ffz"),
-}
+QUANTITIES = ("position", "velocity", "acceleration", "yaw", "yaw_rate", "feed_forward")
+GROUPS = {name: column_names(name) for name in QUANTITIES}
 """Columns of each quantity of :class:`~minsnap.trajectory.samples.Samples`, in the order of the file, after ``t``."""
 
 COLUMNS = ("t", *(name for group in GROUPS.values() for name in group))

@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays, ReadOnly
 from minsnap.basics.messages import shown
+from minsnap.basics.schema import NUMBER, Key, mapping, several
 from minsnap.basics.storage.table import LooseColumns, read_loose_table
-from minsnap.basics.storage.text import finite_number, load_yaml, read_text, reading
+from minsnap.basics.storage.text import load_yaml, read_text, reading
 from minsnap.errors import FileError
 
 SEMI_MAJOR = 6_378_137.0
@@ -192,6 +193,12 @@ def _coordinates(where: str, entry: Any) -> FloatArray:
 COLUMNS = ("x", "y", "z", "yaw", "duration")
 """Columns of a waypoint file; the first two must be there."""
 
+ENTRY = mapping(
+    {name: Key(NUMBER, needed=name in ("x", "y")) for name in COLUMNS},
+    f"[x, y], [x, y, z] or a mapping of {', '.join(COLUMNS)}",
+)
+LISTED = several(NUMBER, "one list of numbers, or a value with each waypoint, not both")
+
 LENGTHS, TIMES, ANGLES = ("m",), ("s",), ("rad", "deg", "°")
 """Units that a header may say."""
 
@@ -354,20 +361,14 @@ def waypoints_of(path: str, content: Any) -> Waypoints:
 
 def _waypoint(where: str, item: Any) -> dict[str, float]:
     """Return one waypoint of a YAML file as a mapping of columns."""
-    if isinstance(item, list) and len(item) in (2, 3):
-        item = dict(zip(COLUMNS, item, strict=False))
-    if not isinstance(item, dict) or not {"x", "y"} <= item.keys() <= set(COLUMNS):
-        raise FileError(f"{where}: give [x, y], [x, y, z] or a mapping of {', '.join(COLUMNS)}, not {shown(item)}")
-    return {name: finite_number(f"{where}: {name}", value) for name, value in item.items() if value is not None}
+    named = dict(zip(COLUMNS, item, strict=False)) if isinstance(item, list) and len(item) in (2, 3) else item
+    return dict(ENTRY.read(where, named))
 
 
-def _listed(
-    path: str | os.PathLike[str], keys: Mapping[str, Any], name: str, column: FloatArray | None
-) -> FloatArray | None:
+def _listed(path: str, keys: Mapping[str, Any], name: str, column: FloatArray | None) -> FloatArray | None:
     """Return a list for all waypoints or legs at once, or raise an error if they have such entries too."""
-    values = keys.get(name)
-    if values is None:
+    if keys.get(name) is None:
         return column
-    if column is not None or not isinstance(values, list):
-        raise FileError(f"{path}: {name} is one list of numbers, or a value with each waypoint, not both")
-    return np.array([finite_number(f"{path}: {name} {i}", value) for i, value in enumerate(values)])
+    if column is not None:
+        raise FileError(f"{path}: {name} is {LISTED.said}")
+    return np.array(LISTED.read(f"{path}: {name}", keys[name]))

@@ -19,12 +19,15 @@ from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.table import read_table
 from minsnap.errors import FileError, InputError, LinkError
 from minsnap.files.frames import get_frame, map_quaternions, map_vectors
+from minsnap.files.setpoint_csv import COLUMNS
 from minsnap.flight.mavlink._transports import bind_udp
 from minsnap.flight.mavlink.link import Clock, Link, Schedule
 from minsnap.flight.mavlink.setpoints import vehicle_frame
 from minsnap.flight.mavlink.vehicle_messages import Message, load_dialect
 
 Quaternion = tuple[float, float, float, float]
+QUATERNION = ("qw", "qx", "qy", "qz")
+"""Columns of an attitude in a file."""
 
 FARTHEST = 1e6
 """Coordinate beyond which a packet holds no pose of a room [m]."""
@@ -210,8 +213,7 @@ class ReplaySource(PoseSource):
     """
 
     def __init__(self, path: str | os.PathLike[str], clock: Clock) -> None:
-        optional = ("vx", "vy", "vz", "ax", "ay", "az", "yaw", "yaw_rate", "qw", "qx", "qy", "qz")
-        table = read_table(path, ("t", "x", "y", "z"), optional)
+        table = read_table(path, COLUMNS[:4], (*COLUMNS[4:], *QUATERNION))
         self._t = table["t"] - table["t"][0]
         self._positions = np.stack([table[name] for name in "xyz"], axis=1)
         self._attitudes = _attitudes(path, table)
@@ -228,9 +230,8 @@ class ReplaySource(PoseSource):
 
 
 def _attitudes(path: str | os.PathLike[str], table: dict[str, FloatArray]) -> FloatArray:
-    quaternion = ("qw", "qx", "qy", "qz")
-    if all(name in table for name in quaternion):
-        stacked = np.stack([table[name] for name in quaternion], axis=1)
+    if all(name in table for name in QUATERNION):
+        stacked = np.stack([table[name] for name in QUATERNION], axis=1)
         return np.asarray(stacked / np.linalg.norm(stacked, axis=1, keepdims=True))
     if "yaw" not in table:
         raise FileError(f"{path}, line 1: no column yaw, nor qw,qx,qy,qz: a pose needs an attitude")
@@ -265,8 +266,6 @@ def _is_loopback(host: str) -> bool:
         return host == "localhost"
 
 
-_LOCAL_NED, _BODY_FRD, _LOCAL_FRD = 1, 12, 20
-_VISION, _MOCAP = 2, 6  # MAV_ESTIMATOR_TYPE
 _UNKNOWN = [math.nan] + [0.0] * 20  # a covariance whose first number is not one is unknown
 
 
@@ -282,13 +281,15 @@ def vision_message(microseconds: int, position: list[float], attitude: list[floa
     )
 
 
-def odometry_message(estimator: int) -> Callable[..., Message]:
+def odometry_message(estimator: str) -> Callable[..., Message]:
     """ODOMETRY without velocities: as from vision, PX4's EKF2 fuses it; as from motion capture, it does not read it."""
 
     def build(microseconds: int, position: list[float], attitude: list[float], frame: str) -> Message:
-        axes, unknown = _LOCAL_NED if frame == "ned" else _LOCAL_FRD, [math.nan] * 6
-        return load_dialect().MAVLink_odometry_message(
-            microseconds, axes, _BODY_FRD, *position, attitude, *unknown, _UNKNOWN, _UNKNOWN, 0, estimator, 0
+        dialect, unknown = load_dialect(), [math.nan] * 6
+        axes = getattr(dialect, f"MAV_FRAME_LOCAL_{frame.upper()}"), dialect.MAV_FRAME_BODY_FRD
+        kind = getattr(dialect, f"MAV_ESTIMATOR_TYPE_{estimator}")
+        return dialect.MAVLink_odometry_message(
+            microseconds, *axes, *position, attitude, *unknown, _UNKNOWN, _UNKNOWN, 0, kind, 0
         )
 
     return build
@@ -296,8 +297,8 @@ def odometry_message(estimator: int) -> Callable[..., Message]:
 
 MESSAGES = {
     "vision": vision_message,
-    "odometry": odometry_message(_VISION),
-    "odometry-mocap": odometry_message(_MOCAP),
+    "odometry": odometry_message("VISION"),
+    "odometry-mocap": odometry_message("MOCAP"),
     "mocap": mocap_message,
 }
 """What a pose can be sent as."""

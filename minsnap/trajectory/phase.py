@@ -29,20 +29,36 @@ SPIN_UP = Polynomial([0.0, 0.0, 0.0, 0.0, 0.0, 7.0, -14.0, 10.0, -2.5])
 The integral of 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7, which goes from 0 to 1 with three zero derivatives at both ends.
 """
 
-ERROR = 1e-6
-"""Largest distance between the shape and the polynomials, by default [m]."""
 
-DEGREE = 7
-ORDERS = 8
-"""The interpolant meets 4 derivatives at both ends of a piece; its error follows from the 8th."""
+@dataclass(frozen=True)
+class ShapeSettings:
+    """How a shape is written as polynomials.
 
-ROUNDINGS = 2.0**-44
-"""What all roundings add to the error, relative to the size of the path: 256 units in the last place."""
+    Parameters
+    ----------
+    error : float
+        Largest distance between the shape and the polynomials, by default [m].
+    degree : int
+        The interpolant meets 4 derivatives at both ends of a piece.
+    orders : int
+        Its error follows from this derivative.
+    roundings : float
+        What all roundings add to the error, relative to the size of the path: 256 units in the last place.
+    pieces : int
+        Polynomials at most.
+    ramp : float
+        Share of the duration that a spin-up takes at least.
+    """
 
-MOST_PIECES = 100_000
+    error: float = 1e-6
+    degree: int = 7
+    orders: int = 8
+    roundings: float = 2.0**-44
+    pieces: int = 100_000
+    ramp: float = 1e-9
 
-SHORTEST_RAMP = 1e-9
-"""Share of the duration that a spin-up takes at least."""
+
+SHAPE = ShapeSettings()
 
 
 @dataclass(frozen=True)
@@ -135,7 +151,7 @@ class PhasePath(Path):
         """Number of coordinates."""
         return len(self.center)
 
-    def as_trajectory(self, error: float = ERROR) -> Trajectory:
+    def as_trajectory(self, error: float = SHAPE.error) -> Trajectory:
         """Return the path as polynomials that differ from it by ``error`` [m] at most; see :func:`as_polynomials`."""
         return as_polynomials(self, error)
 
@@ -174,7 +190,7 @@ def _exponential(phase: FloatArray) -> ComplexArray:
     return np.asarray(terms[-1])
 
 
-def as_polynomials(path: Path, error: float = ERROR) -> Trajectory:
+def as_polynomials(path: Path, error: float = SHAPE.error) -> Trajectory:
     r"""Return a shape as a trajectory of degree 7 that differs from it by a distance at most, at every instant.
 
     Each piece has the shape's position, velocity, acceleration and jerk at both ends, so the trajectory is three times
@@ -241,20 +257,20 @@ class _Sizes:
         drift = float(np.linalg.norm(path.drift))
         turns = np.arange(1, len(harmonics) + 1) * path.law.angle
         size = float(np.linalg.norm(path.center)) + drift * path.law.angle + float(harmonics @ (1.0 + turns))
-        return cls(harmonics * (1.0 + 1e-12), drift * (1.0 + 1e-12), ROUNDINGS * size)
+        return cls(harmonics * (1.0 + 1e-12), drift * (1.0 + 1e-12), SHAPE.roundings * size)
 
     def bound(self, phase: FloatArray) -> float:
         r"""Largest distance over pieces, from bounds :math:`|\varphi^{(j)}| w^j / j!` of shape (9, pieces)."""
         waves = [size * _majorant(k * phase) for k, size in enumerate(self.harmonics, 1)]
-        return float(np.max(self.drift * phase[ORDERS] + sum(waves))) + self.rounding
+        return float(np.max(self.drift * phase[SHAPE.orders] + sum(waves))) + self.rounding
 
 
 def _majorant(phase: FloatArray) -> FloatArray:
     r"""Bound of the 8th Taylor coefficient of :math:`e^{i\varphi}`: the recurrence of its terms, with their sizes."""
     terms = np.ones_like(phase)
-    for n in range(1, ORDERS + 1):
+    for n in range(1, SHAPE.orders + 1):
         terms[n] = sum(j * phase[j] * terms[n - j] for j in range(1, n + 1)) / n
-    return np.asarray(terms[ORDERS])
+    return np.asarray(terms[SHAPE.orders])
 
 
 def _spinning(law: PhaseLaw, pieces: int) -> FloatArray:
@@ -266,15 +282,15 @@ def _spinning(law: PhaseLaw, pieces: int) -> FloatArray:
     """
     half = 0.5 / pieces
     middles = (2.0 * np.arange(pieces) + 1.0) * half
-    sizes = [abs(SPIN_UP.deriv(j)(middles)) * half**j / factorial(j) for j in range(ORDERS + 1)]
-    reach = [sum(comb(k, j) * sizes[k] for k in range(j, ORDERS + 1)) for j in range(ORDERS + 1)]
+    sizes = [abs(SPIN_UP.deriv(j)(middles)) * half**j / factorial(j) for j in range(SHAPE.orders + 1)]
+    reach = [sum(comb(k, j) * sizes[k] for k in range(j, SHAPE.orders + 1)) for j in range(SHAPE.orders + 1)]
     return law.rate * law.spin_time * np.array(reach) * (1.0 + 1e-12)
 
 
 def _steady(law: PhaseLaw, pieces: int) -> FloatArray:
     """Return the same on equal pieces of the part at full rate, where only the first derivative is not zero."""
     half = (law.angle - 2.0 * law.ramp) / pieces / 2.0
-    return np.array([[0.0], [half], *[[0.0]] * (ORDERS - 1)]) * (1.0 + 1e-12)
+    return np.array([[0.0], [half], *[[0.0]] * (SHAPE.orders - 1)]) * (1.0 + 1e-12)
 
 
 def _knots(path: PhasePath, error: float) -> FloatArray:
@@ -283,7 +299,7 @@ def _knots(path: PhasePath, error: float) -> FloatArray:
     pieces = _count(sizes, lambda n: _spinning(law, n), error) if law.ramp > 0.0 else 1
     spin = np.linspace(0.0, law.spin_time, pieces + 1) if law.ramp > 0.0 else np.zeros(1)
     down = law.duration - spin[-2::-1] if law.ramp > 0.0 else np.empty(0)
-    if law.duration - 2.0 * law.spin_time <= SHORTEST_RAMP * law.duration:
+    if law.duration - 2.0 * law.spin_time <= SHAPE.ramp * law.duration:
         return np.concatenate((spin, down))
     pieces = _count(sizes, lambda n: _steady(law, n), error)
     return np.concatenate((spin, np.linspace(law.spin_time, _slowing(law), pieces + 1)[1:], down))
@@ -300,7 +316,7 @@ def _slowing(law: PhaseLaw) -> float:
 def _check(law: PhaseLaw, sizes: _Sizes, error: float) -> None:
     if sizes.rounding >= error:
         raise ShapeError(f"an error of {error:g} m is not more than rounding, {sizes.rounding:.2g} m: allow more")
-    if 0.0 < law.spin_time < SHORTEST_RAMP * law.duration:
+    if 0.0 < law.spin_time < SHAPE.ramp * law.duration:
         raise ShapeError(
             f"a spin-up of {law.spin_time:.2g} s is too short for polynomials: give ramp=0 or a longer one"
         )
@@ -311,8 +327,8 @@ def _count(sizes: _Sizes, phase: Callable[[int], FloatArray], error: float) -> i
     low, high = 0, 1
     while sizes.bound(phase(high)) > error:
         low, high = high, 2 * high
-        if high > MOST_PIECES:
-            raise ShapeError(f"an error of {error:g} m takes more than {MOST_PIECES} polynomials: allow more")
+        if high > SHAPE.pieces:
+            raise ShapeError(f"an error of {error:g} m takes more than {SHAPE.pieces} polynomials: allow more")
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (middle, high) if sizes.bound(phase(middle)) > error else (low, middle)
@@ -326,4 +342,4 @@ def _through(path: PhasePath, knots: FloatArray) -> Trajectory:
     states = np.stack([path(inside, order) for order in range(4)], axis=1)
     powers = durations[:, None, None] ** np.arange(4)[None, :, None]
     ends = np.concatenate([states[:-1] * powers, states[1:] * powers], axis=1)
-    return Trajectory(np.einsum("ij,mjd->mid", ends_to_points(DEGREE), ends), durations)
+    return Trajectory(np.einsum("ij,mjd->mid", ends_to_points(SHAPE.degree), ends), durations)

@@ -83,7 +83,7 @@ class Samples(ReadOnly):
         """Return every column, shape (m,), by its name: ``t``, ``x``, ``vx``, ``ffz``, ``yaw`` and so on."""
         columns = {"t": self.t}
         for name, values in self.vectors().items():
-            columns |= {_PREFIXES[name] + axis: values[:, i] for i, axis in enumerate(axis_names(values.shape[1]))}
+            columns |= dict(zip(column_names(name, self.dim), values.T, strict=True))
         return columns | {name: getattr(self, name) for name in ("yaw", "yaw_rate") if getattr(self, name) is not None}
 
     @property
@@ -116,3 +116,10 @@ ARRAYS = tuple(field.name for field in fields(Samples) if field.name != "lead")
 def axis_names(dim: int) -> tuple[str, ...]:
     """Return x, y, z, or x0, x1 and so on for more coordinates than three."""
     return tuple("xyz"[:dim]) if dim <= 3 else tuple(f"x{axis}" for axis in range(dim))
+
+
+def column_names(quantity: str, dim: int = 3) -> tuple[str, ...]:
+    """Return the names of the columns of a quantity in tables and files."""
+    if quantity not in _PREFIXES:
+        return (quantity,)
+    return tuple(_PREFIXES[quantity] + axis for axis in axis_names(dim))

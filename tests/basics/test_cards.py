@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from minsnap.basics.cards import HEIGHT, MARGIN, WIDTH, card, curve_svg, strip_svg
+from minsnap.basics.cards import CARD, card, curve_svg, strip_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -21,10 +21,10 @@ def pixels(svg: str) -> np.ndarray:
 def test_curves_are_drawn_to_one_scale_inside_the_drawing(size):
     points = np.array([[-1.0, -1.0], [1.0, 1.0], [0.3, -0.8]]) / 2.0 * size + [7.0 * size[0], -3.0 * size[1]]
     drawn = pixels(curve_svg(points))
-    assert (drawn >= 0.0).all() and (drawn <= [WIDTH, HEIGHT]).all()
+    assert (drawn >= 0.0).all() and (drawn <= [CARD.width, CARD.height]).all()
     spans = np.ptp(drawn, axis=0)
     assert spans[0] * size[1] == pytest.approx(spans[1] * size[0], abs=0.11 * max(size))
-    assert (spans >= [WIDTH - 2 * MARGIN - 0.2, HEIGHT - 2 * MARGIN - 0.2]).any()
+    assert (spans >= [CARD.width - 2 * CARD.margin - 0.2, CARD.height - 2 * CARD.margin - 0.2]).any()
     if size[1]:
         assert drawn[1, 1] < drawn[0, 1], "y upwards"
 
@@ -48,7 +48,9 @@ def test_points_without_extent_and_too_many_waypoints_are_drawn():
 def test_strips_span_their_height_and_name_their_range(values):
     svg = strip_svg(np.array([0.0, 1.0, 4.0]), np.array(values), "z [m]")
     drawn = pixels(svg)
-    assert drawn[:, 0] == pytest.approx([MARGIN, MARGIN + (WIDTH - 2 * MARGIN) / 4.0, WIDTH - MARGIN], abs=0.06)
+    assert drawn[:, 0] == pytest.approx(
+        [CARD.margin, CARD.margin + (CARD.width - 2 * CARD.margin) / 4.0, CARD.width - CARD.margin], abs=0.06
+    )
     assert np.argmin(drawn[:, 1]) == np.argmax(values)
     assert f"{min(values):.4g}" in svg
 

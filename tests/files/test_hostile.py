@@ -31,13 +31,13 @@ YAML = {
     "aliases": (BILLIONS, "line .*: aliases are not read"),
     "nesting": ("[" * 5000 + "]" * 5000, "32 levels of nesting"),
     "open nesting": ("[" * 5000, "line|not YAML"),
-    "digits": (f"- [0, 0, 1]\n- [{'9' * 400}, 0, 1]\n", "waypoint 1: x is .*not a finite number"),
-    "digits of another sign": (f"- [0, 0, 1]\n- [-{'9' * 4500}, 0, 1]\n", "waypoint 1: x is .*not a finite number"),
-    "sexagesimal": ("- [0, 0, 1]\n- [1:30, 0, 1]\n", "x is '1:30', not a finite number"),
+    "digits": (f"- [0, 0, 1]\n- [{'9' * 400}, 0, 1]\n", "waypoint 1: x is .*give a finite number"),
+    "digits of another sign": (f"- [0, 0, 1]\n- [-{'9' * 4500}, 0, 1]\n", "waypoint 1: x is .*give a finite number"),
+    "sexagesimal": ("- [0, 0, 1]\n- [1:30, 0, 1]\n", "x is '1:30': give a finite number"),
     "twice": ("waypoints: [[0, 0, 1], [1, 0, 1]]\nwaypoints: [[0, 0, 1], [2, 0, 1]]\n", "'waypoints' is there twice"),
     "twice within": ("- [0, 0, 1]\n- {x: 1, y: 0, z: 1, x: 2}\n", "line 2: 'x' is there twice"),
     "object": ("- !!python/object/apply:os.getcwd []\n", "line 1"),
-    "long text": (f"- [0, 0, 1]\n- {'a' * 100_000}\n", r"not '.{20,70}'"),
+    "long text": (f"- [0, 0, 1]\n- {'a' * 100_000}\n", r"waypoint 1 is '.{20,70}': give"),
     "a list as key": ("? [1, 2]\n: 3\n", "list|YAML"),
 }
 

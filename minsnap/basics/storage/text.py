@@ -12,7 +12,6 @@ from pathlib import Path
 from stat import S_ISDIR, S_ISREG
 from typing import Any
 
-from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import FileError, MinsnapError
 
@@ -123,13 +122,6 @@ def digest_of(path: str | os.PathLike[str]) -> str:
         while part := file.read(1 << 20):
             total.update(part)
     return total.hexdigest()
-
-
-def finite_number(where: str, value: Any) -> float:
-    """Return a finite number of a file as a float, or raise FileError, which says where it is."""
-    if not is_number(value):
-        raise FileError(f"{where} is {shown(value)}, not a finite number")
-    return float(value)
 
 
 LARGEST_YAML = 32_000_000

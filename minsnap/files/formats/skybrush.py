@@ -182,17 +182,30 @@ def _read_varint(content: bytes, offset: int) -> tuple[int, int]:
             return value, offset
 
 
-TOLERANCE = 0.002
-"""Largest distance of a cubic from the curve before rounding, by default: about what rounding adds [m]."""
+@dataclass(frozen=True)
+class CubicSettings:
+    """How a curve is cut into the cubics of a show.
 
-LONGEST = 60_000
-"""Longest segment [ms]: Skybrush's own builder splits above."""
+    Parameters
+    ----------
+    tolerance : float
+        Largest distance of a cubic from the curve before rounding, by default: about what rounding adds [m].
+    longest : int
+        Longest segment [ms]: Skybrush's own builder splits above.
+    shortest : int
+        Segments that are not split any more [ms].
+    scale : int
+        Largest unit [mm].
+    """
 
-SHORTEST_SEGMENT = 8
-"""Segments that are not split any more [ms]."""
+    tolerance: float = 0.002
+    longest: int = 60_000
+    shortest: int = 8
+    scale: int = 127
 
-LARGEST_SCALE = 127
-"""Largest unit [mm]."""
+
+CUBIC = CubicSettings()
+
 
 _Integers = npt.NDArray[np.int64]
 
@@ -224,7 +237,7 @@ class CubicSegments(ReadOnly):
         return Trajectory(points * (self.scale / 1e3), np.diff(self.breaks) / 1e3)
 
 
-def cubic_segments(trajectory: Trajectory, tolerance: float = TOLERANCE) -> CubicSegments:
+def cubic_segments(trajectory: Trajectory, tolerance: float = CUBIC.tolerance) -> CubicSegments:
     """Return a curve as cubics.
 
     Parameters
@@ -253,24 +266,26 @@ def cubic_segments(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Cubi
     return CubicSegments(breaks, held.points, scale, float(distance_bounds(held.trajectory(), trajectory)[0]))
 
 
-def worst_distance(reach: float, tolerance: float = TOLERANCE) -> float:
+def worst_distance(reach: float, tolerance: float = CUBIC.tolerance) -> float:
     """Return how far cubics may be from curves that stay within half as far again as ``reach`` of the origin [m]."""
     scale = _scale(np.array([1.5 * reach]))
     return float(tolerance + np.sqrt(3.0) * 0.5e-3 * scale)
 
 
 def _whole(breaks: FloatArray) -> _Integers:
-    """Return knots at whole milliseconds, none farther apart than ``LONGEST``; the last is not before the end."""
+    """Return knots at whole milliseconds, none farther apart than ``CUBIC.longest``; the last is not before the end."""
     whole = np.unique(np.round(breaks * 1e3).astype(np.int64))
     end = max(int(np.ceil(breaks[-1] * 1e3 - 1e-6)), 1)
     whole = np.append(whole[whole < end], end)
-    return np.union1d(whole, np.concatenate([np.arange(a, b, LONGEST) for a, b in zip(whole, whole[1:], strict=False)]))
+    return np.union1d(
+        whole, np.concatenate([np.arange(a, b, CUBIC.longest) for a, b in zip(whole, whole[1:], strict=False)])
+    )
 
 
 def _coarse(trajectory: Trajectory, breaks: _Integers, tolerance: float) -> _Integers:
     """Return the middles of segments whose cubics are farther from the curve than is allowed [ms]."""
     stored = Trajectory(_hermite(trajectory, breaks), np.diff(breaks) / 1e3)
-    coarse = (distances_within(stored, trajectory) > tolerance) & (np.diff(breaks) > SHORTEST_SEGMENT)
+    coarse = (distances_within(stored, trajectory) > tolerance) & (np.diff(breaks) > CUBIC.shortest)
     return (breaks[:-1] + breaks[1:])[coarse] // 2
 
 
@@ -297,10 +312,10 @@ def _scale(points: FloatArray) -> int:
     """Return the least unit in which int16 holds the coordinates [mm]."""
     farthest = np.abs(points).max() * 1e3
     scale = int(np.ceil((farthest + 1.0) / (LARGEST + 1)))
-    if scale > LARGEST_SCALE:
+    if scale > CUBIC.scale:
         raise FileError(
             f"the trajectory leads {farthest / 1e3:.0f} m from the origin, and a show holds "
-            f"{LARGEST * LARGEST_SCALE / 1e3:.0f} m: move the origin nearer"
+            f"{LARGEST * CUBIC.scale / 1e3:.0f} m: move the origin nearer"
         )
     return scale
 

@@ -202,10 +202,6 @@ class LinkSettings:
 LISTENING = LinkSettings()
 
 
-_GROUND_STATION, _COMPANION, _NO_AUTOPILOT, _ACTIVE = 6, 18, 8, 4
-_COMPONENT = 191  # MAV_COMP_ID_ONBOARD_COMPUTER
-
-
 class Link:
     """Messages to and from one vehicle over a transport.
 
@@ -252,7 +248,8 @@ class Link:
         self.ignored: Counter[tuple[int, int]] = Counter()
         self.refused = 0
         self.numbering: Callable[[], int] | None = None
-        self._codec = self._dialect.MAVLink(self, srcSystem=source_system, srcComponent=_COMPONENT)
+        own = self._dialect.MAV_COMP_ID_ONBOARD_COMPUTER
+        self._codec = self._dialect.MAVLink(self, srcSystem=source_system, srcComponent=own)
         self._parsers: dict[Peer, Any] = {}
         self._peer: Peer | None = None
         self._next_heartbeat = clock.now()
@@ -314,7 +311,9 @@ class Link:
         if now < self._next_heartbeat:
             return
         self._next_heartbeat = max(self._next_heartbeat + 1.0, now)
-        self.send(self._dialect.MAVLink_heartbeat_message(_COMPANION, _NO_AUTOPILOT, 0, 0, _ACTIVE, 3))
+        d = self._dialect
+        kind = (d.MAV_TYPE_ONBOARD_CONTROLLER, d.MAV_AUTOPILOT_INVALID)
+        self.send(d.MAVLink_heartbeat_message(*kind, 0, 0, d.MAV_STATE_ACTIVE, 3))
 
     def _arrived(self) -> list[Message] | None:
         """Return the vehicle's messages in the received data; None if no data was received."""
@@ -361,9 +360,9 @@ class Link:
 
     def _is_suitable(self, message: Message, system: int) -> bool:
         """Return whether this is the heartbeat of an autopilot with the requested system id."""
-        if message.get_type() != "HEARTBEAT" or message.autopilot == _NO_AUTOPILOT or message.type == _GROUND_STATION:
+        if message.get_type() != "HEARTBEAT" or message.autopilot == self._dialect.MAV_AUTOPILOT_INVALID:
             return False
-        return self._wanted in (None, system)
+        return message.type != self._dialect.MAV_TYPE_GCS and self._wanted in (None, system)
 
     def wait_for_vehicle(self, timeout: float, cancelled: Callable[[], bool] = lambda: False) -> VehicleState:
         """Wait for the first heartbeat, sending ours meanwhile.

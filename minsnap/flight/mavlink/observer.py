@@ -12,11 +12,12 @@ import numpy as np
 
 from minsnap.errors import FileError
 from minsnap.flight.mavlink.sequence import Sequence, SetpointStep
-from minsnap.flight.mavlink.setpoints import ChangingTable, Setpoint, SetpointTable
+from minsnap.flight.mavlink.setpoints import FIELDS, ChangingTable, Setpoint, SetpointTable
 from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamStatus
 from minsnap.flight.mavlink.vehicle_messages import Message, VehicleState
+from minsnap.trajectory.samples import column_names
 
-MOTION = ("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az", "yaw", "yaw_rate")
+MOTION = tuple(column for field in FIELDS for column in column_names(field))
 COLUMNS = ("time", "kind", "index", *MOTION, "type_mask", "lateness", "armed", "custom_mode", "text")
 """``kind`` is setpoint, position, heartbeat or event; cells that do not apply are empty."""
 

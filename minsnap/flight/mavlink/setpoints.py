@@ -112,8 +112,6 @@ class FeedForward:
 FIELDS = {"position": 0b111, "velocity": 0b111 << 3, "acceleration": 0b111 << 6, "yaw": 1 << 10, "yaw_rate": 1 << 11}
 """What a setpoint can hold, and the bits of the type mask that say to ignore it (MAVLink, POSITION_TARGET_TYPEMASK)."""
 
-LOCAL_NED = 1  # MAV_FRAME_LOCAL_NED
-
 
 @dataclass(frozen=True)
 class Setpoint:
@@ -155,9 +153,9 @@ def type_mask(fields: Sequence[str]) -> int:
 
 def setpoint_message(setpoint: Setpoint, mask: int, vehicle: VehicleState, milliseconds: int) -> Message:
     """SET_POSITION_TARGET_LOCAL_NED to the vehicle."""
-    build = load_dialect().MAVLink_set_position_target_local_ned_message
-    now, numbers = milliseconds & 0xFFFFFFFF, setpoint.numbers
-    return build(now, vehicle.system, vehicle.component, LOCAL_NED, mask, *numbers)
+    dialect, now = load_dialect(), milliseconds & 0xFFFFFFFF
+    to = (vehicle.system, vehicle.component, dialect.MAV_FRAME_LOCAL_NED)
+    return dialect.MAVLink_set_position_target_local_ned_message(now, *to, mask, *setpoint.numbers)
 
 
 @dataclass(frozen=True, eq=False)

@@ -331,22 +331,17 @@ class Comparison(OwnsArrays):
         """Return the figures as plain numbers, for JSON."""
         return {
             "rmse": dict(zip(_axis_names(self.error.shape[1]), self.rmse.tolist(), strict=True)),
-            "rmse_3d": self.rmse_3d,
-            "max_error": self.max_error,
-            "worst_instant": self.worst_instant,
-            "along_rmse": self.along_rmse,
-            "across_rmse": self.across_rmse,
+            **{name: getattr(self, name) for name in FIGURES},
             "constant_offset": self.constant_offset.tolist(),
-            "delay": self.delay,
             "rmse_3d_without_delay": self.late_rmse_3d,
-            "path_rmse": self.path_rmse,
-            "path_max": self.path_max,
-            "time_rmse": self.time_rmse,
-            "offset": self.offset,
             "start": float(self.t[0]),
             "end": float(self.t[-1]),
             "samples": len(self.t),
         }
+
+
+FIGURES = "rmse_3d max_error worst_instant along_rmse across_rmse delay path_rmse path_max time_rmse offset".split()
+"""Properties of a comparison that are one number each."""
 
 
 def _axis_names(count: int) -> list[str]:
