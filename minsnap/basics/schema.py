@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from typing import Any
 
@@ -40,6 +40,10 @@ class Form:
         if not self.fits(value):
             raise FileError(f"{where} is {shown(value)}: give {self.said}")
         return self.made(where, value)
+
+    def then(self, make: Callable[[Any], Any]) -> Form:
+        """Return the form of the same values from which something else is made."""
+        return replace(self, made=lambda where, value: make(self.made(where, value)))
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import json
 import os
 import signal
 import sys
-from typing import IO, Any
+from typing import IO
 
 from minsnap.batch.columns import record_batch
 from minsnap.batch.dataset_rows import Row, planned_row
@@ -87,19 +87,15 @@ def _timed(spec: Spec, number: int, marker: int, timeout: float) -> Row:
 
 
 def _send(rows: list[Row], answers: IO[bytes]) -> None:
-    stream = _stream(record_batch(rows))
+    import pyarrow
+
+    sink, batch = pyarrow.BufferOutputStream(), record_batch(rows)
+    with pyarrow.ipc.new_stream(sink, batch.schema) as writer:
+        writer.write_batch(batch)
+    stream = sink.getvalue()
     answers.write(len(stream).to_bytes(8, "big"))
     answers.write(stream)
     answers.flush()
-
-
-def _stream(batch: Any) -> bytes:
-    import pyarrow
-
-    sink = pyarrow.BufferOutputStream()
-    with pyarrow.ipc.new_stream(sink, batch.schema) as writer:
-        writer.write_batch(batch)
-    return bytes(sink.getvalue().to_pybytes())
 
 
 if __name__ == "__main__":

@@ -87,8 +87,7 @@ def resolution_of(path: str | os.PathLike[str], rate: float = RATE) -> float:
 
 def read_samples(path: str | os.PathLike[str], frame: str | None = None, rate: float = RATE) -> Samples:
     """Read any file as :func:`read_any` does, polynomials sampled at a rate [Hz]."""
-    content = read_any(path, frame)
-    return content if isinstance(content, Samples) else content.sample(rate)
+    return read_any(path, frame).sample(rate)
 
 
 def write_any(
@@ -141,7 +140,7 @@ def written(
     note = None
     if isinstance(content, PhasePath) and chosen.holds != "samples":
         content, note = polynomials_of(content, chosen.most_pieces)
-    if not isinstance(content, Samples) and not (isinstance(content, Trajectory) and chosen.holds != "samples"):
+    elif chosen.holds == "samples" or not isinstance(content, Trajectory):
         content = content.sample(rate)
     if chosen.holds == "polynomials" and isinstance(content, Samples):
         from minsnap.files.formats.pieces import refit

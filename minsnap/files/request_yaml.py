@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from math import sqrt
 from pathlib import Path
@@ -125,7 +125,11 @@ OBSTACLE = mapping(
     {name: Key(several(NUMBER, what, least, 6), f"{what} [m]") for name, (_, what, least) in NAMED.items()},
     f"a mapping of {', '.join(NAMED)} to numbers",
 )
+OBSTACLES = several(OBSTACLE, "a list of obstacles").then(
+    lambda entries: tuple(named for entry in entries for named in entry.items())
+)
 
+OPENING_KEYS = ("waypoint", "corners", "crossing", "margin")
 OPENING = mapping(
     {
         "waypoint": Key(WHOLE, "which one, from 0", needed=True),
@@ -134,9 +138,7 @@ OPENING = mapping(
         "margin": Key(NUMBER, "how far the path stays from the edges [m]"),
     },
     "a mapping of waypoint, corners, crossing and margin",
-)
-
-OPENING_KEYS = ("waypoint", "corners", "crossing", "margin")
+).then(lambda gate: tuple(({"crossing": 0, "margin": 0.0} | gate)[name] for name in OPENING_KEYS))
 
 SEARCHED = {
     "split": Key(word(*WORDS["split"]), "how a total time is divided among the legs"),
@@ -152,7 +154,7 @@ FURTHER = {
     "corridor": Key(WIDTHS, "half-width around each leg [m], one for all or one per leg"),
     "boxes": Key(several(BOX, "two corners for each leg"), "in which each leg stays [m]"),
     "room": Key(BOX, "in which all legs stay [m]"),
-    "avoid": Key(several(OBSTACLE, "a list of obstacles"), "what the path keeps out of"),
+    "avoid": Key(OBSTACLES, "what the path keeps out of"),
     "openings": Key(several(OPENING, "a list of gates"), "gates in the place of waypoints, which are their centers"),
     "waypoint_tolerance": Key(NUMBER, "half-width of the box around each inner waypoint [m]"),
     "degree": Key(WHOLE, "of the polynomials"),
@@ -200,11 +202,6 @@ def has_points(waypoints: Any) -> bool:
     """Whether waypoints are points, with a heading and a duration perhaps, and none is a gate or a stop."""
     entries = waypoints if isinstance(waypoints, list) else []
     return all(set(entry) <= set(COLUMNS) for entry in entries if isinstance(entry, dict))
-
-
-def named_numbers(obstacles: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, Any], ...]:
-    """Return obstacles of a file as a request has them."""
-    return tuple(named for entry in obstacles for named in entry.items())
 
 
 def read_request(path: str | os.PathLike[str]) -> PlanRequest:
@@ -290,13 +287,6 @@ def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any]) 
     if "limits" in changes:
         changes |= _limits(
             f"{where}: limits", changes.pop("limits"), request.durations is not None or "total_time" in changes
-        )
-    if "avoid" in changes:
-        changes["avoid"] = named_numbers(changes["avoid"])
-    if "openings" in changes:
-        changes["openings"] = tuple(
-            (gate["waypoint"], gate["corners"], gate.get("crossing", 0), gate.get("margin", 0.0))
-            for gate in changes["openings"]
         )
     widths = changes.get("corridor")
     if isinstance(widths, float):

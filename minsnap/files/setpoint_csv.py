@@ -254,8 +254,7 @@ def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") ->
     FileError, FrameError, TimingError
         As :func:`write_csv`.
     """
-    samples = source if isinstance(source, Samples) else source.sample(rate)
-    axes, flat = get_frame(frame), in_space(samples)
+    axes, flat = get_frame(frame), in_space(source.sample(rate))
     mapped = map_samples(flat, "enu", axes)
     columns = columns_of(mapped)
     if axes.name != "enu" or _below_ground(flat.position[:, 2]):

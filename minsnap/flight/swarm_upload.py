@@ -113,19 +113,22 @@ def command(link: CrtpLink, body: bytes) -> None:
         raise FlightError(f"{link.name} refuses command {body[0]} with error {answer[3]}")
 
 
+def _answered(link: CrtpLink, channel: int, place: bytes, rest: bytes) -> bytes:
+    """Ask the memory for something at a place; return the status of its answer and what follows."""
+    return ask(link, MEMORY_PORT, channel, place + rest, lambda body: body[:5] == place and len(body) > 5)[5:]
+
+
 def _write(link: CrtpLink, number: int, start: int, part: bytes) -> None:
-    place = struct.pack("<BI", number, start)
-    answer = ask(link, MEMORY_PORT, WRITE, place + part, lambda body: body[:5] == place and len(body) > 5)
-    if answer[5]:
-        raise FlightError(f"{link.name} refuses to write at {start}: error {answer[5]}")
+    status = _answered(link, WRITE, struct.pack("<BI", number, start), part)[0]
+    if status:
+        raise FlightError(f"{link.name} refuses to write at {start}: error {status}")
 
 
 def _read(link: CrtpLink, number: int, start: int, count: int) -> bytes:
-    place = struct.pack("<BI", number, start)
-    answer = ask(link, MEMORY_PORT, READ, place + bytes([count]), lambda body: body[:5] == place and len(body) > 5)
-    if answer[5] or len(answer) != 6 + count:
-        raise FlightError(f"{link.name} does not read {count} bytes at {start}: error {answer[5]}")
-    return answer[6:]
+    status, *content = _answered(link, READ, struct.pack("<BI", number, start), bytes([count]))
+    if status or len(content) != count:
+        raise FlightError(f"{link.name} does not read {count} bytes at {start}: error {status}")
+    return bytes(content)
 
 
 START = 13

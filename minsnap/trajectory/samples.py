@@ -65,6 +65,10 @@ class Samples(ReadOnly):
         taken: dict[str, Any] = {name: values[rows] for name, values in self.arrays().items()}
         return replace(self, **taken)
 
+    def sample(self, rate: float = 20.0) -> Samples:
+        """Return the samples, which have their own instants: they serve wherever a path is sampled."""
+        return self
+
     def arrays(self) -> dict[str, FloatArray]:
         """Return all arrays that are known, by name."""
         return {name: getattr(self, name) for name in ARRAYS if getattr(self, name) is not None}

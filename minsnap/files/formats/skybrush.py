@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, numbers, owned
+from minsnap.basics.arrays import FloatArray, ReadOnly, numbers, set_fields
 from minsnap.basics.checks import check_positive
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import read_bytes, reading
@@ -75,9 +75,7 @@ class Lights(ReadOnly):
             raise InputError("the colours of lights must be three numbers from 0 to 255 for each instant")
         if fades.shape != instants.shape:
             raise InputError(f"there are {fades.size} fades for {len(instants)} colours: give one for each")
-        for name, value in (("instants", instants), ("colours", colours)):
-            object.__setattr__(self, name, owned(value))
-        object.__setattr__(self, "fades", fades.copy())
+        set_fields(self, instants=instants, colours=colours, fades=fades.copy())
 
     def __call__(self, t: npt.ArrayLike) -> FloatArray:
         """Return the colour at instants of any shape, black before the first: ``t.shape + (3,)``."""

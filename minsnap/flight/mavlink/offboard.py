@@ -125,9 +125,7 @@ def _at_speed(samples: Samples, report: ConsistencyReport) -> str:
 def sampled(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> tuple[Samples, str]:
     """Return the source as samples in z-up world axes, and its frame."""
     rate = 20.0 if options.rate is None else options.rate
-    if isinstance(source, Samples):
-        return source, options.frame or "enu"
-    if isinstance(source, Path):
+    if isinstance(source, (Samples, Path)):
         return source.sample(rate), options.frame or "enu"
     from minsnap.files.convert import read_samples
 

@@ -56,11 +56,6 @@ def add_event_to(dialect: Any) -> None:
         fieldtypes = ("uint32_t", "uint32_t", "uint16_t", *("uint8_t",) * 4)
         orders, lengths, array_lengths = list(range(7)), [1] * 6 + [40], [0] * 6 + [40]
         native_format, unpacker = bytearray(b"<IIHBBBB"), struct.Struct("<IIHBBB40B")
-        fielddisplays_by_name: dict[str, str] = {}
-        fieldenums_by_name: dict[str, str] = {}
-        fieldunits_by_name: dict[str, str] = {}
-        instance_field = None
-        instance_offset = -1
 
         def __init__(self, *values: Any) -> None:
             super().__init__(self.id, self.msgname)

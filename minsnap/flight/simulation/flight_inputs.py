@@ -275,12 +275,11 @@ class DrydenWind:
 
 def _first_order(noise: FloatArray, decay: float) -> FloatArray:
     """Return the stationary process of unit variance with the spectrum of ``1 / (1 + T s)``, shape (count,)."""
-    series, spread = np.empty(len(noise)), math.sqrt(1.0 - decay * decay)
-    value = 0.0
-    for index, shock in enumerate(noise.tolist()):
-        value = shock if index == 0 else decay * value + spread * shock
-        series[index] = value
-    return series
+    from scipy.signal import lfilter
+
+    shocks = noise * math.sqrt(1.0 - decay * decay)
+    shocks[:1] = noise[:1]
+    return np.asarray(lfilter([1.0], [1.0, -decay], shocks))
 
 
 def _second_order(noise: FloatArray, step: float, time: float) -> FloatArray:

@@ -68,21 +68,6 @@ PUBLISHED_PROPELLER = Surface(
 """Drag of one propeller from pitch, velocity and rotor speed (section 3.4.2)."""
 
 
-def published_drag(name: str = "linear") -> SurfaceDrag:
-    """Return a published model as a force: ``surface``, ``reduced``, ``linear`` or ``propeller``."""
-    models = {
-        "surface": SurfaceDrag(PUBLISHED_PARASITIC),
-        "reduced": SurfaceDrag(PUBLISHED_PARASITIC_REDUCED),
-        "linear": SurfaceDrag(PUBLISHED_PARASITIC_LINEAR),
-        "propeller": SurfaceDrag(PUBLISHED_PROPELLER, count=4),
-    }
-    if name not in models:
-        raise VehicleError(f"no published drag model is called {name!r}: choose from {', '.join(models)}")
-    return models[name]
-
-
-Table = str | os.PathLike[str] | Mapping[str, npt.ArrayLike]
-
 FORMS = {
     "parasitic": PUBLISHED_PARASITIC,
     "reduced": PUBLISHED_PARASITIC_REDUCED,
@@ -90,6 +75,17 @@ FORMS = {
     "propeller": PUBLISHED_PROPELLER,
 }
 """The forms of the thesis that :func:`fit_drag` fits, by name."""
+
+
+def published_drag(name: str = "linear") -> SurfaceDrag:
+    """Return a published model as a force: ``surface``, ``reduced``, ``linear`` or ``propeller``."""
+    models = {"surface" if form == "parasitic" else form: surface for form, surface in FORMS.items()}
+    if name not in models:
+        raise VehicleError(f"no published drag model is called {name!r}: choose from {', '.join(models)}")
+    return SurfaceDrag(models[name], count=4 if name == "propeller" else 1)
+
+
+Table = str | os.PathLike[str] | Mapping[str, npt.ArrayLike]
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,6 @@ from minsnap.files.request_yaml import (
     has_points,
     is_request,
     limits_of,
-    named_numbers,
     vehicle_of,
     without_null,
 )
@@ -363,9 +362,8 @@ def _course(where: str, content: Mapping[str, Any], path: Path) -> Course:
     closed = content.get("closed", False)
     if closed and len(stops) > 2 and np.array_equal(stops[0].center, stops[-1].center):
         stops.pop()
-    optional = ("laps", "tube", "start", "end", "tolerance", "yaw", "takeoff", "land", "degree", "pieces")
+    optional = ("laps", "tube", "start", "end", "tolerance", "yaw", "takeoff", "land", "degree", "pieces", "avoid")
     values = {key: content[key] for key in optional if key in content}
-    values |= {"avoid": named_numbers(content.get("avoid", ()))}
     boxes = Boxes(**content["boxes"]) if "boxes" in content else None
     limits = _limits(path.parent, content)
     return Course(tuple(stops), closed, limits=limits, boxes=boxes, name=content.get("name", path.stem), **values)

@@ -9,7 +9,7 @@ import minsnap
 from minsnap.errors import FileError
 from minsnap.files.formats.bezier_segments import packed, unpacked
 from minsnap.files.formats.skybrush import (
-    TOLERANCE,
+    CUBIC,
     Lights,
     checksum,
     cubic_segments,
@@ -60,7 +60,7 @@ def test_what_is_read_is_within_the_proved_distance(tmp_path, far, scale):
     t = np.linspace(0.0, path.duration, 20001)
     off = np.linalg.norm(again(t) - path(t), axis=1).max()
     assert off <= written.distance <= 1.5 * off + 1e-4
-    assert written.distance <= TOLERANCE + np.sqrt(3.0) * 0.5e-3 * scale + 1e-9
+    assert written.distance <= CUBIC.tolerance + np.sqrt(3.0) * 0.5e-3 * scale + 1e-9
     assert path.duration <= again.duration <= path.duration + 1e-3
     assert np.abs(again(again.duration) - path(path.duration)).max() <= 0.5e-3 * scale + 1e-12
 
