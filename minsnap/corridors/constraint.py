@@ -194,8 +194,9 @@ class Walls(ReadOnly):
 
     @cached_property
     def group(self) -> ConeGroup:
-        """The same for ways to come to rest."""
-        return ConeGroup.of(self.order, self.leg, self.matrix, self.anchor, self.slope, self.radius, self.width)
+        """The same for the search for the shortest time, and for ways to come to rest."""
+        arrays = self.leg, self.matrix, self.anchor, self.slope, self.radius, self.width
+        return ConeGroup.of(*arrays, order=self.order)
 
     def _paired(self, half: int) -> bool:
         """Whether planes are pairs, the upper ones first."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
-from ctypes import CFUNCTYPE, Structure, c_char_p, c_double, c_int64, c_void_p
+from ctypes import CFUNCTYPE, POINTER, Structure, c_char_p, c_double, c_int64, c_void_p
 from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
 
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.library import NativeCoreError
 
 Layout = dict[str, dict[str, tuple[int, int]]]
@@ -262,33 +263,52 @@ POLL = CFUNCTYPE(c_int64, c_double, c_int64)
 """Called during a search; not 0 ends it."""
 
 
-class ConeGroup(Layouted):
-    """Sets that a derivative stays in, in a search for the shortest time and in stops."""
+class ConeGroup(Record):
+    """Sets that a derivative stays in, in a search for the shortest time and in stops; see :meth:`of`."""
 
     _fields_ = (
         *_integers("count", "rows", "order", "outside", "at_knots"),
         *_arrays("leg", "matrix", "anchor", "slope", "radius", "width"),
     )
+    arrays: ClassVar = {
+        **dict.fromkeys(("matrix", "anchor", "slope", "radius", "width"), NUMBERS),
+        **{"leg": INTEGERS},
+    }
 
     @classmethod
-    def of(cls, order: int, leg: Any, matrix: Any, *others: Any) -> ConeGroup:
-        """Return the sets of some walls, whose arrays it keeps alive; the others are as in its fields."""
-        kept = [
-            np.ascontiguousarray(leg, np.int64),
-            *(np.ascontiguousarray(one, np.float64) for one in (matrix, *others)),
-        ]
-        group = cls(len(leg), matrix.shape[1], order, 0, 0, *(array.ctypes.data for array in kept))
-        group.kept = kept
-        return group
+    def of(cls, leg: IntArray, matrix: FloatArray, *others: FloatArray, **kind: int) -> ConeGroup:
+        """Return sets: norm of A (x - a) <= radius + slope . (x - a), in the form of ``Walls``.
+
+        Parameters
+        ----------
+        leg : ndarray of int, shape (m,)
+            Or waypoints with ``at_knots``.
+        matrix : ndarray, shape (m, q, dim)
+        *others : ndarray
+            Anchors and slopes (m, dim), radii and widths (m,).
+        **kind
+            Which derivative ``order`` is, whether sets are ``at_knots``, and whether the norm must be at least the
+            radius instead, ``outside``; then without slope.
+        """
+        numbers = (np.ascontiguousarray(one, dtype=np.float64) for one in (matrix, *others))
+        arrays = dict(zip(("matrix", "anchor", "slope", "radius", "width"), numbers, strict=True))
+        return cls(
+            count=len(leg), rows=matrix.shape[1], leg=np.ascontiguousarray(leg, dtype=np.int64), **arrays, **kind
+        )
+
+    def changed(self, **values: Any) -> ConeGroup:
+        """Return the same with other fields."""
+        return ConeGroup(**self.kept | values)
 
 
-class MomentaryLimit(Layouted):
+class MomentaryLimit(Record):
     """A limit on several derivatives at an instant, in such a search."""
 
     _fields_ = (*_integers("kind"), *_arrays("parameters"))
+    arrays: ClassVar = {"parameters": NUMBERS}
 
 
-class ShortestRequest(Layouted):
+class ShortestRequest(Record):
     """A search for the shortest time; see ``src/shortest_time/border.hpp``."""
 
     _fields_ = (
@@ -298,9 +318,16 @@ class ShortestRequest(Layouted):
         *_arrays("pinned", "free", "lengths", "norms"),
         *_floats("price", "slower"),
         *_integers("guessed"),
-        *_arrays("guess_durations", "guess_knots", "least", "turned", "cones", "momentary"),
+        *_arrays("guess_durations", "guess_knots", "least", "turned"),
+        ("cones", POINTER(ConeGroup)),
+        ("momentary", POINTER(MomentaryLimit)),
         ("poll", POLL),
     )
+    arrays: ClassVar = {
+        **dict.fromkeys(("pinned", "lengths", "norms", "turned"), NUMBERS),
+        **dict.fromkeys(("guess_durations", "guess_knots", "least"), NUMBERS),
+        **{"parts": INTEGERS, "free": INTEGERS},
+    }
 
     @classmethod
     def check(cls, library: ctypes.CDLL) -> None:
@@ -310,7 +337,7 @@ class ShortestRequest(Layouted):
         MomentaryLimit.check(library)
 
 
-class ShortestAnswer(Layouted):
+class ShortestAnswer(Record):
     """Where a search for the shortest time writes what it finds."""
 
     _fields_ = (
@@ -318,3 +345,4 @@ class ShortestAnswer(Layouted):
         *_floats("total", "wall", "limit"),
         *_arrays("durations", "points", "knots"),
     )
+    arrays: ClassVar = dict.fromkeys(("durations", "points", "knots"), NUMBERS)

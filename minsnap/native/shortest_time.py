@@ -2,53 +2,23 @@
 
 from __future__ import annotations
 
-import ctypes
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
-from itertools import islice
 from math import prod
 from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.native.library import Entry
 from minsnap.native.records import POLL, ConeGroup, MomentaryLimit, ShortestAnswer, ShortestRequest
 from minsnap.native.status import Status
 
 _SEARCH = Entry("minsnap_shortest_time", ShortestRequest, ShortestAnswer)
-
-
-@dataclass(frozen=True, eq=False)
-class ConeSets:
-    """Sets that a derivative stays in: norm of A (x - a) <= radius + slope . (x - a), in the form of ``Walls``.
-
-    Parameters
-    ----------
-    place : ndarray of int, shape (m,)
-        Legs, or waypoints with ``at_knots``.
-    matrix : ndarray, shape (m, q, dim)
-    anchor, slope : ndarray, shape (m, dim)
-    radius, width : ndarray, shape (m,)
-    order : int
-    outside : bool
-        Whether the norm must be at least the radius instead; then without slope.
-    at_knots : bool
-    """
-
-    place: IntArray
-    matrix: FloatArray
-    anchor: FloatArray
-    slope: FloatArray
-    radius: FloatArray
-    width: FloatArray
-    order: int
-    outside: bool = False
-    at_knots: bool = False
 
 
 class InstantKind(IntEnum):
@@ -110,7 +80,7 @@ class ShortestQuestion:
         Of the legs, none very short [m].
     norms : tuple of float
         Speed, acceleration, jerk and snap that a motion in any direction may reach; infinite where free.
-    sets : sequence of ConeSets
+    sets : sequence of ConeGroup
     limits : sequence of InstantLimit
     parts : tuple of int
         Into how many each piece is divided, one time after another.
@@ -134,7 +104,7 @@ class ShortestQuestion:
     free: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
     lengths: FloatArray
     norms: tuple[float, ...]
-    sets: Sequence[ConeSets]
+    sets: Sequence[ConeGroup]
     limits: Sequence[InstantLimit]
     parts: tuple[int, ...]
     closed: bool
@@ -158,8 +128,6 @@ class ShortestCurve:
         [s].
     points : ndarray, shape (pieces, 2k, dim)
         Control points [m].
-    knots : ndarray, shape (pieces + 1, k, dim)
-        Derivatives [m/s^order].
     iterations : int
     stopped : bool
         Whether the search was ended from outside.
@@ -167,15 +135,17 @@ class ShortestCurve:
         Whether it converged to a curve inside all walls.
     slack : float
         How far inside its bound the most used limit of the search is, in widths.
+    knots : ndarray, shape (pieces + 1, k, dim)
+        Derivatives, of a curve that was searched [m/s^order].
     """
 
     durations: FloatArray
     points: FloatArray
-    knots: FloatArray
     iterations: int
     stopped: bool
     kept: bool
     slack: float = 0.0
+    knots: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 0)))
 
 
 def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int], bool]) -> ShortestCurve | None:
@@ -213,9 +183,8 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
         np.empty((most, 2 * half, dim + more)),
         np.empty((most + 1, half, dim + more)),
     )
-    arrays = {"durations": durations, "points": points, "knots": knots}
-    answer = ShortestAnswer(**{name: array.ctypes.data for name, array in arrays.items()})
-    request, _held = _request(question, more, POLL(polled))
+    answer = ShortestAnswer(durations=durations, points=points, knots=knots)
+    request = _request(question, more, POLL(polled))
     with _noting(pressed):
         status = Status(search(request, answer))
     if raised:
@@ -225,11 +194,10 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
     if status not in (Status.DONE, Status.SPENT, Status.NO_PROGRESS):
         return None
     count = answer.pieces * (waypoints - 1)
-    found = durations, points, knots
     if count < most or more:
-        found = durations[:count], points[:count, :, :dim], knots[: count + 1, :, :dim]
+        durations, points, knots = durations[:count], points[:count, :, :dim], knots[: count + 1, :, :dim]
     ended = status is Status.SPENT, status is not Status.NO_PROGRESS
-    return ShortestCurve(*found, answer.iterations, *ended, slack=-answer.limit)
+    return ShortestCurve(durations, points, answer.iterations, *ended, slack=-answer.limit, knots=knots)
 
 
 @contextmanager
@@ -246,74 +214,40 @@ def _noting(pressed: list[int]) -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-class _Block:
-    """Arrays of one kind one after the other, and the addresses at which the native core reads them."""
-
-    def __init__(self, kind: type, arrays: Sequence[np.ndarray[Any, Any] | None]) -> None:
-        given = [array.ravel() for array in arrays if array is not None]
-        self.values: np.ndarray[Any, Any] = np.concatenate(given, dtype=kind, casting="unsafe")
-        places: list[int | None] = []
-        place = self.values.ctypes.data
-        for array in arrays:
-            places.append(None if array is None else place)
-            place += 0 if array is None else 8 * array.size
-        self.places = iter(places)
-
-    def take(self, count: int) -> list[int | None]:
-        """Return the next addresses."""
-        return list(islice(self.places, count))
-
-
-def _request(question: ShortestQuestion, more: int, poll: object) -> tuple[ShortestRequest, object]:
-    """Return the request, with some more coordinates that are zero, and what it points to."""
-
-    def wide(values: Any) -> Any:
-        return values if values is None or not more else np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, more)])
-
-    guess, sets, limits = question.guess, question.sets, question.limits
-    values: list[FloatArray | None] = [
-        wide(question.pinned),
-        question.lengths,
-        np.array(question.norms),
-        _turned(question.turned, more),
-    ]
-    values += [None] * 3 if guess is None else [guess.durations, wide(guess.knots), guess.least]
-    for one in sets:
-        values += [wide(one.matrix), wide(one.anchor), wide(one.slope), one.radius, one.width]
-    numbers = _Block(np.float64, [*values, *(np.array(one.parameters) for one in limits)])
-    whole = _Block(np.int64, [np.array(question.parts), wide(question.free), *(one.place for one in sets)])
-    (pinned, lengths, norms, turned), (times, knots, least) = numbers.take(4), numbers.take(3)
-    parts, free = whole.take(2)
-    cones = (ConeGroup * len(sets))(*(_group(one, whole, numbers) for one in sets))
-    known = (MomentaryLimit(kind=limit.kind, parameters=numbers.take(1)[0]) for limit in limits)
-    momentary = (MomentaryLimit * len(limits))(*known)
-    waypoints, half, dim = question.pinned.shape
-    sizes = {"half": half, "dim": dim + more, "legs": waypoints - 1, "groups": len(sets), "limits": len(limits)}
-    at = {"pinned": pinned, "lengths": lengths, "norms": norms, "turned": turned, "parts": parts, "free": free}
-    if guess is not None:
-        sizes |= {"guessed": guess.pieces}
-        at |= {"guess_durations": times, "guess_knots": knots, "least": least}
-    request = ShortestRequest(
-        **sizes,
-        **at,
-        **{name: getattr(question, name) for name in _PASSED},
-        divisions=len(question.parts),
-        slower=1.0 if guess is None else guess.slower,
-        cones=ctypes.addressof(cones),
-        momentary=ctypes.addressof(momentary),
-        poll=poll,
-    )
-    return request, (numbers, whole, cones, momentary)
-
-
-_PASSED = ("closed", "moving", "rough", "worthwhile", "inwards", "tightened", "price")
+_TAKEN = ("closed", "moving", "rough", "worthwhile", "inwards", "tightened", "price", "lengths")
 """What a request takes over from a question as it is."""
 
 
-def _group(sets: ConeSets, whole: _Block, numbers: _Block) -> ConeGroup:
-    kind = {"rows": sets.matrix.shape[1], "order": sets.order, "outside": sets.outside, "at_knots": sets.at_knots}
-    arrays = dict(zip(("matrix", "anchor", "slope", "radius", "width"), numbers.take(5), strict=True))
-    return ConeGroup(count=len(sets.place), leg=whole.take(1)[0], **kind, **arrays)
+def _request(question: ShortestQuestion, more: int, poll: object) -> ShortestRequest:
+    """Return the request, with some more coordinates that are zero."""
+
+    def wide(values: Any) -> Any:
+        return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, more)]) if more else values
+
+    sets, guess = list(question.sets), question.guess
+    if more:
+        sets = [one.changed(**{name: wide(one.kept[name]) for name in ("matrix", "anchor", "slope")}) for one in sets]
+    limits = [MomentaryLimit(kind=one.kind, parameters=np.array(one.parameters)) for one in question.limits]
+    waypoints, half, dim = question.pinned.shape
+    sizes = {"half": half, "dim": dim + more, "legs": waypoints - 1, "groups": len(sets), "limits": len(limits)}
+    request = ShortestRequest(
+        **sizes,
+        **{name: getattr(question, name) for name in _TAKEN},
+        divisions=len(question.parts),
+        parts=np.array(question.parts, dtype=np.int64),
+        pinned=wide(question.pinned),
+        free=wide(question.free).astype(np.int64),
+        norms=np.array(question.norms),
+        turned=_turned(question.turned, more),
+        cones=(ConeGroup * len(sets))(*sets),
+        momentary=(MomentaryLimit * len(limits))(*limits),
+        poll=poll,
+    )
+    request.kept |= {"groups": sets, "limits": limits}
+    if guess is not None:
+        request.put(guessed=guess.pieces, slower=guess.slower, guess_knots=wide(guess.knots))
+        request.put(guess_durations=guess.durations, least=guess.least)
+    return request
 
 
 def _turned(axes: FloatArray | None, more: int) -> FloatArray | None:

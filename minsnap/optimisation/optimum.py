@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from minsnap.basics.arrays import FloatArray
 from minsnap.native.corridor import CorridorAnswer
 
@@ -18,6 +20,10 @@ class InfeasibleRowsError(Exception):
 
 class GaveUpError(InfeasibleRowsError):
     """The native core gave up, for the reason that is the argument, and no other core tried."""
+
+
+NO_KNOTS = np.zeros((0, 0, 0))
+"""Those of a curve that was searched together with its durations."""
 
 
 @dataclass(frozen=True, eq=False)

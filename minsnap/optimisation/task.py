@@ -203,9 +203,14 @@ class Task:
         return replace(self, walls=[*self.walls, *walls])
 
     @cached_property
+    def moving(self) -> frozenset[int]:
+        """Waypoints at which a derivative is pinned that is not zero."""
+        return frozenset(k for k, state in self.pins.items() if any(value.any() for value in state.values()))
+
+    @property
     def still(self) -> bool:
         """Whether all pinned derivatives are zero, so that time may be scaled."""
-        return not any(value.any() for state in self.pins.values() for value in state.values())
+        return not self.moving
 
     @property
     def constrained(self) -> bool:

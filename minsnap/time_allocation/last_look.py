@@ -109,9 +109,9 @@ def _seen_at_once(task: Task, curve: Trajectory) -> bool:
     orders = [*range(1, highest + 1)] * 2
     if [order for order, _ in start + end] != orders or any(task.pins[k] for k in task.pins if 0 < k < task.legs):
         return False
-    states = np.array([value for _, value in start + end])
+    states = None if task.still else np.array([value for _, value in start + end])
     arrays = task.waypoints, curve.durations, curve.control_points, task.continuity, highest
-    return keeps(*arrays, states=states if states.any() else None)
+    return keeps(*arrays, states=states)
 
 
 def _wrong_waypoints(task: Task, curve: Trajectory) -> str | None:
@@ -130,7 +130,7 @@ def _wrong_knots(task: Task, curve: Trajectory) -> str | None:
     if len(curve.durations) > 1 and continuity(curve) < task.continuity:
         return f"its derivatives are continuous up to order {continuity(curve)}, and {task.continuity} was asked for"
     for waypoint, state in task.pins.items():
-        if not state or _rests(curve, waypoint, state):
+        if not state or (waypoint not in task.moving and _rests(curve, waypoint, state)):
             continue
         orders = np.array(list(state))
         values = np.array(list(state.values()))
@@ -149,8 +149,6 @@ def _wrong_knots(task: Task, curve: Trajectory) -> str | None:
 
 def _rests(curve: Trajectory, waypoint: int, state: Mapping[int, FloatArray]) -> bool:
     """Whether derivatives that are pinned to zero are exactly zero: the control points up to their order coincide."""
-    if any(value.any() for value in state.values()):
-        return False
     points, knot, count = curve.control_points, waypoint * curve.pieces, max(state) + 1
     before = waypoint == 0 or bool((points[knot - 1, -count:] == points[knot - 1, -1]).all())
     return before and (waypoint == curve.legs or bool((points[knot, :count] == points[knot, 0]).all()))

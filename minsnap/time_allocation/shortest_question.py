@@ -18,7 +18,8 @@ from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import KnotRegion
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.vehicle_use import VEHICLE_USE, medium_of
-from minsnap.native.shortest_time import ConeSets, Guess, InstantKind, InstantLimit, ShortestQuestion
+from minsnap.native.records import ConeGroup
+from minsnap.native.shortest_time import Guess, InstantKind, InstantLimit, ShortestQuestion
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits, stop_and_go_times
@@ -70,14 +71,14 @@ def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | Non
         Of any curve of the task, where limits depend on it.
     """
     pinned, free, turned = _waypoints(task)
-    sets = [*map(_sets, _walls(task, limits)), *_least_thrust(task, limits), *_region_sets(task)]
+    sets = [*(wall.group for wall in _walls(task, limits)), *_least_thrust(task, limits), *_region_sets(task)]
     lengths = guessed_lengths(task)
     return ShortestQuestion(
         pinned,
         free,
         lengths,
         norm_limits(limits),
-        [one for one in sets if len(one.place)],
+        [one for one in sets if one.count],
         instant_limits(limits, heading, lengths),
         QUESTION.divisions if refine else () if task.pieces == 1 else (task.pieces,),
         task.closed,
@@ -172,11 +173,7 @@ def _bounded(limits: Limits) -> bool:
     return limits.max_thrust is not None or limits.acceleration is not None
 
 
-def _sets(cones: Walls) -> ConeSets:
-    return ConeSets(cones.leg, cones.matrix, cones.anchor, cones.slope, cones.radius, cones.width, cones.order)
-
-
-def _least_thrust(task: Task, limits: Limits) -> list[ConeSets]:
+def _least_thrust(task: Task, limits: Limits) -> list[ConeGroup]:
     """Accelerations no nearer to free fall than the least thrust."""
     turned = limits.body_rate is not None or isinstance(limits, VehicleLimits)
     directed = turned and (limits.min_thrust is None or limits.min_thrust < QUESTION.directed)
@@ -187,7 +184,7 @@ def _least_thrust(task: Task, limits: Limits) -> list[ConeSets]:
     width = np.full(task.legs, limits.gravity) if directed else radius
     fall = np.tile((0.0, 0.0, -limits.gravity), (legs, 1))
     matrix, slope = np.tile(np.eye(3), (legs, 1, 1)), np.zeros((legs, 3))
-    return [ConeSets(np.arange(legs), matrix, fall, slope, radius, width, 2, outside=True)]
+    return [ConeGroup.of(np.arange(legs), matrix, fall, slope, radius, width, order=2, outside=True)]
 
 
 def _regions(task: Task) -> dict[int, KnotRegion]:
@@ -200,7 +197,7 @@ def _regions(task: Task) -> dict[int, KnotRegion]:
     return regions
 
 
-def _region_sets(task: Task) -> list[ConeSets]:
+def _region_sets(task: Task) -> list[ConeGroup]:
     """Return the flat sides of all regions, then their balls, then the directions in which they are crossed."""
     flat: list[tuple[int, list[float], float, float]] = []
     balls, crossed = flat.copy(), flat.copy()
@@ -221,13 +218,13 @@ def _region_sets(task: Task) -> list[ConeSets]:
     return [_at_knots(task, *kind) for kind in kinds if kind[0]]
 
 
-def _at_knots(task: Task, rows: list[tuple[int, list[float], float, float]], size: int, order: int) -> ConeSets:
+def _at_knots(task: Task, rows: list[tuple[int, list[float], float, float]], size: int, order: int) -> ConeGroup:
     """Return sets from waypoint, slope, radius and width of each, with so many rows of the identity."""
     place, slope, radius, width = (np.array([row[k] for row in rows]) for k in range(4))
     place = place.astype(np.intp)
     anchor = task.waypoints[place] if order == 0 else np.zeros((len(rows), task.dim))
     matrix = np.tile(np.eye(size, task.dim), (len(rows), 1, 1))
-    return ConeSets(place, matrix, anchor, slope, radius, width, order, at_knots=True)
+    return ConeGroup.of(place, matrix, anchor, slope, radius, width, order=order, at_knots=True)
 
 
 def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray) -> list[InstantLimit]:

@@ -31,14 +31,13 @@ from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.library import NativeCoreError, core, describe
 from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion, search_shortest
 from minsnap.optimisation.native_solve import in_pieces
-from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
+from minsnap.optimisation.optimum import NO_KNOTS, InfeasibleRowsError, Optimum
 from minsnap.optimisation.solve import Effort, solve
-from minsnap.optimisation.solved_task import SolvedTask
+from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
 from minsnap.time_allocation.least_cost import Log
 from minsnap.time_allocation.longer_times import RESERVES
-from minsnap.time_allocation.recovery import state_at
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import (
     QUESTION,
@@ -364,11 +363,9 @@ class Strategy:
     def _straight(self, durations: FloatArray) -> SolvedTask:
         """Return the curve that rests at every waypoint."""
         task = self.task
-        knots = np.zeros((task.legs + 1, task.half, task.dim))
-        knots[:, 0] = task.waypoints
         ends = [np.repeat(points[:, None], task.half, axis=1) for points in (task.waypoints[:-1], task.waypoints[1:])]
         points = np.concatenate(ends, axis=1)
-        return solved_at(task, ShortestCurve(durations, points, knots, 0, True, True), 1.0)
+        return solved_at(task, ShortestCurve(durations, points, 0, True, True), 1.0)
 
     def _resting(self) -> SolvedTask | None:
         """Return the certified plan that rests at every waypoint, where a search ended before it had a better one."""
@@ -396,11 +393,11 @@ class Strategy:
         """Cut a plan of one piece a leg into the wanted number; more samples of it may find it barely too fast."""
         if first.optimum.points is None:
             return None
-        task, curve = self.task, first.trajectory
+        task = self.task
         durations = task.piece_durations(first.durations)
-        points, _ = in_pieces(task, durations, first.units, first.optimum.points, first.optimum.knots)
-        instants = np.minimum(np.append(0.0, np.cumsum(durations)), curve.duration)
-        cut = ShortestCurve(durations, points, state_at(curve, instants, task.half), first.optimum.rounds, True, True)
+        unread = np.zeros((task.legs + 1, task.half, task.dim))
+        points, _ = in_pieces(task, durations, first.units, first.optimum.points, unread)
+        cut = ShortestCurve(durations, points, first.optimum.rounds, True, True)
         slower = (solved_at(task, cut, factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
         return next((each for each in slower if each.inside and keeps(self.limits, each.flown)), None)
 
@@ -466,14 +463,6 @@ def solved_at(task: Task, answer: ShortestCurve, factor: float, faster: SolvedTa
     if (pieces, continuity) != (task.pieces, task.continuity):
         task = replace(task, pieces=pieces, continuity=continuity)
     durations = answer.durations * factor
-    units = task.units(durations)
-    scale, scales = 1.0, []
-    for order in range(task.half):
-        scales.append([scale / units.of_order(order)])
-        scale /= factor
-    knots = answer.knots * np.array(scales)
-    knots[:, 0] = (answer.knots[:, 0] - task.positions) / units.length
-    optimum = Optimum(
-        knots, None, np.zeros(0), answer.iterations, "interior point", core="native", points=answer.points
-    )
-    return SolvedTask(task, durations, units, optimum, faster=faster)
+    rounds, nothing = answer.iterations, np.zeros(0)
+    optimum = Optimum(NO_KNOTS, None, nothing, rounds, "interior point", core=NATIVE, points=answer.points)
+    return SolvedTask(task, durations, task.units(durations), optimum, faster=faster)

@@ -211,11 +211,6 @@ def connect_ends(task: Task, limits: Limits, start: bool) -> EndConnectors:
     return EndConnectors(task, before, after)
 
 
-def moves(task: Task) -> bool:
-    """Whether the start has a derivative that is not zero."""
-    return any(value.any() for value in task.pins.get(0, {}).values())
-
-
 def start_on_limit(task: Task, limits: Limits) -> bool:
     """Whether the start of a task is on its limits or outside of them."""
     return not task.closed and start_use(task, limits) > 1.0 - RECOVERY.on_limit
@@ -224,8 +219,7 @@ def start_on_limit(task: Task, limits: Limits) -> bool:
 def end_on_limit(task: Task, limits: Limits) -> bool:
     """Whether the end of a task is on a limit."""
     fixed = bool((task.upper[-1] <= task.lower[-1]).all()) and not task.closed
-    moving = any(value.any() for value in task.pins.get(task.legs, {}).values())
-    return fixed and moving and state_use(_end_state(task), limits) > 1.0 - RECOVERY.on_limit
+    return fixed and task.legs in task.moving and state_use(_end_state(task), limits) > 1.0 - RECOVERY.on_limit
 
 
 def _end_state(task: Task) -> FloatArray:

@@ -28,7 +28,7 @@ from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import touching_factor
 from minsnap.time_allocation.timing import Run, Timed, Timing, searched, solved_or_explained, timed
-from minsnap.time_allocation.ways import end_on_limit, moves, shortest_from
+from minsnap.time_allocation.ways import end_on_limit, shortest_from
 from minsnap.trajectory.report import Utilisation
 
 AT_LIMIT, LIMIT_ROOM = 1e-6, 1e-2
@@ -63,7 +63,7 @@ def shortest_plan(task: Task, timing: Timing) -> Timed:
     limits = timing.bounds
     if timing.enforce == "scaling" or timing.split != "optimal" or not _searchable(task, limits):
         return scaled_plan(task, timing)
-    if (moves(task) or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
+    if (0 in task.moving or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
         return shortest_from(task, timing)
     solved, search = Strategy(task, timing).run()
     if task.continuity <= task.half - 1:
@@ -198,9 +198,9 @@ def _lengthened(bounded: Task, best: SolvedTask, timing: Timing, run: Run) -> Ti
     if task.still or factor <= 1.0 + KEPT:
         slower = timed(best, run, factor)
         return slower if keeps(timing.bounds, slower.trajectory) else None
-    between, moving = durations.copy(), [any(map(np.any, task.pins.get(end, {}).values())) for end in (0, task.legs)]
-    between[: task.pieces * moving[0]] = 0.0
-    between[len(between) - task.pieces * moving[1] :] = 0.0
+    between = durations.copy()
+    between[: task.pieces * (0 in task.moving)] = 0.0
+    between[len(between) - task.pieces * (task.legs in task.moving) :] = 0.0
     tried = [factor * durations]
     if between.any():
         tried.append(durations + (total - durations.sum()) / between.sum() * between)
@@ -300,9 +300,7 @@ def check_pinned_limits(task: Task, limits: Limits, mended: bool = False) -> Non
     mended = mended and not task.closed
     at_rest = limits.max_thrust is None and limits.min_thrust is None  # then rest uses no limit
     for waypoint, state in task.pins.items():
-        if at_rest and not any(value.any() for value in state.values()):
-            continue
-        if mended and waypoint == 0:
+        if (at_rest and waypoint not in task.moving) or (mended and waypoint == 0):
             continue
         last = mended and waypoint == task.legs and bool((task.upper[-1] <= task.lower[-1]).all())
         for used in limits.use_of_state(state, task.dim):

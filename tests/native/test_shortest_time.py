@@ -76,9 +76,9 @@ def test_a_poll_ends_the_search_and_what_it_raises_is_raised():
 
 def test_what_is_malformed_or_unknown_is_not_answered():
     good = question()
-    beyond = replace(good.sets[0], place=good.sets[0].place + 3)
+    beyond = good.sets[0].changed(leg=good.sets[0].kept["leg"] + 3)
     assert search_shortest(replace(good, sets=[beyond, *good.sets[1:]]), go_on) is None
-    assert search_shortest(replace(good, sets=[replace(good.sets[0], order=5)]), go_on) is None
+    assert search_shortest(replace(good, sets=[good.sets[0].changed(order=5)]), go_on) is None
     assert search_shortest(replace(good, parts=(10**6,)), go_on) is None
     with using("python"):
         assert search_shortest(good, go_on) is None

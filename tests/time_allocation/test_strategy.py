@@ -10,7 +10,6 @@ import pytest
 import minsnap
 from minsnap import Ball, Boxes, Limits, Search
 from minsnap.native.library import core
-from minsnap.time_allocation import strategy, within_limits
 from minsnap.vehicle import Quadrotor
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
@@ -108,25 +107,3 @@ def test_plans_are_the_same_to_the_bit_whatever_kernels_numpy_and_blas_choose():
         )
         found.add(done.stdout)
     assert len(found) == 1
-
-
-def test_a_curve_flown_more_slowly_has_its_own_derivatives_at_the_knots():
-    found = []
-
-    class Kept(strategy.Strategy):
-        def run(self, *first):
-            solved = super().run(*first)
-            found.append((self.task, self.answer))
-            return solved
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(within_limits, "Strategy", Kept)
-        minsnap.plan(RECTANGLE, corridor=0.3, limits=LIMITS, pieces=3)
-    ((task, curve),) = found
-    slowed = strategy.solved_at(task, curve, 1.25)
-    path = slowed.trajectory
-    assert path.duration == pytest.approx(1.25 * curve.durations.sum(), rel=1e-12)
-    for order in range(1, 4):
-        derivatives = slowed.optimum.knots[:, order] * slowed.units.of_order(order)
-        expected = path(path.breaks, order)
-        assert np.abs(derivatives - expected).max() <= 1e-8 * np.abs(expected).max(), order
