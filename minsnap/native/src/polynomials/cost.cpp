@@ -60,20 +60,23 @@ struct Costs {
         double factor = 1.0, growth = 2.0 * order * unit_rounding / enough_digits;
         for (int q = 0; q < order; ++q) factor *= degree - q, growth *= q ? 2.0 : 1.0;
         const int size = (degree + 1) * dim;
-        double last[max_points * max_dim + 3] = {};  // copied, as rows of four go up to three numbers beyond the end of a piece
-        for (std::int64_t piece = 0; piece < pieces; ++piece) {
-            const bool copied = (pieces - piece - 1) * size < 3;
-            if (copied) std::copy_n(points + piece * size, size, last);
-            const double *const from = copied ? last : points + piece * size;
+        const auto cost = [&](const double *from, double duration) MINSNAP_INLINED {
             double sum = 0.0;
             for (int axis = 0; axis < dim; axis += 4) sum += squares(from + axis, degree, order, growth * growth, dim - axis);
-            costs[piece] = factor * factor * sum / power(durations[piece], 2 * order - 1);
+            return factor * factor * sum / power(duration, 2 * order - 1);
+        };
+        std::int64_t piece = 0;
+        for (; (pieces - piece - 1) * size >= 3; ++piece) costs[piece] = cost(points + piece * size, durations[piece]);
+        double last[max_points * max_dim + 3] = {};  // rows of four go up to three numbers beyond the end of a piece
+        for (; piece < pieces; ++piece) {
+            std::copy_n(points + piece * size, size, last);
+            costs[piece] = cost(last, durations[piece]);
         }
     }
 
     // |U d|^2 of the differences d: plain ones where their rounding is small beside it.
     MINSNAP_INLINE double squares(const double *from, int degree, int order, double growth, int count) const {
-        Quad plain[max_points], steps{};
+        Quad plain[max_points] = {}, steps{};
         MINSNAP_UNROLL
         for (int i = 0; i < most_degree; ++i)
             if (i < degree) {
@@ -87,15 +90,14 @@ struct Costs {
                 for (int i = 0; i < most_degree - 1; ++i)
                     if (i < degree - q) plain[i] = plain[i + 1] - plain[i];
             }
-        const double total = norm(plain, degree - order, count);
-        if (growth * first(steps, count) <= total) return total;
-        difference_carefully(from, dim, degree, order, plain);
-        return norm(plain, degree - order, count);
+        const Pair sums = sums_of(norm(plain, degree - order), steps, count);
+        return growth * sums[1] <= sums[0] ? sums[0] : carefully(from, degree, order, count);
     }
 
-    static MINSNAP_APART void difference_carefully(const double *from, int stride, int degree, int order, Quad *value) {
-        Quad rounding[max_points] = {};
-        for (int i = 0; i <= degree; ++i) value[i] = four(from + i * stride);
+    // Apart, so that the plain ones stay in registers.
+    MINSNAP_APART double carefully(const double *from, int degree, int order, int count) const {
+        Quad value[max_points], rounding[max_points] = {};
+        for (int i = 0; i <= degree; ++i) value[i] = four(from + i * dim);
         for (int q = 0; q < order; ++q)
             for (int i = 0; i < degree - q; ++i) {
                 const Quad a = value[i], b = value[i + 1], difference = b - a, back = b - difference;
@@ -103,9 +105,10 @@ struct Costs {
                 value[i] = difference;
             }
         for (int i = 0; i <= degree - order; ++i) value[i] += rounding[i];
+        return sums_of(norm(value, degree - order), Quad(), count)[0];
     }
 
-    MINSNAP_INLINE double norm(const Quad *value, int m, int count) const {
+    MINSNAP_INLINE Quad norm(const Quad *value, int m) const {
         Quad total{};
         MINSNAP_UNROLL
         for (int i = 0; i < most_degree; ++i)
@@ -116,14 +119,15 @@ struct Costs {
                     if (j <= m) sum += roots.root[m][i][j] * value[j];
                 total += sum * sum;
             }
-        return first(total, count);
+        return total;
     }
 
-    // Sum of the coordinates that there are.
-    static MINSNAP_INLINE double first(const Quad &lanes, int count) {
-        double sum = lanes[0];
-        for (int d = 1; d < 4; ++d) sum += d < count ? lanes[d] : 0.0;
-        return sum;
+    // Sums of the coordinates that there are, of two at once.
+    static MINSNAP_INLINE Pair sums_of(const Quad &one, const Quad &other, int count) {
+        Pair sums = {one[0], other[0]};
+        for (int d = 1; d < 4; ++d)
+            if (d < count) sums += Pair{one[d], other[d]};
+        return sums;
     }
 };
 
