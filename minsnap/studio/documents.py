@@ -30,7 +30,7 @@ from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.paths.missions.course import Course, is_course, read_course
 from minsnap.planning.request import Opening, PlanRequest
 from minsnap.studio.edits import straight_durations
-from minsnap.studio.workbench import PlannedScene
+from minsnap.studio.workbench import BenchState, PlannedScene
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import VEHICLES, preset_of
 
@@ -206,19 +206,19 @@ def open_upload(name: str, content: bytes, folder: WorkingFolder) -> PlanRequest
         return open_scene(path)
 
 
-def save_as(kind: str, scene: PlannedScene | None, request: PlanRequest, path: Path) -> str:
+def save_as(kind: str, state: BenchState, path: Path) -> str:
     """Write a file of one of :data:`EXPORTS`; return a sentence on what it cannot hold, or nothing.
 
     Raises
     ------
     FileError
-        If there is no plan of the request yet, or the file cannot be written.
+        If there is no plan of the document yet, or the file cannot be written.
     """
-    chosen = EXPORTS[kind]
+    request, scene = state.request, state.planned
     if kind.startswith("request"):
         write_request(request, path)
         return ""
-    if scene is None or scene.request != request or not scene.final:
+    if scene is None or not state.is_plan_of_document:
         raise FileError("there is no final plan of this scene yet: wait for it, or mend what cannot be planned")
     if kind.startswith("figure"):
         _draw(scene, path)
@@ -230,7 +230,7 @@ def save_as(kind: str, scene: PlannedScene | None, request: PlanRequest, path: P
     facts: dict[str, Any] = {"waypoints": passed if request.openings else np.array(request.waypoints)}
     facts |= {"corridor": request.walls, "gates": request.gates}
     facts |= {"limits": request.bounds, "command": ("minsnap", "studio")}
-    return written(scene.trajectory, path, chosen.format, RATE, Writing(request.frame, True, facts))[1] or ""
+    return written(scene.trajectory, path, EXPORTS[kind].format, RATE, Writing(request.frame, True, facts))[1] or ""
 
 
 def _draw(scene: PlannedScene, path: Path) -> None:

@@ -19,18 +19,18 @@ from minsnap.flight.simulation.simulated_flight import Flight, simulate
 from minsnap.planning.request import RESERVE, Box, Opening, PlanRequest
 from minsnap.studio.edits import (
     WIDTH,
-    axes_of,
     delete_waypoint,
     insert_waypoint,
     move_in_order,
     move_waypoint,
     replace_box,
-    reshape_gate,
+    resize_gate,
     set_duration,
     set_limit,
+    set_margin,
     set_reserve,
     set_width,
-    sized,
+    size_of,
     straight_durations,
     with_boxes,
     with_gate,
@@ -71,18 +71,18 @@ class RoutePanel:
 
     def __init__(self, inputs: Inputs, view: WaypointView, gates: GateView) -> None:
         self._inputs, self._view, self._gates = inputs, view, gates
-        gui, bind, follows = inputs.gui, inputs.bind, inputs.follows
+        gui, bind = inputs.gui, inputs.bind
         view.when_clicked(self.choose)
         self._request: PlanRequest | None = None
         self._rows = InputRows(gui.add_folder("Waypoints [m]"), self._row)
         self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), self._choose)
         gui.add_button_group("Order", ORDER).on_click(self._reorder)
-        self._gate = follows(gui.add_checkbox("Gate", False), lambda request: self._opening(request) is not None)
-        when_changed(self._gate, self._set_gate)
+        self._gate, gated = gui.add_checkbox("Gate", False), lambda request: self._opening(request) is not None
+        bind(self._gate, gated, self._at(with_gate))
         self._size = gui.add_vector2("Width, height [m]", (1.0, 1.0), min=(0.05, 0.05), step=0.05, visible=False)
-        when_changed(follows(self._size, self._size_of_gate), self._set_size)
-        margin = gui.add_number("Margin [m]", 0.0, min=0.0, step=0.05, visible=False)
-        when_changed(follows(margin, lambda request: (self._opening(request) or (None,))[-1]), self._set_margin)
+        bind(self._size, self._size_of_gate, self._at(resize_gate), "gate")
+        self._margin = gui.add_number("Margin [m]", 0.0, min=0.0, step=0.05, visible=False)
+        bind(self._margin, lambda request: (self._opening(request) or (None,))[-1], self._at(set_margin), "margin")
         bind(gui.add_checkbox("Closed lap", False), lambda request: request.closed, _closed)
         bind(gui.add_dropdown("Heading", HEADINGS), _heading, _headed)
         turned = lambda request, angle: replace(request, yaw=radians(angle))  # noqa: E731
@@ -129,38 +129,17 @@ class RoutePanel:
         if self._request is not None:
             self._inputs.show(self._request)
 
+    def _at(self, change: Callable[[PlanRequest, int, Any], PlanRequest]) -> Callable[[PlanRequest, Any], PlanRequest]:
+        """Return an edit of the chosen waypoint as one of the request."""
+        return lambda request, value: change(request, self._index, value)
+
     def _opening(self, request: PlanRequest) -> Opening | None:
         """Return the gate at the chosen waypoint."""
         return next((gate for gate in request.openings if gate[0] == self._index), None)
 
     def _size_of_gate(self, request: PlanRequest) -> tuple[float, ...] | None:
         gate = self._opening(request)
-        if gate is None:
-            return None
-        corners = np.array(gate[1])
-        return tuple(np.ptp(corners @ np.stack(axes_of(corners)).T, axis=0).round(6).tolist())
-
-    def _set_gate(self, wanted: bool) -> None:
-        index = self._index
-        self._inputs.editor.edit(lambda request: with_gate(request, index, wanted))
-
-    def _set_size(self, size: tuple[float, float]) -> None:
-        index = self._index
-
-        def change(request: PlanRequest) -> PlanRequest:
-            corners = next((np.array(gate[1]) for gate in request.openings if gate[0] == index), None)
-            return request if corners is None else reshape_gate(request, index, sized(corners, *size))
-
-        self._inputs.editor.edit(change, f"gate {index}")
-
-    def _set_margin(self, margin: float) -> None:
-        index = self._index
-
-        def change(request: PlanRequest) -> PlanRequest:
-            openings = tuple((*g[:3], float(margin)) if g[0] == index else g for g in request.openings)
-            return replace(request, openings=openings)
-
-        self._inputs.editor.edit(change, f"margin {index}")
+        return None if gate is None else tuple(size_of(np.array(gate[1])).round(6).tolist())
 
     def delete(self) -> None:
         """Delete the chosen waypoint."""
@@ -221,8 +200,7 @@ class CorridorPanel:
         self._faces = when_changed(gui.add_dropdown("Faces to drag", (NO_FACES,)), self._choose)
         for side, label in enumerate(("Lower corner", "Upper corner")):
             corner = gui.add_vector3(label, (float(side),) * 3, step=0.05, visible=False)
-            self._inputs.follows(corner, partial(self._corner, side))
-            when_changed(corner, partial(self._set_corner, side))
+            self._inputs.bind(corner, partial(self._corner, side), partial(self._with_corner, side), f"corner {side}")
 
     def show(self, state: BenchState) -> None:
         """Show the walls of the document, and beside its leg why one is too narrow."""
@@ -266,15 +244,12 @@ class CorridorPanel:
         box = self._box(request)
         return None if box is None else box[side]
 
-    def _set_corner(self, side: int, value: Any) -> None:
-        def change(request: PlanRequest) -> PlanRequest:
-            box = self._box(request)
-            if box is None:
-                return request
-            leg = None if self._faces.value == ROOM_FACES else int(self._faces.value.split()[1])
-            return replace_box(request, leg, (value, box[1]) if side == 0 else (box[0], value))
-
-        self._inputs.editor.edit(change, f"corner {side} of {self._faces.value}")
+    def _with_corner(self, side: int, request: PlanRequest, value: Any) -> PlanRequest:
+        box = self._box(request)
+        if box is None:
+            return request
+        leg = None if self._faces.value == ROOM_FACES else int(self._faces.value.split()[1])
+        return replace_box(request, leg, (value, box[1]) if side == 0 else (box[0], value))
 
 
 MODES = ("durations", "total time", "limits")

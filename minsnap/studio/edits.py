@@ -116,12 +116,25 @@ def reshape_gate(request: PlanRequest, index: int, matrix: FloatArray) -> PlanRe
     return _with_corners(request, (index,), lambda corners: center + (corners - center) @ matrix.T)
 
 
-def sized(corners: FloatArray, width: float, height: float) -> FloatArray:
-    """Return the matrix (3, 3) that gives an opening another width and height [m]."""
-    across, upwards = axes_of(corners)
-    sizes = np.ptp(corners @ np.stack([across, upwards]).T, axis=0)
-    scale = np.maximum([width, height], THINNEST) / sizes - 1.0
-    return np.asarray(np.eye(3) + scale[0] * np.outer(across, across) + scale[1] * np.outer(upwards, upwards))
+def resize_gate(request: PlanRequest, index: int, size: Sequence[float]) -> PlanRequest:
+    """Return the request with another width and height of a gate [m], if it is there."""
+    corners = next((np.array(gate[1]) for gate in request.openings if gate[0] == index), None)
+    if corners is None:
+        return request
+    scale = np.maximum(size, THINNEST) / size_of(corners) - 1.0
+    axes = np.stack(axes_of(corners))
+    return reshape_gate(request, index, np.eye(3) + axes.T * scale @ axes)
+
+
+def size_of(corners: FloatArray) -> FloatArray:
+    """Return the width and the height of an opening with these corners, (m, 3), shape (2,) [m]."""
+    return np.asarray(np.ptp(corners @ np.stack(axes_of(corners)).T, axis=0))
+
+
+def set_margin(request: PlanRequest, index: int, margin: float) -> PlanRequest:
+    """Return the request with another margin of a gate [m]."""
+    openings = tuple((*gate[:3], float(margin)) if gate[0] == index else gate for gate in request.openings)
+    return replace(request, openings=openings)
 
 
 def axes_of(corners: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -151,16 +151,16 @@ class FilePanel:
         return show
 
     def _save(self) -> None:
-        kind, state = self._kind.value, self._state()
+        kind = self._kind.value
         target = self._folder.destination(self._name.value, EXPORTS[kind].ending)
-        lost = save_as(kind, state.planned, state.request, target)
+        lost = save_as(kind, self._state(), target)
         self._saved.content = sentence(f"{target.name} is written to {self._folder.path}. {lost}", "good")
 
     def _download(self, client: Any) -> None:
-        kind, state = self._kind.value, self._state()
+        kind = self._kind.value
         name = self._folder.destination(self._name.value, EXPORTS[kind].ending).name
         with self._folder.scratch(EXPORTS[kind].ending) as path:
-            save_as(kind, state.planned, state.request, path)
+            save_as(kind, self._state(), path)
             client.send_file_download(name, path.read_bytes(), save_immediately=True)
 
     def _tell(self, client: Any, words: Callable[[Any], str], title: str) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from typing import Any, Protocol
+
+import numpy as np
 
 from minsnap.planning.request import PlanRequest
 
@@ -77,6 +80,60 @@ def when_dragged(
         hold(event.phase == "start")
 
     handle.on_update(moved)
+
+
+class DragHandles:
+    """Handles of the scene that follow the document, but for those that a hand holds, and edit it.
+
+    Drags end in the server's thread while plans are shown in others, one at a time under ``lock``.
+
+    Parameters
+    ----------
+    editor : Editor
+        What drags edit.
+    add : callable
+        Adds the handle of a key at a place.
+    edit : callable
+        Returns what a key and the new place of its handle change, and the subject of that edit.
+    """
+
+    def __init__(
+        self, editor: Editor, add: Callable[[Any, Any], Any], edit: Callable[[Any, Any], tuple[Change, str]]
+    ) -> None:
+        self._editor, self._add, self._edit = editor, add, edit
+        self.lock = threading.RLock()
+        self.handles: dict[Any, Any] = {}
+        self._held: set[Any] = set()
+        self._places: Mapping[Any, Any] = {}
+
+    def show(self, places: Mapping[Any, Any]) -> None:
+        """Have a handle for each key, at its place [m], and no others."""
+        with self.lock:
+            self._places = places
+            for key in [key for key in self.handles if key not in places]:
+                self.handles.pop(key).remove()
+                self._held.discard(key)
+            for key, place in places.items():
+                if key not in self.handles:
+                    self.handles[key] = self._made(key, place)
+                handle = self.handles[key]
+                if key not in self._held and np.abs(np.asarray(handle.position) - place).max() > 1e-9:
+                    handle.position = place
+
+    def _made(self, key: Any, place: Any) -> Any:
+        handle = self._add(key, place)
+
+        def drag() -> None:
+            change, subject = self._edit(key, tuple(float(value) for value in handle.position))
+            self._editor.edit(change, subject, held=True)
+
+        def hold(held: bool) -> None:
+            with self.lock:
+                (self._held.add if held else self._held.discard)(key)
+                self.show(self._places)
+
+        when_dragged(handle, self._editor, drag, hold)
+        return handle
 
 
 def when_triggered(command: Any, act: Callable[[], None]) -> None:

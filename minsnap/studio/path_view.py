@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -12,7 +11,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.gates import Gate
 from minsnap.errors import MinsnapError
 from minsnap.studio.edits import move_waypoint, reshape_gate
-from minsnap.studio.page_inputs import Editor, when_dragged
+from minsnap.studio.page_inputs import Change, DragHandles, Editor, when_dragged
 from minsnap.studio.plan_drawing import VehiclePose, coloured_path, pieces_of
 from minsnap.studio.workbench import BenchState
 from minsnap.trajectory.trajectory import Trajectory
@@ -148,35 +147,27 @@ class WaypointView:
     """
 
     def __init__(self, server: Any, editor: Editor) -> None:
-        self._server, self._editor = server, editor
-        self._lock = threading.RLock()
-        self._gizmos: list[Any] = []
+        self._server = server
+        self._gizmos = DragHandles(editor, self._gizmo, _moved)
         self._balls: list[Any] = []
         self._labels: list[Any] = []
-        self._chosen = 0
+        self._chosen, self._size = 0, 1.0
         self._clicked: Callable[[int], None] = self.choose
-        self._dragged: set[int] = set()
-        self._points: Sequence[tuple[float, ...]] = ()
 
     def show(self, state: BenchState) -> None:
         """Draw the waypoints of the document."""
-        with self._lock:
-            points = self._points = state.request.waypoints
-            while len(self._gizmos) > len(points):
-                self._gizmos.pop().remove()  # and with it its ball and its label
-                self._balls.pop()
-                self._labels.pop()
-                self._dragged.discard(len(self._gizmos))
-            while len(self._gizmos) < len(points):
-                self._gizmos.append(self._gizmo(len(self._gizmos), points))
-            self._place()
+        points = state.request.waypoints
+        with self._gizmos.lock:
+            del self._balls[len(points) :], self._labels[len(points) :]  # they go with their gizmo
+            self._size = 0.1 * float(np.clip(np.ptp(np.array(points), axis=0).max(), 1.0, 10.0))
+            self._gizmos.show(dict(enumerate(points)))
             for label, text in zip(self._labels, numbers(points), strict=True):
                 label.text, label.visible = text, bool(text)
             self.choose(self._chosen)
 
     def choose(self, index: int) -> None:
         """Mark the chosen waypoint."""
-        with self._lock:
+        with self._gizmos.lock:
             self._chosen = index
             for i, ball in enumerate(self._balls):
                 if ball.color != (CHOSEN if i == index else BALL):
@@ -186,17 +177,10 @@ class WaypointView:
         """Call ``act`` with the number of a waypoint that is clicked."""
         self._clicked = act
 
-    def _place(self) -> None:
-        """Move the gizmos to where the document has them, but for those that a hand holds."""
-        for index, (gizmo, point) in enumerate(zip(self._gizmos, self._points, strict=False)):
-            if index not in self._dragged and np.abs(np.asarray(gizmo.position) - point).max() > 1e-9:
-                gizmo.position = point
-
-    def _gizmo(self, index: int, points: Any) -> Any:
-        scene, name = self._server.scene, f"/waypoints/{index}"
-        size = 0.1 * float(np.clip(np.ptp(np.array(points), axis=0).max(), 1.0, 10.0))
+    def _gizmo(self, index: int, point: Any) -> Any:
+        scene, name, size = self._server.scene, f"/waypoints/{index}", self._size
         how = {"disable_rotations": True, "depth_test": False, "scale": size, "line_width": 3.0}
-        gizmo = scene.add_transform_controls(name, position=points[index], **how)
+        gizmo = scene.add_transform_controls(name, position=point, **how)
         ball = scene.add_icosphere(f"{name}/ball", radius=0.09 * size, color=BALL, cast_shadow=False)
         self._balls.append(ball)
         self._labels.append(scene.add_label(f"{name}/number", str(index), anchor="bottom-left", font_screen_scale=0.9))
@@ -205,18 +189,11 @@ class WaypointView:
             self._clicked(index)
 
         ball.on_click(clicked)
-
-        def drag() -> None:
-            position = tuple(float(value) for value in gizmo.position)
-            self._editor.edit(lambda request: move_waypoint(request, index, position), f"drag {index}", held=True)
-
-        when_dragged(gizmo, self._editor, drag, lambda held: self._hold(index, held))
         return gizmo
 
-    def _hold(self, index: int, held: bool) -> None:
-        with self._lock:
-            (self._dragged.add if held else self._dragged.discard)(index)
-            self._place()
+
+def _moved(index: int, position: tuple[float, ...]) -> tuple[Change, str]:
+    return lambda request: move_waypoint(request, index, position), f"drag {index}"
 
 
 def numbers(points: Sequence[tuple[float, ...]]) -> list[str]:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Callable
 from dataclasses import dataclass
-from math import degrees
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import GRAVITY, FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.limit_kinds import KIND, Kind
+from minsnap.limits.measures import MEASURES, Motion
 from minsnap.planning.request import PlanRequest
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
-from minsnap.vehicle.attitude import specific_thrust, tilt
 from minsnap.vehicle.dynamics import flatness_of
 from minsnap.vehicle.quadrotor import Quadrotor
 
@@ -37,28 +37,18 @@ KINDS = {"VEC3": 5126, "VEC4": 5121, "SCALAR": 5125}
 
 @dataclass(frozen=True, eq=False)
 class Profiles:
-    """Quantities against time, arrays of shape (m,), rotors (m, 4).
+    """Quantities against time.
 
     Parameters
     ----------
-    t : ndarray
+    t : ndarray, shape (m,)
         [s].
-    speed, acceleration : ndarray
-        Euclidean norms [m/s], [m/s^2].
-    thrust : ndarray
-        Thrust to weight.
-    tilt : ndarray
-        [degrees].
-    rotors : ndarray, shape (m, 4)
-        Thrust of each rotor [N].
+    curves : dict
+        By the title of their plot, arrays of shape (n, m) in its unit.
     """
 
     t: FloatArray
-    speed: FloatArray
-    acceleration: FloatArray
-    thrust: FloatArray
-    tilt: FloatArray
-    rotors: FloatArray
+    curves: dict[str, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,15 +95,16 @@ def speed_colours(share: npt.ArrayLike) -> ColourArray:
 def profiles_of(path: Path, vehicle: Quadrotor) -> Profiles:
     """Return the profiles of a path flown by a vehicle, drag included in the rotors' thrusts."""
     t = np.linspace(0.0, path.duration, INSTANTS)
-    acceleration = path(t, 2)
-    return Profiles(
-        t,
-        np.linalg.norm(path(t, 1), axis=1),
-        np.linalg.norm(acceleration, axis=1),
-        specific_thrust(acceleration) / GRAVITY,
-        np.degrees(tilt(acceleration)),
-        _rotor_thrusts(vehicle, path, t)[0],
-    )
+    motion = Motion(lambda order: path(t, order), "euclidean", Medium())
+    curves = {
+        title: _shown(kind, MEASURES[kind.measure].sampled(motion, kind.order))[None] for title, kind in CHARTS.items()
+    }
+    return Profiles(t, curves | {ROTORS: _rotor_thrusts(vehicle, path, t)[0].T})
+
+
+def _shown(kind: Kind, value: Any) -> Any:
+    """Return what a limit of a kind bounds as a page shows it: angles in degrees."""
+    return np.degrees(value) if kind.degrees and value is not None else value
 
 
 def pose_at(path: Path, vehicle: Quadrotor, instant: float) -> VehiclePose:
@@ -194,49 +185,15 @@ LIMIT, CURSOR = "#c92a2a", "#343a40"
 """Colours: of the curves, from the palette of Okabe and Ito; of limits; of the cursor."""
 
 
-@dataclass(frozen=True)
-class Chart:
-    """One plot.
+CHARTS = {
+    "speed [m/s]": KIND["speed"],
+    "acceleration [m/s²]": KIND["acceleration"],
+    "thrust [weights]": KIND["max_thrust"],
+    "tilt [degrees]": KIND["tilt"],
+}
+"""Plots of what limits bound, by their titles, from top to bottom; those of the rotors follow."""
 
-    Parameters
-    ----------
-    title : str
-        With the unit.
-    curves : callable
-        Returns the curves of profiles, shape (n, m).
-    names : tuple of str
-        Of the curves.
-    limits : callable
-        Returns the lower and the upper limit of a request and a vehicle, None where there is none.
-    """
-
-    title: str
-    curves: Callable[[Profiles], FloatArray]
-    names: tuple[str, ...]
-    limits: Callable[[PlanRequest, Quadrotor], tuple[float | None, float | None]]
-
-
-def _limit(name: str, scale: float = 1.0) -> Callable[[PlanRequest, Quadrotor], tuple[None, float | None]]:
-    def of(request: PlanRequest, vehicle: Quadrotor) -> tuple[None, float | None]:
-        value = dict(request.limits).get(name)
-        return None, None if value is None else scale * value
-
-    return of
-
-
-CHARTS = (
-    Chart("speed [m/s]", lambda p: p.speed[None], ("speed",), _limit("speed")),
-    Chart("acceleration [m/s²]", lambda p: p.acceleration[None], ("acceleration",), _limit("acceleration")),
-    Chart("thrust [weights]", lambda p: p.thrust[None], ("thrust",), _limit("max_thrust")),
-    Chart("tilt [degrees]", lambda p: p.tilt[None], ("tilt",), _limit("tilt", degrees(1.0))),
-    Chart(
-        "rotor thrusts [N]",
-        lambda p: p.rotors.T,
-        ("rotor 1", "rotor 2", "rotor 3", "rotor 4"),
-        lambda request, vehicle: vehicle.rotor_thrust_limits,
-    ),
-)
-"""From top to bottom."""
+ROTORS = "rotor thrusts [N]"
 
 
 class Charts:
@@ -249,15 +206,20 @@ class Charts:
     """
 
     def __init__(self, gui: Any) -> None:
-        self._handles = [time_chart(gui, chart.title, chart.names) for chart in CHARTS]
+        names: dict[str, tuple[str, ...]] = {title: (title.split(" [")[0],) for title in CHARTS}
+        names[ROTORS] = tuple(f"rotor {number}" for number in (1, 2, 3, 4))
+        self._handles = {title: time_chart(gui, title, of) for title, of in names.items()}
         self._profiles: Profiles | None = None
-        self._bounds: list[tuple[float, float, float, float]] = []
+        self._bounds: dict[str, tuple[float, float, float, float]] = {}
 
     def show(self, profiles: Profiles, request: PlanRequest, vehicle: Quadrotor, now: float) -> None:
         """Draw profiles with their limits, and the cursor at an instant [s]."""
         self._profiles = profiles
-        self._bounds = [_bounds(chart, profiles, request, vehicle) for chart in CHARTS]
-        for handle, (low, high, _, _) in zip(self._handles, self._bounds, strict=True):
+        limits = dict(request.limits)
+        limited: dict[str, tuple[float | None, float | None]] = {ROTORS: vehicle.rotor_thrust_limits}
+        limited |= {title: (None, _shown(kind, limits.get(kind.name))) for title, kind in CHARTS.items()}
+        for title, handle in self._handles.items():
+            low, high, *_ = self._bounds[title] = _bounds(profiles.curves[title], *limited[title])
             scales = {"x": {"time": False, "range": (0.0, float(profiles.t[-1]))}, "y": {"range": (low, high)}}
             if handle.scales != scales:
                 handle.scales = scales
@@ -267,8 +229,8 @@ class Charts:
         """Move the cursor to an instant [s]."""
         if self._profiles is None:
             return
-        for chart, handle, bounds in zip(CHARTS, self._handles, self._bounds, strict=True):
-            handle.data = data_with_cursor(self._profiles.t, chart.curves(self._profiles), bounds, now)
+        for title, handle in self._handles.items():
+            handle.data = data_with_cursor(self._profiles.t, self._profiles.curves[title], self._bounds[title], now)
 
 
 def time_chart(gui: Any, title: str, names: tuple[str, ...], height: int = HEIGHT) -> Any:
@@ -311,11 +273,8 @@ def data_with_cursor(
     return times, *drawn, np.full(len(times), least), np.full(len(times), most), cursor
 
 
-def _bounds(
-    chart: Chart, profiles: Profiles, request: PlanRequest, vehicle: Quadrotor
-) -> tuple[float, float, float, float]:
+def _bounds(curves: FloatArray, least: float | None, most: float | None) -> tuple[float, float, float, float]:
     """Return the edges of a plot and its limits; a limit that is not set lies outside."""
-    curves, (least, most) = chart.curves(profiles), chart.limits(request, vehicle)
     high = round_up(1.05 * max(float(curves.max()), most or 0.0, 1e-3))
     low = -round_up(-1.05 * float(curves.min())) if curves.min() < 0.0 else 0.0
     outside = low - high

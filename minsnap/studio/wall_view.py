@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +10,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.planning.request import Box, PlanRequest
 from minsnap.studio.edits import move_face, replace_box
-from minsnap.studio.page_inputs import Editor, when_dragged
+from minsnap.studio.page_inputs import Change, DragHandles, Editor
 from minsnap.studio.workbench import BenchState
 
 TOUCHING = 1e-9
@@ -111,7 +109,7 @@ def _basis(along: FloatArray) -> FloatArray:
 
 
 class WallView:
-    """Walls of the scene; drags end in the server's thread while plans are shown in others, one at a time.
+    """Walls of the scene.
 
     Parameters
     ----------
@@ -122,12 +120,10 @@ class WallView:
     """
 
     def __init__(self, server: Any, editor: Editor) -> None:
-        self._server, self._editor = server, editor
-        self._lock = threading.RLock()
+        self._server = server
         self._tubes: dict[int, tuple[Any, Any]] = {}
         self._boxes: dict[str, tuple[Any, Any]] = {}
-        self._faces: dict[tuple[int, int], Any] = {}
-        self._dragged: set[tuple[int, int]] = set()
+        self._faces = DragHandles(editor, self._face, lambda face, place: (self._moved(face, place), "face"))
         self._chosen = NO_FACES
         self._request: PlanRequest | None = None
         self._warning = server.scene.add_label("/plan/refusal", "", visible=False, anchor="bottom-center")
@@ -136,7 +132,7 @@ class WallView:
         """Draw the walls of the document; the leg that cannot be planned is red, and says so."""
         self._show_tubes(state)
         self._show_boxes(state)
-        with self._lock:
+        with self._faces.lock:
             self._request = state.request
             self._show_faces()
         self._warning.visible = bool(state.refusal) and state.leg is not None
@@ -147,25 +143,15 @@ class WallView:
 
     def choose(self, which: str) -> None:
         """Give the room, a box or nothing faces to drag."""
-        with self._lock:
+        with self._faces.lock:
             self._chosen = which
-            self._remove_faces()
-            self._dragged.clear()
+            self._faces.show({})
             self._show_faces()
-
-    def _remove_faces(self) -> None:
-        for handle in self._faces.values():
-            handle.remove()
-        self._faces = {}
 
     def _show_tubes(self, state: BenchState) -> None:
         request = state.request
         wanted = {} if request.corridor is None else {leg: _tube(state, leg) for leg in range(request.legs)}
-        for leg in [leg for leg, (key, _) in self._tubes.items() if wanted.get(leg) != key]:
-            self._tubes.pop(leg)[1].remove()
-        for leg, key in wanted.items():
-            if leg not in self._tubes and key is not None:
-                self._tubes[leg] = (key, self._tube_mesh(leg, *key))
+        _redraw(self._tubes, {leg: key for leg, key in wanted.items() if key is not None}, self._tube_mesh)
 
     def _tube_mesh(self, leg: int, start: Any, end: Any, width: float, refused: bool) -> Any:
         vertices, faces = tube_prism(start, end, width)
@@ -180,20 +166,16 @@ class WallView:
         for leg, box in enumerate(state.request.boxes or ()):
             refused = bool(state.refusal) and state.leg == leg
             wanted[f"box {leg}"] = (box, REFUSED if refused else BOX, 0.3 if refused else 0.1)
-        for name in [name for name, (key, _) in self._boxes.items() if wanted.get(name) != key]:
-            self._boxes.pop(name)[1].remove()
-        for name, key in wanted.items():
-            if name not in self._boxes:
-                self._boxes[name] = (key, self._box_nodes(name.replace(" ", "/"), *key))
+        _redraw(self._boxes, wanted, self._box_nodes)
 
     def _box_nodes(self, name: str, box: Box, colour: Any, opacity: float) -> Any:
         """Draw faces, and edges as their child, which goes with them; return the faces."""
-        vertices, faces = box_surface(box)
+        vertices, faces, path = *box_surface(box), f"/walls/{name.replace(' ', '/')}"
         plain = {"cast_shadow": False, "receive_shadow": False, "side": "double", "flat_shading": True}
         scene = self._server.scene
-        mesh = scene.add_mesh_simple(f"/walls/{name}", vertices, faces, color=colour, opacity=opacity, **plain)
+        mesh = scene.add_mesh_simple(path, vertices, faces, color=colour, opacity=opacity, **plain)
         lines = {"thickness": 1.5, "thickness_units": "screen"}
-        scene.add_line_segments(f"/walls/{name}/edges", box_edges(box), colour, **lines)
+        scene.add_line_segments(f"{path}/edges", box_edges(box), colour, **lines)
         return mesh
 
     def _box(self, request: PlanRequest | None) -> tuple[int | None, Box | None]:
@@ -207,44 +189,31 @@ class WallView:
         return (leg, boxes[leg]) if leg < len(boxes) else (None, None)
 
     def _show_faces(self) -> None:
-        """Move the faces to where the document has them, but for those that a hand holds."""
         box = self._box(self._request)[1]
-        if box is None:
-            self._remove_faces()
-            return
-        centers = face_centres(box)
-        for axis in range(3):
-            for side in range(2):
-                place = (axis, side)
-                if place not in self._faces:
-                    self._faces[place] = self._face(axis, side)
-                handle = self._faces[place]
-                moved = np.abs(np.asarray(handle.position) - centers[place]).max() > 1e-6
-                if moved and place not in self._dragged:
-                    handle.position = centers[place]
+        centers = {} if box is None else dict(zip(np.ndindex(3, 2), face_centres(box).reshape(6, 3), strict=True))
+        self._faces.show(centers)
 
-    def _face(self, axis: int, side: int) -> Any:
+    def _face(self, face: tuple[int, int], place: FloatArray) -> Any:
+        axis, side = face
         active = tuple(i == axis for i in range(3))
         how = {"active_axes": active, "disable_sliders": True, "disable_rotations": True, "scale": 0.6}
-        handle = self._server.scene.add_transform_controls(f"/faces/{axis}{side}", depth_test=False, **how)
+        return self._server.scene.add_transform_controls(f"/faces/{axis}{side}", depth_test=False, **how)
 
-        def drag() -> None:
-            value = float(handle.position[axis])
-            self._editor.edit(lambda request: self._moved(request, axis, side, value), "face", held=True)
+    def _moved(self, face: tuple[int, int], place: tuple[float, ...]) -> Change:
+        def change(request: PlanRequest) -> PlanRequest:
+            leg, box = self._box(request)
+            return request if box is None else replace_box(request, leg, move_face(box, *face, place[face[0]]))
 
-        when_dragged(handle, self._editor, drag, lambda held: self._hold((axis, side), held))
-        return handle
+        return change
 
-    def _hold(self, face: tuple[int, int], held: bool) -> None:
-        with self._lock:
-            (self._dragged.add if held else self._dragged.discard)(face)
-            self._show_faces()
 
-    def _moved(self, request: PlanRequest, axis: int, side: int, value: float) -> PlanRequest:
-        leg, box = self._box(request)
-        if box is None:
-            return replace(request)
-        return replace_box(request, leg, move_face(box, axis, side, value))
+def _redraw(drawn: dict[Any, tuple[Any, Any]], wanted: dict[Any, Any], draw: Callable[..., Any]) -> None:
+    """Remove what is no longer wanted as it was drawn, and draw what is not there, from what stands for it."""
+    for name in [name for name, (key, _) in drawn.items() if wanted.get(name) != key]:
+        drawn.pop(name)[1].remove()
+    for name, key in wanted.items():
+        if name not in drawn:
+            drawn[name] = (key, draw(name, *key))
 
 
 def _tube(state: BenchState, leg: int) -> Any:

@@ -12,7 +12,7 @@ from minsnap.files.request_yaml import read_request
 from minsnap.studio import documents
 from minsnap.studio.documents import WorkingFolder
 from minsnap.studio.edits import set_width, with_boxes, with_room
-from minsnap.studio.workbench import planned_in_stages
+from minsnap.studio.workbench import BenchState, planned_in_stages
 
 EXAMPLE = documents.example_scene()
 
@@ -23,7 +23,7 @@ def planned():
 
 
 def test_setpoints_are_byte_by_byte_those_of_the_library(tmp_path, planned):
-    documents.save_as("setpoints (CSV)", planned, EXAMPLE, tmp_path / "a.csv")
+    documents.save_as("setpoints (CSV)", BenchState(EXAMPLE, planned), tmp_path / "a.csv")
     minsnap.write_csv(minsnap.plan(EXAMPLE.waypoints, total_time=12.0, corridor=0.3), tmp_path / "b.csv")
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
 
@@ -32,7 +32,7 @@ def test_setpoints_are_byte_by_byte_those_of_the_library(tmp_path, planned):
 @pytest.mark.parametrize("kind", documents.EXPORTS)
 def test_every_kind_is_written(tmp_path, planned, kind):
     target = tmp_path / f"scene{documents.EXPORTS[kind].ending}"
-    documents.save_as(kind, planned, EXAMPLE, target)
+    documents.save_as(kind, BenchState(EXAMPLE, planned), target)
     assert target.stat().st_size > 200
     if target.suffix == ".yaml":
         assert read_request(target) == EXAMPLE
@@ -46,7 +46,7 @@ def test_a_plan_in_every_wall_within_the_rotors_is_the_same_scene_when_opened(tm
     walls = replace(with_room(with_boxes(EXAMPLE, True), True), corridor=(0.4, 0.3, 0.3, 0.3), total_time=None)
     scene = replace(walls, limits=(("speed", 3.0),), rotors=0.25, yaw="velocity")
     planned = list(planned_in_stages(scene, None, lambda: False))[-1]
-    documents.save_as("plan (JSON)", planned, scene, tmp_path / "a.json")
+    documents.save_as("plan (JSON)", BenchState(scene, planned), tmp_path / "a.json")
     assert replace(documents.open_scene(tmp_path / "a.json"), durations=None) == scene
 
 
@@ -54,7 +54,7 @@ def test_a_plan_of_another_scene_is_not_saved(tmp_path, planned):
     other = set_width(EXAMPLE, 0, 0.1)
     for scene, request in ((planned, other), (replace(planned, final=False), EXAMPLE), (None, EXAMPLE)):
         with pytest.raises(FileError, match="no final plan"):
-            documents.save_as("setpoints (CSV)", scene, request, tmp_path / "a.csv")
+            documents.save_as("setpoints (CSV)", BenchState(request, scene), tmp_path / "a.csv")
     assert not list(tmp_path.iterdir())
 
 
@@ -87,6 +87,6 @@ def test_what_is_wrong_with_an_upload_is_said_by_its_name(tmp_path):
 
 def test_an_upload_is_the_scene_that_was_saved(tmp_path):
     scene = with_boxes(EXAMPLE, True)
-    documents.save_as("request (YAML)", None, scene, tmp_path / "a.yaml")
+    documents.save_as("request (YAML)", BenchState(scene, None), tmp_path / "a.yaml")
     content = (tmp_path / "a.yaml").read_bytes()
     assert documents.open_upload("x.YAML", content, WorkingFolder(tmp_path)) == scene

@@ -45,8 +45,7 @@ def test_a_gate_is_turned_and_sized_about_its_center():
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     turned = gate_of(edits.reshape_gate(SCENE, 1, turn))
     assert turned.normal == pytest.approx(turn @ gate_of(SCENE).normal)
-    corners = np.array(SCENE.openings[0][1])
-    larger = gate_of(edits.reshape_gate(SCENE, 1, edits.sized(corners, 2.0, 0.5)))
+    larger = gate_of(edits.resize_gate(SCENE, 1, (2.0, 0.5)))
     assert larger.center == pytest.approx(POINTS[1])
     assert np.linalg.norm(np.diff(larger.corners, axis=0), axis=1) == pytest.approx([2.0, 0.5, 2.0])
 
@@ -76,6 +75,12 @@ def test_a_course_with_gates_is_opened_and_one_with_more_is_refused(tmp_path):
         documents.open_scene(tmp_path / "course.yaml")
 
 
+def give(handle, value):
+    """Give an input a value, as a browser does."""
+    for act in handle._impl.update_cb:
+        asyncio.run(act(SimpleNamespace(client_id=1, target=SimpleNamespace(value=value))))
+
+
 def test_the_page_draws_and_turns_gates(tmp_path):
     pytest.importorskip("viser")
     page = Studio(SCENE, str(tmp_path), port=0)
@@ -90,8 +95,8 @@ def test_the_page_draws_and_turns_gates(tmp_path):
         asyncio.run(turned(SimpleNamespace(phase="update")))
         angle = np.arctan2(*gate_of(page.request).normal[[1, 0]]) - np.arctan2(*gate_of(SCENE).normal[[1, 0]])
         assert angle == pytest.approx(0.5)
-        page._route._set_size((2.0, 0.5))
-        page._route._set_margin(0.1)
+        give(page._route._size, (2.0, 0.5))
+        give(page._route._margin, 0.1)
         assert gate_of(page.request).margin == 0.1 and page._route._size.value == (2.0, 0.5)
         page._route.choose(0)
         assert page._gates._handle is None and not page._route._gate.value
@@ -101,12 +106,12 @@ def test_the_page_draws_and_turns_gates(tmp_path):
 
 @pytest.mark.slow
 def test_a_plan_with_gates_is_drawn_and_saved_with_them(tmp_path):
-    from minsnap.studio.workbench import planned_in_stages
+    from minsnap.studio.workbench import BenchState, planned_in_stages
 
     planned = list(planned_in_stages(SCENE, None, lambda: False))[-1]
-    documents.save_as("figure (SVG)", planned, SCENE, tmp_path / "a.svg")
+    documents.save_as("figure (SVG)", BenchState(SCENE, planned), tmp_path / "a.svg")
     assert (tmp_path / "a.svg").stat().st_size > 1000
-    documents.save_as("plan (JSON)", planned, SCENE, tmp_path / "a.json")
+    documents.save_as("plan (JSON)", BenchState(SCENE, planned), tmp_path / "a.json")
     opened = documents.open_scene(tmp_path / "a.json")
     assert opened.openings == SCENE.openings and np.allclose(opened.waypoints, SCENE.waypoints, atol=1e-12)
     assert np.array_equal(opened.durations, np.diff(planned.trajectory.leg_breaks))

@@ -118,8 +118,9 @@ def test_walls_waypoints_and_rows_follow_edits_of_every_kind(studio):
     studio.edit(lambda request: insert_waypoint(request, 1))
     studio.edit(lambda request: delete_waypoint(delete_waypoint(request, 4), 3))
     assert studio.wait(60.0)
-    assert len(studio._waypoints._gizmos) == len(studio.request.waypoints) == 4
-    assert [tuple(gizmo.position) for gizmo in studio._waypoints._gizmos] == list(studio.request.waypoints)
+    gizmos = studio._waypoints._gizmos.handles
+    assert len(gizmos) == len(studio.request.waypoints) == 4
+    assert [tuple(gizmos[i].position) for i in range(4)] == list(studio.request.waypoints)
     assert sorted(studio._walls._boxes) == ["box 0", "box 1", "box 2", "room"]
     assert np.array_equal([row.value for (row,) in studio._route._rows.handles], studio.request.waypoints)
     assert len(studio._corridor._rows.handles) == studio.request.legs

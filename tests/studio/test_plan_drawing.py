@@ -6,7 +6,7 @@ import pytest
 import minsnap
 from minsnap.studio import plan_drawing as drawing
 from minsnap.studio.documents import example_scene
-from minsnap.studio.plan_drawing import CHARTS, Charts, data_with_cursor, round_up
+from minsnap.studio.plan_drawing import CHARTS, ROTORS, Charts, data_with_cursor, round_up
 from minsnap.vehicle import Quadrotor
 
 VEHICLE = Quadrotor.crazyflie()
@@ -33,10 +33,12 @@ def test_rotor_thrusts_carry_the_vehicle(curve):
     profiles = drawing.profiles_of(curve, VEHICLE)
     bare = Quadrotor(**{name: getattr(VEHICLE, name) for name in BARE})
     without_drag = drawing.profiles_of(curve, bare)
-    assert without_drag.rotors.sum(axis=1) == pytest.approx(profiles.thrust * bare.weight, rel=1e-9)
-    assert profiles.rotors[0].sum() == pytest.approx(VEHICLE.weight)
+    thrusts, weights = without_drag.curves[ROTORS].sum(axis=0), profiles.curves["thrust [weights]"][0]
+    assert thrusts == pytest.approx(weights * bare.weight, rel=1e-9)
+    rotors = profiles.curves[ROTORS].T
+    assert rotors[0].sum() == pytest.approx(VEHICLE.weight)
     pose = drawing.pose_at(curve, VEHICLE, profiles.t[100])
-    assert pose.rotors == pytest.approx(profiles.rotors[100])
+    assert pose.rotors == pytest.approx(rotors[100])
     assert pose.position == pytest.approx(curve(profiles.t[100]))
     assert drawing.pose_at(curve, VEHICLE, 99.0).position == pytest.approx([4, 3, 2])
 
@@ -75,7 +77,7 @@ def test_plots_have_a_column_for_every_series_and_the_limits_of_the_scene(curve)
     charts = Charts(page)
     limited = type(scene)(scene.waypoints, limits=(("speed", 3.0),), vehicle="crazyflie")
     charts.show(drawing.profiles_of(curve, VEHICLE), limited, VEHICLE, 1.0)
-    assert [plot.title for plot in page.plots] == [chart.title for chart in CHARTS]
+    assert [plot.title for plot in page.plots] == [*CHARTS, ROTORS]
     assert all(len(plot.data) == len(plot.series) for plot in page.plots)
     assert set(page.plots[0].data[-2]) == {3.0}
     assert set(page.plots[4].data[-2]) == {VEHICLE.rotor_thrust_limits[1]}
