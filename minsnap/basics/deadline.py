@@ -48,9 +48,9 @@ class WorkPrices:
     free_curve: float = 1.0
     active_set: float = 1e-5
     interior_point: float = 6e-5
-    slacks: float = 1.5e-5
+    slacks: float = 3e-5
     term: float = 0.01
-    question: float = 1700.0
+    question: float = 1500.0
     legs: int = 5
     pieces: int = 30
 

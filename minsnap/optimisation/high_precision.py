@@ -78,7 +78,7 @@ def decimal_optimum(problem: ReducedProblem, free: BoolArray, values: FloatArray
     with localcontext(Context(prec=DIGITS)):
         blocks, knots = _piece_blocks(problem), values.copy()
         pull = _pull(problem, blocks, values)
-        for axis in range(problem.dim):
+        for axis in np.flatnonzero(pull.astype(bool).any(axis=(0, 1))):
             try:
                 columns = _chain(problem, blocks, free[:, :, axis], -pull[:, :, axis])
             except ArithmeticError:

@@ -50,17 +50,24 @@ def _closed_optimum(problem: ReducedProblem, free: BoolArray) -> FloatArray:
     if not seam.any():
         return particular
     places = np.argwhere(seam)
-    responses = np.stack([_response(problem, inner, place) for place in places])
+    responses = _responses(problem, inner, places)
     pulls = np.stack([_seam_pull(problem, response, True) for response in responses])[:, seam]
     pull = _seam_pull(problem, particular, False)[seam]
     shares = np.linalg.lstsq(pulls.T, -pull)[0]  # no force at all where curves without cost have any seam
     return np.asarray(particular + np.tensordot(shares, responses, axes=1))
 
 
-def _response(problem: ReducedProblem, free: BoolArray, place: IntArray) -> FloatArray:
-    values = np.zeros_like(problem.values)
-    values[0, place[0], place[1]] = values[-1, place[0], place[1]] = 1.0
-    return _open_optimum(_still(problem), free, values)
+def _responses(problem: ReducedProblem, free: BoolArray, places: IntArray) -> FloatArray:
+    """Responses to a state of 1 at places (slot, axis) of the seam; axes alike have the same."""
+    alike, still = bool((free == free[:, :, :1]).all()), _still(problem)
+    responses, known = np.zeros((len(places), *problem.values.shape)), {}
+    for response, (slot, axis) in zip(responses, places.tolist(), strict=True):
+        values = np.zeros_like(problem.values)
+        values[0, slot, axis] = values[-1, slot, axis] = 1.0
+        if not (alike and slot in known):
+            known[slot] = _open_optimum(still, free, values)[:, :, axis]
+        response[:, :, axis] = known[slot]
+    return responses
 
 
 def _seam_pull(problem: ReducedProblem, knots: FloatArray, still: bool) -> FloatArray:

@@ -66,13 +66,13 @@ def _first(
 ) -> tuple[float, float, Timed] | None:
     """Return the last factor without a plan, the first with one, and the plan."""
     low, high = 1.0, 1.0
-    if still and _attempted(attempt, durations * (1.0 + LONGER[-1])) is None:
-        return None
     for share in shares:
         low, high = high, 1.0 + share
         planned = _attempted(attempt, durations * high)
         if planned is not None:
             return low, high, planned
+        if still and low == 1.0 and _attempted(attempt, durations * (1.0 + LONGER[-1])) is None:
+            return None
     return None
 
 

@@ -42,8 +42,15 @@ def in_other_times(task: Task, timing: Timing, refused: Refused) -> Timed | None
     """Plan in other times where those that a search chose have no plan; None where there is none, or none may be.
 
     Longer ones where the plan chooses its time, other splits of a total; none where the refusal is a proof for all.
+
+    Raises
+    ------
+    InfeasibleError
+        If all times, or the total, are proved too short.
     """
     mine = timing.durations is None
+    if _own_times(task, timing) is None:
+        refuse_short(task, timing, getattr(refused, "shortest", None))
     if not mine or task.samples is not None or task.lengths.min() <= 0.0 or _for_all_times(task, timing, refused):
         return None
     bounded, rest = _bounded(task, timing), Run(())
@@ -142,7 +149,7 @@ def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Calla
     if timing.total_time is not None and own is not None and isinstance(refused, InfeasibleError) and not own_times:
         with suppress(LateError):
             again = explain(_necessary(task, timing), own)
-    if not own_times and not isinstance(again, InfeasibleError):
+    if own is not None and not own_times and not isinstance(again, InfeasibleError):
         refuse_short(task, timing, getattr(refused, "shortest", None))
     if not isinstance(refused, InfeasibleError) or _for_all_times(task, timing, refused):
         return refused
@@ -250,8 +257,8 @@ def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> N
                 contradiction=proof,
             )
         return
-    longest = LONGEST * task.legs
-    proof = short_total(bounded, longest if timing.total_time is None else timing.total)
+    longest, free = LONGEST * task.legs, timing.total_time is None
+    proof = short_total(bounded, longest if free else timing.total, any_time=free)
     if proof is None:
         return
     known = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"

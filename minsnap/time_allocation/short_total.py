@@ -162,13 +162,25 @@ def _covered(most: dict[int, Any], known: list[Any], time: Any) -> list[Any]:
 
 @dataclass(frozen=True, eq=False)
 class MoveBounds:
-    """What a task asks of the velocity along a direction."""
+    """What a task asks of the velocity along a direction.
+
+    Parameters
+    ----------
+    task : Task
+    hopeless : float, optional
+        The only time that is tried [s], where it is asked whether there is any.
+    """
 
     task: Task
+    hopeless: float | None = None
 
     def timed(self, moves: Moves, share: float = EXACT) -> Moves:
         """Return moves with the longest times that are proved, to a share."""
-        least = [self.velocity(moves, number, float).least_time(share) for number in range(len(moves))]
+        known = [self.velocity(moves, number, float) for number in range(len(moves))]
+        if self.hopeless is None:
+            least = [velocity.least_time(share) for velocity in known]
+        else:
+            least = [self.hopeless * (velocity.farthest(self.hopeless) < velocity.reach) for velocity in known]
         return tuple(replace(move, least=time) for move, time in zip(moves, least, strict=True))
 
     def velocity(self, moves: Moves, number: int, real: Any) -> VelocityBounds:
@@ -280,9 +292,15 @@ def _support(walls: Walls, row: int, g: list[Any]) -> Any:
     return inf if any(slope) or back != g or size * size < squared else size * radius + middle
 
 
-def short_total(bounded: Task, total: float) -> ShortTotal | None:
-    """Prove that a total [s] is too short for a task with the walls of its limits; None where there is no proof."""
-    bounds = MoveBounds(bounded)
+def short_total(bounded: Task, total: float, any_time: bool = False) -> ShortTotal | None:
+    """Prove that a total [s] is too short for a task with the walls of its limits; None where there is no proof.
+
+    Parameters
+    ----------
+    any_time : bool
+        Whether the total is more than any, so that a part of the way has to take longer than all of it.
+    """
+    bounds = MoveBounds(bounded, 2.0 * total if any_time else None)
     return _proved(bounds, total, _parted(bounds))
 
 

@@ -116,10 +116,10 @@ class _ScaledSearch:
             trajectory = self.patience.solve(self.shape, durations).flown
             factor = np.exp(self.best[0]) / trajectory.duration if np.isfinite(barred) else None
             if factor is not None:
-                used = largest_use(self.limits, trajectory.stretched(factor))
+                used = largest_use(self.limits, trajectory.stretched(factor), proved=False)
                 if used > 1.05:  # slower than the best by about the root of it, which will do
                     return self.best[0] + min(0.5 * float(np.log(used)), SPLITS.barred)
-            factor = kept_factor(self.limits, self.task.walls, trajectory, factor)
+            factor = kept_factor(self.limits, self.task.walls, trajectory, factor, roughly=True)
         except (InfeasibleRowsError, SolverError):
             return barred
         value = float(np.log(trajectory.duration * factor))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,8 +33,10 @@ class StretchSettings:
 
     Parameters
     ----------
-    precision, first_step, slowest : float
-        Of its logarithm where it is bracketed, the first step of the bracket, and the bound at which nothing limits.
+    precision, rough : float
+        Of its logarithm where it is bracketed, and where it is only compared with others.
+    first_step, slowest : float
+        The first step of the bracket, and the bound at which nothing limits.
     met, secants, secant_step : float, int, float
         How near to 1 a use is brought by the secant method, in how many steps, each how far at most.
     crossing_steps : int
@@ -48,13 +51,14 @@ class StretchSettings:
     """
 
     precision: float = 1e-13
+    rough: float = 1e-5
     first_step: float = 0.02
     slowest: float = 40.0
     met: float = 2e-7
     secants: int = 6
     secant_step: float = 0.05
     crossing_steps: int = 100
-    overused: float = 2.0
+    overused: float = 1e6
     wall_precision: float = 1e-10
     doublings: int = 20
     paces: int = 40
@@ -65,13 +69,15 @@ class StretchSettings:
 STRETCH = StretchSettings()
 
 
-def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None = None) -> float:
+def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None = None, roughly: bool = False) -> float:
     """Factor on time at which the most used limit is just reached, none exceeded.
 
     Parameters
     ----------
     guess : float, optional
         A factor from which some steps of the secant method may do, to ``STRETCH.met``.
+    roughly : bool
+        Whether ``STRETCH.rough`` does, and uses between samples need not be proved.
 
     Raises
     ------
@@ -79,20 +85,26 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None 
         If the path uses none of the limits at any speed.
     """
 
-    def over(logarithm: float, exact: bool = False) -> float:
-        return _most_used_safely(limits, trajectory.stretched(float(np.exp(logarithm))), exact) - 1.0
+    @cache
+    def over(logarithm: float, whole: bool = False, proved: bool = True) -> float:
+        used = _most_used_safely(limits, trajectory.stretched(float(np.exp(logarithm))), whole, proved)
+        return float(np.log(max(used, 1.0 / STRETCH.overused)))  # nearly linear in the logarithm of the factor
 
     if not limits.given():
         raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
     powers = powers_factor(limits, trajectory)
     if guess is not None and powers is None:
-        nearby = nearby_factor(limits, trajectory.stretched(guess))
+        nearby = nearby_factor(limits, trajectory.stretched(guess), proved=not roughly)
         if nearby is not None:
             return guess * nearby
     if powers is not None and powers <= np.exp(-STRETCH.slowest):
         raise nothing_limits(list(limits.given()))
-    root = _by_bracket(over, limits) if powers is None else float(np.log(powers))
-    while over(root, True) > 0.0:
+    sampled, start = partial(over, proved=False), float(np.log(guess or 1.0))
+    root = _by_bracket(sampled, limits, start, roughly) if powers is None else float(np.log(powers))
+    if powers is None and not roughly and over(root, True) > STRETCH.met:  # what is between the samples is more
+        nearby = nearby_factor(limits, trajectory.stretched(float(np.exp(root))))
+        root = _by_bracket(over, limits, root) if nearby is None else root + float(np.log(nearby))
+    while not roughly and over(root, True) > 0.0:
         root += STRETCH.precision + abs(root) * 1e-12
     return float(np.exp(root))
 
@@ -106,18 +118,18 @@ def powers_factor(limits: Limits, trajectory: Trajectory) -> float | None:
     return max(float(entry.fraction ** (1.0 / order)) for entry, order in zip(used, orders, strict=True))
 
 
-def _by_bracket(over: Callable[..., float], limits: Limits) -> float:
-    """Logarithm of the factor for any limits."""
+def _by_bracket(over: Callable[..., float], limits: Limits, start: float, roughly: bool = False) -> float:
+    """Logarithm of the factor, sought from one on, for any limits."""
     from scipy.optimize import brentq
 
-    low, high, step = 0.0, 0.0, STRETCH.first_step
-    while over(high) > 0.0 and high < STRETCH.slowest:
+    low, high, step = start, start, STRETCH.first_step
+    while over(high) > 0.0 and high < start + STRETCH.slowest:
         low, high, step = high, high + step, 2.0 * step
     while low == high or over(low) <= 0.0:
         low, high, step = low - step, low, 2.0 * step
         if low < -STRETCH.slowest:
             raise nothing_limits(list(limits.given()))
-    root = float(brentq(over, low, high, xtol=STRETCH.precision, rtol=1e-13))
+    root = float(brentq(over, low, high, xtol=STRETCH.rough if roughly else STRETCH.precision, rtol=1e-13))
     if limits.min_thrust is not None:
         root = _first_crossing(lambda logarithm: over(logarithm, True), root)
     return root
@@ -176,14 +188,14 @@ def _first_crossing(over: Callable[[float], float], start: float) -> float:
     return start
 
 
-def _most_used_safely(limits: Limits, trajectory: Trajectory, exact: bool) -> float:
-    """Largest utilisation, at most STRETCH.overused; unless exact, of the vertical part in place of the least thrust.
+def _most_used_safely(limits: Limits, trajectory: Trajectory, whole: bool, proved: bool) -> float:
+    """Largest utilisation, at most STRETCH.overused; unless whole, of the vertical part in place of the least thrust.
 
     The least thrust itself is not monotone in the time scale: a path so fast that its thrust is never small keeps it
     again.  Its vertical part is, and where that is kept the whole is.
     """
-    fractions = [used.fraction for used in limits.utilisation(trajectory) if exact or used.name != "min_thrust"]
-    if limits.min_thrust is not None and not exact:
+    fractions = [used.fraction for used in limits.utilisation(trajectory, proved) if whole or used.name != "min_thrust"]
+    if limits.min_thrust is not None and not whole:
         least = trajectory.extent((0.0, 0.0, 1.0), 2)[0] / limits.gravity + 1.0
         fractions.append(limits.min_thrust / least if least > 0.0 else STRETCH.overused)
     return min(max(fractions), STRETCH.overused)
@@ -272,7 +284,9 @@ def walled_factor(walls: Sequence[Walls], curve: Trajectory, least: float) -> fl
     return high
 
 
-def kept_factor(limits: Limits, walls: Sequence[Walls], curve: Trajectory, guess: float | None = None) -> float:
+def kept_factor(
+    limits: Limits, walls: Sequence[Walls], curve: Trajectory, guess: float | None = None, roughly: bool = False
+) -> float:
     """Return the least factor on time with which a curve keeps limits and walls on derivatives.
 
     Parameters are those of :func:`touching_factor`.
@@ -284,7 +298,7 @@ def kept_factor(limits: Limits, walls: Sequence[Walls], curve: Trajectory, guess
     SolverError
         If walls are kept by no factor with which the limits are.
     """
-    factor = walled_factor(walls, curve, touching_factor(limits, curve, guess))
+    factor = walled_factor(walls, curve, touching_factor(limits, curve, guess, roughly))
     if factor is None:
         raise SolverError("no speed was found at which the path keeps its limits and the walls on derivatives")
     return factor
