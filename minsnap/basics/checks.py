@@ -92,7 +92,8 @@ def check_number(
     whole: bool = False,
 ) -> Any:
     """Return a number from ``least`` to ``most``, a whole one perhaps, or raise an error that says what to give."""
-    if not (is_whole if whole else is_number)(value) or not least <= value <= most:
+    number = value.item() if isinstance(value, np.generic) else value  # the bounds overflow in half precision
+    if not (is_whole if whole else is_number)(value) or not least <= number <= most:
         raise error(f"{what} is {shown(value)}{unit and f' {unit}'}: {give}")
     return int(value) if whole else float(value)
 
