@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -18,6 +20,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import SHORTEST, check_durations, check_time
+from minsnap.basics.deadline import LateError
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
@@ -28,9 +31,10 @@ from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.replanning.splice import Splice, divided
 from minsnap.time_allocation.allocate import looked_at, plan_timed
 from minsnap.time_allocation.last_look import fault
-from minsnap.time_allocation.recovery import connect_start, start_state
+from minsnap.time_allocation.recovery import RECOVERY, connect_start, start_state, state_at, state_use
 from minsnap.time_allocation.timing import Timing
 from minsnap.time_allocation.ways import from_end, joined, shortest_from
+from minsnap.trajectory.report import Progress, Step
 from minsnap.trajectory.trajectory import Trajectory
 
 SHARE = 1.0 - 1e-6
@@ -78,10 +82,14 @@ def near(
         Number of legs; None for all.
     rest : Trajectory or None
         What is flown through all waypoints of the task; the plan then joins it, where it is inside and keeps the limits
-        beyond the horizon.
+        beyond the horizon, and later than there where it is on a limit: a search needs a way to such a state.
     flown : Trajectory or None
         What is flown, wherever it passes: the first guess.
     """
+    if legs is not None and rest is not None and limits is not None:
+        states = (state_at(rest, float(rest.leg_breaks[leg]), task.half) for leg in range(legs, rest.legs))
+        uses = (state_use(state, limits) for state in states)
+        legs += sum(1 for _ in takewhile(lambda use: 1.0 - RECOVERY.on_limit < use <= 1.0 + KEPT, uses))
     if legs is None or task.legs <= legs:
         return Near(task, flown, None)
     head = legs_of(flown, 0, legs) if flown is not None and flown.legs >= legs else None
@@ -90,7 +98,7 @@ def near(
         tail = legs_of(rest, legs, rest.legs)
         nearest = nearest_wall(tail, walls_from(task.walls, legs, task.legs))
         outside = nearest is not None and nearest.value < 0.0
-        tail = None if outside or not (limits is None or keeps(limits, tail)) else tail
+        tail = tail if not outside and (within(rest, limits) or within(tail, limits)) else None
     return Near(_first(task, legs, tail), head, tail)
 
 
@@ -222,10 +230,12 @@ class Aim:
         rest = self.total_time - left
         return replace(self, total_time=rest) if rest >= SHORTEST else None
 
-    def timing(self, seconds: float) -> Timing:
-        """Return how durations are chosen within a time [s]."""
+    def timing(self, seconds: float, flown: float) -> Timing:
+        """Return how durations are chosen within a time, to fly less than another [s]."""
         limit = seconds if self.timed else None
-        return Timing(self.durations, self.total_time, self.limits, time_limit=limit)
+        return Timing(
+            self.durations, self.total_time, self.limits, time_limit=limit, progress=_patience(flown) if limit else None
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,7 +247,44 @@ class Better:
     inside_from: float = 0.0
 
 
-def search_ahead(task: Task, aim: Aim, finish: AttachHeading, guess: Trajectory | None, seconds: float) -> Better:
+class NotShorterError(LateError):
+    """A search ended because it promises nothing shorter than what is flown."""
+
+
+@dataclass(frozen=True)
+class SearchPatience:
+    """When a search ends that must beat what is flown.
+
+    Parameters
+    ----------
+    least, most : int
+        Iterations after which it may end, and for which it may be longer.
+    each : float
+        Share by which it may be longer for each iteration that is left of these, and must be shorter for each beyond.
+    """
+
+    least: int = 12
+    most: int = 25
+    each: float = 2e-5
+
+
+PATIENCE = SearchPatience()
+
+
+def _patience(flown: float) -> Progress:
+    """Return what ends a search that promises nothing shorter than a time [s]."""
+
+    def end(step: Step) -> None:
+        allowed = flown * (1.0 + PATIENCE.each * (PATIENCE.most - step.evaluation))
+        if step.evaluation > PATIENCE.least and step.total_time > allowed:
+            raise NotShorterError("nothing better was found")
+
+    return end
+
+
+def search_ahead(
+    task: Task, aim: Aim, finish: AttachHeading, guess: Trajectory | None, seconds: float, flown: float = inf
+) -> Better:
     """Search from a start inside its corridor.
 
     Parameters
@@ -250,13 +297,15 @@ def search_ahead(task: Task, aim: Aim, finish: AttachHeading, guess: Trajectory 
         From the same start through as many legs.
     seconds : float
         After which the search ends with the best that it has.
+    flown : float
+        What the plan must be shorter than, where times are free [s].
 
     Raises
     ------
     InfeasibleError, SolverError, LimitError
         If none was found.
     """
-    timing, task = aim.timing(seconds), replace(task, finish=finish)
+    timing, task = aim.timing(seconds, flown), replace(task, finish=finish)
     timing.check()
     task.deadline.check()
     if aim.timed and aim.limits is not None:

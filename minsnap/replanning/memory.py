@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -14,6 +13,7 @@ from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import InputError, TimingError
 from minsnap.optimisation.task import Task
+from minsnap.replanning.horizon import walls_from
 from minsnap.replanning.splice import Splice
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -87,8 +87,8 @@ class Memory:
         That was returned.
     leg_start : ndarray, shape (dim,)
         Where its first leg begins, for corridors that run along legs [m].
-    legs : list of bytes
-        The conditions of every leg.
+    task : Task
+        What it answers.
     settled : bool
         Whether the search behind it ended by itself.
     guess : Trajectory or None
@@ -97,13 +97,13 @@ class Memory:
 
     answer: Trajectory
     leg_start: FloatArray
-    legs: list[bytes]
+    task: Task
     settled: bool
     guess: Trajectory | None = None
 
-    def same(self, splice: Splice, legs: list[bytes]) -> bool:
+    def same(self, splice: Splice, task: Task) -> bool:
         """Whether every leg ahead has the same conditions as for this answer, and its search had ended."""
-        return self.settled and self.answer is splice.flown and self.legs[splice.passed :] == legs
+        return self.settled and self.answer is splice.flown and same_conditions(task, self.task, splice.passed)
 
     def first_guess(self, splice: Splice, legs: int) -> Trajectory | None:
         """Return the rest of the last curve, if it has that number of legs."""
@@ -119,26 +119,19 @@ def leg_start_of(splice: Splice, memory: Memory | None) -> FloatArray:
     return memory.leg_start if known and memory is not None else splice.leg_start
 
 
-def leg_conditions(task: Task) -> list[bytes]:
-    """All conditions of each leg, in a form that can be compared."""
-    ends = [task.waypoints[1:].tobytes(), task.lower[1:].tobytes(), task.upper[1:].tobytes()]
-    size = len(ends[0]) // task.legs
-    parts = [[end[leg * size : (leg + 1) * size] for end in ends] for leg in range(task.legs)]
-    for wall in task.walls:
-        for part, own in zip(parts, _by_leg(wall, task.legs), strict=True):
-            part.append(own)
-    return [b"".join(part) for part in parts]
+def same_conditions(task: Task, before: Task, passed: int) -> bool:
+    """Whether the legs of a task have the conditions that they had in one with some more, now passed, before them."""
+    for name in ("waypoints", "lower", "upper"):
+        if not np.array_equal(getattr(before, name)[passed + 1 :], getattr(task, name)[1:]):
+            return False
+    walls = walls_from(before.walls, passed, before.legs)
+    return len(walls) == len(task.walls) and all(map(_equal, walls, task.walls))
 
 
-def _by_leg(wall: Walls, legs: int) -> list[bytes]:
-    """Return all numbers and names of some walls, those of each leg apart."""
-    order = np.argsort(wall.leg, kind="stable")
-    first = np.searchsorted(wall.leg[order], np.arange(legs + 1)).tolist()
-    values: Sequence[object] = [getattr(wall, entry.name) for entry in fields(wall) if entry.name != "leg"]
-    arrays = [value[order] for value in values if isinstance(value, np.ndarray)]
-    names = repr([value for value in values if not isinstance(value, np.ndarray)]).encode()
-    parts = zip(first[:-1], first[1:], strict=True)
-    return [b"".join([names, *(array[low:high].tobytes() for array in arrays)]) for low, high in parts]
+def _equal(one: Walls, other: Walls) -> bool:
+    """Whether all numbers and names of walls are equal."""
+    values = ((getattr(one, entry.name), getattr(other, entry.name)) for entry in fields(one))
+    return all(np.array_equal(a, b) for a, b in values)
 
 
 class Takes:

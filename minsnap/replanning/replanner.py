@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -36,6 +38,7 @@ from minsnap.replanning.horizon import (
     Aim,
     Better,
     Near,
+    NotShorterError,
     after_first_leg,
     flown_on,
     inside,
@@ -49,7 +52,7 @@ from minsnap.replanning.horizon import (
     seen_joined,
     within,
 )
-from minsnap.replanning.memory import Change, Memory, Takes, due_of, leg_conditions, leg_start_of
+from minsnap.replanning.memory import Change, Memory, Takes, due_of, leg_start_of
 from minsnap.replanning.splice import Splice, ends_at_rest, has_angles, splice_of, spliced, through_angles
 from minsnap.replanning.stopping import Stopping
 from minsnap.trajectory.trajectory import Trajectory
@@ -214,6 +217,8 @@ class Replanner:
         """
         if not self._lock.acquire(blocking=False):
             raise InputError("this Replanner is at work for another thread: use one per thread, or one after the other")
+        collects = gc.isenabled()
+        gc.disable()  # one collection of garbage takes longer than an answer
         try:
             watch = Stopwatch(self._clock)
             splice = splice_of(flown, now, budget, self._half)
@@ -225,6 +230,8 @@ class Replanner:
             deadline = self._deadline(due, budget)
             return self._answer(_Call(splice, due, course, aim, float(budget), deadline, watch, angles))
         finally:
+            if collects:
+                gc.enable()
             self._lock.release()
 
     def _course(self, splice: Splice, waypoints: Any, boxes: Any, corridor: Any, goal: Any) -> CourseAhead:
@@ -242,17 +249,16 @@ class Replanner:
         stops, safe = self._stop_first(call)
         rest = splice.rest if call.course.fits(splice.rest) else None
         standing = self._with_angles(call, rest) if rest is not None and safe else None
-        legs = leg_conditions(task)
         better, settled, reason = None, True, "nothing has changed"
-        if standing is None or not self._unchanged(call, standing, legs):
-            better, settled, reason = self._searched(call, rest)
+        if standing is None or not self._unchanged(call, standing):
+            better, settled, reason = self._searched(call, rest, standing is not None)
         chosen, reason = self._chosen_of(call, standing, better, reason)
         if chosen is None and standing is not None and standing is not rest:
             chosen, reason = Better(standing), ""
         change = self._change(call, chosen, stops, safe, reason)
         guess = None if better is None or chosen is not None else better.curve
         start = leg_start_of(splice, self._memory)
-        self._memory = Memory(change.trajectory, start, legs, settled, guess)
+        self._memory = Memory(change.trajectory, start, task, settled, guess)
         for part, taken in (("check", call.deadline.longest), ("closing", call.deadline.since)):
             self._takes.add(part, taken) if call.deadline.longest else self._takes.skip(part)
         return change
@@ -310,10 +316,10 @@ class Replanner:
         turned = self._finish(call, call.splice)(rest)
         return turned if within(turned, self._limits) else None
 
-    def _unchanged(self, call: _Call, rest: Trajectory, legs: list[bytes]) -> bool:
+    def _unchanged(self, call: _Call, rest: Trajectory) -> bool:
         """Whether a certified rest was planned for the same: by memory, or by its durations or its use of limits."""
         if self._memory is not None and self._memory.answer is call.splice.flown:
-            return self._memory.same(call.splice, legs) and call.aim.compares(rest)
+            return self._memory.same(call.splice, call.course.task) and call.aim.compares(rest)
         if not call.aim.timed or self._limits is None:
             return call.aim.durations is not None and call.aim.compares(rest)
         return largest_use(self._limits, call.splice.flown) >= FULL
@@ -323,7 +329,7 @@ class Replanner:
         closing = self._takes.most("closing", CLOSING * seconds)
         return Deadline(due - closing, self._clock, self._takes.most("check"))
 
-    def _searched(self, call: _Call, rest: Trajectory | None) -> tuple[Better | None, bool, str]:
+    def _searched(self, call: _Call, rest: Trajectory | None, stands: bool) -> tuple[Better | None, bool, str]:
         """Search in the time that is left; return the better plan, whether the search ended by itself, and why not."""
         call.deadline.resume()
         seconds = call.deadline.left
@@ -332,7 +338,9 @@ class Replanner:
         better, reason = None, "nothing better was found"
         try:
             call.deadline.check()
-            better = self._better(call, rest, seconds)
+            better = self._better(call, rest, rest if stands else None, seconds)
+        except NotShorterError:
+            pass
         except LateError:
             reason = f"the budget of {call.seconds:g} s was over before anything better was found"
         except (InfeasibleError, SolverError, LimitError) as none:
@@ -340,7 +348,7 @@ class Replanner:
         return better, call.deadline.left > 0.0, reason
 
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # a step that overflows has no merit, and is refused
-    def _better(self, call: _Call, rest: Trajectory | None, seconds: float) -> Better:
+    def _better(self, call: _Call, rest: Trajectory | None, standing: Trajectory | None, seconds: float) -> Better:
         splice, aim = call.splice, call.aim
         task = replace(call.course.task, deadline=call.deadline, explained=False)
         if call.course.outside:
@@ -352,11 +360,11 @@ class Replanner:
         later = None if end is None else aim.after(end.left.duration)
         if end is None or later is None:
             part = self._part(task, rest, guess)
-            better = self._search(part, aim, self._finish(call, splice), seconds)
+            better = self._search(part, aim, self._finish(call, splice), seconds, standing)
             return better if part.tail is None else seen_joined(better, task, aim)
         later_legs = part_of(task, 1, task.legs, {1: end.after.state})
         part = self._part(later_legs, after_first_leg(rest), after_first_leg(guess))
-        better = self._search(part, later, self._finish(call, end.after, 1), seconds)
+        better = self._search(part, later, self._finish(call, end.after, 1), seconds, after_first_leg(standing))
         starts = (start and start + end.left.duration for start in (better.limits_from, better.inside_from))
         return seen_joined(Better(end.before(better.curve), *starts), task, aim)
 
@@ -365,8 +373,13 @@ class Replanner:
         walls = moved_inwards(task.walls, task.waypoints, self._clearance)
         return near(replace(task, walls=walls), self._limits, self._horizon, rest, guess)
 
-    def _search(self, part: Near, aim: Aim, finish: AttachHeading, seconds: float) -> Better:
-        better = search_ahead(part.task, aim, finish, part.guess, seconds)
+    def _search(
+        self, part: Near, aim: Aim, finish: AttachHeading, seconds: float, standing: Trajectory | None
+    ) -> Better:
+        """Search the legs of the horizon; for less time than they take in a rest that stands, where that goes on."""
+        goes_on = standing is not None and (part.tail is not None or standing.legs == part.task.legs)
+        flown = float(standing.leg_breaks[part.task.legs]) if standing is not None and goes_on else inf
+        better = search_ahead(part.task, aim, finish, part.guess, seconds, flown)
         if part.tail is None:
             return better
         curve = joined_with(better.curve, part.tail, finish)

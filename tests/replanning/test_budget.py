@@ -1,5 +1,6 @@
 """What a budget ends: searches, ways back and certified ends stop at their deadline, and nothing is explained."""
 
+import gc
 from dataclasses import replace
 from itertools import count
 from time import monotonic
@@ -14,7 +15,7 @@ from minsnap.basics.deadline import Deadline, LateError
 from minsnap.errors import SolverError
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.course_ahead import course_ahead
-from minsnap.replanning.horizon import Aim, search_ahead
+from minsnap.replanning.horizon import Aim, NotShorterError, search_ahead
 from minsnap.replanning.memory import ANSWERS, MARGIN, SKIPS, Takes
 from minsnap.replanning.splice import splice_of
 from minsnap.replanning.stopping import Stopping
@@ -148,3 +149,31 @@ def test_an_answer_that_was_long_in_closing_does_not_end_all_searches(flown, mon
     reasons = [replanner.replan(flown, 0.3, moved, 0.1).reason for _ in range(SKIPS + 1)]
     assert all("the budget of 0.1 s" in reason for reason in reasons[:SKIPS])
     assert "the budget" not in reasons[SKIPS]
+
+
+def test_no_garbage_is_collected_within_an_answer(flown):
+    replanner, collected, threshold = Replanner(LIMITS, 0.5), [], gc.get_threshold()
+    gc.set_threshold(5, 2, 2)
+    gc.callbacks.append(lambda *_: collected.append(True))
+    try:
+        replanner.replan(flown, 0.3, POINTS[1:], 10.0, began=monotonic())
+        assert len(collected) <= 1, "the first objects after the answer"
+        with pytest.raises(minsnap.WaypointError):
+            replanner.replan(flown, 0.3, [[1.0, 2.0]], 10.0, began=monotonic())
+        assert gc.isenabled()
+        gc.disable()
+        replanner.replan(flown, 0.3, POINTS[1:], 10.0, began=monotonic())
+        assert not gc.isenabled()
+    finally:
+        gc.callbacks.pop()
+        gc.set_threshold(*threshold)
+        gc.enable()
+
+
+def test_a_search_that_promises_nothing_shorter_ends(flown):
+    """Not where it must be shorter than a time that it undercuts."""
+    task = task_of(flown, through(0.5), POINTS[1:])
+    found = search_ahead(task, Aim(LIMITS), lambda curve: curve, None, 10.0)
+    assert search_ahead(task, Aim(LIMITS), lambda curve: curve, None, 10.0, 1.2 * found.curve.duration).curve.duration
+    with pytest.raises(NotShorterError):
+        search_ahead(task, Aim(LIMITS), lambda curve: curve, None, 10.0, 0.9 * found.curve.duration)

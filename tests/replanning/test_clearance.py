@@ -6,7 +6,9 @@ import pytest
 import minsnap
 from minsnap import Boxes, Limits, Replanner, RoundTube
 from minsnap.errors import InputError
-from minsnap.replanning.horizon import moved_inwards
+from minsnap.replanning.course_ahead import course_ahead
+from minsnap.replanning.horizon import moved_inwards, near
+from minsnap.replanning.splice import splice_of
 
 POINTS = np.array([(0.0, 0.0, 1.0), (3.0, 0.05, 1.0), (6.0, 0.0, 1.0)])
 BOXES = Boxes([(-1, -0.1, 0), (2, -1, 0)], [(4, 1, 2), (7, 1, 2)])
@@ -43,3 +45,14 @@ def test_new_plans_stay_inside_boxes_that_shift_by_the_clearance():
 def test_a_negative_clearance_is_refused():
     with pytest.raises(InputError, match="clearance is -0.1: give a distance of 0 or more"):
         Replanner(clearance=-0.1)
+
+
+@pytest.mark.parametrize(("speed", "legs", "joins"), [(3.003, 1, True), (3.0, 3, False), (2.9, 1, False)])
+def test_a_plan_joins_the_flown_one_where_that_has_room_in_its_limits(speed, legs, joins):
+    """Two legs at 3 m/s, and one to rest."""
+    along = np.array([*np.linspace([0.0, 3.0], [3.0, 6.0], 8).T, [6.0 + p / 7.0 for p in (0, 3, 6, 9, *[10.5] * 4)]])
+    flown = minsnap.Trajectory(along[:, :, None] * [1.0, 0.0, 0.0], np.ones(3))
+    splice = splice_of(flown, 0.0, 1e-9, 4)
+    task = course_ahead(splice, flown.control_points[:, -1], None, splice.leg_start, [minsnap.Tube(0.5)], 1).task
+    part = near(task, minsnap.Limits(speed=speed, acceleration=9.0), 1, flown, flown)
+    assert (part.task.legs, part.tail is not None) == (legs, joins)
