@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json as jsonlib
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,33 +18,10 @@ if TYPE_CHECKING:
     from minsnap.files.consistency import AxisFigures, ConsistencyReport, Membership
     from minsnap.files.formats.polynomials import PlanFile
     from minsnap.fleet.fleet_certificate import FleetCertificate
-    from minsnap.trajectory.report import Utilisation
     from minsnap.trajectory.samples import Samples
 
 LISTED = 10
 """Pairs that are shown."""
-
-
-@dataclass(frozen=True)
-class ExactProof:
-    """What was proved of a plan without rounding.
-
-    Parameters
-    ----------
-    holds : bool
-        Whether margin, greatest norms and waypoint error of its certificate are proved.
-    corridor_margin : float or None
-        [m].
-    waypoint_error : float or None
-        Largest distance of a knot from its waypoint, which a tolerance or a gate may allow [m].
-    exceeded : tuple of Utilisation
-        How limits of the plan are used that it does not keep, as certified, without a proof in exact arithmetic.
-    """
-
-    holds: bool
-    corridor_margin: float | None
-    waypoint_error: float | None
-    exceeded: tuple[Utilisation, ...]
 
 
 @command()
@@ -104,14 +81,18 @@ def _plan(file: Path, exact: bool) -> PlanFile | None:
     return None
 
 
-def _proved(certificate: Certificate) -> ExactProof:
-    """Prove a certificate again without rounding."""
-    exceeded = tuple(used for used in certificate.utilisation if not used.kept)
-    return ExactProof(certificate.verify(), certificate.corridor_margin, certificate.waypoint_error, exceeded)
+def _proved(certificate: Certificate) -> dict[str, Any]:
+    """Prove a certificate again without rounding: its margin, greatest norms and waypoint error.
+
+    ``exceeded`` are limits that the plan does not keep, as certified, without a proof in exact arithmetic.
+    """
+    known = {name: getattr(certificate, name) for name in ("corridor_margin", "waypoint_error")}
+    exceeded = [asdict(used) for used in certificate.utilisation if not used.kept]
+    return {"holds": certificate.verify(), **known, "exceeded": exceeded}
 
 
-def _unproved(proved: ExactProof | None) -> list[str]:
-    if proved is None or proved.holds:
+def _unproved(proved: dict[str, Any] | None) -> list[str]:
+    if proved is None or proved["holds"]:
         return []
     return ["the figures of the certificate are not proved in exact arithmetic"]
 
@@ -134,18 +115,18 @@ def _escape(inside: Membership | None) -> list[str]:
 def _as_json(
     report: ConsistencyReport,
     inside: Membership | None,
-    proved: ExactProof | None,
+    proved: dict[str, Any] | None,
     problems: list[str],
     place: dict[str, Any],
 ) -> str:
     figures: dict[str, Any] = asdict(report) | {"problems": problems, "ok": not problems} | place
     figures["corridor"] = None if inside is None else asdict(inside)
-    figures["exact"] = None if proved is None else asdict(proved)
+    figures["exact"] = proved
     return jsonlib.dumps(figures, indent=2)
 
 
 def _as_text(
-    report: ConsistencyReport, inside: Membership | None, proved: ExactProof | None, problems: list[str], frame: str
+    report: ConsistencyReport, inside: Membership | None, proved: dict[str, Any] | None, problems: list[str], frame: str
 ) -> str:
     lines = [
         ("frame", frame),
@@ -162,10 +143,12 @@ def _as_text(
         margin = f"{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s"
         lines.append(("corridor margin", margin))
     if proved is not None:
-        margin = "" if proved.corridor_margin is None else f", corridor margin {proved.corridor_margin:.3g} m"
-        lines.append(("exact proof", f"{'holds' if proved.holds else 'does not hold'}{margin}, at every instant"))
-        if proved.waypoint_error:
-            lines.append(("waypoint error", f"{proved.waypoint_error:.3g} m at most"))
+        least, error = proved["corridor_margin"], proved["waypoint_error"]
+        margin = "" if least is None else f", corridor margin {least:.3g} m"
+        holds = "holds" if proved["holds"] else "does not hold"
+        lines.append(("exact proof", f"{holds}{margin}, at every instant"))
+        if error:
+            lines.append(("waypoint error", f"{error:.3g} m at most"))
     axes = ["", _table(report.axes)] if report.axes else []
     verdict = [f"problem: {problem}" for problem in problems] or ["consistent"]
     return "\n".join([labelled(lines), *axes, "", *verdict])
@@ -223,10 +206,10 @@ def _fleet_text(certificate: FleetCertificate) -> str:
 
 
 def _verdict(certificate: FleetCertificate) -> str:
-    if certificate.least_distance is None or certificate.pair is None or certificate.instant is None:
+    near = certificate.closest
+    if near is None:
         return "one vehicle: there is no pair"
-    first, second = (certificate.fleet.name(vehicle) for vehicle in certificate.pair)
-    nearest = f"{first} and {second} come within {certificate.least_distance:.4f} m at {certificate.instant:.2f} s"
+    nearest = f"{certificate.fleet.names_of(near.pair)} come within {near.distance:.4f} m at {near.instant:.2f} s"
     return f"apart at every instant: {nearest}" if certificate.ok else f"problem: {nearest}"
 
 

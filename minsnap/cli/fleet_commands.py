@@ -95,9 +95,10 @@ def _certified(show: Show, planned: Fleet, held: Fleet) -> tuple[FleetCertificat
 def _summary(page: SafetyReport, place: Path) -> str:
     held = page.held
     lines = [("written", str(place)), ("vehicles", str(len(held.fleet))), ("duration", f"{held.fleet.duration:.2f} s")]
-    if held.pair is not None:
-        names = " and ".join(held.fleet.name(vehicle) for vehicle in held.pair)
-        lines.append(("least distance", f"{held.least_distance:.4f} m, {names} at {held.instant:.2f} s"))
+    near = held.closest
+    if near is not None:
+        names = held.fleet.names_of(near.pair)
+        lines.append(("least distance", f"{near.distance:.4f} m, {names} at {near.instant:.2f} s"))
     lines.append(("files from the plan", f"{1e3 * page.distance:.2g} mm at most"))
     planned = {used.use.name: used.use.value for used in page.planned.utilisation}
     for used in held.utilisation:

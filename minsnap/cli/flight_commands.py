@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from minsnap.cli import options
 from minsnap.cli.app import command
-from minsnap.cli.options import vehicle_of
 from minsnap.errors import FlightError, InputError, LinkError
 
 if TYPE_CHECKING:
@@ -266,12 +265,9 @@ class SentSetpoints:
 
     def settings(self) -> dict[str, Any]:
         """Return them as options of the stream."""
-        from minsnap.flight.mavlink.setpoints import FeedForward
-
-        offset = FeedForward(self.drag, None if self.vehicle is None else vehicle_of(self.vehicle), self.lead)
         fields = None if self.fields is None else [name.strip() for name in self.fields.split(",")]
         own = {"rate": self.rate, "frame": self.frame, "laps": self.laps, "delay": self.delay}
-        return {**own, "fields": fields, "feed_forward": offset}
+        return {**own, "fields": fields, "feed_forward": options.feed_forward_of(self)}
 
 
 @dataclass(frozen=True)

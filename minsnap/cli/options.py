@@ -12,6 +12,7 @@ from minsnap.errors import InputError, LimitError
 
 if TYPE_CHECKING:
     from minsnap.corridors.keep_out import Obstacle
+    from minsnap.flight.mavlink.setpoints import FeedForward
     from minsnap.flight.simulation.controllers import Controller
     from minsnap.flight.simulation.flight_inputs import Wind
     from minsnap.vehicle.quadrotor import Quadrotor
@@ -88,6 +89,13 @@ def vehicle_of(name: str) -> Quadrotor:
     if not Path(name).suffix and not Path(name).exists():
         raise InputError(f"--vehicle is {name!r}: give {VEHICLE_HELP.rstrip('.')}")
     return Quadrotor.from_yaml(name)
+
+
+def feed_forward_of(options: Any) -> FeedForward:
+    """Return what ``--drag``, ``--vehicle`` and ``--lead`` among options offset."""
+    from minsnap.flight.mavlink.setpoints import FeedForward
+
+    return FeedForward(options.drag, None if options.vehicle is None else vehicle_of(options.vehicle), options.lead)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, cast
 from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.basics.messages import labelled
 from minsnap.cli import options
-from minsnap.cli.options import vehicle_of
 from minsnap.errors import FileError, InputError
 
 if TYPE_CHECKING:
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 
     from minsnap.corridors.gates import Gate
     from minsnap.corridors.keep_out import Obstacle
-    from minsnap.flight.mavlink.setpoints import FeedForward
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.path import Path
     from minsnap.trajectory.samples import Samples
@@ -225,7 +223,7 @@ class Destination:
     def _check_feed_forward(self) -> None:
         if not self._offsets:
             return
-        self._feed_forward()
+        options.feed_forward_of(self)
         if self.output is None:
             raise InputError("--drag, --vehicle and --lead are written with setpoints: give -o FILE")
         if not self._is_csv and self.output != STANDARD_OUTPUT:
@@ -242,11 +240,6 @@ class Destination:
     @property
     def _offsets(self) -> bool:
         return bool(self.drag) or self.vehicle is not None or bool(self.lead)
-
-    def _feed_forward(self) -> FeedForward:
-        from minsnap.flight.mavlink.setpoints import FeedForward
-
-        return FeedForward(self.drag, None if self.vehicle is None else vehicle_of(self.vehicle), self.lead)
 
     def _check_format(self) -> None:
         if self.output == STANDARD_OUTPUT and self.format not in (None, "setpoints"):
@@ -312,38 +305,31 @@ class Destination:
 
     def _write(self, path: Path, facts: dict[str, Any], origin: Sequence[float] | None) -> str | None:
         """Write the path; return a sentence on data that its format cannot hold."""
-        if self._is_csv or self.output == STANDARD_OUTPUT:
-            return self._write_setpoints(path, origin)
-        from minsnap.files.convert import written
-        from minsnap.files.format import Writing
-
+        source, note = self._offset(path) if self._offsets else (path, None)
         assert self.output is not None
-        if self._offsets:
-            samples, note = self._offset(path)
-            _, lost = written(
-                samples, self.output, self.format, self.rate, Writing(self.frame, not self.no_clobber, facts)
-            )
-            return "; ".join(filter(None, (note, lost)))
-        return written(path, self.output, self.format, self.rate, Writing(self.frame, not self.no_clobber, facts))[1]
+        if self.output == STANDARD_OUTPUT:
+            from minsnap.files.setpoint_csv import csv_lines
+
+            sys.stdout.writelines(csv_lines(source, self.rate, self.frame))
+            sys.stdout.flush()
+        elif self._is_csv:
+            from minsnap.files.setpoint_csv import write_csv
+
+            write_csv(source, self.output, self.rate, self.frame, clobber=not self.no_clobber, origin=origin)
+        else:
+            from minsnap.files.convert import written
+            from minsnap.files.format import Writing
+
+            how = Writing(self.frame, not self.no_clobber, facts)
+            note = "; ".join(filter(None, (note, written(source, self.output, self.format, self.rate, how)[1])))
+        return note
 
     def _offset(self, path: Path) -> tuple[Samples, str]:
         """Return the setpoints with their feed-forward, and a sentence on it."""
         from minsnap.files.setpoint_csv import in_space
 
-        samples, feed_forward = in_space(path.sample(self.rate)), self._feed_forward()
+        samples, feed_forward = in_space(path.sample(self.rate)), options.feed_forward_of(self)
         return feed_forward.stated(samples), feed_forward.describe(samples)
-
-    def _write_setpoints(self, path: Path, origin: Sequence[float] | None) -> str | None:
-        """Write setpoints; return a sentence on their feed-forward."""
-        from minsnap.files.setpoint_csv import csv_lines, write_csv
-
-        source, note = self._offset(path) if self._offsets else (path, None)
-        if self.output == STANDARD_OUTPUT:
-            sys.stdout.writelines(csv_lines(source, self.rate, self.frame))
-            sys.stdout.flush()
-        elif self.output is not None:
-            write_csv(source, self.output, self.rate, self.frame, clobber=not self.no_clobber, origin=origin)
-        return note
 
     def _draw(self, path: Path, **drawing: Any) -> None:
         from minsnap.plot.figures import plot_overview

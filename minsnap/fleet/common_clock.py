@@ -207,6 +207,10 @@ class Fleet(ReadOnly, Sequence[Trajectory]):
         """Return the name of a vehicle, its number where it has none."""
         return f"vehicle {vehicle}" if self.names is None else self.names[vehicle]
 
+    def names_of(self, pair: Sequence[int]) -> str:
+        """Return the names of two vehicles in one phrase."""
+        return " and ".join(self.name(vehicle) for vehicle in pair)
+
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Return positions or derivatives of all vehicles at instants of any shape: (vehicles,) + t.shape + (dim,)."""
         instants = np.asarray(t, dtype=np.float64)

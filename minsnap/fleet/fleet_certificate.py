@@ -173,12 +173,8 @@ class FleetCertificate:
     ok : bool
         All conditions hold: separations and limits to ``EXACT`` of themselves, clearances and the room to
         ``EXACT`` [m].
-    least_distance : float or None
-        Of the pair that comes nearest to its separation, heights divided by the downwash [m]; None for one vehicle.
-    pair : tuple of int or None
-        Which two vehicles.
-    instant : float or None
-        When [s].
+    closest : NearPair or None
+        The pair that comes nearest to its separation; None for one vehicle.
     nearest : tuple of NearPair
         All pairs that come nearer than ``reach`` times their separation, those nearest to it first.
     utilisation : tuple of FleetUse
@@ -195,9 +191,7 @@ class FleetCertificate:
     """
 
     ok: bool
-    least_distance: float | None
-    pair: tuple[int, int] | None
-    instant: float | None
+    closest: NearPair | None
     nearest: tuple[NearPair, ...] = field(repr=False)
     utilisation: tuple[FleetUse, ...]
     room_margins: FloatArray | None = field(repr=False)
@@ -205,6 +199,21 @@ class FleetCertificate:
     nearest_obstacles: IntArray | None = field(repr=False)
     fleet: Fleet = field(repr=False)
     separation: Separation | None = field(repr=False)
+
+    @property
+    def least_distance(self) -> float | None:
+        """Distance of the closest pair, heights divided by the downwash [m]; None for one vehicle."""
+        return None if self.closest is None else self.closest.distance
+
+    @property
+    def pair(self) -> tuple[int, int] | None:
+        """Which two vehicles that are."""
+        return None if self.closest is None else self.closest.pair
+
+    @property
+    def instant(self) -> float | None:
+        """When [s]."""
+        return None if self.closest is None else self.closest.instant
 
     @cached_property
     def room_margin(self) -> float | None:
@@ -273,9 +282,7 @@ def certify_fleet(
         and all(used.kept for used in use)
         and (margins is None or bool((margins >= -EXACT).all()))
         and (clear is None or bool((clear >= -EXACT).all())),
-        pairs[0].distance if pairs else None,
-        pairs[0].pair if pairs else None,
-        pairs[0].instant if pairs else None,
+        pairs[0] if pairs else None,
         tuple(pair for pair in pairs if pair.share < reach),
         use,
         margins,

@@ -303,12 +303,10 @@ def unproved_fleet(search: TimeSearch, when: str, seed: int) -> UnprovedError:
         text += (
             f": in {tried.time:.4g} s vehicle {vehicle} was {-certificate.clearances[vehicle]:.3g} m inside an obstacle"
         )
-    elif certificate.pair is not None and not certificate.ok:
-        one, two = certificate.pair
-        text += (
-            f": in {tried.time:.4g} s vehicles {one} and {two} came as near as {certificate.least_distance:.3g} m at "
-        )
-        text += f"{certificate.instant:.4g} s, {certificate.nearest[0].share:.0%} of their separation"
+    elif certificate.closest is not None and not certificate.ok:
+        near = certificate.closest
+        text += f": in {tried.time:.4g} s vehicles {near.pair[0]} and {near.pair[1]} came as near as "
+        text += f"{near.distance:.3g} m at {near.instant:.4g} s, {near.share:.0%} of their separation"
     elif tried.outcome.over_by > 0.0:
         text += f": in {tried.time:.4g} s limits or walls were exceeded by {tried.outcome.over_by:.1%}"
     did = [] if search.stopped() else list(_what_did(search, tried, seed))

@@ -89,15 +89,15 @@ def plot_separation(certificate: FleetCertificate, ax: Axes | None = None) -> Ax
         If there is no pair.
     """
     separation = certificate.separation
-    pair, least, instant = certificate.pair, certificate.least_distance, certificate.instant
-    if pair is None or least is None or instant is None or separation is None:
+    near = certificate.closest
+    if near is None or separation is None:
         raise FleetError("a fleet of one vehicle has no distance to draw: give two vehicles and a separation")
     axes = new_axes() if ax is None else ax
     t = np.linspace(0.0, certificate.fleet.duration, INSTANTS)
     axes.plot(t, least_distances(certificate.fleet, separation, t), color="tab:blue", label="nearest pair, sampled")
-    apart = separation.between(*pair)
+    apart = separation.between(*near.pair)
     axes.axhline(apart, color="tab:red", linestyle="--", label=f"separation, {apart:g} m")
-    axes.plot(instant, least, "o", color="tab:orange", label=f"proved least, {least:.3f} m")
+    axes.plot(near.instant, near.distance, "o", color="tab:orange", label=f"proved least, {near.distance:.3f} m")
     what = "distance [m]" if separation.downwash == 1.0 else "distance, heights by the downwash [m]"
     axes.set(xlabel="time [s]", ylabel=what, xlim=(0.0, certificate.fleet.duration), ylim=(0.0, None))
     axes.legend(loc="lower left", framealpha=0.9)  # below the separation there is no curve

@@ -96,9 +96,9 @@ def write_report(report: SafetyReport, path: str | os.PathLike[str], *, clobber:
 def _verdict(report: SafetyReport) -> str:
     held = report.held
     words = "one vehicle"
-    if held.pair is not None and held.instant is not None:
-        first, second = (escape(held.fleet.name(vehicle)) for vehicle in held.pair)
-        words = f"{first} and {second} come nearest: {held.least_distance:.4f} m at {held.instant:.2f} s"
+    near = held.closest
+    if near is not None:
+        words = f"{escape(held.fleet.names_of(near.pair))} come nearest: {near.distance:.4f} m at {near.instant:.2f} s"
     title = "Apart at every instant" if report.ok else "Does not hold"
     beyond = "".join(f"<br><b>{escape(sentence)}.</b>" for sentence in report.exceeded)
     return verdict(report.ok, f"<b>{title}.</b> {words}. Proved, not sampled.{beyond}")
@@ -175,9 +175,16 @@ def _stages(report: SafetyReport) -> str:
 def _pairs(held: FleetCertificate) -> str:
     rows = []
     for near in sorted(held.nearest[:PAIRS], key=lambda pair: pair.instant):
-        names = " and ".join(held.fleet.name(vehicle) for vehicle in near.pair)
         place = point_text(held.middle_of(near).round(2) + 0.0)
-        rows.append((names, f"{near.instant:.2f}", place, f"{near.distance:.4f}", f"{near.required:.4g}"))
+        rows.append(
+            (
+                held.fleet.names_of(near.pair),
+                f"{near.instant:.2f}",
+                place,
+                f"{near.distance:.4f}",
+                f"{near.required:.4g}",
+            )
+        )
     return table(
         "Nearest pairs, by time", ["vehicles", "at [s]", "between [m]", "distance [m]", "separation [m]"], rows
     )

@@ -392,8 +392,8 @@ def _return(show: Show, now: FloatArray) -> IntArray:
 def _checked(curves: list[Trajectory], show: Show, name: str) -> list[Trajectory]:
     """Return the curves of a move, or raise FleetError where they come too near or leave the room."""
     certificate = certify_fleet(curves, show.separation, room=show.room)
-    if certificate.pair is not None and certificate.nearest and certificate.nearest[0].share < 1.0 - EXACT:
-        near = certificate.nearest[0]
+    near = certificate.closest
+    if near is not None and near.share < 1.0 - EXACT:
         raise FleetError(
             f"vehicles {near.pair[0]} and {near.pair[1]} come within {near.distance:.3f} m of {near.required:g} m in a "
             f"move of {name!r}: shrink it less",

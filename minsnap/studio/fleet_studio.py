@@ -169,10 +169,7 @@ class FleetStudio(Page):
         apart = self.fleet.separation
         flat = places / (1.0, 1.0, 1.0 if apart is None else apart.downwash)
         lengths = np.linalg.norm(flat[near[:, 0]] - flat[near[:, 1]], axis=1)
-        rows = [
-            (f"{self.fleet.name(int(near[i, 0]))} and {self.fleet.name(int(near[i, 1]))}", f"{lengths[i]:.2f} m")
-            for i in lengths.argsort()[:LISTED]
-        ]
+        rows = [(self.fleet.names_of(near[i].tolist()), f"{lengths[i]:.2f} m") for i in lengths.argsort()[:LISTED]]
         more = [("pairs that are near", str(len(near)))] if self.fleet.separation is not None else []
         content = table(more + rows)
         if self._told.content != content:
@@ -183,11 +180,11 @@ def facts(held: FleetCertificate) -> list[tuple[str, str]]:
     """Return names and values of what is proved of a fleet."""
     fleet = held.fleet
     rows = [("vehicles", str(len(fleet))), ("duration", f"{fleet.duration:.2f} s")]
-    if held.pair is not None and held.least_distance is not None and held.instant is not None:
-        rows.append(("least distance", f"{held.least_distance:.4f} m at {held.instant:.2f} s"))
-        rows.append(("of", " and ".join(fleet.name(vehicle) for vehicle in held.pair)))
-        if held.separation is not None:
-            rows.append(("separation", f"{held.separation.between(*held.pair):g} m"))
+    near = held.closest
+    if near is not None:
+        rows.append(("least distance", f"{near.distance:.4f} m at {near.instant:.2f} s"))
+        rows.append(("of", fleet.names_of(near.pair)))
+        rows.append(("separation", f"{near.required:g} m"))
     return rows
 
 
