@@ -19,6 +19,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
+from minsnap.basics.schema import FLAG, NUMBER, TEXT, WHOLE, Key, either, from_to, mapping, several, word
 from minsnap.basics.storage.text import check_size, load_yaml, reading
 from minsnap.errors import CorridorError, FileError
 from minsnap.paths.routes.grid_map import LARGEST_MAP, GridMap
@@ -27,8 +28,20 @@ from minsnap.paths.routes.point_clouds import CLOUDS, cloud_map, read_cloud
 UNKNOWN = ("occupied", "free")
 """What unknown cells may count as."""
 
-KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
-NEEDED = ("image", "resolution", "origin")
+PROBABILITY = from_to(NUMBER, 0.0, 1.0)
+MAP = mapping(
+    {
+        "image": Key(TEXT, "name of a PGM or PNG file", needed=True),
+        "resolution": Key(NUMBER, "side of a pixel [m]", needed=True),
+        "origin": Key(several(NUMBER, "x, y [m] and yaw of the lower left corner", 2, 3), needed=True),
+        "negate": Key(either(FLAG, WHOLE), "light pixels are occupied"),
+        "occupied_thresh": Key(PROBABILITY),
+        "free_thresh": Key(PROBABILITY),
+        "mode": Key(word("trinary", "scale", "raw")),
+    },
+    "a mapping with image, resolution and origin",
+)
+"""The description of a map."""
 
 
 @dataclass(frozen=True)
@@ -117,15 +130,14 @@ def read_map_yaml(path: str | os.PathLike[str], how: Reading) -> GridMap:
         If a file cannot be read, an entry is missing, unknown or malformed, or the origin is turned.
     """
     content = read_map_entries(path)
-    low = content.get("free_thresh", 0.25)
-    high = content.get("occupied_thresh", 0.65)
-    if not (is_number(low) and is_number(high) and 0.0 <= low <= high <= 1.0):
+    low, high = content.get("free_thresh", 0.25), content.get("occupied_thresh", 0.65)
+    if low > high:
         raise FileError(f"{path}: free_thresh is {low!r} and occupied_thresh {high!r}: two probabilities, in order")
     picture = read_picture(Path(path).parent / content["image"])
-    chance = _probability(picture, content, (float(low), float(high)), how.threshold is None)
+    chance = _probability(picture, content, (low, high), how.threshold is None)
     kept = Reading(0.5 if how.threshold is None else how.threshold, how.unknown)
     cells = kept.by_probability(np.ascontiguousarray(chance[::-1].T))
-    return GridMap(cells, np.full(2, float(content["resolution"])), np.array(content["origin"][:2]), Path(path).name)
+    return GridMap(cells, np.full(2, content["resolution"]), np.array(content["origin"][:2]), Path(path).name)
 
 
 def read_map_entries(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -136,10 +148,12 @@ def read_map_entries(path: str | os.PathLike[str]) -> dict[str, Any]:
     FileError
         If one is missing, unknown or malformed.
     """
-    content = load_yaml(path)
-    if not isinstance(content, dict):
-        raise FileError(f"{path}: a map is described by {', '.join(KEYS)}, not by {shown(content)}")
-    _check_keys(path, content)
+    content: dict[str, Any] = MAP.read(f"{path}", load_yaml(path))
+    side, turn = content["resolution"], sum(content["origin"][2:])
+    if side <= 0.0:
+        raise FileError(f"{path}: resolution is {side:g}: give the side of a pixel [m], which is positive")
+    if turn != 0.0:
+        raise FileError(f"{path}: the map is turned by {turn:g} rad: turn the picture instead, with a yaw of 0")
     return content
 
 
@@ -172,25 +186,6 @@ def _probability(
         return np.asarray(chance)
     between = np.where(chance > bounds[1], np.float32(1.0), np.float32(-1.0))
     return np.asarray(np.where(chance < bounds[0], np.float32(0.0), between))
-
-
-def _check_keys(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
-    missing = [key for key in NEEDED if key not in content]
-    unknown = [str(key) for key in content if key not in KEYS]
-    if missing or unknown:
-        what = f"{', '.join(missing)} missing" if missing else f"{shown(unknown[0])} is not known"
-        raise FileError(f"{path}: {what}; a map is described by {', '.join(KEYS)}")
-    image, side, origin = (content[key] for key in NEEDED)
-    if not isinstance(image, str):
-        raise FileError(f"{path}: image is {shown(image)}: give the name of a PGM or PNG file")
-    if not is_number(side) or side <= 0.0:
-        raise FileError(f"{path}: resolution is {shown(side)}: give the side of a pixel [m]")
-    if not isinstance(origin, list) or len(origin) not in (2, 3) or not all(map(is_number, origin)):
-        raise FileError(f"{path}: origin is {shown(origin)}: give x, y [m] and yaw of the lower left corner")
-    if len(origin) == 3 and origin[2] != 0.0:
-        raise FileError(f"{path}: the map is turned by {origin[2]:g} rad: turn the picture instead, with a yaw of 0")
-    if content.get("mode", "trinary") not in ("trinary", "scale", "raw"):
-        raise FileError(f"{path}: mode is {shown(content['mode'])}: it is trinary, scale or raw")
 
 
 ENDINGS = (".yaml", ".yml", ".npy", *CLOUDS)

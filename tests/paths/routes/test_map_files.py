@@ -165,7 +165,7 @@ def test_lzf_repeats_what_it_has_just_written():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("resolution: 0.05\n", ""), "resolution missing"),
+        (("resolution: 0.05\n", ""), "map.yaml has no resolution"),
         (("negate: 0", "colour: 1"), "'colour' is not known"),
         (("[-1.0, 2.0, 0.0]", "[-1.0, 2.0, 0.5]"), "the map is turned by 0.5 rad"),
         (("0.05", "-0.05"), "resolution is -0.05"),
