@@ -246,19 +246,6 @@ class PieceRecord(Record):
     }
 
 
-class StopRecord(Record):
-    """A way to come to rest inside walls; see ``stops.py``."""
-
-    _fields_ = (
-        *_integers("half", "dim", "walls", "limits", "legs", "member"),
-        *_floats("unit"),
-        *_arrays("state", "waypoints", "cones", "caps", "points"),
-        *_floats("duration", "change"),
-        *_integers("limited"),
-    )
-    arrays: ClassVar = dict.fromkeys(("state", "waypoints", "caps", "points"), NUMBERS)
-
-
 POLL = CFUNCTYPE(c_int64, c_double, c_int64)
 """Called during a search; not 0 ends it."""
 
@@ -299,6 +286,21 @@ class ConeGroup(Record):
     def changed(self, **values: Any) -> ConeGroup:
         """Return the same with other fields."""
         return ConeGroup(**self.kept | values)
+
+
+class StopRecord(Record):
+    """A way to come to rest inside walls; see ``stops.py``."""
+
+    _fields_ = (
+        *_integers("half", "dim", "walls", "limits", "legs", "member"),
+        *_floats("unit"),
+        *_arrays("state", "waypoints"),
+        ("cones", POINTER(ConeGroup)),
+        *_arrays("caps", "points"),
+        *_floats("duration", "change"),
+        *_integers("limited"),
+    )
+    arrays: ClassVar = dict.fromkeys(("state", "waypoints", "caps", "points"), NUMBERS)
 
 
 class MomentaryLimit(Record):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Iterator, Sequence
 from sys import maxsize
 from typing import NamedTuple
@@ -59,14 +58,19 @@ class StopFamily:
         unit: float,
     ) -> None:
         (half, dim), legs = state.shape, len(waypoints) - 1
-        cones = (ConeGroup * (len(walls) + len(limits)))(*walls, *limits)
+        groups, sizes = [*walls, *limits], {"half": half, "dim": dim, "walls": len(walls), "limits": len(limits)}
         self._points, self._caps = np.empty((2, 2 * half, dim)), np.full(legs, np.inf)
-        sizes = {"half": half, "dim": dim, "walls": len(walls), "limits": len(limits), "legs": legs, "unit": unit}
-        arrays = {"state": np.ascontiguousarray(state), "waypoints": np.ascontiguousarray(waypoints)}
         self._record = StopRecord(
-            **sizes, **arrays, caps=self._caps, points=self._points, cones=ctypes.addressof(cones)
+            **sizes,
+            legs=legs,
+            unit=unit,
+            state=np.ascontiguousarray(state),
+            waypoints=np.ascontiguousarray(waypoints),
+            cones=(ConeGroup * len(groups))(*groups),
+            caps=self._caps,
+            points=self._points,
         )
-        self._held = walls, limits, cones
+        self._groups = groups  # whose arrays they keep alive
 
     def members(self) -> Iterator[ProvedStop]:
         """Yield the stops of the family in closed form, shortest first."""

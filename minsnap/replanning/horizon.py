@@ -425,9 +425,9 @@ def leg_end_of(splice: Splice) -> LegEnd | None:
     if rest is None:
         return None
     index = whole.legs - rest.legs
-    leg, left = legs_of(whole, index, index + 1), legs_of(rest, 0, 1)
-    if left.duration >= LITTLE * np.diff(whole.leg_breaks[index : index + 3]).max():
+    if rest.leg_breaks[1] >= LITTLE * np.diff(whole.leg_breaks[index : index + 3]).max():
         return None
+    leg, left = legs_of(whole, index, index + 1), legs_of(rest, 0, 1)
     return LegEnd(splice, leg, at - float(whole.leg_breaks[index]), rest.turned(left, 0.0))
 
 
@@ -441,9 +441,10 @@ def flown_on(splice: Splice, task: Task, limits: Limits | None) -> LegEnd | None
 
 def rest_within(splice: Splice, limits: Limits | None) -> bool:
     """Whether the rest of the flown plan keeps the limits."""
-    rest, end = splice.rest, leg_end_of(splice)
+    rest = splice.rest
     if rest is None or within(rest, limits):
         return rest is not None
+    end = leg_end_of(splice)
     if end is None or not end.within(limits):
         return False
     return rest.legs == 1 or within(rest.turned(legs_of(rest, 1, rest.legs), float(rest.leg_breaks[1])), limits)

@@ -67,7 +67,7 @@ GAIN = 1e-6
 SPLIT_GAIN = 1e-2
 """The same for a total time, where it is not known what the rest was planned for."""
 
-AFTER_STOP, CLOSING = 0.1, 0.3
+AFTER_STOP, CLOSING = 0.1, 0.5
 """Shares of the budget left after the stop, and after the last instant at which a search may end, until it is known how
 long its certified end and what follows it take."""
 
