@@ -24,14 +24,30 @@ from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import named_vehicle
 
-MOST_CELLS = 2_000_000
-"""Cells of the largest map."""
 
-ATTEMPTS = 20
-"""Maps that are drawn until one has a way from one side to the other."""
+@dataclass(frozen=True)
+class DrawSettings:
+    """What maps are drawn, and what is kept of an error.
 
-LONGEST = 8
-"""Longest side of a block, in cells."""
+    Parameters
+    ----------
+    cells : int
+        Cells of the largest map.
+    attempts : int
+        Maps that are drawn until one has a way from one side to the other.
+    longest : int
+        Longest side of a block, in cells.
+    sentence : int
+        Characters of an error's sentence that are kept.
+    """
+
+    cells: int = 2_000_000
+    attempts: int = 20
+    longest: int = 8
+    sentence: int = 500
+
+
+DRAWING = DrawSettings()
 
 
 def boxes(shape: Mapping[str, float], dim: int, rng: np.random.Generator) -> GridCorridor:
@@ -54,16 +70,18 @@ def boxes(shape: Mapping[str, float], dim: int, rng: np.random.Generator) -> Gri
     size: FloatArray = np.array([cell] * dim, dtype=np.float64)
     sides = np.array([shape["extent"], shape["extent"], shape["height"]][:dim])
     cells = np.maximum(np.ceil(sides / cell), 2).astype(np.intp)
-    if cells.prod() > MOST_CELLS:
+    if cells.prod() > DRAWING.cells:
         raise CorridorError(f"a map of {int(cells.prod())} cells is too large: take larger cells, or a smaller extent")
-    for _ in range(ATTEMPTS):
+    for _ in range(DRAWING.attempts):
         free = ~grown(blocks(cells, shape["occupied"], rng), shape["clearance"], size)
         way = shortest_way(free, rng)
         if len(way) > 1:
             return boxes_along(
                 free, size, np.zeros(dim), np.asarray((way + 0.5) * cell, dtype=np.float64), shape["clearance"]
             )
-    raise CorridorError(f"none of {ATTEMPTS} random maps has a way through it: lower occupied, or the clearance")
+    raise CorridorError(
+        f"none of {DRAWING.attempts} random maps has a way through it: lower occupied, or the clearance"
+    )
 
 
 def blocks(cells: IntArray, share: float, rng: np.random.Generator) -> BoolArray:
@@ -71,7 +89,7 @@ def blocks(cells: IntArray, share: float, rng: np.random.Generator) -> BoolArray
     taken = np.zeros(tuple(cells), dtype=bool)
     while taken.mean() < share:
         low = rng.integers(0, cells)
-        size = rng.integers(1, np.minimum(LONGEST, cells), endpoint=True)
+        size = rng.integers(1, np.minimum(DRAWING.longest, cells), endpoint=True)
         taken[tuple(slice(a, a + b) for a, b in zip(low, size, strict=True))] = True
     return taken
 
@@ -124,9 +142,6 @@ Shape = Mapping[str, Range]
 
 STATUSES = ("done", "infeasible", "unsolved", "invalid", "timeout", "crashed")
 """Planned; no curve meets everything; the solvers failed; malformed; too slow; the process or the code failed."""
-
-SENTENCE = 500
-"""Characters of an error's sentence that are kept."""
 
 REQUESTED = ("waypoint_tolerance", "total_time", "time_weight")
 """Numbers in a problem's request, as columns."""
@@ -254,9 +269,9 @@ def planned_row(spec: Spec, number: int) -> Row:
         asked = PlanRequest(None).changed(**problem.arguments)
         row |= _answer(asked, plan(**asked.arguments()))
     except MinsnapError as error:
-        row |= {"status": _status(error), "error": str(error)[:SENTENCE]}
+        row |= {"status": _status(error), "error": str(error)[: DRAWING.sentence]}
     except Exception as error:
-        row |= {"status": "crashed", "error": f"{type(error).__name__}: {error}"[:SENTENCE]}
+        row |= {"status": "crashed", "error": f"{type(error).__name__}: {error}"[: DRAWING.sentence]}
     return row
 
 

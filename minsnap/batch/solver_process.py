@@ -13,6 +13,7 @@ import json
 import os
 import signal
 import sys
+from dataclasses import dataclass
 from typing import IO
 
 from minsnap.batch.columns import record_batch
@@ -24,11 +25,28 @@ from minsnap.planning.planner import plan
 ALARMS = tuple(getattr(signal, name) for name in ("SIGPROF", "SIGALRM") if hasattr(signal, name))
 """What ends the process of a problem that takes too long; none where the system has no alarms."""
 
-FLUSH_ROWS, FLUSH_SECONDS = 1024, 0.5
-"""Rows that are sent together, and the time after which fewer are."""
 
-PATIENCE = 10.0
-"""Seconds by the clock for each second of processor time that a problem may take: processors may be shared."""
+@dataclass(frozen=True)
+class AnswerSettings:
+    """When rows are sent, and how long a problem may take.
+
+    Parameters
+    ----------
+    rows : int
+        Rows that are sent together.
+    seconds : float
+        Time after which fewer are sent [s].
+    patience : float
+        Seconds by the clock for each second of processor time that a problem may take: processors may be shared.
+    """
+
+    rows: int = 1024
+    seconds: float = 0.5
+    patience: float = 10.0
+
+
+ANSWERS = AnswerSettings()
+
 
 FORMAT = ">q"
 """How a number is written where a problem is marked, and before a stream."""
@@ -65,7 +83,7 @@ def _answer(spec: Spec, numbers: range, marker: int, timeout: float, answers: IO
     sent = monotonic()
     for number in numbers:
         rows.append(_timed(spec, number, marker, timeout))
-        if len(rows) >= FLUSH_ROWS or monotonic() - sent > FLUSH_SECONDS:
+        if len(rows) >= ANSWERS.rows or monotonic() - sent > ANSWERS.seconds:
             _send(rows, answers)
             rows, sent = [], monotonic()
     if rows:
@@ -79,7 +97,7 @@ def _timed(spec: Spec, number: int, marker: int, timeout: float) -> Row:
 
     os.pwrite(marker, struct.pack(FORMAT, number), 0)
     signal.setitimer(signal.ITIMER_PROF, timeout)
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE * timeout)
+    signal.setitimer(signal.ITIMER_REAL, ANSWERS.patience * timeout)
     row = planned_row(spec, number)
     signal.setitimer(signal.ITIMER_PROF, 0.0)
     signal.setitimer(signal.ITIMER_REAL, 0.0)

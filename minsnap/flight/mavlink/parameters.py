@@ -23,8 +23,31 @@ from minsnap.limits.limits import Limits
 
 _REAL32 = 9  # MAV_PARAM_TYPE_REAL32
 _FORMATS = {1: "B", 2: "b", 3: "H", 4: "h", 5: "I", 6: "i"}  # MAV_PARAM_TYPE of integers, up to INT32
-_RETRY = 0.5  # an unanswered request is repeated at this interval [s]
-_TRIES = 4
+
+
+@dataclass(frozen=True)
+class ParameterSettings:
+    """How parameters are asked for, and which share of them a path may use.
+
+    Parameters
+    ----------
+    retry : float
+        An unanswered request is repeated at this interval [s].
+    tries : int
+        How often a request is sent.
+    feedback : float
+        Share of what the controller allows that a path may use: the rest corrects errors.
+    drag : float
+        Share of the level thrust that drag may take at the greatest speed.
+    """
+
+    retry: float = 0.5
+    tries: int = 4
+    feedback: float = 0.9
+    drag: float = 0.5
+
+
+ASKED = ParameterSettings()
 
 
 @dataclass(frozen=True)
@@ -72,7 +95,7 @@ class Parameters:
         """Return those of the named parameters that the vehicle has; it does not answer for unknown names."""
         parameters: dict[str, Parameter] = {}
         wanted = list(dict.fromkeys(names))
-        for _ in range(_TRIES):
+        for _ in range(ASKED.tries):
             missing = [name for name in wanted if name not in parameters]
             if not missing:
                 break
@@ -94,7 +117,7 @@ class Parameters:
             raise LinkError(f"the vehicle has no parameter {name}, or did not answer")
         if before.kind != _REAL32 and value != int(value):
             raise LinkError(f"{name} is an integer: it cannot be {value:g}")
-        for _ in range(_TRIES):
+        for _ in range(ASKED.tries):
             self._send("param_set", name, self._encoded(value, before.kind), before.kind)
             answer: dict[str, Parameter] = {}
             self._collect(answer, {name})
@@ -108,7 +131,7 @@ class Parameters:
 
     def _collect(self, parameters: dict[str, Parameter], awaited: set[str]) -> None:
         """Receive until all requested parameters have arrived, for at most one interval."""
-        until = self._clock.now() + _RETRY
+        until = self._clock.now() + ASKED.retry
         while awaited - parameters.keys() and self._clock.now() < until:
             for message in self._link.pump(min(until, self._clock.now() + 0.05)):
                 if self._heard is not None:
@@ -130,12 +153,6 @@ class Parameters:
         raw = struct.pack(f"<{_FORMATS[kind]}", int(value)).ljust(4, b"\0")
         return float(struct.unpack("<f", raw)[0])
 
-
-FEEDBACK = 0.9
-"""Share of what the controller allows that a path may use: the rest corrects errors."""
-
-DRAG_SHARE = 0.5
-"""Share of the level thrust that drag may take at the greatest speed."""
 
 _SI, _CENTI, _DEGREES = 1.0, 0.01, math.radians(1.0)
 _MEANINGS = {
@@ -205,10 +222,10 @@ def _limits_of(rows: Iterable[tuple[str, str, float]], values: Mapping[str, floa
 def _with_drag(values: dict[str, float], drag: float) -> dict[str, Any]:
     """Return limits with the reserve of feedback taken off, and with room in the tilt for drag."""
     level = GRAVITY * math.tan(min(values["tilt"], math.radians(85.0)))
-    limits = {name: FEEDBACK * value for name, value in values.items()}
+    limits = {name: ASKED.feedback * value for name, value in values.items()}
     if drag > 0.0:
-        limits["horizontal_speed"] = min(limits["horizontal_speed"], DRAG_SHARE * level / drag)
-    left = FEEDBACK * level - drag * limits["horizontal_speed"]
+        limits["horizontal_speed"] = min(limits["horizontal_speed"], ASKED.drag * level / drag)
+    left = ASKED.feedback * level - drag * limits["horizontal_speed"]
     limits["horizontal_acceleration"] = min(limits.get("horizontal_acceleration", math.inf), left)
     limits["tilt"] = min(limits["tilt"], math.atan(left / GRAVITY))
     return limits

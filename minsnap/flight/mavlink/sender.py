@@ -18,8 +18,28 @@ from minsnap.flight.mavlink.sequence import SetpointStep
 from minsnap.flight.mavlink.vehicle_messages import Message, load_dialect
 from minsnap.native.setpoint_sender import MOST_AHEAD, NativeSender
 
-PRIORITY = 9
-"""SCHED_FIFO priority of the thread that decides: one less than that of the thread that sends."""
+
+@dataclass(frozen=True)
+class SenderSettings:
+    """How setpoints leave on time.
+
+    Parameters
+    ----------
+    priority : int
+        SCHED_FIFO priority of the thread that decides: one less than that of the thread that sends.
+    ahead : float
+        Setpoints are prepared this long ahead: they leave on time while the rest of the program is late [s].
+    setting_up : float
+        Time for the thread to start before its first setpoint is decided [s].
+    """
+
+    priority: int = 9
+    ahead: float = 0.25
+    setting_up: float = 0.05
+
+
+SENDING = SenderSettings()
+
 
 _LOCK_ALL = 3  # MCL_CURRENT | MCL_FUTURE of Linux
 
@@ -67,7 +87,7 @@ def _go_first() -> tuple[int, os.sched_param] | None:
         return None
     before = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(SENDING.priority))
     except OSError:
         return None
     return before
@@ -89,12 +109,6 @@ def _in_words(first: bool, locked: bool) -> str:
         f"the flight's logic has no real-time priority: a busy computer may delay it; '{grant}' in this shell grants it"
     )
 
-
-AHEAD = 0.25
-"""Setpoints are prepared this long ahead: they leave on time while the rest of the program is late [s]."""
-
-SETTING_UP = 0.05
-"""Time for the thread to start before its first setpoint is decided [s]."""
 
 GRANTED = {
     2: "setpoints leave from a thread of their own, with real-time priority",
@@ -186,7 +200,7 @@ class ThreadedSender:
 
     def __init__(self, thread: NativeSender, link: Link, rate: float, start: float, encode: Encoder) -> None:
         self._thread, self._link, self._encode, self._rate = thread, link, encode, rate
-        self._ahead = min(MOST_AHEAD, max(2, math.ceil(AHEAD * rate)))
+        self._ahead = min(MOST_AHEAD, max(2, math.ceil(SENDING.ahead * rate)))
         self.decisions, self.departures = Schedule(rate, start - 1.0 / rate), Schedule(rate, start)
         self._prepared: dict[int, SetpointStep] = {}
         self._left: list[SentSetpoint] = []
@@ -278,7 +292,7 @@ def open_sender(
     """
     aligned = aligned or float
     if type(clock) is Clock:
-        start = aligned(clock.now() + 1.0 / rate + SETTING_UP)
+        start = aligned(clock.now() + 1.0 / rate + SENDING.setting_up)
         threaded = ThreadedSender.open(link, rate, start, max_gap, encode)
         if threaded is not None:
             return threaded

@@ -31,8 +31,27 @@ from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import Quadrotor
 
-LONGEST_LEAD = 1.0
-"""A lead beyond this is no delay of a vehicle that flies well [s]."""
+
+@dataclass(frozen=True)
+class SetpointSettings:
+    """What is no lead, and what is no joint.
+
+    Parameters
+    ----------
+    lead : float
+        A lead beyond this is no delay of a vehicle that flies well [s].
+    distance : float
+        Greatest distance between the start of a change and the setpoint at that instant [m].
+    jump : float
+        By how much the velocity that it begins with may differ from theirs [m/s].
+    """
+
+    lead: float = 1.0
+    distance: float = 0.02
+    jump: float = 0.1
+
+
+ALLOWED = SetpointSettings()
 
 
 @dataclass(frozen=True)
@@ -63,8 +82,8 @@ class FeedForward:
             raise InputError(f"the drag is {shown(self.drag)} 1/s: it must be 0 or more")
         if self.drag and self.vehicle is not None:
             raise InputError("a drag and a vehicle exclude each other, since the vehicle has its own drag: give one")
-        if not 0.0 <= self.lead <= LONGEST_LEAD:
-            raise InputError(f"the lead is {shown(self.lead)} s: it must be between 0 and {LONGEST_LEAD:g} s")
+        if not 0.0 <= self.lead <= ALLOWED.lead:
+            raise InputError(f"the lead is {shown(self.lead)} s: it must be between 0 and {ALLOWED.lead:g} s")
 
     @property
     def active(self) -> bool:
@@ -340,12 +359,6 @@ def _resampled(samples: Samples, rate: float | None) -> Samples:
 HERMITE = (("position", "velocity", "acceleration"), ("yaw", "yaw_rate"))
 """Quantities, each with the derivatives that it is interpolated with."""
 
-JOIN_DISTANCE = 0.02
-"""Greatest distance between the start of a change and the setpoint at that instant [m]."""
-
-ALIKE = 0.1
-"""By how much the velocity that it begins with may differ from theirs [m/s]."""
-
 NOTHING = FeedForward()
 """Adds nothing to setpoints."""
 
@@ -477,12 +490,12 @@ class ChangingTable:
         velocity = u + share * (v - u)
         begin, speed = map_vectors([trajectory(0.0), trajectory(0.0, 1)], "enu", self.frame)
         gap = float(np.linalg.norm(begin - position))
-        if gap > JOIN_DISTANCE:
+        if gap > ALLOWED.distance:
             raise FlightError(
                 f"the change begins {gap:.3g} m from the setpoint at its splice: replan from what is flown"
             )
         jump = float(np.linalg.norm(speed - velocity))
-        if "velocity" in self.fields and jump > ALIKE:
+        if "velocity" in self.fields and jump > ALLOWED.jump:
             raise FlightError(
                 f"the change begins {jump:.3g} m/s off the velocity flown then: replan from what is flown"
             )

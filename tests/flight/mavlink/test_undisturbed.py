@@ -6,7 +6,7 @@ import os
 import pytest
 
 from minsnap.flight.mavlink import sender as module
-from minsnap.flight.mavlink.sender import PRIORITY, undisturbed
+from minsnap.flight.mavlink.sender import SENDING, undisturbed
 
 
 def test_everything_is_as_before_at_the_end():
@@ -15,7 +15,7 @@ def test_everything_is_as_before_at_the_end():
         assert not gc.isenabled()
         first = os.sched_getscheduler(0) == os.SCHED_FIFO
         assert ("has real-time priority" in said) == first
-        assert not first or os.sched_getparam(0).sched_priority == PRIORITY
+        assert not first or os.sched_getparam(0).sched_priority == SENDING.priority
     assert gc.isenabled() and before == (os.sched_getscheduler(0), os.sched_getparam(0).sched_priority)
 
 
