@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.limit_kinds import KIND
 from minsnap.basics.version import __version__
 from minsnap.batch.dataset_rows import PROVED, REQUESTED, Row
 from minsnap.batch.spec import LIMITS, pyarrow_parquet
@@ -114,8 +115,9 @@ def parquet_writer(file: Any, notes: Mapping[str, str]) -> Any:
     return writer
 
 
-MEASURED = ("legs", "duration", "cost", "corridor_margin", "max_speed", "max_acceleration", "max_jerk", "max_snap")
-"""Columns whose ranges are kept."""
+UNITS = {"legs": "", "duration": "s", "cost": "m²/s^(2k - 1)", "corridor_margin": "m"}
+UNITS |= {f"max_{name}": KIND[name].unit for name in ("speed", "acceleration", "jerk", "snap")}
+"""Columns whose ranges are kept, and their units."""
 
 BINS = 8
 """Bins of a histogram for a factor of ten."""
@@ -143,7 +145,7 @@ class Tally:
             self.statuses[entry["values"]] += entry["counts"]
         self.certified += sum(1 for value in table.column("certified").to_pylist() if value)
         done = table.filter(np.array(table.column("status").to_pylist()) == "done")
-        for name in MEASURED:
+        for name in UNITS:
             self._measure(name, done.column(name).drop_null().to_numpy().astype(np.float64))
 
     def _measure(self, name: str, values: FloatArray) -> None:

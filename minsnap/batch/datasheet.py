@@ -9,24 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from minsnap.basics.storage.atomic import atomic_write, write_file
-from minsnap.batch.columns import BINS, MEASURED, Tally, planned_curves
+from minsnap.batch.columns import BINS, UNITS, Tally, planned_curves
 from minsnap.batch.folder import DATASHEET, Shard, shard_name
 from minsnap.batch.spec import Spec
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-UNITS = {
-    "legs": "",
-    "duration": "s",
-    "cost": "m²/s^(2k - 1)",
-    "corridor_margin": "m",
-    "max_speed": "m/s",
-    "max_acceleration": "m/s²",
-    "max_jerk": "m/s³",
-    "max_snap": "m/s⁴",
-}
 
 DRAWN = ("duration", "cost", "max_speed", "max_acceleration")
 """Columns whose histograms are drawn."""
@@ -112,8 +101,8 @@ def datasheet(spec: Spec, made_with: dict[str, str], tally: Tally, shards: Seque
     """Return the text of the datasheet, in Markdown."""
     statuses = "\n".join(f"| {name} | {count} |" for name, count in sorted(tally.statuses.items()))
     ranges = [
-        f"| {name} | {tally.ranges[name][0]:.6g} | {tally.ranges[name][1]:.6g} | {UNITS[name]} |"
-        for name in MEASURED
+        f"| {name} | {tally.ranges[name][0]:.6g} | {tally.ranges[name][1]:.6g} | {unit} |"
+        for name, unit in UNITS.items()
         if name in tally.ranges
     ]
     return TEXT.format(

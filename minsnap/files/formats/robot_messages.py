@@ -26,17 +26,9 @@ from minsnap.files.frames import map_samples
 from minsnap.trajectory.heading import wrap
 from minsnap.trajectory.samples import Samples
 
-DTYPE = np.dtype(
-    [
-        ("timestamp", np.uint64),
-        ("position", np.float32, 3),
-        ("velocity", np.float32, 3),
-        ("acceleration", np.float32, 3),
-        ("jerk", np.float32, 3),
-        ("yaw", np.float32),
-        ("yawspeed", np.float32),
-    ]
-)
+MOTION = ("position", "velocity", "acceleration", "jerk")
+_HEADING = [("yaw", np.float32), ("yawspeed", np.float32)]
+DTYPE = np.dtype([("timestamp", np.uint64), *((name, np.float32, 3) for name in MOTION), *_HEADING])
 """The fields of the message, in its order."""
 
 
@@ -63,7 +55,7 @@ def px4_setpoints(samples: Samples, start: int = 0) -> npt.NDArray[np.void]:
     ned = map_samples(samples.commanded(), "enu", "ned")
     messages = np.zeros(len(ned), DTYPE)
     messages["timestamp"] = start + np.round((ned.t - ned.t[0]) * 1e6).astype(np.uint64)
-    for name in ("position", "velocity", "acceleration", "jerk"):
+    for name in MOTION:
         messages[name] = _or_nan(getattr(ned, name))
     yaw = _or_nan(ned.yaw)
     messages["yaw"] = np.where(np.abs(yaw) <= np.pi, yaw, wrap(yaw))

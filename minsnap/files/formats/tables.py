@@ -131,7 +131,7 @@ def read_parquet(path: str | os.PathLike[str]) -> Samples:
 
 
 def _pandas() -> Any:
-    pyarrow, pandas = (optional(name, "tables need pandas and pyarrow", "tables") for name in ("pyarrow", "pandas"))
+    _, pandas = (optional(name, "tables need pandas and pyarrow", "tables") for name in ("pyarrow", "pandas"))
     return pandas
 
 
