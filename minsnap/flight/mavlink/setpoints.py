@@ -480,13 +480,11 @@ class ChangingTable:
 
     def _check_joint(self, table: SetpointTable, trajectory: Trajectory, at: float) -> None:
         """Compare the start of a trajectory with the setpoints there, between two steps by their derivatives."""
-        from scipy.interpolate import CubicHermiteSpline
-
         step = math.floor(at * self.rate + 1e-9)
         setpoints = [table[step + k] for k in (0, 1)]
         (a, b), (u, v) = np.array([s.position for s in setpoints]), np.array([s.velocity for s in setpoints])
         share = at * self.rate - step
-        position = CubicHermiteSpline([0.0, 1.0], [a, b], [u / self.rate, v / self.rate])(share)
+        position = _hermite(a, b, u / self.rate, v / self.rate, share)
         velocity = u + share * (v - u)
         begin, speed = map_vectors([trajectory(0.0), trajectory(0.0, 1)], "enu", self.frame)
         gap = float(np.linalg.norm(begin - position))
@@ -499,3 +497,9 @@ class ChangingTable:
             raise FlightError(
                 f"the change begins {jump:.3g} m/s off the velocity flown then: replan from what is flown"
             )
+
+
+def _hermite(a: FloatArray, b: FloatArray, u: FloatArray, v: FloatArray, s: float) -> FloatArray:
+    """Position between two, with their derivatives over the step; SciPy's takes too long to import in flight."""
+    cubic = (2 * s**3 - 3 * s**2 + 1) * a + (s**3 - 2 * s**2 + s) * u + (3 * s**2 - 2 * s**3) * b + (s**3 - s**2) * v
+    return np.asarray(cubic)
