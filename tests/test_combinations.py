@@ -43,6 +43,13 @@ def test_searches_try_times_by_the_reference_where_the_native_core_does_not_take
 
 
 @pytest.mark.slow
+def test_a_total_is_searched_from_the_shortest_plan_where_legs_of_one_speed_leave_the_tube():
+    """It was refused as a problem "that has a solution"."""
+    _, kind, said, _ = outcome(401863)
+    assert kind == "planned", said
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [247, 20474])
 def test_limits_that_given_durations_cannot_keep_are_refused_with_a_proof_and_a_longer_time(seed):
     """Without and with equations of continuity, which hold between the walls of a proof."""

@@ -46,6 +46,10 @@ class ShortTotalSettings:
         Directions for each kind of limit along which a part of the way is cut.
     parted : int
         Legs of the longest part times those of the way.
+    near : float
+        Share of a total from which on directions are turned until it is proved too short.
+    first_turn, least_turn : float
+        By which a direction of length 1 is turned at first, and at least.
     """
 
     cells: int = 12
@@ -53,6 +57,9 @@ class ShortTotalSettings:
     roughly: float = 1e-3
     tried: int = 2
     parted: int = 30
+    near: float = 0.9
+    first_turn: float = 0.2
+    least_turn: float = 0.01
 
 
 SETTINGS = ShortTotalSettings()
@@ -301,7 +308,10 @@ def short_total(bounded: Task, total: float, any_time: bool = False) -> ShortTot
         Whether the total is more than any, so that a part of the way has to take longer than all of it.
     """
     bounds = MoveBounds(bounded, 2.0 * total if any_time else None)
-    return _proved(bounds, total, _parted(bounds))
+    moves = _parted(bounds)
+    return _proved(
+        bounds, total, _bent(bounds, moves, total) if SETTINGS.near * total < _time(moves) <= total else moves
+    )
 
 
 def short_leg(bounded: Task, durations: FloatArray) -> ShortTotal | None:
@@ -330,6 +340,26 @@ def _parted(bounds: MoveBounds) -> Moves:
         whole = ((best[start][0] + _time(moves), (*best[start][1], *moves)) for start, moves in tried)
         best.append(max(whole, key=lambda one: one[0], default=best[-1]))
     return best[-1][1]
+
+
+def _bent(bounds: MoveBounds, moves: Moves, total: float) -> Moves:
+    """Turn the direction of each part of the way for longer moves, until they take longer than a total [s]."""
+    parts = [list(moves[:1])]
+    for move in moves[1:]:
+        if (move.direction == -parts[-1][-1].direction).all() and move.start == parts[-1][-1].end:
+            parts[-1].append(move)
+        else:
+            parts.append([move])
+    step, best = SETTINGS.first_turn, [bounds.timed(tuple(part), SETTINGS.roughly) for part in parts]
+    while step > SETTINGS.least_turn and sum(map(_time, best)) <= total:
+        before = sum(map(_time, best))
+        for number, part in enumerate(best):
+            for turn in step * np.concatenate((np.eye(bounds.task.dim), -np.eye(bounds.task.dim))):
+                way = _unit(part[0].direction + turn)
+                turned = tuple(replace(move, direction=(-1.0) ** i * way) for i, move in enumerate(part))
+                best[number] = max(best[number], bounds.timed(turned, SETTINGS.roughly), key=_time)
+        step *= 1.0 if sum(map(_time, best)) > before * (1.0 + SETTINGS.roughly) else 0.5
+    return tuple(move for part in best for move in part)
 
 
 def _longest(bounds: MoveBounds, start: int, end: int) -> Iterator[Moves]:

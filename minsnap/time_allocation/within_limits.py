@@ -149,7 +149,12 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
             return _joint_plan(task, bounded, timing)
         except InfeasibleRowsError:
             durations = task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))
-            raise explain(replace(task, deadline=in_time), durations) from None
+            refused = explain(replace(task, deadline=in_time), durations)
+            if isinstance(refused, SolverError) and timing.total_time is not None:
+                return _at_total(
+                    bounded, timing, LeastPriced(task, timing), None, Run(())
+                )  # these durations have a curve
+            raise refused from None
     fastest, search = Strategy(task, timing).run()
     price, durations = _wished(task, timing, _leg_durations(fastest))
     if price is None:
@@ -172,14 +177,17 @@ def _joint_plan(task: Task, bounded: Task, timing: Timing) -> Timed:
     if timing.time_weight is not None:
         solved, run = search.priced(timing.time_weight)
         return require_limits_kept(timed(solved, run), limits, True)
+    free, run = search.free(distance_split(task, timing.total))
+    return timed(free, run) if keeps(limits, free.flown) else _at_total(bounded, timing, search, free, run)
+
+
+def _at_total(bounded: Task, timing: Timing, search: LeastPriced, free: SolvedTask | None, run: Run) -> Timed:
+    """Search for a total from the plan without limits, or the fastest, and fly that more slowly where none is found."""
     total = timing.total
-    free, run = search.free(distance_split(task, total))
-    if keeps(limits, free.flown):
-        return timed(free, run)
-    fastest, last = Strategy(task, timing).run()
+    fastest, last = Strategy(search.task, timing).run()
     _check_total(total, fastest)
     interrupted = run.interrupted or last.interrupted
-    best = None if interrupted else search.at_total(total, free)
+    best = None if interrupted else search.at_total(total, free or fastest)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
     if best is not None and best.trajectory.duration <= total:
         lengthened = _lengthened(bounded, best, timing, run)
@@ -372,7 +380,7 @@ class LeastPriced:
         that of the price.
         """
         goal, slope = total * (1.0 - PRICES.below), -0.5 / self.task.half
-        price = _grained((2 * self.task.half - 1) * free.cost / goal)
+        price = _grained((2 * self.task.half - 1) * free.trajectory.cost() / goal)
         best: SolvedTask | None = None
         solved, low, high, before = self._from(free, price), 0.0, np.inf, (np.nan, np.nan)
         for _ in range(PRICES.rounds):

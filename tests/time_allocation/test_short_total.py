@@ -124,6 +124,17 @@ def test_no_plan_is_shorter_than_what_is_proved(seed, limits):
     assert short_total(task, 0.4 * path.duration).verify()
 
 
+def test_directions_are_turned_where_those_of_legs_nearly_do():
+    """Those of legs and of sums of them prove no more than 2.15 s."""
+    points = np.array([(0.6, 0.3, -0.4), (0.8, 0.2, -0.3), (0.8, 0.0, -0.4), (0.8, -0.3, -0.5), (0.7, -0.1, -0.7)])
+    limits, rest, velocity = Limits(snap=14.0), {order: np.zeros(3) for order in (1, 2, 3)}, np.array([-0.5, 0.0, -0.6])
+    task = task_of(points, limits=limits, pins={0: rest, 4: rest | {1: velocity}})
+    proof = short_total(task, 2.3)
+    assert proof.verify() and 2.3 < float(proof.least) < 2.4
+    path = minsnap.plan(points, limits=limits, pieces=4, end={"velocity": velocity})
+    assert path.duration > float(proof.least) and short_total(task, path.duration * (1.0 + 1e-9)) is None
+
+
 def test_no_proof_without_limits_on_derivatives():
     assert short_total(asked(None), 1e-3) is None
 
