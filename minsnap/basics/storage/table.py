@@ -23,7 +23,7 @@ from minsnap.errors import FileError
 def read_table(
     path: str | os.PathLike[str],
     required: Sequence[str],
-    optional: Sequence[str] = (),
+    optional: Sequence[str] | None = (),
 ) -> dict[str, FloatArray]:
     """Read the columns of a comma-separated file whose first line names them, in any order.
 
@@ -32,7 +32,7 @@ def read_table(
     path : str or path
         The file.
     required, optional : sequence of str
-        Names of the columns that must and may be there; no other may.
+        Names of the columns that must and may be there; no other may, but where ``optional`` is None any other may.
 
     Returns
     -------
@@ -53,8 +53,10 @@ def read_table(
         hint = "; waypoints have no instants before they are planned" if missing == ["t"] and "x" in names else ""
         header = ",".join(names)[:80]
         raise FileError(f"{path}, line 1: no column {', '.join(missing)}; the header reads {header!r}{hint}")
-    _check_names(f"{path}, line 1", names, [*required, *optional])
-    rows = [_row(path, number, line, line.split(","), names) for number, line in enumerate(lines[1:], 2)]
+    _check_names(f"{path}, line 1", names, names if optional is None else [*required, *optional])
+    rows = [
+        number_row(f"{path}, line {number}", line, line.split(","), names) for number, line in enumerate(lines[1:], 2)
+    ]
     if not rows:
         raise FileError(f"{path} has a header and no rows")
     values = np.fromiter(chain.from_iterable(rows), dtype=np.float64, count=len(rows) * len(names))
@@ -69,20 +71,20 @@ def _check_names(where: str, names: Sequence[str], known: Collection[str], hint:
             raise FileError(f"{where}: column {name} is there twice")
 
 
-def _row(
-    path: str | os.PathLike[str], number: int, line: str, cells: list[str], names: list[str], blank: Sequence[str] = ()
+def number_row(
+    where: str, line: str, cells: Sequence[str], names: Sequence[str], blank: Sequence[str] = ()
 ) -> list[float]:
     """Return the numbers of a line; empty cells of the columns that may have them are not-a-number."""
     if len(cells) != len(names):
         count = _count(cells) if line.strip() else "it is empty"
-        raise FileError(f"{path}, line {number}: {count}, but there are {len(names)} columns")
+        raise FileError(f"{where}: {count}, but there are {len(names)} columns")
     try:
         values = list(map(float, cells))
     except ValueError:
         values = [math.nan]
     if "_" not in line and all(map(math.isfinite, values)):
         return values
-    where, pairs = f"{path}, line {number}", zip(names, cells, strict=True)
+    pairs = zip(names, cells, strict=True)
     return [_number(f"{where}: {name}", cell.strip(), name in blank) for name, cell in pairs]
 
 
@@ -94,7 +96,7 @@ def _number(where: str, cell: str, may_be_blank: bool) -> float:
     return float(cell)
 
 
-def _count(cells: list[str]) -> str:
+def _count(cells: Sequence[str]) -> str:
     return "1 number" if len(cells) == 1 else f"{len(cells)} numbers"
 
 
@@ -166,7 +168,7 @@ def read_loose_table(
     if first == len(cells):
         raise FileError(f"{path} has a header and no rows")
     rows = [
-        _row(path, number, text, row, names, columns.blank)
+        number_row(f"{path}, line {number}", text, row, names, columns.blank)
         for (number, text), row in zip(lines[first:], cells[first:], strict=True)
     ]
     return dict(zip(names, np.array(rows, dtype=np.float64).T, strict=True)), units

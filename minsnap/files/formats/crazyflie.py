@@ -11,7 +11,6 @@ there and nowhere else, and flies on without it into what lies behind in its mem
 
 from __future__ import annotations
 
-import math
 import os
 import struct
 import warnings
@@ -22,6 +21,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import write_file
+from minsnap.basics.storage.table import number_row
 from minsnap.basics.storage.text import beginning, read_bytes, read_text, reading
 from minsnap.errors import FileError, FirmwareWarning, MinsnapError
 from minsnap.files.format import Format
@@ -294,22 +294,16 @@ def read_crazyflie(path: str | os.PathLike[str]) -> Trajectory:
     lines = read_text(path).rstrip().splitlines()
     if len(lines) < 2:
         raise FileError(f"{path} has no pieces: it needs a header and a row for each piece")
-    rows = np.array([_row(path, number, line) for number, line in enumerate(lines[1:], 2)])
+    rows = np.array([_row(f"{path}, line {number}", line) for number, line in enumerate(lines[1:], 2)])
     powers = rows[:, 1:].reshape(len(rows), 4, DEGREE + 1)
     with reading(path, "a Crazyflie file"):
         return from_powers(rows[:, 0], powers[:, :3].transpose(0, 2, 1), powers[:, 3])
 
 
-def _row(path: str | os.PathLike[str], number: int, line: str) -> list[float]:
-    cells = line.rstrip().rstrip(",").split(",")
-    if len(cells) != len(COLUMNS):
-        raise FileError(f"{path}, line {number}: {len(cells)} numbers, but a piece has {len(COLUMNS)}")
-    try:
-        values = [float(cell) for cell in cells]
-    except ValueError:
-        raise FileError(f"{path}, line {number}: not all of its cells are numbers") from None
-    if not all(map(math.isfinite, values)) or values[0] <= 0:
-        raise FileError(f"{path}, line {number}: a duration must be positive and every coefficient finite")
+def _row(where: str, line: str) -> list[float]:
+    values = number_row(where, line, line.rstrip().rstrip(",").split(","), COLUMNS)
+    if values[0] <= 0.0:
+        raise FileError(f"{where}: the duration is {values[0]:g} s: it must be positive")
     return values
 
 

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays
+from minsnap.basics.storage.table import read_table
 from minsnap.errors import FitError, VehicleError
 from minsnap.plot.style import AXIS_STYLES, new_axes
 from minsnap.vehicle.drag import RPM, BodyDrag, Range, Surface, SurfaceDrag, linear_rotor_drag
@@ -190,21 +191,11 @@ def consistent_terms(pitch_deg: FloatArray, velocity: FloatArray) -> FloatArray:
 def drag_columns(table: Table, name: str, variables: tuple[str, ...], least: int) -> dict[str, FloatArray]:
     """Return the columns that a fit needs from a CSV file or a mapping, or raise an error that names a missing one."""
     wanted = (*variables, "drag")
-    held: Mapping[str, npt.ArrayLike] = table if isinstance(table, Mapping) else read_columns(table, wanted)
+    held: Mapping[str, npt.ArrayLike] = table if isinstance(table, Mapping) else read_table(table, wanted, None)
     missing = [key for key in wanted if key not in held]
     if missing:
         raise FitError(f"{name} needs the columns {', '.join(wanted)}: {', '.join(missing)} is missing")
     return columns(name, {key: held[key] for key in wanted}, least)
-
-
-def read_columns(path: str | os.PathLike[str], wanted: tuple[str, ...]) -> dict[str, FloatArray]:
-    """Return named columns of a CSV file; other columns are ignored."""
-    from minsnap.basics.storage.table import read_table
-    from minsnap.basics.storage.text import read_text
-
-    header = read_text(path).partition("\n")[0]
-    others = [name.strip() for name in header.split(",") if name.strip() not in wanted]
-    return read_table(path, wanted, others)
 
 
 def least_squares(name: str, design: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -430,7 +421,7 @@ def fit_table(path: str | os.PathLike[str], form: str) -> TableFit:
 
 
 def _bench(path: str | os.PathLike[str], form: str) -> TableFit:
-    table = read_columns(path, ("speed_rpm", form))
+    table = read_table(path, ("speed_rpm", form), None)
     fit = _BENCH[form](table["speed_rpm"] * RPM, table[form])
     unit = "N" if form == "thrust" else "N m"
     terms = (
@@ -442,7 +433,7 @@ def _bench(path: str | os.PathLike[str], form: str) -> TableFit:
 
 def _surface(path: str | os.PathLike[str], form: str) -> TableFit:
     variables = FORMS[form].variables
-    table = read_columns(path, (*variables, "drag"))
+    table = read_table(path, (*variables, "drag"), None)
     fit = fit_drag(table, form)
     named = zip(_term_names(fit.surface), fit.coefficients, fit.standard_errors, strict=True)
     terms = tuple(Term(name, float(value), float(error)) for name, value, error in named)
