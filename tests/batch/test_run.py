@@ -283,7 +283,8 @@ def test_the_command_says_what_it_wrote(tmp_path):
     command = [sys.executable, "-m", "minsnap", "batch", str(path), "-o", str(tmp_path / "n"), "--workers", "1"]
     done = subprocess.run(command, capture_output=True, text=True)
     progress = done.stderr.splitlines()  # a line every half a minute, on a busy machine
-    assert done.returncode == 0 and all(re.match(r"about .* for 6 problems|\d of 6 problems", line) for line in progress)
+    told = re.compile(r"about .* for 6 problems|\d of 6 problems")
+    assert done.returncode == 0 and all(map(told.match, progress))
     assert done.stdout == f"{tmp_path / 'n'}: 6 problems in 2 files: 6 done\n"
     again = subprocess.run(command, capture_output=True, text=True)
     assert again.stdout == f"{tmp_path / 'n'}: 6 problems in 2 files (2 were there already): 6 done\n"
