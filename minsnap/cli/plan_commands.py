@@ -14,7 +14,7 @@ from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
 from minsnap.cli.output import Destination, on_terminal
-from minsnap.cli.planning import QUICK, Planning, TimingOptions, altitudes_of, gain, gain_of_auto_pieces, standing
+from minsnap.cli.planning import GAIN, Planning, TimingOptions, altitudes_of, gain, gain_of_auto_pieces, standing
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
@@ -245,7 +245,7 @@ def _beside(course: Course, arguments: dict[str, Any], mission: Mission, took: f
 
     known = quiet.keys() & {"pieces", "continuity"} or course.pieces != 1
     shorter = {} if known else gain(again, mission.trajectory, took)
-    if not course.closed or took > QUICK:
+    if not course.closed or took > GAIN.quick:
         return shorter
     return shorter | standing(lambda: plan_mission(lap, **quiet).trajectory, mission.trajectory)
 

@@ -30,14 +30,26 @@ NoCorridor = Annotated[bool, "Plan without a corridor."]
 Ramp = Annotated[float | None, "DEG", "Angle of spin-up and spin-down [degrees]; 90. 0 starts at speed."]
 
 
-QUICK = 1000.0
-"""Longest search after which ``--pieces auto`` is tried for the summary [ms]."""
+@dataclass(frozen=True)
+class GainSettings:
+    """When a summary says how much shorter ``--pieces auto`` is.
 
-WORTH = 0.01
-"""Least share of the flight that is worth a line of the summary."""
+    Parameters
+    ----------
+    quick : float
+        Longest search after which it is tried [ms].
+    worth : float
+        Least share of the flight that is worth a line.
+    least : float
+        Time that this may take in any case [s].
+    """
 
-LEAST = 0.5
-"""Time that this may take in any case [s]."""
+    quick: float = 1000.0
+    worth: float = 0.01
+    least: float = 0.5
+
+
+GAIN = GainSettings()
 
 RECTANGLE_WALLS = 0.3
 """Half-width around the sides of a rectangle, by default [m]."""
@@ -101,7 +113,7 @@ def altitudes_of(planning: Any, points: Any) -> dict[str, Any]:
 def gain_of_auto_pieces(plan: Callable[..., Path], named: dict[str, Any], path: Trajectory) -> dict[str, Any]:
     """Return how long a plan would last with ``--pieces auto``, where one polynomial per leg was searched for.
 
-    Nothing where times, pieces or a split are set, limits are not, or the search took more than ``QUICK``.
+    Nothing where times, pieces or a split are set, limits are not, or the search took more than ``GAIN.quick``.
     """
     report, chosen = path.report, {"total_time", "durations", "time_weight", "time_limit", "split", "continuity"}
     names = chosen & options.present(**named).keys()
@@ -116,16 +128,16 @@ def gain_of_auto_pieces(plan: Callable[..., Path], named: dict[str, Any], path: 
 def gain(plan: Callable[..., Path], path: Path, milliseconds: float) -> dict[str, Any]:
     """Return the same for what a function plans again with other arguments, where the search took so long.
 
-    It gets as long again, and no less than ``LEAST``.
+    It gets as long again, and no less than ``GAIN.least``.
     """
-    if milliseconds > QUICK:
+    if milliseconds > GAIN.quick:
         return {}
     try:
-        again = plan(pieces="auto", progress=None, time_limit=max(LEAST, milliseconds / 1e3))
+        again = plan(pieces="auto", progress=None, time_limit=max(GAIN.least, milliseconds / 1e3))
     except MinsnapError:
         return {}
     share = 1.0 - again.duration / path.duration
-    return {"pieces_auto": again.duration, "pieces_auto_gain": share} if share >= WORTH else {}
+    return {"pieces_auto": again.duration, "pieces_auto_gain": share} if share >= GAIN.worth else {}
 
 
 def standing(plan: Callable[[], Path], path: Trajectory) -> dict[str, Any]:

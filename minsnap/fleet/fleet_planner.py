@@ -22,23 +22,11 @@ from minsnap.fleet.first_guess import PIECES, one_curve
 from minsnap.fleet.fleet_certificate import fleet_fault
 from minsnap.fleet.fleet_checks import check_task, refuse_meetings
 from minsnap.fleet.fleet_task import FleetTask, way_of
-from minsnap.fleet.time_search import COARSE, FINE, LAST, WARM, Certified, TimeSearch, flown, unproved_fleet
+from minsnap.fleet.time_search import LAST, TIMES, WARM, Certified, TimeSearch, flown, unproved_fleet
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.planned_yaw import Yaw, chosen_heading
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
-
-GUESSES = (0, 1, 4, 2)
-"""Kinds of guesses, in the order in which they are tried."""
-
-NEAR, AGREEING, CROWD = 0.01, 0.005, 8
-"""Guesses end when a time is near the least by a share, two agree, or each ``CROWD`` vehicles had one."""
-
-EXPLORING, LOWERING, ENDING = (0.07, 0.03), (0.035, 0.01), (0.02, 0.004)
-"""Shares by which the time is lowered: at first, and at last. From each guess; then the best, coarsely and finely."""
-
-BELOW_ALONE = 0.9995
-"""Least time that is tried, over that of the slowest vehicle alone: shorter ones are hardly ever reached."""
 
 Told = Callable[[float, float], None]
 
@@ -183,19 +171,19 @@ def _joint(search: TimeSearch, total_time: float | None, polish: float, seed: in
     if total_time is not None:
         return _timed(search, float(total_time), seed)
     certified: list[Certified] = []
-    for kind in GUESSES:
+    for kind in TIMES.guesses:
         opened = search.open(seed, kind, max(bound, 1e-3))
         if opened is not None and not certified:
             search.alone = _alone(search)
-            least = max(bound, BELOW_ALONE * search.alone)
+            least = max(bound, TIMES.below_alone * search.alone)
         if opened is not None:
-            certified.append(search.shorten(opened, COARSE, WARM, EXPLORING, least))
+            certified.append(search.shorten(opened, TIMES.coarse, WARM, TIMES.exploring, least))
         if search.stopped() or _settled(certified, len(search.task), least):
             break
     if search.best is None:
         raise unproved_fleet(search, "", seed)
-    search.shorten(search.best, COARSE, WARM, LOWERING, least)
-    search.shorten(search.best, FINE, LAST, ENDING, least)
+    search.shorten(search.best, TIMES.coarse, WARM, TIMES.lowering, least)
+    search.shorten(search.best, TIMES.fine, LAST, TIMES.ending, least)
     best = search.best
     return (search.least_snap(best.time * (1.0 + polish)) if polish > 0.0 else None) or best
 
@@ -205,8 +193,8 @@ def _settled(certified: list[Certified], vehicles: int, least: float) -> bool:
     times = sorted(each.time for each in certified)
     if not times:
         return False
-    agree = len(times) > 1 and times[1] <= times[0] * (1.0 + AGREEING)
-    return agree or times[0] <= least * (1.0 + NEAR) or len(times) > vehicles // CROWD
+    agree = len(times) > 1 and times[1] <= times[0] * (1.0 + TIMES.agreeing)
+    return agree or times[0] <= least * (1.0 + TIMES.near) or len(times) > vehicles // TIMES.crowd
 
 
 def _alone(search: TimeSearch) -> float:
@@ -229,9 +217,9 @@ def _lone_task(task: FleetTask, vehicle: int) -> FleetTask:
 def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
     """Return curves of little snap at a fixed time, or raise UnprovedError."""
     settings = replace(LAST, smoothness=1e-5, tau=0.02, iterations=200)
-    for kind in GUESSES:
+    for kind in TIMES.guesses:
         curves = search.opening(seed, kind, time)
-        search.nearest = search.attempt(search.search_of(FINE), curves, time, settings)
+        search.nearest = search.attempt(search.search_of(TIMES.fine), curves, time, settings)
         if search.nearest.certified is not None and search.nearest.certified.time <= time * (1.0 + 1e-9):
             search.best = replace(search.nearest.certified, time=time)
             return search.least_snap(time) or search.best

@@ -26,18 +26,53 @@ from minsnap.limits.limits import Limits
 from minsnap.native.joint_fleet import FleetSearch, Outcome, Settings
 from minsnap.trajectory.trajectory import Trajectory
 
-COARSE, FINE = 12, 16
-"""Samples of a piece while the time falls fast, and in the end."""
+
+@dataclass(frozen=True)
+class TimeSettings:
+    """How the shortest common time is searched for.
+
+    Parameters
+    ----------
+    coarse, fine : int
+        Samples of a piece while the time falls fast, and in the end.
+    openings : tuple of float
+        Times tried first, in units of the bound.
+    growth, enough : float
+        How the share by which time is lowered grows, and from which share of the gain aimed at; else it is halved.
+    guesses : tuple of int
+        Kinds of guesses, in the order in which they are tried.
+    near, agreeing, crowd : float, float, int
+        Guesses end when a time is near the least by a share, two agree, or each ``crowd`` vehicles had one.
+    exploring, lowering, ending : tuple of float
+        Shares by which time is lowered, at first and at last: from each guess; then the best, coarsely and finely.
+    below_alone : float
+        Least time that is tried, over that of the slowest vehicle alone: shorter ones are hardly ever reached.
+    longer, nearer : tuple of float
+        Shares of the time, and of the separation, that are tried after a failed search, to say what would do.
+    """
+
+    coarse: int = 12
+    fine: int = 16
+    openings: tuple[float, ...] = (2.0, 2.6, 3.4)
+    growth: float = 1.4
+    enough: float = 0.3
+    guesses: tuple[int, ...] = (0, 1, 4, 2)
+    near: float = 0.01
+    agreeing: float = 0.005
+    crowd: int = 8
+    exploring: tuple[float, float] = (0.07, 0.03)
+    lowering: tuple[float, float] = (0.035, 0.01)
+    ending: tuple[float, float] = (0.02, 0.004)
+    below_alone: float = 0.9995
+    longer: tuple[float, ...] = (1.25, 1.6, 2.0)
+    nearer: tuple[float, ...] = (0.9, 0.75, 0.5)
+
+
+TIMES = TimeSettings()
 
 FIRST = Settings(iterations=200)
 WARM = Settings(short_by=2.5e-3)
 LAST = Settings(inflation=1.002, smoothness=1e-6, tau=0.005, iterations=60, inner=60, over_by=2e-3)
-
-OPENINGS = (2.0, 2.6, 3.4)
-"""Times tried first, in units of the bound."""
-
-GROWTH, ENOUGH = 1.4, 0.3
-"""How the share by which time is lowered grows, and from which share of the gain aimed at; else it is halved."""
 
 _LEFT = np.array([[1, 0, 0, 0], [1, 1 / 7, 0, 0], [1, 2 / 7, 1 / 42, 0], [1, 3 / 7, 3 / 42, 1 / 210]])
 
@@ -193,8 +228,8 @@ class TimeSearch:
 
     def open(self, seed: int, kind: int, bound: float) -> Certified | None:
         """Find first certified curves from a guess, at ever longer times; None if there are none."""
-        search = self.search_of(COARSE)
-        for opening in OPENINGS:
+        search = self.search_of(TIMES.coarse)
+        for opening in TIMES.openings:
             self.nearest = self.attempt(search, self.opening(seed, kind, opening * bound), opening * bound, FIRST)
             if self.nearest.certified is not None or self.stopped():
                 break
@@ -218,14 +253,14 @@ class TimeSearch:
                 best = certified
             else:
                 search.forget()  # multipliers of a time that was not reached push the next curves too far apart
-            share = min(largest, GROWTH * share) if gain > ENOUGH * aim else 0.5 * share
+            share = min(largest, TIMES.growth * share) if gain > TIMES.enough * aim else 0.5 * share
         return best
 
     def least_snap(self, time: float) -> Certified | None:
         """Return curves of little snap that are certified at a time, from the best ones; None if none are."""
         assert self.best is not None
         for weight in (1.0, 1e-1, 1e-2, 1e-3, 1e-4):
-            search, curves = self.search_of(FINE), self.at_time(self.best.curves, time)
+            search, curves = self.search_of(TIMES.fine), self.at_time(self.best.curves, time)
             settings = replace(LAST, smoothness=weight, iterations=60, settle=True)
             outcome = search.run(curves, time, self.unit, settings, self.stopped)
             self.iterations += outcome.iterations
@@ -286,10 +321,6 @@ def flown(curves: FloatArray, time: float) -> list[Trajectory]:
     return [Trajectory(each, durations, pieces=pieces) for each in points]
 
 
-LONGER, NEARER = (1.25, 1.6, 2.0), (0.9, 0.75, 0.5)
-"""Shares of the time, and of the separation, that are tried after a failed search, to say what would do."""
-
-
 def unproved_fleet(search: TimeSearch, when: str, seed: int) -> UnprovedError:
     """Say what was reached in the longest time that was tried, which pair presses, and what more or less would do."""
     tried = search.nearest
@@ -319,11 +350,11 @@ def _what_did(search: TimeSearch, tried: TimeTried, seed: int) -> Iterator[str]:
 
     def does(task: FleetTask, time: float) -> bool:
         other = TimeSearch(task, search.pieces, search.threads, search.stopped)
-        return other.attempt(other.search_of(FINE), other.opening(seed, 0, time), time, FIRST).certified is not None
+        again = other.attempt(other.search_of(TIMES.fine), other.opening(seed, 0, time), time, FIRST)
+        return again.certified is not None
 
-    times, apart = (more * tried.time for more in LONGER), search.task.separation
+    times, apart = (more * tried.time for more in TIMES.longer), search.task.separation
     yield from islice((f"{time:.4g} s did" for time in times if does(search.task, time)), 1)
-    nearer = (
-        () if apart is None else ((share, replace(search.task, separation=apart.scaled(share))) for share in NEARER)
-    )
-    yield from islice((f"{share:.0%} of the separation did" for share, task in nearer if does(task, tried.time)), 1)
+    if apart is not None:
+        nearer = ((share, replace(search.task, separation=apart.scaled(share))) for share in TIMES.nearer)
+        yield from islice((f"{share:.0%} of the separation did" for share, task in nearer if does(task, tried.time)), 1)

@@ -8,6 +8,7 @@ import socket
 import threading
 import traceback
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from math import ceil
 from pathlib import Path
@@ -149,11 +150,30 @@ PLOTS = 280
 NARROW = 1100
 """Width of a window below which it opens with that panel folded, such as that of a tablet [pixels]."""
 
-FILM_RATE, MOST_PICTURES, WIDEST = 12.0, 360, 800
-"""Of films: pictures a second [Hz], at most, and their greatest width [pixels]."""
 
-PATIENCE = 60.0
-"""For one picture of a browser [s]."""
+@dataclass(frozen=True)
+class FilmSettings:
+    """How a flight is recorded.
+
+    Parameters
+    ----------
+    rate : float
+        Pictures a second [Hz].
+    most : int
+        Pictures at most.
+    widest : int
+        Greatest width of a picture [pixels].
+    patience : float
+        For one picture of a browser [s].
+    """
+
+    rate: float = 12.0
+    most: int = 360
+    widest: int = 800
+    patience: float = 60.0
+
+
+FILM = FilmSettings()
 
 Key = tuple[str, str, str | None, Callable[[], None]]
 """What a key does, its name, its modifier, and the function that does it."""
@@ -342,9 +362,9 @@ class Page:
     def record(self, client: Any) -> None:
         """Fly once, as the camera of a browser sees it now, and let it save the film."""
         camera, duration = client.camera, self._player.duration
-        width = min(camera.image_width, WIDEST)
-        how = {"wxyz": camera.wxyz, "position": camera.position, "fov": camera.fov, "timeout": PATIENCE}
-        count = min(int(FILM_RATE * duration) + 2, MOST_PICTURES)
+        width = min(camera.image_width, FILM.widest)
+        how = {"wxyz": camera.wxyz, "position": camera.position, "fov": camera.fov, "timeout": FILM.patience}
+        count = min(int(FILM.rate * duration) + 2, FILM.most)
 
         def pictures() -> Iterator[Picture]:
             for now in np.linspace(0.0, duration, count):

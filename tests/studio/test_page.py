@@ -12,6 +12,7 @@ from PIL import Image
 
 import minsnap
 from minsnap.studio import Studio
+from minsnap.studio.browser_page import FilmSettings
 from minsnap.studio.documents import example_scene
 
 pytest.importorskip("viser")
@@ -233,8 +234,7 @@ def test_two_browsers_see_the_same_scene_and_one_may_close(page, studio, browser
 
 
 def test_a_flight_is_recorded_as_the_camera_sees_it(page, studio, monkeypatch):
-    monkeypatch.setattr("minsnap.studio.browser_page.MOST_PICTURES", 3)
-    monkeypatch.setattr("minsnap.studio.browser_page.WIDEST", 240)
+    monkeypatch.setattr("minsnap.studio.browser_page.FILM", FilmSettings(most=3, widest=240))
     page.get_by_role("tab", name="Files").click()
     with page.expect_download() as download:
         page.get_by_text("Record the flight").click()

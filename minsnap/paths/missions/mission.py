@@ -26,14 +26,30 @@ from minsnap.planning.planner import plan
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.trajectory.trajectory import Trajectory, concatenate
 
-CLIMB_SPEED, LANDING_SPEED, GENTLE = 1.0, 0.5, 2.0
-"""Largest speeds of take-off and landing [m/s], and their acceleration [m/s^2]."""
 
-SLOWINGS = 4
-"""How often parts are slowed down until they keep the limits together."""
+@dataclass(frozen=True)
+class MissionSettings:
+    """What is flown before and after a course.
 
-SHORTEST_RUN, LONGEST_RUN = 1.0, 5.0
-"""Lengths of a run-up to a gate [m]; between them, that in which the top speed is reached."""
+    Parameters
+    ----------
+    climb, landing, gentle : float
+        Largest speeds of take-off and landing [m/s], and their acceleration [m/s^2].
+    slowings : int
+        How often parts are slowed down until they keep the limits together.
+    shortest_run, longest_run : float
+        Lengths of a run-up to a gate [m]; between them, that in which the top speed is reached.
+    """
+
+    climb: float = 1.0
+    landing: float = 0.5
+    gentle: float = 2.0
+    slowings: int = 4
+    shortest_run: float = 1.0
+    longest_run: float = 5.0
+
+
+AROUND = MissionSettings()
 
 
 @dataclass(frozen=True)
@@ -126,11 +142,11 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     if course.takeoff is not False:
         first = flown[0].curve
         ground = _ground(first, 0.0, course.takeoff)
-        flown = [_Flown(_vertical(ground, first(0.0), course, CLIMB_SPEED), (("take-off", 0.0),)), *flown]
+        flown = [_Flown(_vertical(ground, first(0.0), course, AROUND.climb), (("take-off", 0.0),)), *flown]
     if course.land is not False:
         last = flown[-1].curve
         ground, end = _ground(last, last.duration, course.land), last(last.duration)
-        flown.append(_Flown(_vertical(end, ground, course, LANDING_SPEED), (("landing", 0.0),)))
+        flown.append(_Flown(_vertical(end, ground, course, AROUND.landing), (("landing", 0.0),)))
     flown, curve = _within_limits(course, flown, _headed(course, flown))
     walls = _corridor(curve, flown)
     _look_at(curve, walls, planning.get("continuity"), len(flown) > 1)
@@ -171,7 +187,7 @@ def _within_limits(course: Course, flown: list[_Flown], curve: Trajectory) -> tu
     """
     report = flown[0].curve.report
     start = report.limits_from if course.start and report is not None else 0.0
-    for _ in range(SLOWINGS):
+    for _ in range(AROUND.slowings):
         if keeps(course.bounds, curve, start):
             return flown, curve
         if course.start or course.end:
@@ -259,7 +275,7 @@ def _run(course: Course, stop: Stop, where: Any, side: float, name: str) -> list
     elif stop.gate is not None:
         most = course.bounds.speed or ORDINARY["speed"]
         braking = course.bounds.acceleration or ORDINARY["acceleration"]
-        length = min(max(SHORTEST_RUN, most**2 / (2.0 * braking)), LONGEST_RUN)
+        length = min(max(AROUND.shortest_run, most**2 / (2.0 * braking)), AROUND.longest_run)
         place = place + side * (stop.gate.crossing or 1) * length * stop.gate.normal
     return [] if np.array_equal(place, stop.center) else [(name, Stop(place))]
 
@@ -312,7 +328,7 @@ def _vertical(start: FloatArray, goal: FloatArray, course: Course, speed: float)
     """Plan a climb or a descent from rest to rest, slower than the limits and than a speed."""
     limits = course.bounds
     slow = min(speed, limits.speed or speed)
-    gentle = min(GENTLE, limits.acceleration or GENTLE)
+    gentle = min(AROUND.gentle, limits.acceleration or AROUND.gentle)
     return plan([start, goal], limits=replace(limits, speed=slow, acceleration=gentle), degree=course.degree)
 
 
