@@ -94,7 +94,7 @@ class Tube(ReadOnly):
                 f"the corridor has half-widths of shape {widths.shape} for {legs} legs of {dim} axes: "
                 f"give one, one per leg, or one per leg and axis"
             )
-        return np.broadcast_to(widths[:, None] if widths.ndim == 1 else widths, (legs, dim))
+        return np.asarray((widths[:, None] if widths.ndim == 1 else widths) * np.ones((legs, dim)))
 
 
 @dataclass(frozen=True, eq=False)

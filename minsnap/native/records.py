@@ -60,16 +60,13 @@ class Record(Layouted):
         """Set further fields."""
         self.kept |= values
         for name, value in values.items():
-            setattr(self, name, self._passed(name, value))
-
-    def _passed(self, name: str, value: Any) -> Any:
-        kinds = self.arrays.get(name)
-        if kinds is None or value is None:
-            return value
-        if value.dtype.type not in kinds or not value.flags.c_contiguous:
-            wanted = kinds[0].__name__
-            raise TypeError(f"{type(self).__name__}.{name} takes a contiguous array of {wanted}, not of {value.dtype}")
-        return value.ctypes.data
+            kinds = self.arrays.get(name)
+            if kinds is not None and value is not None:
+                if value.dtype.type not in kinds or not value.flags.c_contiguous:
+                    wanted = f"{type(self).__name__}.{name} takes a contiguous array of {kinds[0].__name__}"
+                    raise TypeError(f"{wanted}, not of {value.dtype}")
+                value = value.ctypes.data
+            setattr(self, name, value)
 
 
 @cache

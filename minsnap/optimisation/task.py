@@ -102,7 +102,7 @@ class Task:
     @cached_property
     def length(self) -> float:
         """A typical length of a leg [m]."""
-        return float(self.lengths.mean()) or 1.0
+        return float(self.lengths.sum()) / self.legs or 1.0
 
     @property
     def jumps(self) -> tuple[int, ...]:

@@ -137,9 +137,10 @@ class Strategy:
             raise LimitError(f"the limits are so low that a leg takes over {LONGEST_PIECE:g} s: raise them")
         self.log, self.longest = Log(timing.progress), 0.0
         self.ended: LateError | None = None
-        left = timing.time_limit
-        due = task.deadline.due if left is None else min(task.deadline.due, task.deadline.clock() + left)
-        self.deadline = task.deadline.until(due)
+        self.deadline = task.deadline
+        if timing.time_limit is not None:
+            due = task.deadline.clock() + timing.time_limit
+            self.deadline = task.deadline.until(min(task.deadline.due, due))
         self.price = WORK.measuring(self.limits.given())
         self.answer: ShortestCurve | None = None
         self.walled = any(wall.order for wall in task.walls)
@@ -184,7 +185,7 @@ class Strategy:
         turns = limits.yaw_rate is not None and heading is not None and heading.limited_last
         known = heading is None or heading.constant is not None or heading.medium is not None
         far = SETTINGS.not_longer if known or limits.yaw_rate is not None else np.inf
-        question = replace(self._question, price=price)
+        question = replace(self._question, price=price) if price else self._question
         first = self._first_guess(turns) if guess is None else None
         if first is not None:
             solved = self._certified(begun_from(question, first), limits, far)
@@ -231,7 +232,7 @@ class Strategy:
             return None
         limits = replace(limits, **{name: SETTINGS.softer * getattr(limits, name) for name in names})
         question = replace(with_rates(self._question, limits, heading), parts=(), rough=True)
-        answer = search_shortest(question, self.polled)
+        answer = self._searched(question)
         if answer is None or not answer.kept or answer.stopped:
             return None
         return Guess(1, answer.durations, answer.knots, SETTINGS.slower)
@@ -251,7 +252,7 @@ class Strategy:
         last: tuple[SolvedTask, ShortestCurve] | None = None
         try:
             for _ in range(SETTINGS.tries):
-                self.answer = answer = search_shortest(question, self.polled)
+                self.answer = answer = self._searched(question)
                 if answer is None or not answer.kept or not answer.durations.max() <= LONGEST_PIECE:
                     break
                 solved = solved_at(self.task, answer, 1.0)
@@ -337,6 +338,11 @@ class Strategy:
             self.answer = answer
         return turned or self._slowed(solved, self.limits)
 
+    def _searched(self, question: ShortestQuestion) -> ShortestCurve | None:
+        answer = search_shortest(question, self.polled)
+        self.task.deadline.resume()  # the search has its own end
+        return answer
+
     def polled(self, total: float, pressed: bool, rows: int) -> bool:
         """Tell of an iteration, and say whether the search must end: late, or by Ctrl-C."""
         self.longest = max(self.longest, total)
@@ -349,7 +355,6 @@ class Strategy:
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
         self.deadline.spend(WORK.iteration * self.price * rows)
-        self.task.deadline.resume()
         if self.ended is None and self.deadline.passed:
             self.ended = self.deadline.error()
         return self.interrupted
@@ -445,7 +450,7 @@ class Strategy:
         """Return the limit that a curve within looser ones exceeds most; None without such a curve."""
         names = [name for name in self.limits.given() if KIND[name].order or name in ("max_thrust", "body_rate")]
         looser = replace(self.limits, **{name: SETTINGS.looser * getattr(self.limits, name) for name in names})
-        answer = search_shortest(question_of(self.task, looser, False, self._heading), self.polled)
+        answer = self._searched(question_of(self.task, looser, False, self._heading))
         if answer is None or not answer.kept or self.interrupted:
             return None
         used = most_used(self.limits, solved_at(self.task, answer, 1.0).flown)
