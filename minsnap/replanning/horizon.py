@@ -31,7 +31,7 @@ from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.replanning.splice import Splice, divided
 from minsnap.time_allocation.allocate import looked_at, plan_timed
 from minsnap.time_allocation.last_look import fault
-from minsnap.time_allocation.recovery import RECOVERY, connect_start, start_state, state_at, state_use
+from minsnap.time_allocation.recovery import RECOVERY, connect_start, pinned_state, state_at, state_use
 from minsnap.time_allocation.timing import Timing
 from minsnap.time_allocation.ways import from_end, joined, shortest_from
 from minsnap.trajectory.report import Progress, Step
@@ -318,12 +318,12 @@ def search_ahead(
 def search_back(task: Task, aim: Aim, finish: AttachHeading, seconds: float) -> Better:
     """Search from a start outside its corridor: the shortest way back first; like ``search_ahead`` otherwise."""
     assert aim.limits is not None
-    way = connect_start(start_state(task), task.walls, aim.limits, task.deadline)
+    way = connect_start(pinned_state(task), task.walls, aim.limits, task.deadline)
     if way is None:
         raise SolverError("no way back into the corridor of leg 0 was found: stop, or widen it")
     ahead = search_ahead(from_end(task, way), aim, finish, None, seconds)
-    whole = finish(joined(way.piece, ahead.curve))
-    start = way.piece.duration * (1.0 + KEPT)
+    whole = finish(joined(way, ahead.curve))
+    start = way.duration * (1.0 + KEPT)
     limited, inside = kept_from(aim.limits, whole), inside_from(whole, task)
     if max(limited, inside) > start:
         raise SolverError("the way back into the corridor could not be certified: stop, or widen it")

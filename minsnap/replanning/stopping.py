@@ -20,7 +20,7 @@ from minsnap.limits.limits import Limits
 from minsnap.native.stops import ProvedStop, StopFamily
 from minsnap.optimisation.task import Task
 from minsnap.replanning.horizon import within
-from minsnap.time_allocation.recovery import piece_demands, start_state, state_at, state_use, typical
+from minsnap.time_allocation.recovery import piece_demands, pinned_state, state_at, state_use, typical
 from minsnap.time_allocation.single_piece import SinglePiece, conditions_of, walls_on
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -67,7 +67,7 @@ class Stopping:
 
     @cached_property
     def _state(self) -> FloatArray:
-        return start_state(self.task)
+        return pinned_state(self.task)
 
     @cached_property
     def _bounds(self) -> tuple[Walls, ...]:

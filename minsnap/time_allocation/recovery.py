@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.limits.limits import Limits
-from minsnap.native.piece_programme import PieceConditions
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import norm_limits
 from minsnap.time_allocation.single_piece import Demand, SinglePiece, conditions_of, walls_on
@@ -65,38 +65,20 @@ class RecoverySettings:
 RECOVERY = RecoverySettings()
 
 
-@dataclass(frozen=True, eq=False)
-class Recovery:
-    """A way back.
-
-    Parameters
-    ----------
-    piece : Trajectory
-        From the start; one polynomial.
-    """
-
-    piece: Trajectory
-
-    def state(self, half: int) -> FloatArray:
-        """Return the derivatives 0 ... k - 1 at the end, (k, dim)."""
-        return state_at(self.piece, self.piece.duration, half)
-
-
 def state_at(curve: Trajectory, instant: float | FloatArray, half: int) -> FloatArray:
     """Return the derivatives 0 ... k - 1 of a curve at instants (...) [s], (..., k, dim)."""
     return np.stack([curve(instant, order) for order in range(half)], axis=-2)
 
 
-def start_state(task: Task) -> FloatArray:
-    """Position and pinned derivatives of the first waypoint, (k, dim)."""
-    pinned = task.pins.get(0, {})
-    zero = np.zeros(task.dim)
-    return np.stack([task.waypoints[0], *(pinned.get(order, zero) for order in range(1, task.half))])
+def pinned_state(task: Task, waypoint: int = 0) -> FloatArray:
+    """Position and pinned derivatives of a waypoint, (k, dim)."""
+    pinned, zero = task.pins.get(waypoint, {}), np.zeros(task.dim)
+    return np.stack([task.waypoints[waypoint], *(pinned.get(order, zero) for order in range(1, task.half))])
 
 
-def start_use(task: Task, limits: Limits) -> float:
-    """Share of the most used limit at the start."""
-    return state_use(start_state(task), limits)
+def pinned_use(task: Task, limits: Limits, waypoint: int = 0) -> float:
+    """Share of the most used limit at a waypoint."""
+    return state_use(pinned_state(task, waypoint), limits)
 
 
 def state_use(state: FloatArray, limits: Limits) -> float:
@@ -107,8 +89,8 @@ def state_use(state: FloatArray, limits: Limits) -> float:
 
 def connect_start(
     state: FloatArray, walls: Sequence[Walls], limits: Limits, deadline: Deadline = NEVER, leg: int = 0
-) -> Recovery | None:
-    """Return the shortest way back from a state; None where there is none.
+) -> Trajectory | None:
+    """Return the shortest way back from a state, one polynomial; None where there is none.
 
     Parameters
     ----------
@@ -128,27 +110,12 @@ def connect_start(
     known = walls_on(walls, leg, state[0]) + walls_on(limits.walls(np.zeros((2, len(state[0])))), 0, state[0])
     for lenience in RECOVERY.leniences:
         demands = [demand for wall in known for demand in _demands(wall, piece.state, moment, lenience)]
-        duration, answer = shortest(
-            _Solves(piece, conditions_of(demands)),
-            RECOVERY.shortest * moment,
-            RECOVERY.longest * moment,
-            RECOVERY.bisected,
-        )
+        attempt = partial(piece.within, conditions_of(demands))
+        least, most = RECOVERY.shortest * moment, RECOVERY.longest * moment
+        duration, answer = shortest(attempt, least, most, RECOVERY.bisected)
         if answer is not None:
-            return Recovery(Trajectory(answer[None] + state[0], np.array([duration])))
+            return Trajectory(answer[None] + state[0], np.array([duration]))
     return None
-
-
-@dataclass(frozen=True, eq=False)
-class _Solves:
-    """The piece of a duration, if it keeps every hard demand."""
-
-    piece: SinglePiece
-    conditions: PieceConditions
-
-    def __call__(self, duration: float) -> FloatArray | None:
-        ends = self.piece.start_ends(duration)
-        return self.piece.solve(duration, ends, range(self.piece.half), self.conditions)
 
 
 def shortest(

@@ -22,7 +22,7 @@ from minsnap.time_allocation.fitting_durations import fitting_durations
 from minsnap.time_allocation.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.longer_times import least_longer
-from minsnap.time_allocation.recovery import start_use
+from minsnap.time_allocation.recovery import pinned_use
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_scaling import shortest_scaled
 from minsnap.time_allocation.timing import Run, Timed, Timing, searched, solved_or_explained, timed
@@ -282,7 +282,7 @@ def _starts_beyond(task: Task, timing: Timing) -> bool:
     if timing.limits is None or not start_on_limit(task, timing.limits):
         return False
     higher = any(value.any() for order, value in task.pins[0].items() if order > 1)
-    return higher or start_use(task, timing.limits) > 1.0 + KEPT
+    return higher or pinned_use(task, timing.limits) > 1.0 + KEPT
 
 
 def _own_times(task: Task, timing: Timing) -> FloatArray | None:

@@ -105,6 +105,10 @@ class SinglePiece:
         start = self.state * scale[..., None]
         return np.concatenate((start, _taylor(self.half) @ start), axis=-2)
 
+    def within(self, conditions: PieceConditions, duration: float) -> FloatArray | None:
+        """Return the piece of a duration that keeps conditions, all of its end chosen; see :meth:`solve`."""
+        return self.solve(duration, self.start_ends(duration), range(self.half), conditions)
+
     def rest_ends(self, duration: float) -> FloatArray:
         """Like ``start_ends``, but at rest at the end, half way as far as at the speed of the start."""
         ends = self.start_ends(duration)

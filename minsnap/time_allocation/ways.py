@@ -19,15 +19,7 @@ from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import split
-from minsnap.time_allocation.recovery import (
-    RECOVERY,
-    Recovery,
-    connect_start,
-    start_state,
-    start_use,
-    state_at,
-    state_use,
-)
+from minsnap.time_allocation.recovery import RECOVERY, connect_start, pinned_state, pinned_use, state_at
 from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.timing import Timed, Timing, timed
 from minsnap.trajectory.trajectory import Trajectory
@@ -164,7 +156,7 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
         return timed(*Strategy(part, replace(timing, time_limit=seconds)).run(curve))
 
     refused: InfeasibleError | SolverError | None = None
-    if start_use(task, limits) <= (1.0 - RECOVERY.on_limit if first is None else 1.0 + KEPT):
+    if pinned_use(task, limits) <= (1.0 - RECOVERY.on_limit if first is None else 1.0 + KEPT):
         ways = connect_ends(task, limits, start=False)
         try:
             return ways.around(search(ways.task, first), limits)
@@ -197,34 +189,29 @@ def connect_ends(task: Task, limits: Limits, start: bool) -> EndConnectors:
     """
     before = after = None
     if start:
-        way = connect_start(start_state(task), task.walls, limits, task.deadline)
-        if way is None:
+        before = connect_start(pinned_state(task), task.walls, limits, task.deadline)
+        if before is None:
             raise no_connector(task, limits, 0)
-        before, task = way.piece, from_end(task, way)
+        task = from_end(task, before)
     if end_on_limit(task, limits):
-        signs = (-1.0) ** np.arange(task.half)
-        way = connect_start(signs[:, None] * _end_state(task), task.walls, limits, task.deadline, task.legs - 1)
+        backwards = (-1.0) ** np.arange(task.half)[:, None] * pinned_state(task, task.legs)
+        way = connect_start(backwards, task.walls, limits, task.deadline, task.legs - 1)
         if way is None:
             raise no_connector(task, limits, task.legs)
-        after = way.piece.reversed()
+        after = way.reversed()
         task = _moved(task, task.legs, state_at(after, 0.0, task.half))
     return EndConnectors(task, before, after)
 
 
 def start_on_limit(task: Task, limits: Limits) -> bool:
     """Whether the start of a task is on its limits or outside of them."""
-    return not task.closed and start_use(task, limits) > 1.0 - RECOVERY.on_limit
+    return not task.closed and pinned_use(task, limits) > 1.0 - RECOVERY.on_limit
 
 
 def end_on_limit(task: Task, limits: Limits) -> bool:
     """Whether the end of a task is on a limit."""
     fixed = bool((task.upper[-1] <= task.lower[-1]).all()) and not task.closed
-    return fixed and task.legs in task.moving and state_use(_end_state(task), limits) > 1.0 - RECOVERY.on_limit
-
-
-def _end_state(task: Task) -> FloatArray:
-    pinned, zero = task.pins.get(task.legs, {}), np.zeros(task.dim)
-    return np.stack([task.waypoints[-1], *(pinned.get(order, zero) for order in range(1, task.half))])
+    return fixed and task.legs in task.moving and pinned_use(task, limits, task.legs) > 1.0 - RECOVERY.on_limit
 
 
 def no_connector(task: Task, limits: Limits, waypoint: int) -> LimitError:
@@ -243,9 +230,9 @@ def no_connector(task: Task, limits: Limits, waypoint: int) -> LimitError:
     )
 
 
-def from_end(task: Task, way: Recovery) -> Task:
+def from_end(task: Task, way: Trajectory) -> Task:
     """Return the same task from the end of a way back; its walls are the same."""
-    return _moved(task, 0, way.state(task.half))
+    return _moved(task, 0, state_at(way, way.duration, task.half))
 
 
 def _moved(task: Task, waypoint: int, state: FloatArray) -> Task:

@@ -19,7 +19,7 @@ from minsnap.replanning.horizon import Aim, NotShorterError, search_ahead
 from minsnap.replanning.memory import ANSWERS, MARGIN, SKIPS, Takes
 from minsnap.replanning.splice import splice_of
 from minsnap.replanning.stopping import Stopping
-from minsnap.time_allocation.recovery import connect_start, start_state
+from minsnap.time_allocation.recovery import connect_start, pinned_state
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1)], dtype=float)
 LIMITS = Limits(speed=3.0, acceleration=6.0)
@@ -45,7 +45,7 @@ def test_a_search_past_its_deadline_ends_without_a_way_back(flown):
     with pytest.raises(LateError):
         search_ahead(task, Aim(LIMITS), lambda curve: curve, None, 10.0)
     with pytest.raises(LateError):
-        connect_start(start_state(task), task.walls, Limits(speed=0.5), task.deadline)
+        connect_start(pinned_state(task), task.walls, Limits(speed=0.5), task.deadline)
 
 
 def test_what_cannot_be_flown_is_refused_without_an_explanation(flown):

@@ -27,10 +27,10 @@ def test_it_leads_from_the_state_inside_the_limits(name, speed, acceleration):
     limits, given = SETS[name], state(speed, acceleration)
     way = connect_start(given, BOX.walls(POINTS), limits)
     for order in range(4):
-        size = max(1.0, np.abs(way.piece(way.piece.duration, order)).max())
-        assert way.piece(0.0, order) == pytest.approx(given[order], abs=1e-8 * size)
-    assert kept_from(limits, way.piece) < way.piece.duration
-    x = way.piece(np.linspace(0.0, way.piece.duration, 301))
+        size = max(1.0, np.abs(way(way.duration, order)).max())
+        assert way(0.0, order) == pytest.approx(given[order], abs=1e-8 * size)
+    assert kept_from(limits, way) < way.duration
+    x = way(np.linspace(0.0, way.duration, 301))
     assert (x >= BOX.lower[0]).all() and (x <= BOX.upper[0]).all()
     assert np.linalg.norm(way.state(4)[1]) <= 0.985 * limits.speed
 
@@ -38,13 +38,13 @@ def test_it_leads_from_the_state_inside_the_limits(name, speed, acceleration):
 def test_it_takes_no_longer_than_braking_fully_does():
     """From 4 m/s to 3 m/s at 6 m/s^2, without a bound on jerk: a sixth of a second at least."""
     way = connect_start(state(4.0, 0.0), BOX.walls(POINTS), SETS["speed, acceleration"])
-    limits_from = kept_from(SETS["speed, acceleration"], way.piece)
+    limits_from = kept_from(SETS["speed, acceleration"], way)
     assert 1.0 / 6.0 < limits_from < 1.5 / 6.0
 
 
 def test_limits_that_the_start_keeps_hold_on_the_way():
     way = connect_start(state(4.0, 0.0), BOX.walls(POINTS), SETS["speed, acceleration"])
-    assert way.piece.max_norm(2)[0] <= 6.0 * (1.0 + 1e-6)
+    assert way.max_norm(2)[0] <= 6.0 * (1.0 + 1e-6)
 
 
 def test_none_where_the_box_is_too_short():
