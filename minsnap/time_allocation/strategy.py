@@ -16,6 +16,7 @@ waypoint will do.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -255,7 +256,7 @@ class Strategy:
                 self.answer = answer = self._searched(question)
                 if answer is None or not answer.kept or not answer.durations.max() <= LONGEST_PIECE:
                     break
-                solved = solved_at(self.task, answer, 1.0)
+                solved = solved_at(self.task, answer)
                 if not solved.inside:
                     question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, QUESTION.inward))
                     continue
@@ -299,28 +300,21 @@ class Strategy:
             factor = max(factor, 1.0)
         elif factor < (SETTINGS.nearly if answer.slack > SETTINGS.far else SETTINGS.idle) and not answer.stopped:
             raise nothing_limits(list(limits.given()))
-        kept = solved_at(solved.task, answer, factor, solved) if factor <= 1.0 + far or answer.stopped else None
-        return kept, factor - 1.0
+        return slowed(solved, factor) if factor <= 1.0 + far or answer.stopped else None, factor - 1.0
 
     def _hastened(self, solved: SolvedTask, limits: Limits, use: float) -> SolvedTask:
         """Touch limits of rotors that the last barrier has kept away from; of others that costs more than it gains."""
-        if self.answer is None or not self.task.still or self.walled or not isinstance(limits, VehicleLimits):
+        if not self.task.still or self.walled or not isinstance(limits, VehicleLimits):
             return solved
-        factor = nearby_factor(limits, solved.flown, use, proved=False)
-        return (
-            solved
-            if factor is None or _rounded(factor) >= 1.0
-            else solved_at(solved.task, self.answer, _rounded(factor), solved)
-        )
+        factor = _rounded(nearby_factor(limits, solved.flown, use, proved=False) or 1.0)
+        return solved if factor >= 1.0 else slowed(solved, factor)
 
     def _slowed(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:
         """Fly the same path as much more slowly as the limits ask for."""
-        if not self.task.still or self.answer is None:
-            return None
-        try:
-            return solved_at(solved.task, self.answer, touching_factor(limits, solved.flown), solved)
-        except MinsnapError:
-            return None
+        if self.task.still:
+            with suppress(MinsnapError):
+                return slowed(solved, touching_factor(limits, solved.flown))
+        return None
 
     def _turning(self, solved: SolvedTask) -> SolvedTask | None:
         """Search again from a plan with the limit on the rate of its yaw."""
@@ -370,7 +364,7 @@ class Strategy:
         task = self.task
         ends = [np.repeat(points[:, None], task.half, axis=1) for points in (task.waypoints[:-1], task.waypoints[1:])]
         points = np.concatenate(ends, axis=1)
-        return solved_at(task, ShortestCurve(durations, points, 0, True, True), 1.0)
+        return solved_at(task, ShortestCurve(durations, points, 0, True, True))
 
     def _resting(self) -> SolvedTask | None:
         """Return the certified plan that rests at every waypoint, where a search ended before it had a better one."""
@@ -378,8 +372,8 @@ class Strategy:
         if not solved.inside:
             return None
         factor = touching_factor(self.limits, solved.flown)
-        slowed = self._straight(self.times * factor)
-        return slowed if keeps(self.limits, slowed.flown) else None
+        solved = slowed(solved, factor)
+        return solved if keeps(self.limits, solved.flown) else None
 
     def _from_one_piece(self) -> SolvedTask | None:
         """Search with one piece a leg where several have no curve, then with several from that curve, or cut it."""
@@ -403,7 +397,8 @@ class Strategy:
         unread = np.zeros((task.legs + 1, task.half, task.dim))
         points, _ = in_pieces(task, durations, first.units, first.optimum.points, unread)
         cut = ShortestCurve(durations, points, first.optimum.rounds, True, True)
-        slower = (solved_at(task, cut, factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
+        solved = solved_at(task, cut)
+        slower = (slowed(solved, factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
         return next((each for each in slower if each.inside and keeps(self.limits, each.flown)), None)
 
     def _planned(self) -> SolvedTask | None:
@@ -453,7 +448,7 @@ class Strategy:
         answer = self._searched(question_of(self.task, looser, False, self._heading))
         if answer is None or not answer.kept or self.interrupted:
             return None
-        used = most_used(self.limits, solved_at(self.task, answer, 1.0).flown)
+        used = most_used(self.limits, solved_at(self.task, answer).flown)
         return used if used.fraction > 1.0 + KEPT else None
 
 
@@ -461,13 +456,18 @@ def _rounded(factor: float) -> float:
     return float(np.ceil(factor * SETTINGS.grain)) / SETTINGS.grain
 
 
-def solved_at(task: Task, answer: ShortestCurve, factor: float, faster: SolvedTask | None = None) -> SolvedTask:
-    """Wrap the curve of a search, flown more slowly by a factor than itself as ``faster``, as a solved task."""
+def slowed(solved: SolvedTask, factor: float) -> SolvedTask:
+    """Return the same path flown more slowly."""
+    durations = solved.durations * factor
+    return SolvedTask(solved.task, durations, solved.task.units(durations), solved.optimum, faster=solved)
+
+
+def solved_at(task: Task, answer: ShortestCurve) -> SolvedTask:
+    """Wrap the curve of a search as a solved task."""
     pieces = len(answer.durations) // task.legs
     continuity = max(task.continuity, task.half - 1)
     if (pieces, continuity) != (task.pieces, task.continuity):
         task = replace(task, pieces=pieces, continuity=continuity)
-    durations = answer.durations * factor
     rounds, nothing = answer.iterations, np.zeros(0)
     optimum = Optimum(NO_KNOTS, None, nothing, rounds, "interior point", core=NATIVE, points=answer.points)
-    return SolvedTask(task, durations, task.units(durations), optimum, faster=faster)
+    return SolvedTask(task, answer.durations, task.units(answer.durations), optimum)

@@ -32,7 +32,7 @@ def test_it_leads_from_the_state_inside_the_limits(name, speed, acceleration):
     assert kept_from(limits, way) < way.duration
     x = way(np.linspace(0.0, way.duration, 301))
     assert (x >= BOX.lower[0]).all() and (x <= BOX.upper[0]).all()
-    assert np.linalg.norm(way.state(4)[1]) <= 0.985 * limits.speed
+    assert np.linalg.norm(way(way.duration, 1)) <= 0.985 * limits.speed
 
 
 def test_it_takes_no_longer_than_braking_fully_does():
