@@ -169,7 +169,7 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
         try:
             if pressed:
                 told.append(True)
-            return int(poll(total, bool(pressed), rows))
+            return poll(total, bool(pressed), rows)
         except BaseException as error:  # noqa: BLE001 - carried through the native core
             raised.append(error)
             return 1

@@ -60,8 +60,8 @@ class Log:
 
     def add(self, total_time: float, value: float) -> None:
         """Record one evaluation."""
-        self.best = min(float(value), self.best)
-        self.steps.append(Step(len(self.steps) + 1, float(total_time), float(value), self.best))
+        self.best = min(value, self.best)
+        self.steps.append(Step(len(self.steps) + 1, total_time, value, self.best))
         if self.progress is not None:
             self.progress(self.steps[-1])
 
@@ -172,7 +172,7 @@ class CostSearch:
             value, relative = value + self.price * durations.sum(), relative + self.price * durations
         if value < self.best[0]:
             self.best = (value, durations)
-        self.log.add(durations.sum(), value)
+        self.log.add(float(durations.sum()), float(value))
         return float(np.log(value)), relative / value
 
     def _durations(self, logarithms: FloatArray) -> FloatArray:

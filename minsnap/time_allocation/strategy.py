@@ -142,7 +142,7 @@ class Strategy:
         if timing.time_limit is not None:
             due = task.deadline.clock() + timing.time_limit
             self.deadline = task.deadline.until(min(task.deadline.due, due))
-        self.price = WORK.measuring(self.limits.given())
+        self.price = WORK.iteration * WORK.measuring(self.limits.given())
         self.answer: ShortestCurve | None = None
         self.walled = any(wall.order for wall in task.walls)
 
@@ -348,10 +348,10 @@ class Strategy:
                 raise KeyboardInterrupt
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
-        self.deadline.spend(WORK.iteration * self.price * rows)
+        self.deadline.spend(self.price * rows)
         if self.ended is None and self.deadline.passed:
             self.ended = self.deadline.error()
-        return self.interrupted
+        return self.ended is not None
 
     def _end_at_ctrl_c(self) -> None:
         """Note that Ctrl-C ends the search, or raise it on; called while it is handled."""

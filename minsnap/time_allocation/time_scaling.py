@@ -125,7 +125,8 @@ class _ScaledSearch:
         value = float(np.log(trajectory.duration * factor))
         if value < self.best[0]:
             self.best = (value, durations)
-        self.log.add(np.exp(value), np.exp(value))
+        total = float(np.exp(value))
+        self.log.add(total, total)
         return value
 
 
