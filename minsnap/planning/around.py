@@ -16,7 +16,7 @@ from time import monotonic
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import check_durations, point_text
+from minsnap.basics.checks import point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.keep_out import Obstacle, clearance_of, supporting_planes
@@ -144,8 +144,7 @@ def _attempt(
         return None
     cut = _cut(task, way, parts).with_walls([planes])
     if timing.durations is not None:
-        each = check_durations(timing.durations, task.legs)
-        timing = replace(timing, durations=np.repeat(each / parts, parts))
+        timing = replace(timing, durations=np.repeat(timing.checked(task.legs) / parts, parts))
     try:
         timed = plan_timed(cut, timing)
     except (InfeasibleError, SolverError, TimingError):

@@ -7,9 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_durations, refuse_repeated
 from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, SolverError, TimingError
@@ -66,11 +64,8 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
 def looked_at(planned: Timed, task: Task, timing: Timing) -> Timed:
     """Return a plan that keeps all its conditions at a last look, or raise SolverError."""
     checked = task if task.samples is None else replace(task, walls=())
-    times: FloatArray | float | None = timing.total_time
-    if timing.durations is not None:
-        times = check_durations(timing.durations, task.legs)
-    start = planned.limits_from
-    wrong = fault(checked, planned.trajectory, timing.limits, times, start, planned.solved)
+    times = timing.total_time if timing.durations is None else timing.checked(task.legs)
+    wrong = fault(checked, planned.trajectory, timing.limits, times, planned.limits_from, planned.solved)
     if wrong is not None:
         raise SolverError(f"the plan is refused at the last look: {wrong}; please report this question")
     return planned
@@ -89,19 +84,18 @@ def _timed(task: Task, timing: Timing) -> Timed:
         check_pinned_limits(task, limits, mended)
         started = mended and not shortest and start_on_limit(task, limits)
         if started or (mended and not shortest and end_on_limit(task, limits)):
-            return _from_limits(task, _checked(timing, task), limits, started)
+            return _from_limits(task, timing, limits, started)
         if timing.durations is not None:
-            return _in_durations(task, timing.durations, limits)
+            return _in_durations(task, timing)
         refuse_repeated(task.waypoints, EACH)
         return (shortest_plan if shortest else limited_plan)(task, timing)
 
 
-def _in_durations(task: Task, durations: npt.ArrayLike, limits: Limits) -> Timed:
+def _in_durations(task: Task, timing: Timing) -> Timed:
     from minsnap.time_allocation.within_limits import require_limits_kept
 
-    checked = task.piece_durations(check_durations(durations, task.legs))
-    bounded = task.with_walls(limits.walls(task.waypoints))
-    return require_limits_kept(timed(solved_or_explained(bounded, checked)), limits)
+    solved = solved_or_explained(timing.bounded(task), task.piece_durations(timing.checked(task.legs)))
+    return require_limits_kept(timed(solved), timing.bounds)
 
 
 def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> Timed:
@@ -109,19 +103,14 @@ def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> Tim
     from minsnap.limits.compliance import keeps
     from minsnap.time_allocation.ways import connect_ends
 
+    if timing.durations is not None:
+        timing = replace(timing, durations=timing.checked(task.legs))
     if timing.split != "trapezoid":
         free = _timed(task, replace(timing, limits=None, enforce=None))
         if keeps(limits, free.trajectory):
             return free
     ways = connect_ends(task, limits, start)
     return ways.planned(partial(_timed, timing=ways.between(timing)), limits)
-
-
-def _checked(timing: Timing, task: Task) -> Timing:
-    """Return the same with times that have been checked."""
-    if timing.durations is not None:
-        return replace(timing, durations=check_durations(timing.durations, task.legs))
-    return timing
 
 
 def _shortest(timing: Timing) -> bool:
@@ -133,7 +122,7 @@ def _unlimited(task: Task, timing: Timing) -> Timed:
     """Plan where nothing limits derivatives."""
     search = None
     if timing.durations is not None:
-        durations = check_durations(timing.durations, task.legs)
+        durations = timing.checked(task.legs)
     else:
         refuse_repeated(task.waypoints, EACH)
         if timing.split == "trapezoid":

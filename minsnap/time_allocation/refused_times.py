@@ -212,8 +212,7 @@ def _slower(task: Task, timing: Timing, factor: float) -> Timing:
 
 def _bounded(task: Task, timing: Timing) -> Task:
     """Return the task with the walls of the limits, whose refusals are not explained, due when the search is."""
-    bounded = task if timing.limits is None else task.with_walls(timing.limits.walls(task.waypoints))
-    return replace(bounded, explained=False, deadline=task.deadline.until(timing.due))
+    return replace(timing.bounded(task), explained=False, deadline=task.deadline.until(timing.due))
 
 
 def _necessary(task: Task, timing: Timing) -> Task:

@@ -407,7 +407,7 @@ class Strategy:
         if answer is None or not (answer.durations <= LONGEST).all():
             return None
         task = replace(self.task, pieces=len(answer.durations) // self.task.legs)
-        bounded = task.with_walls(self.limits.walls(task.waypoints))
+        bounded = self.timing.bounded(task)
         for reserve in RESERVES:
             task.deadline.check()
             try:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import check_time
+from minsnap.basics.checks import check_durations, check_time
 from minsnap.basics.messages import shown
 from minsnap.errors import LimitError, MinsnapError, SolverError, TimingError
 from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
@@ -83,6 +83,14 @@ class Timing:
     def bounds(self) -> Limits:
         """The limits of the request; only where there are any."""
         return cast("Limits", self.limits)
+
+    def checked(self, legs: int) -> FloatArray:
+        """Return the durations of the request, one for each of its legs (legs,) [s]; only where there are some."""
+        return check_durations(cast("npt.ArrayLike", self.durations), legs)
+
+    def bounded(self, task: Task) -> Task:
+        """Return a task with the walls of the limits, if there are any."""
+        return task if self.limits is None else task.with_walls(self.limits.walls(task.waypoints))
 
     @property
     def best_on_interrupt(self) -> bool:

@@ -68,7 +68,7 @@ def shortest_plan(task: Task, timing: Timing) -> Timed:
     solved, search = Strategy(task, timing).run()
     if task.continuity <= task.half - 1:
         return timed(solved, search)
-    return _smoother(task, task.with_walls(limits.walls(task.waypoints)), solved, timing, search)
+    return _smoother(task, solved, timing, search)
 
 
 def _searchable(task: Task, limits: Limits) -> bool:
@@ -80,10 +80,10 @@ def _leg_durations(solved: SolvedTask) -> FloatArray:
     return leg_sums(solved.trajectory.durations, solved.trajectory.pieces)
 
 
-def _smoother(task: Task, bounded: Task, fastest: SolvedTask, timing: Timing, search: Run) -> Timed:
+def _smoother(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> Timed:
     """Plan with more derivatives continuous than a piece of the search shares, at its durations and longer ones."""
     durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
-    bounded = replace(bounded, pieces=pieces, deadline=task.deadline.until(timing.due))
+    bounded = replace(timing.bounded(task), pieces=pieces, deadline=task.deadline.until(timing.due))
     plan = plans_for(bounded, task, timing, search)
     tried = [least_longer(partial(plan, natively=True), durations, False, bounded.deadline, plan)]
     if task.still and not (tried[0] and bounded.deadline.passed):
@@ -132,9 +132,7 @@ def plans_for(
 
 def limited_plan(task: Task, timing: Timing) -> Timed:
     """Plan for a total or a price, and limits besides, whose walls the task does not have."""
-    limits = timing.bounds
-    bounded = task.with_walls(limits.walls(task.waypoints))
-    in_time = task.deadline.until(timing.due)
+    limits, bounded, in_time = timing.bounds, timing.bounded(task), task.deadline.until(timing.due)
     if timing.total_time is not None and timing.split != "optimal":
         durations = timing.total * proportions(task, timing.split, limits)
         return require_limits_kept(timed(solved_or_explained(bounded, task.piece_durations(durations))), limits)
@@ -146,14 +144,12 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
         return require_limits_kept(planned, limits, price is not None)
     if task.continuity <= task.half - 1:
         try:
-            return _joint_plan(task, bounded, timing)
+            return _joint_plan(task, timing)
         except InfeasibleRowsError:
             durations = task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))
             refused = explain(replace(task, deadline=in_time), durations)
             if isinstance(refused, SolverError) and timing.total_time is not None:
-                return _at_total(
-                    bounded, timing, LeastPriced(task, timing), None, Run(())
-                )  # these durations have a curve
+                return _at_total(timing, LeastPriced(task, timing), None, Run(()))  # these durations have a curve
             raise refused from None
     fastest, search = Strategy(task, timing).run()
     price, durations = _wished(task, timing, _leg_durations(fastest))
@@ -164,39 +160,39 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
         return require_limits_kept(planned, limits, True)
     if planned is not None and keeps(limits, planned.trajectory):
         return planned
-    smooth = _smoother(task, bounded, fastest, timing, search)
+    smooth = _smoother(task, fastest, timing, search)
     if price is not None:
         return smooth
     _check_total(timing.total, smooth.solved)
-    return _stretched(bounded, smooth.solved, timing, search)
+    return _stretched(task, smooth.solved, timing, search)
 
 
-def _joint_plan(task: Task, bounded: Task, timing: Timing) -> Timed:
+def _joint_plan(task: Task, timing: Timing) -> Timed:
     """Search the curve and its durations together, for a price of time or a total."""
     search, limits = LeastPriced(task, timing), timing.bounds
     if timing.time_weight is not None:
         solved, run = search.priced(timing.time_weight)
         return require_limits_kept(timed(solved, run), limits, True)
     free, run = search.free(distance_split(task, timing.total))
-    return timed(free, run) if keeps(limits, free.flown) else _at_total(bounded, timing, search, free, run)
+    return timed(free, run) if keeps(limits, free.flown) else _at_total(timing, search, free, run)
 
 
-def _at_total(bounded: Task, timing: Timing, search: LeastPriced, free: SolvedTask | None, run: Run) -> Timed:
+def _at_total(timing: Timing, search: LeastPriced, free: SolvedTask | None, run: Run) -> Timed:
     """Search for a total from the plan without limits, or the fastest, and fly that more slowly where none is found."""
-    total = timing.total
-    fastest, last = Strategy(search.task, timing).run()
+    total, task = timing.total, search.task
+    fastest, last = Strategy(task, timing).run()
     _check_total(total, fastest)
     interrupted = run.interrupted or last.interrupted
     best = None if interrupted else search.at_total(total, free or fastest)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
     if best is not None and best.trajectory.duration <= total:
-        lengthened = _lengthened(bounded, best, timing, run)
+        lengthened = _lengthened(task, best, timing, run)
         if lengthened is not None:
             return lengthened
-    return _stretched(bounded, fastest, timing, run)
+    return _stretched(task, fastest, timing, run)
 
 
-def _lengthened(bounded: Task, best: SolvedTask, timing: Timing, run: Run) -> Timed | None:
+def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Timed | None:
     """Take more time: the same path flown more slowly, or solves where pinned derivatives do not scale.
 
     The legs at ends that move are tried in their own time too, as the curve would swing further out in more.
@@ -212,7 +208,7 @@ def _lengthened(bounded: Task, best: SolvedTask, timing: Timing, run: Run) -> Ti
     tried = [factor * durations]
     if between.any():
         tried.append(durations + (total - durations.sum()) / between.sum() * between)
-    plan = plans_for(replace(bounded, pieces=task.pieces), task, timing, run, exact=True)
+    plan = plans_for(replace(timing.bounded(asked), pieces=task.pieces), task, timing, run, exact=True)
     return next((planned for planned in map(plan, tried) if planned is not None), None)
 
 
@@ -226,9 +222,9 @@ def _check_total(total: float, fastest: SolvedTask) -> None:
         )
 
 
-def _stretched(bounded: Task, fastest: SolvedTask, timing: Timing, search: Run) -> Timed:
+def _stretched(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> Timed:
     """Fly the shortest plan more slowly, or raise UnprovedError."""
-    slower = _lengthened(bounded, fastest, timing, search)
+    slower = _lengthened(task, fastest, timing, search)
     if slower is not None:
         return slower
     total, shortest = timing.total, fastest.trajectory.duration
