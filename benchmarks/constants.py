@@ -17,7 +17,7 @@ from problems import DURATIONS, RECTANGLE, corridor, walk
 import minsnap
 from minsnap.basics import tolerances
 from minsnap.errors import MinsnapError
-from minsnap.optimisation import high_precision, infeasibility, least_slacks, linear_rows, qp, reference_core, solve
+from minsnap.optimisation import infeasibility, least_slacks, linear_rows, qp, reference_core, solve, unconstrained
 from minsnap.polynomials import extrema
 
 CONSTANTS = (
@@ -30,7 +30,7 @@ CONSTANTS = (
     (reference_core, "SPREAD"),
     (linear_rows, "DENSE"),
     (qp, "ACCURACY"),
-    (high_precision, "DIGITS"),
+    (unconstrained, "DIGITS"),
     (least_slacks, "ACCURACY"),
     (least_slacks, "ROUNDS"),
     (least_slacks, "STALLED"),

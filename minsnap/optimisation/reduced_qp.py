@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 
@@ -232,6 +233,28 @@ class ReducedProblem:
         gradient[:-1, self.slots.start] += forces[:, :k]
         gradient[1:, self.slots.end] += forces[:, k:]
         return gradient
+
+    @cached_property
+    def hessian(self) -> Any:
+        """Half the Hessian of the cost in the unknowns, sparse, (size, size)."""
+        from scipy.sparse import csc_matrix
+
+        columns, powers, weights = self.piece_columns, self.end_powers, self.durations ** (1.0 - 2.0 * self.half)
+        blocks = powers[:, :, None] * powers[:, None, :] * (weights[:, None, None] * ends_gram(self.degree))
+        shape = (*columns.shape, columns.shape[2])
+        row, column = np.broadcast_to(columns[:, :, :, None], shape), np.broadcast_to(columns[:, :, None, :], shape)
+        used = (row >= 0) & (column >= 0)
+        entries = np.broadcast_to(blocks[:, None], shape)[used]
+        return csc_matrix((entries, (row[used], column[used])), shape=(self.size, self.size))
+
+    def slope(self, knots: FloatArray, moving: BoolArray) -> FloatArray:
+        """Half the gradient in the unknowns, (size,), of those at some knots (knots,); 0 for others."""
+        gradient = self.gradient(knots)
+        if self.closed:
+            gradient[0] = gradient[-1] = gradient[0] + gradient[-1]
+        place, flat = moving[:, None, None] & (self.columns >= 0), np.zeros(self.size)
+        flat[self.columns[place]] = gradient[place]
+        return flat
 
     def row_factors(self, piece: IntArray, s: FloatArray, order: int) -> FloatArray:
         """Factors of a piece's end derivatives in its derivative of that order at s: (rows, 2k)."""

@@ -27,7 +27,7 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtri
 from scipy.sparse import csc_matrix, csr_matrix, diags, identity
 
-from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
@@ -39,14 +39,12 @@ from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import Programme, Solution, solve_qp
-from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, proved_rows, rows_in_unknowns, rows_outside
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.stop_and_go import least_share, leg_on_wall, straight, straight_inside
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
-from minsnap.polynomials.bernstein import ends_gram
 
 NEARLY_INSIDE = 0.3
 """Excess, in widths, below which walls are moved inwards, and room that a curve to blend with has at most."""
@@ -134,9 +132,10 @@ class ReferenceCore:
         except SolverError:  # durations that differ too much for doubles: begin with stops at all knots
             self.base, moving = problem.values, np.ones_like(problem.held)
         self.ends = problem.plain_ends(self.base)
-        self.hessian, scale = _hessian(problem)
-        self.linear = LinearRows(problem, self.base, scale)
-        self.slope = _slope(problem, self.base, moving) * scale[:-1]
+        scale = 1.0 / np.sqrt(problem.hessian.diagonal())
+        self.hessian = csc_matrix(diags(scale) @ problem.hessian @ diags(scale))
+        self.linear = LinearRows(problem, self.base, np.append(scale, 0.0))
+        self.slope = problem.slope(self.base, moving) * scale
         self.basis = None if problem.free[:, 0].all(axis=0).any() else _whitening(self.hessian)
         usual = ("clarabel",) if self.basis is None else ("daqp", "clarabel")
         self.failed: dict[str, None] = {}
@@ -361,20 +360,6 @@ def _spread(curve: Curve, violated: list[WallRows]) -> list[WallRows]:
     return more
 
 
-def _hessian(problem: ReducedProblem) -> tuple[Any, FloatArray]:
-    """Half the Hessian of the cost in unknowns that give it a unit diagonal, and what these are worth: (size + 1,)."""
-    n, columns = problem.size, problem.piece_columns
-    weights = problem.durations ** (1.0 - 2.0 * problem.half)
-    powers = problem.end_powers
-    blocks = powers[:, :, None] * powers[:, None, :] * (weights[:, None, None] * ends_gram(problem.degree))
-    shape = (*columns.shape, columns.shape[2])
-    row, column = np.broadcast_to(columns[:, :, :, None], shape), np.broadcast_to(columns[:, :, None, :], shape)
-    used = (row >= 0) & (column >= 0)
-    matrix = csc_matrix((np.broadcast_to(blocks[:, None], shape)[used], (row[used], column[used])), shape=(n, n))
-    scale = 1.0 / np.sqrt(matrix.diagonal())
-    return csc_matrix(diags(scale) @ matrix @ diags(scale)), np.append(scale, 0.0)
-
-
 def _whitening(hessian: Any) -> FloatArray | None:
     """Coordinates in which a Hessian of unit diagonal is the identity, (n, n); None where it is large or singular."""
     n = hessian.shape[0]
@@ -382,15 +367,3 @@ def _whitening(hessian: Any) -> FloatArray | None:
         return None
     factor, singular = dpotrf(hessian.toarray(), lower=1)
     return None if singular else np.asarray(dtrtri(factor, lower=1)[0].T)
-
-
-def _slope(problem: ReducedProblem, base: FloatArray, moving: BoolArray) -> FloatArray:
-    """Half the gradient at a base, (size,), that is optimal but for what is free at some knots, (knots,)."""
-    if not moving.any():
-        return np.zeros(problem.size)
-    gradient = problem.gradient(base)
-    if problem.closed:
-        gradient[0] = gradient[-1] = gradient[0] + gradient[-1]
-    place, flat = moving[:, None, None] & (problem.columns >= 0), np.zeros(problem.size)
-    flat[problem.columns[place]] = gradient[place]
-    return flat

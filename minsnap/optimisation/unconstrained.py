@@ -1,17 +1,26 @@
-"""The optimum without inequalities: one banded Cholesky factorisation for all axes.
-
-LAPACK's pbsv solves the block tridiagonal system in time proportional to the number of legs.
-"""
+"""The optimum without inequalities: where the cost has no slope in what is free."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections import defaultdict
+from dataclasses import replace
+from decimal import Context, Decimal, localcontext
 
-from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+import numpy as np
+from scipy.sparse.linalg import splu
+
+from minsnap.basics.arrays import FloatArray
 from minsnap.errors import SolverError
-from minsnap.optimisation.high_precision import decimal_optimum, is_extreme
 from minsnap.optimisation.reduced_qp import ReducedProblem
-from minsnap.polynomials.bernstein import ends_gram, rising_powers
+from minsnap.polynomials.bernstein import exact_ends_gram
+
+DIGITS = 60
+"""Decimal digits, for durations that double precision cannot resolve: they differ by r, the Hessian by r^(2k - 1)."""
+
+RESOLVED = {2: np.inf, 3: 1e6, 4: 300.0, 5: 20.0, 6: 4.0}
+"""By k: the ratio of durations up to which double precision gives the optimum to about 1e-9."""
+
+Row = defaultdict[int, Decimal]
 
 
 def unbounded_optimum(problem: ReducedProblem) -> FloatArray:
@@ -20,151 +29,71 @@ def unbounded_optimum(problem: ReducedProblem) -> FloatArray:
     Returns
     -------
     ndarray, shape (knots, slots, dim)
+
+    Raises
+    ------
+    SolverError
+        If even decimals do not resolve the durations.
     """
     free = problem.free.copy()
     free[problem.held, 0] = False
-    if problem.closed:
-        return _closed_optimum(problem, free)
-    return _open_optimum(problem, free, problem.values)
+    chain = replace(problem, free=free)
+    if not chain.size:
+        return chain.values
+    extreme = np.ptp(np.log(chain.durations)) > np.log(RESOLVED[chain.half])
+    unknowns = None if extreme else _in_doubles(chain)
+    return chain.add(chain.values, _in_decimals(chain) if unknowns is None else unknowns)
 
 
-def _open_optimum(problem: ReducedProblem, free: BoolArray, values: FloatArray) -> FloatArray:
-    if is_extreme(problem):
-        return decimal_optimum(problem, free, values)
-    knots = values.copy()
-    slopes = _slopes(problem, values)
-    if (free == free[:, :, :1]).all():
-        _solve_axes(problem, free[:, :, 0], slopes, knots, slice(None))
-        return knots
-    for axis in range(problem.dim):
-        _solve_axes(problem, free[:, :, axis], slopes, knots, slice(axis, axis + 1))
-    return knots
+def _in_doubles(problem: ReducedProblem) -> FloatArray | None:
+    """Unknowns (size,); None where the Hessian is not positive definite but for rounding."""
+    try:
+        factor = splu(problem.hessian, "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
+    except RuntimeError:
+        return None
+    slope = problem.slope(problem.values, np.ones(len(problem.held), dtype=bool))
+    return np.asarray(factor.solve(-slope)) if factor.U.diagonal().min() > 0.0 else None
 
 
-def _closed_optimum(problem: ReducedProblem, free: BoolArray) -> FloatArray:
-    """Least cost over the state shared by first and last knot: responses to it, then a small linear system."""
-    seam = free[0] & free[-1]
-    inner = free.copy()
-    inner[0] = inner[-1] = False
-    particular = _open_optimum(problem, inner, problem.values)
-    if not seam.any():
-        return particular
-    places = np.argwhere(seam)
-    responses = _responses(problem, inner, places)
-    pulls = np.stack([_seam_pull(problem, response, True) for response in responses])[:, seam]
-    pull = _seam_pull(problem, particular, False)[seam]
-    shares = np.linalg.lstsq(pulls.T, -pull)[0]  # no force at all where curves without cost have any seam
-    return np.asarray(particular + np.tensordot(shares, responses, axes=1))
+def _in_decimals(problem: ReducedProblem) -> FloatArray:
+    """Unknowns (size,) by elimination, one after the other along the chain."""
+    with localcontext(Context(prec=DIGITS)):
+        rows, right = _system(problem)
+        sizes = [row[j] for j, row in enumerate(rows)]
+        unknowns = [Decimal(0)] * len(rows)
+        for j, row in enumerate(rows):
+            if row[j] <= Decimal(10) ** (10 - DIGITS) * sizes[j]:
+                raise SolverError(
+                    "the system without inequalities is singular to working precision: durations or pins are too "
+                    "extreme"
+                )
+            for i in [i for i in row if i > j]:
+                share = row[i] / row[j]
+                right[i] -= share * right[j]
+                for column, value in row.items():
+                    if column >= i:
+                        rows[i][column] -= share * value
+        for j in reversed(range(len(rows))):
+            known = sum(value * unknowns[i] for i, value in rows[j].items() if i > j)
+            unknowns[j] = (right[j] - known) / rows[j][j]
+    return np.array(unknowns, dtype=np.float64)
 
 
-def _responses(problem: ReducedProblem, free: BoolArray, places: IntArray) -> FloatArray:
-    """Responses to a state of 1 at places (slot, axis) of the seam; axes alike have the same."""
-    alike, still = bool((free == free[:, :, :1]).all()), _still(problem)
-    responses, known = np.zeros((len(places), *problem.values.shape)), {}
-    for response, (slot, axis) in zip(responses, places.tolist(), strict=True):
-        values = np.zeros_like(problem.values)
-        values[0, slot, axis] = values[-1, slot, axis] = 1.0
-        if not (alike and slot in known):
-            known[slot] = _open_optimum(still, free, values)[:, :, axis]
-        response[:, :, axis] = known[slot]
-    return responses
-
-
-def _seam_pull(problem: ReducedProblem, knots: FloatArray, still: bool) -> FloatArray:
-    gradient = (_still(problem) if still else problem).gradient(knots)
-    return np.asarray(gradient[0] + gradient[-1])
-
-
-def _still(problem: ReducedProblem) -> ReducedProblem:
-    """Return the problem without displacements, for responses to boundary values only."""
-    return ReducedProblem(
-        problem.slots, problem.durations, np.zeros_like(problem.nominal), problem.values, problem.free, problem.held
-    )
-
-
-def _slopes(problem: ReducedProblem, values: FloatArray) -> FloatArray:
-    """Minus half the gradient at the pinned values: (knots, slots, dim)."""
-    k, slots, Q = problem.half, problem.slots, ends_gram(problem.degree)
-    slopes = np.zeros(values.shape)
-    scale = problem.durations ** (1.0 - 2.0 * k)
-    pull = (scale[:, None] * problem.powers)[:, :, None] * problem.steps[:, None]
-    slopes[:-1, slots.start] -= pull * Q[:k, k, None]
-    slopes[1:, slots.end] -= pull * Q[k:, k, None]
-    if values.any():
-        touched = _touched(values)
-        slopes -= _pinned_pull(problem, values, touched)
-    return slopes
-
-
-def _touched(values: FloatArray) -> IntArray:
-    knots = np.asarray(values.any(axis=(1, 2)))
-    return np.flatnonzero(knots[:-1] | knots[1:])
-
-
-def _pinned_pull(problem: ReducedProblem, values: FloatArray, touched: IntArray) -> FloatArray:
-    """Half the gradient that non-zero pinned values cause, from the pieces they touch."""
-    k, slots, T = problem.half, problem.slots, problem.durations[touched]
-    powers = np.concatenate((problem.powers[touched], problem.powers[touched]), axis=1)[:, :, None]
-    ends = np.concatenate((values[touched][:, slots.start], values[touched + 1][:, slots.end]), axis=1) * powers
-    forces = np.matmul(ends_gram(problem.degree), ends) * powers * (T ** (1.0 - 2.0 * k))[:, None, None]
-    pull = np.zeros_like(values)
-    for a in range(k):
-        pull[touched, slots.start[a]] += forces[:, a]
-        pull[touched + 1, slots.end[a]] += forces[:, k + a]
-    return pull
-
-
-def _solve_axes(problem: ReducedProblem, free: BoolArray, slopes: FloatArray, knots: FloatArray, axes: slice) -> None:
-    """Solve for the free values of some axes that share the pattern ``free`` (knots, slots), into ``knots``."""
-    from scipy.linalg.lapack import dpbsv
-
-    first = 0 if free[:, 0].any() else 1
-    free = free[:, first:]
-    if not free.any():
-        return
-    bands = _bands(problem, first)
-    _pin(bands, free)
-    size = free.size
-    right = slopes[:, first:, axes].transpose(2, 0, 1) * free
-    right = np.ascontiguousarray(right).reshape(-1, size)
-    _, solution, info = dpbsv(bands.reshape(size, -1).T, right.T, lower=1, overwrite_ab=1, overwrite_b=1)
-    if info != 0:
-        raise SolverError(
-            "the system without inequalities is singular to working precision: durations or pins are too extreme"
-        )
-    by_axis = solution.T.reshape(-1, *free.shape).transpose(1, 2, 0)
-    knots[:, first:, axes] += np.where(free[:, :, None], by_axis, 0.0)
-
-
-def _bands(problem: ReducedProblem, first: int) -> FloatArray:
-    """Lower bands of the Hessian, knot by knot: (knots, slots - first, 2 (slots - first))."""
-    k, slots, Q = problem.half, problem.slots, ends_gram(problem.degree)
-    width = slots.count - first
-    bands = np.zeros((len(problem.nominal), width, 2 * width))
-    scaled = rising_powers(problem.durations, 1 - 2 * k, 2 * k - 1)
-    start, end = (slots.start - first).tolist(), (slots.end - first).tolist()
-    for a in range(first, k):
-        for b in range(first, k):
-            power = scaled[:, a + b]
-            low, high = start[b], start[a]
-            if high >= low:
-                bands[:-1, low, high - low] += power * Q[a, b]
-            low, high = end[b], end[a]
-            if high >= low:
-                bands[1:, low, high - low] += power * Q[k + a, k + b]
-            low, high = start[b], width + end[a]
-            bands[:-1, low, high - low] = power * Q[b, k + a]
-    return bands
-
-
-def _pin(bands: FloatArray, free: BoolArray) -> None:
-    """Turn the rows and columns of pinned values into those of the identity."""
-    width = free.shape[1]
-    flat = bands.reshape(-1, 2 * width)
-    pinned = np.flatnonzero(~free)
-    flat[pinned] = 0.0
-    flat[pinned, 0] = 1.0
-    distance = np.arange(1, 2 * width)
-    row = pinned[:, None] - distance
-    inside = row >= 0
-    flat[row[inside], np.broadcast_to(distance, row.shape)[inside]] = 0.0
+def _system(problem: ReducedProblem) -> tuple[list[Row], list[Decimal]]:
+    """Half the Hessian, its upper half in rows by column, and minus half the gradient at the pinned values."""
+    k, size = problem.half, problem.size
+    gram = [[Decimal(q.numerator) / q.denominator for q in row] for row in exact_ends_gram(problem.degree)]
+    rows, right = [Row(Decimal) for _ in range(size)], [Decimal(0)] * size
+    ends = problem.plain_ends(problem.values)
+    for duration, piece, known in zip(problem.durations, problem.piece_columns, ends, strict=True):
+        powers = [Decimal(float(duration)) ** power for power in range(1 - 2 * k, 0)]
+        block = [[powers[a % k + b % k] * q for b, q in enumerate(row)] for a, row in enumerate(gram)]
+        for columns, values in zip(piece.tolist(), known.T.tolist(), strict=True):
+            for own, factors in zip(columns, block, strict=True):
+                if own < 0:
+                    continue
+                for column, factor, value in zip(columns, factors, values, strict=True):
+                    right[own] -= factor * Decimal(value)
+                    if column >= own:
+                        rows[own][column] += factor
+    return rows, right
