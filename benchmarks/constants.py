@@ -26,8 +26,6 @@ CONSTANTS = (
     (reference_core, "MOST_INWARD"),
     (reference_core, "ROUNDS"),
     (reference_core, "STALLED"),
-    (reference_core, "NOISE"),
-    (reference_core, "SPREAD"),
     (linear_rows, "DENSE"),
     (qp, "ACCURACY"),
     (unconstrained, "DIGITS"),

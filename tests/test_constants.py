@@ -40,7 +40,7 @@ def constants(path):
 def test_the_core_has_at_most_thirty_numeric_constants_and_the_documentation_has_all():
     paths = [path for pattern in CORE for path in PACKAGE.glob(pattern) if not path.name.startswith(APART)]
     found = {name for path in paths for name in constants(path)}
-    assert {"tolerances.GAP", "tolerances.EXACT", "reference_core.SPREAD"} <= found
+    assert {"tolerances.GAP", "tolerances.EXACT", "reference_core.ROUNDS"} <= found
     assert len(found) <= 30
     assert found == set(re.findall(r"``(\w+\.[A-Z_]+)``", PAGE.read_text()))
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.native.library import Entry, address, writable
+from minsnap.native.records import fields
 
 _MANY = Entry("minsnap_evaluate", c_void_p, c_int32, c_void_p, c_int64, c_void_p)
 _COSTS = Entry("minsnap_costs", *[c_int64] * 4, *[c_void_p] * 3)
@@ -17,12 +18,9 @@ _ONE = Entry("minsnap_evaluate_one")  # converts its own arguments, which takes 
 
 class _Curve(Structure):
     _fields_ = (
-        ("points", c_void_p),
-        ("durations", c_void_p),
-        ("breaks", c_void_p),
+        *fields(c_void_p, "points", "durations", "breaks"),
         ("pieces", c_int64),
-        ("degree", c_int32),
-        ("dim", c_int32),
+        *fields(c_int32, "degree", "dim"),
     )
 
 

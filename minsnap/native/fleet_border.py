@@ -10,6 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.library import Entry, Function, NativeCoreError, describe
+from minsnap.native.records import fields
 from minsnap.native.status import Status
 
 _SEPARATION = Entry("minsnap_fleet_separation", c_void_p)
@@ -20,12 +21,7 @@ class FleetCurves(Structure):
     """``FleetCurves`` of ``fleet/curves.hpp``."""
 
     _fields_ = (
-        ("points", c_void_p),
-        ("breaks", c_void_p),
-        ("point_start", c_void_p),
-        ("break_start", c_void_p),
-        ("pieces", c_void_p),
-        ("degree", c_void_p),
+        *fields(c_void_p, "points", "breaks", "point_start", "break_start", "pieces", "degree"),
         ("vehicles", c_int64),
     )
 
@@ -35,14 +31,9 @@ class _SeparationQuestion(Structure):
         ("size", c_int64),
         ("fleet", FleetCurves),
         ("radii", c_void_p),
-        ("downwash", c_double),
-        ("reach", c_double),
-        ("nearest_only", c_int64),
-        ("threads", c_int64),
-        ("capacity", c_int64),
-        ("pairs", c_void_p),
-        ("values", c_void_p),
-        ("found", c_void_p),
+        *fields(c_double, "downwash", "reach"),
+        *fields(c_int64, "nearest_only", "threads", "capacity"),
+        *fields(c_void_p, "pairs", "values", "found"),
     )
 
 
@@ -54,8 +45,7 @@ class _ClearanceQuestion(Structure):
         ("obstacle", c_void_p),
         ("finest", c_double),
         ("threads", c_int64),
-        ("values", c_void_p),
-        ("nearest", c_void_p),
+        *fields(c_void_p, "values", "nearest"),
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.native.fleet_border import call_checked, native_function
 from minsnap.native.library import Entry
+from minsnap.native.records import fields
 
 _BEGIN = Entry("minsnap_fleet_joint_begin", c_void_p, c_void_p)
 _RUN = Entry("minsnap_fleet_joint_run", c_void_p, c_void_p)
@@ -24,19 +25,11 @@ ORDERS, KINDS = 4, 5
 
 class _JointQuestion(Structure):
     _fields_ = (
-        ("size", c_int64),
-        ("vehicles", c_int64),
-        ("pieces", c_int64),
-        ("samples", c_int64),
-        ("radii", c_void_p),
-        ("limits", c_void_p),
-        ("room", c_void_p),
-        ("free", c_void_p),
-        ("shares", c_void_p),
+        *fields(c_int64, "size", "vehicles", "pieces", "samples"),
+        *fields(c_void_p, "radii", "limits", "room", "free", "shares"),
         ("obstacles", c_int64),
         ("obstacle", c_void_p),
-        ("downwash", c_double),
-        ("length", c_double),
+        *fields(c_double, "downwash", "length"),
         ("threads", c_int64),
     )
 
@@ -44,20 +37,11 @@ class _JointQuestion(Structure):
 class _JointRun(Structure):
     _fields_ = (
         ("size", c_int64),
-        ("time", c_double),
-        ("inflation", c_double),
-        ("smoothness", c_double),
-        ("rho", c_double),
-        ("tau", c_double),
-        ("iterations", c_int64),
-        ("inner", c_int64),
-        ("patience", c_int64),
-        ("short_by", c_double),
-        ("over_by", c_double),
+        *fields(c_double, "time", "inflation", "smoothness", "rho", "tau"),
+        *fields(c_int64, "iterations", "inner", "patience"),
+        *fields(c_double, "short_by", "over_by"),
         ("settle", c_int64),
-        ("curves", c_void_p),
-        ("stop", c_void_p),
-        ("found", c_void_p),
+        *fields(c_void_p, "curves", "stop", "found"),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Mapping
 from ctypes import CFUNCTYPE, POINTER, Structure, c_char_p, c_double, c_int64, c_void_p
-from functools import cache
+from functools import cache, partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -81,16 +81,12 @@ def layout(library: ctypes.CDLL) -> Layout:
     return layouts
 
 
-def _integers(*names: str) -> list[tuple[str, Any]]:
-    return [(name, c_int64) for name in names]
+def fields(kind: Any, *names: str) -> list[tuple[str, Any]]:
+    """Return fields of one kind."""
+    return [(name, kind) for name in names]
 
 
-def _floats(*names: str) -> list[tuple[str, Any]]:
-    return [(name, c_double) for name in names]
-
-
-def _arrays(*names: str) -> list[tuple[str, Any]]:
-    return [(name, c_void_p) for name in names]
+_integers, _floats, _arrays = (partial(fields, kind) for kind in (c_int64, c_double, c_void_p))
 
 
 class WallsRecord(Record):

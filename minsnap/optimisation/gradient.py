@@ -11,7 +11,6 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.reduced_qp import ReducedProblem
-from minsnap.optimisation.rows import RowSet
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.polynomials.bernstein import ends_to_highest, gram_root
 
@@ -32,11 +31,11 @@ def cost_gradient(solved: SolvedTask) -> FloatArray:
     return np.asarray(relative / problem.durations * unit)
 
 
-def row_slopes(problem: ReducedProblem, knots: FloatArray, rows: RowSet, multipliers: FloatArray) -> FloatArray:
+def row_slopes(problem: ReducedProblem, knots: FloatArray, rows: WallRows, multipliers: FloatArray) -> FloatArray:
     """Sum over rows of multiplier times T dg/dT, by piece: shape (pieces in all,), normalised."""
     used = np.flatnonzero(multipliers > 0.0)
-    slopes = multipliers[used] * _row_values(problem, knots, rows.source, used)
-    return np.bincount(rows.source.piece[used], slopes, len(problem.durations)).astype(np.float64)
+    slopes = multipliers[used] * _row_values(problem, knots, rows, used)
+    return np.bincount(rows.piece[used], slopes, len(problem.durations)).astype(np.float64)
 
 
 def _cost_slopes(problem: ReducedProblem, knots: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ from minsnap.basics.deadline import WORK, Deadline
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.native.corridor import Give, LeastSlack, WallArrays, least_slack
 from minsnap.native.status import Status
-from minsnap.optimisation.linear_rows import LinearRows
+from minsnap.optimisation.linear_rows import equations, point_scale
 from minsnap.optimisation.native_solve import corridor_question
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
 from minsnap.optimisation.reduced_qp import ReducedProblem
@@ -93,7 +93,8 @@ class SlackProgramme:
         count = len(compiled.widths)  # planes of gates, which come after them, are equations here
         self.give = replace(give, group=give.group[:count], weight=give.weight[:count])
         self.base = problem.values
-        self.linear, self.ends = LinearRows(problem, self.base), problem.plain_ends(self.base)
+        self.scale, self.ends = point_scale(problem), problem.plain_ends(self.base)
+        self.equal, self.sides = equations(problem, self.base)
         self._last: tuple[RowSet, FloatArray, FloatArray, FloatArray] | None = None
 
     def run(self, sign: bool = False) -> LeastSlack:
@@ -116,10 +117,10 @@ class SlackProgramme:
             if solution is None:
                 break
             last = rows, *solution
-            _, knots, slacks, multipliers = last
+            _, knots, slacks, _ = last
             amounts = np.append(slacks, 0.0)[self.give.group] * self.give.weight
             curve = Curve(self.problem, self.compiled.relaxed(amounts), knots)
-            outside, excess = rows_outside(curve, rows, multipliers, ACCURACY)
+            outside, excess = rows_outside(curve, ACCURACY)
             before, total = total, float(slacks.sum())
             stays = total > ACCURACY and total - before < STALLED * total
             known = sign and (total > ACCURACY or excess < -total / 2.0)
@@ -145,11 +146,11 @@ class SlackProgramme:
         rows, knots, slacks, multipliers = self._last
         width = self.compiled.widths[rows.source.wall]
         chosen = np.sort(np.argsort(-multipliers * width, kind="stable")[: 8 * (self.problem.size + 1)])
-        matrix = self.linear.matrix(rows.columns, rows.values).toarray()[chosen] / width[chosen, None]
-        right, (equal, sides) = (rows.bound / width)[chosen], self.linear.equality_rows
-        if len(sides):
-            dense = equal.toarray()
-            right = right - matrix @ np.linalg.lstsq(dense, sides, rcond=None)[0]
+        matrix = rows.matrix[chosen].multiply(self.scale).toarray() / width[chosen, None]
+        right = (rows.bound / width)[chosen]
+        if len(self.sides):
+            dense = self.equal.toarray()
+            right = right - matrix @ np.linalg.lstsq(dense, self.sides, rcond=None)[0]
             matrix = matrix @ null_space(dense)
         _, sizes, directions = np.linalg.svd(np.linalg.qr(matrix, mode="r"), full_matrices=False)
         told = sizes > ROUNDING * sizes.max(initial=0.0)
@@ -173,25 +174,24 @@ class SlackProgramme:
         from scipy.sparse import coo_matrix, csr_matrix, diags, hstack
 
         width, wall, slacks = self.compiled.widths[rows.source.wall], rows.source.wall, self.give.slacks
-        matrix = diags(1.0 / width) @ self.linear.matrix(rows.columns, rows.values)
+        matrix = diags(1.0 / width) @ rows.matrix.multiply(self.scale)
         gives = np.flatnonzero(self.give.group[wall] >= 0)
         places = gives, self.give.group[wall[gives]]
         moved = coo_matrix((-self.give.weight[wall[gives]], places), shape=(len(wall), slacks))
         sums, size = csr_matrix(hstack((matrix, moved))), self.problem.size
-        equal, sides = self.linear.equality_rows
         self.deadline.require()
         self.deadline.spend(WORK.slacks * sums.nnz * sums.shape[1])
         found = linprog(
             np.append(np.zeros(size), np.ones(slacks)),
             sums,
             rows.bound / width,
-            hstack((equal, csr_matrix((len(sides), slacks)))) if len(sides) else None,
-            sides if len(sides) else None,
+            hstack((self.equal, csr_matrix((len(self.sides), slacks)))) if len(self.sides) else None,
+            self.sides if len(self.sides) else None,
             [(None, None)] * size + [(self.lowest, None)] * slacks,
         )
         if not found.success:
             return None
-        knots = self.problem.add(self.base, found.x[:size] * self.linear.scale[:-1])
+        knots = self.problem.add(self.base, found.x[:size] * self.scale)
         return knots, found.x[size:], np.maximum(-found.ineqlin.marginals, 0.0) / width
 
     def _pressed(self, rows: RowSet, knots: FloatArray, slacks: FloatArray, multipliers: FloatArray) -> LeastSlack:

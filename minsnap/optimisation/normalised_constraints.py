@@ -50,8 +50,8 @@ class WallRows:
         """Return rows of walls (r of them) with numbers (r,) in the common count: planes at places s."""
         return cls(number, walls.leg, s, np.full(len(s), walls.order), *planes)
 
-    def chosen(self, index: npt.NDArray[Any]) -> WallRows:
-        """Return some of the rows, by indices or a mask."""
+    def chosen(self, index: npt.NDArray[Any] | slice) -> WallRows:
+        """Return some of the rows, by indices, a mask or a slice."""
         return WallRows(*(getattr(self, name)[index] for name in WallRows.__annotations__))
 
     def joined(self, other: WallRows) -> WallRows:
@@ -80,12 +80,6 @@ class Compiled:
     def widths(self) -> FloatArray:
         """Widths of all walls, in their common numbering."""
         return np.concatenate([block.width for block in self.blocks]) if self.blocks else np.zeros(0)
-
-    @cached_property
-    def momentary(self) -> npt.NDArray[np.bool_]:
-        """Which walls hold at one instant only, in their common numbering."""
-        parts = [np.full(len(block.leg), block.at is not None) for block in self.blocks]
-        return np.concatenate([np.zeros(0, dtype=bool), *parts])
 
     def excess(self, problem: ReducedProblem, points: FloatArray) -> list[FloatArray]:
         """Control points of the excess over every wall, block by block."""

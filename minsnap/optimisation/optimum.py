@@ -11,7 +11,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.native.corridor import CorridorAnswer
 
 if TYPE_CHECKING:
-    from minsnap.optimisation.rows import RowSet
+    from minsnap.optimisation.normalised_constraints import WallRows
 
 
 class InfeasibleRowsError(Exception):
@@ -33,7 +33,7 @@ class Optimum:
     Parameters
     ----------
     knots : ndarray, shape (knots, slots, dim)
-    rows : RowSet or None
+    rows : WallRows or None
         Rows of the last QP of the Python core.
     multipliers : ndarray, shape (r,)
         Of these rows, for the normalised cost without 1/2.
@@ -54,7 +54,7 @@ class Optimum:
     """
 
     knots: FloatArray
-    rows: RowSet | None
+    rows: WallRows | None
     multipliers: FloatArray
     rounds: int
     solver: str
@@ -70,4 +70,4 @@ class Optimum:
         """Number of rows, or of contacts with walls."""
         if self.native is not None:
             return len(self.native.wall)
-        return 0 if self.rows is None else len(self.rows)
+        return 0 if self.rows is None else len(self.rows.wall)

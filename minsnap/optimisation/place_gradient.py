@@ -62,7 +62,7 @@ def place_gradient(solved: SolvedTask, constraints: Sequence[Constraint]) -> Pla
     used = np.flatnonzero(multipliers > 0.0)
     if known is None or not len(used):
         return slopes
-    rows = known.source.chosen(used)
+    rows = known.chosen(used)
     pushes = multipliers[used] * solved.units.length * solved.units.time ** (1.0 - 2.0 * task.half)
     _add_curve(slopes, solved, rows, pushes)
     first = 0

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import UnknownSolverError
+
+if TYPE_CHECKING:
+    from qpsolvers import Problem, Solution
 
 ACCURACY = 1e-6
 """Duality gap as a share of the cost, and a tenth of it the violation of a normalised row, that count as solved."""
@@ -29,55 +31,12 @@ TOLERANCES: dict[str, dict[str, Any]] = {
     "clarabel": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 60},
     "osqp": {"eps_abs": 1e-7, "eps_rel": 1e-7, "max_iter": 200_000, "polishing": True},
 }
-DENSE_SOLVERS = frozenset({"daqp", "quadprog", "ecos", "cvxopt", "proxqp_dense", "qpax"})
 
 INFINITE = 1e29
 """Sides of rows at most: PIQP takes those from 1e30 for infinite, and prints a note of them."""
 
 QUIET = Lock()
 """Held while warnings of solvers are left out: filters of warnings belong to the process, and threads plan at once."""
-
-
-@dataclass(frozen=True, eq=False)
-class Programme:
-    """Minimise x'Px/2 + q'x over Gx <= h, Ax = b; rows normalised, costs of order one.
-
-    Parameters
-    ----------
-    P : ndarray or csc_matrix, shape (n, n)
-    q : ndarray, shape (n,)
-    G : ndarray or csc_matrix, shape (r, n), or None
-    h : ndarray, shape (r,), or None
-    A : ndarray or csc_matrix, shape (e, n), or None
-    b : ndarray, shape (e,), or None
-    """
-
-    P: Any
-    q: FloatArray
-    G: Any = None
-    h: FloatArray | None = None
-    A: Any = None
-    b: FloatArray | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """Solution of a QP.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-    multipliers : ndarray, shape (rows,)
-        Of the inequalities, non-negative.
-    dual : ndarray, shape (equalities,)
-    solver : str
-        Who found it.
-    """
-
-    x: FloatArray
-    multipliers: FloatArray
-    dual: FloatArray
-    solver: str
 
 
 def check_solver(solver: str) -> str:
@@ -92,76 +51,68 @@ def check_solver(solver: str) -> str:
     return solver
 
 
-def solve_qp(programme: Programme, solver: str, tiny: float = ROUNDING) -> Solution | None:
+def solve_qp(problem: Problem, solver: str, tiny: float = ROUNDING) -> Solution | None:
     """Solve a programme, or return None if the solver fails or gives an answer that fails the check.
 
     Gap tolerances of solvers are absolute: where a cost is small, a second solve has it of order one.
 
     Parameters
     ----------
+    problem : qpsolvers.Problem
+        Rows of unit length and costs of order one; matrices of any kind.
     solver : str
         Name of a solver of qpsolvers.
     tiny : float
         Cost below which a duality gap does not matter.
+
+    Returns
+    -------
+    qpsolvers.Solution or None
+        With multipliers of inequalities that are not negative.
     """
     weight = 1.0
     for _ in range(2):
-        solution = _through_qpsolvers(replace(programme, P=programme.P / weight, q=programme.q / weight), solver)
-        if solution is None:
+        answer = _through_qpsolvers(problem, weight, solver)
+        if answer is None:
             return None
-        solution = replace(solution, multipliers=weight * solution.multipliers, dual=weight * solution.dual)
-        if _holds(programme, solution, tiny):
+        z, y = (None if part is None else weight * np.asarray(part) for part in (answer.z, answer.y))
+        solution = replace(answer, problem=problem, found=True, z=None if z is None else np.maximum(z, 0.0), y=y)
+        if _holds(solution, tiny):
             return solution
-        weight = max(float(solution.x @ (programme.P @ solution.x)) + abs(float(programme.q @ solution.x)), tiny)
+        weight = max(sum(_costs(solution)), tiny)
     return None
 
 
-def _dense(matrix: Any) -> FloatArray:
-    return np.ascontiguousarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix)
-
-
-def _through_qpsolvers(programme: Programme, solver: str) -> Solution | None:
+def _through_qpsolvers(problem: Problem, weight: float, solver: str) -> Solution | None:
+    """Return what a solver answers to a problem whose cost is divided by a weight; None where it fails."""
     import qpsolvers
     from scipy.sparse import csc_matrix
 
-    P, G, A = programme.P, programme.G, programme.A
-    if solver in DENSE_SOLVERS:
-        P, G, A = (None if matrix is None else _dense(matrix) for matrix in (P, G, A))
-    else:
-        P, G, A = (None if matrix is None else csc_matrix(matrix) for matrix in (P, G, A))
-    sides = None if programme.h is None else np.minimum(programme.h, INFINITE)
+    def taken(matrix: Any) -> Any:
+        return csc_matrix(matrix) if solver in qpsolvers.sparse_solvers else csc_matrix(matrix).toarray()
+
+    P, q, G, h, A, b, *_ = problem.unpack()
+    G, A = (None if matrix is None else taken(matrix) for matrix in (G, A))
+    sides = None if h is None else np.minimum(h, INFINITE)
     try:
         with QUIET, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            problem = qpsolvers.Problem(P, programme.q, G, sides, A, programme.b)
-            solution = qpsolvers.solve_problem(problem, solver, **TOLERANCES.get(solver, {}))
+            asked = qpsolvers.Problem(taken(P / weight), q / weight, G, sides, A, b)
+            solution = qpsolvers.solve_problem(asked, solver, **TOLERANCES.get(solver, {}))
     except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
         return None
-    if solution.x is None or not np.isfinite(solution.x).all():
-        return None
-    none: FloatArray = np.zeros(0)
-    z = none if G is None or solution.z is None else np.maximum(solution.z, 0.0)
-    y = none if A is None or solution.y is None else np.asarray(solution.y, dtype=np.float64)
-    return Solution(solution.x, z, y, solver)
+    return None if solution.x is None or not np.isfinite(solution.x).all() else solution
 
 
-def _holds(programme: Programme, solution: Solution, tiny: float) -> bool:
-    """Whether a solution satisfies its rows with that relative duality gap; ``found`` alone is not sufficient."""
-    x = solution.x
-    Px, linear = programme.P @ x, float(programme.q @ x)
-    gap = float(x @ Px) + linear
-    if programme.G is not None and programme.h is not None:
-        if not _within(programme.G @ x - programme.h, x, programme.h):
-            return False
-        gap += float(programme.h @ solution.multipliers)
-    if programme.A is not None and programme.b is not None:
-        if not _within(np.abs(programme.A @ x - programme.b), x, programme.b):
-            return False
-        gap += float(programme.b @ solution.dual)
-    return abs(gap) <= ACCURACY * (float(x @ Px) + abs(linear) + tiny)
+def _costs(solution: Solution) -> tuple[float, float]:
+    """Size of the square and of the linear part of the cost."""
+    P, q, x = solution.problem.P, solution.problem.q, solution.x
+    return float(x @ (P @ x)), abs(float(q @ x))
 
 
-def _within(violation: FloatArray, x: FloatArray, bounds: FloatArray) -> bool:
-    """Whether violations are rounding relative to a solution and bounds of at least order one."""
-    size = max(1.0, float(np.abs(x).max(initial=0.0)), float(np.abs(bounds).max(initial=0.0)))
-    return float(violation.max(initial=0.0)) <= 0.1 * ACCURACY * size
+def _holds(solution: Solution, tiny: float) -> bool:
+    """Whether a solution keeps its rows with that relative duality gap; ``found`` alone is not sufficient."""
+    vectors = [one for one in (solution.x, solution.problem.h, solution.problem.b) if one is not None]
+    size = max(np.abs(one).max(initial=1.0) for one in vectors)
+    near = solution.primal_residual() <= 0.1 * ACCURACY * size
+    return bool(near and solution.duality_gap() <= ACCURACY * (sum(_costs(solution)) + tiny))

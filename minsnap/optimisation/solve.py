@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from enum import Enum
-from functools import partial
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import GAP
-from minsnap.errors import MinsnapError
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.native.status import GAVE_UP
-from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
-from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError, Optimum
+from minsnap.optimisation.native_solve import solve_natively, solve_without_walls
+from minsnap.optimisation.optimum import GaveUpError, Optimum
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
@@ -143,18 +141,4 @@ def _solved_in_python(
 ) -> SolvedTask:
     from minsnap.optimisation.reference_core import ReferenceCore
 
-    smooth = task.continuity == task.half - 1
-    single = partial(_in_one_piece, task, durations, units, gap) if task.pieces > 1 and smooth else None
-    return ReferenceCore(task, durations, units, gap, prove, single).run(samples)
-
-
-def _in_one_piece(task: Task, durations: FloatArray, units: Units, gap: float) -> FloatArray | None:
-    """Knot values of the proved optimum of one polynomial per leg, cut into the task's pieces; None where none is."""
-    try:
-        whole = solve(replace(task, pieces=1), durations.reshape(task.legs, task.pieces).sum(axis=1), gap=gap)
-    except (InfeasibleRowsError, MinsnapError):
-        return None
-    orders = range(task.half)
-    scale = np.array([whole.units.of_order(order) / units.of_order(order) for order in orders])
-    points = whole.trajectory.control_points
-    return in_pieces(task, durations, units, points, whole.optimum.knots[:, : task.half] * scale[:, None])[1]
+    return ReferenceCore(task, durations, units, gap, prove).run(samples)

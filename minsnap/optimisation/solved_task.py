@@ -20,7 +20,7 @@ from minsnap.optimisation.units import Units
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from minsnap.optimisation.rows import RowSet
+    from minsnap.optimisation.normalised_constraints import WallRows
 
 NATIVE = "native"
 """What reports call the native core, as a core and as a solver."""
@@ -114,31 +114,28 @@ class SolvedTask:
         return min((margin.value for wall, margin in pairs if wall.order == 0), default=None)
 
     @cached_property
-    def active(self) -> tuple[RowSet | None, FloatArray]:
+    def active(self) -> tuple[WallRows | None, FloatArray]:
         """Active rows of the optimum, and their multipliers for the normalised cost without 1/2."""
         if self.optimum.native is None:
             return self.optimum.rows, self.optimum.multipliers
         return _contact_rows(self, self.optimum.native)
 
 
-def _contact_rows(solved: SolvedTask, answer: CorridorAnswer) -> tuple[RowSet | None, FloatArray]:
+def _contact_rows(solved: SolvedTask, answer: CorridorAnswer) -> tuple[WallRows | None, FloatArray]:
     """Convert the contacts of the native core to rows; the planes of gates are none, but part of the problem.
 
     The native core has these planes where ``compile_walls`` has touched walls.
     """
     from minsnap.optimisation.normalised_constraints import compile_walls
-    from minsnap.optimisation.rows import rows_in_unknowns
 
     problem = solved.problem
     compiled = compile_walls(replace(solved.task, touching=False), problem, solved.units)
-    walls = np.where(answer.wall < compiled.first[-1], answer.wall, -1)
-    block = np.searchsorted(compiled.first, walls, side="right") - 1
+    block = np.searchsorted(compiled.first, answer.wall, side="right") - 1
     order, points, rows = np.argsort(block, kind="stable"), problem.relative_points(answer.knots), None
-    order = order[block[order] >= 0]
+    order = order[block[order] < len(compiled.blocks)]
     for number in sorted(set(block[order].tolist())):
         chosen = order[block[order] == number]
         index = answer.wall[chosen] - compiled.first[number]
         contacts = compiled.rows(problem, points, number, index, answer.s[chosen])
         rows = contacts if rows is None else rows.joined(contacts)
-    known = None if rows is None else rows_in_unknowns(problem, problem.plain_ends(answer.knots), compiled, rows)
-    return known, answer.multiplier[order]
+    return rows, answer.multiplier[order]
