@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cache
+from functools import cache, cached_property
 from math import comb, perm
 
 import numpy as np
@@ -162,7 +162,7 @@ class ExactRows:
         rows: Sequence[PressedRow],
         joints: Sequence[tuple[Joint, Fraction]],
     ) -> None:
-        self.task, self.durations = task, durations
+        self.task, self.durations, self._pinned = task, durations, pinned_values(task)
         self.rows = [*(self._wall(row) for row in rows), *(self._joint(*joint) for joint, _ in joints)]
         self.free = np.array([*(row.equal for row in rows), *(True for _ in joints)])
         self.places = sorted({place for row, _ in self.rows for place in row})
@@ -209,17 +209,10 @@ class ExactRows:
         alone : bool
             Whether only those of any sign change.
         """
-        index = {place: i for i, place in enumerate(self.places)}
-        largest = np.array([float(self.largest(place)) for place in self.places])
         chosen = np.flatnonzero(self.free) if alone else np.arange(len(multipliers))
-        matrix, right = np.zeros((len(index), len(chosen))), np.zeros(len(index))
-        for column, row in enumerate(chosen.tolist()):
-            for place, value in self.rows[row][0].items():
-                matrix[index[place], column] = float(value)
         left, side = self._sum(multipliers)
-        for place, value in left.items():
-            right[index[place]] = -float(value)
-        matrix, right, free = matrix * largest[:, None], right * largest, self.free[chosen]
+        matrix, free = self.matrix[:, chosen], self.free[chosen]
+        right = -np.array([float(left.get(place, 0) * self.largest(place)) for place in self.places])
         weights, sizes = np.abs([float(multipliers[row]) for row in chosen]), np.linalg.norm(matrix, axis=0)
         weights[free] = (1.0 if alone else (weights * sizes).max()) / np.where(sizes, sizes, 1.0)[free]
         matrix *= weights
@@ -231,6 +224,16 @@ class ExactRows:
         for row, more in zip(chosen.tolist(), weights * np.linalg.lstsq(matrix, right, rcond=UNIT)[0], strict=True):
             sums[row] += Fraction(float(more))
         return [m if free else max(m, Fraction(0)) for m, free in zip(sums, self.free, strict=True)]
+
+    @cached_property
+    def matrix(self) -> FloatArray:
+        """Coefficients times the largest values of their unknowns, (places, rows), rounded."""
+        known = {place: (i, float(self.largest(place))) for i, place in enumerate(self.places)}
+        matrix = np.zeros((len(known), len(self.rows)))
+        for column, (row, _) in enumerate(self.rows):
+            for place, value in row.items():
+                matrix[known[place][0], column] = float(value) * known[place][1]
+        return matrix
 
     def _sum(self, multipliers: list[Fraction]) -> Row:
         """Return what is left of the sum of all rows: coefficients, and the bound."""
@@ -253,43 +256,25 @@ class ExactRows:
 
     def _wall(self, row: PressedRow) -> Row:
         normal, bound = row.exact()
-        functional = _Functional(self.task, self.durations)
-        for axis, factor in enumerate(normal):
-            functional.add(row.piece, Fraction(row.s), row.order, axis, factor)
-        return functional.unknowns, bound - functional.known
+        return self._row([(row.piece, Fraction(row.s), row.order, axis, n) for axis, n in enumerate(normal)], bound)
 
     def _joint(self, piece: int, order: int, axis: int) -> Row:
-        functional = _Functional(self.task, self.durations)
-        functional.add(piece, Fraction(1), order, axis, Fraction(1))
-        functional.add((piece + 1) % len(self.durations), Fraction(0), order, axis, Fraction(-1))
-        return functional.unknowns, -functional.known
+        after, one = (piece + 1) % len(self.durations), Fraction(1)
+        return self._row([(piece, one, order, axis, one), (after, 0 * one, order, axis, -one)], 0 * one)
 
-
-class _Functional:
-    """A linear functional of the curve: coefficients of the free derivatives, and what the pinned ones add."""
-
-    def __init__(self, task: Task, durations: FloatArray) -> None:
-        self.task, self.durations = task, durations
-        self.unknowns: dict[Unknown, Fraction] = {}
-        self.known = Fraction(0)
-        self._pinned = pinned_values(task)
-
-    def add(self, piece: int, s: Fraction, order: int, axis: int, factor: Fraction) -> None:
-        """Add a factor times a derivative of one coordinate at a place of a piece."""
-        if not factor:
-            return
-        duration, slots, half = Fraction(float(self.durations[piece])), self.task.slots, self.task.half
-        for j, weight in enumerate(_weights(half, duration, s, order)):
-            own, knot = (slots.start if j < half else slots.end), piece + j // half
-            if self.task.closed:
-                knot %= len(self.durations)
-            self._take((knot, int(own[j % half]), axis), factor * weight)
-
-    def _take(self, place: Unknown, factor: Fraction) -> None:
-        if self.task.free[place]:
-            self.unknowns[place] = self.unknowns.get(place, Fraction(0)) + factor
-        else:
-            self.known += factor * Fraction(float(self._pinned[place]))
+    def _row(self, terms: list[tuple[int, Fraction, int, int, Fraction]], bound: Fraction) -> Row:
+        """Return the row of a sum of terms: piece, place on it, order and axis of a derivative, and its factor."""
+        task, unknowns = self.task, dict[Unknown, Fraction]()
+        for piece, s, order, axis, factor in terms:
+            weights = _weights(task.half, Fraction(float(self.durations[piece])), s, order) if factor else ()
+            for j, weight in enumerate(weights):
+                own, knot = (task.slots.start if j < task.half else task.slots.end), piece + j // task.half
+                place = knot % len(self.durations) if task.closed else knot, int(own[j % task.half]), axis
+                if task.free[place]:
+                    unknowns[place] = unknowns.get(place, Fraction(0)) + factor * weight
+                else:
+                    bound -= factor * weight * Fraction(float(self._pinned[place]))
+        return unknowns, bound
 
 
 def pinned_values(task: Task) -> FloatArray:
@@ -362,11 +347,7 @@ def contradicting_joints(task: Task, durations: FloatArray, exactly: bool = Fals
     if exactly:
         found = exact.eliminated()
         return None if found is None else asked.with_multipliers(found)
-    index = {place: i for i, place in enumerate(exact.places)}
-    matrix, sides = np.zeros((len(exact.rows), len(index) + 1)), np.array([float(side) for _, side in exact.rows])
-    for number, (row, _) in enumerate(exact.rows):
-        for place, value in row.items():
-            matrix[number, index[place]] = float(value * exact.largest(place))
+    matrix, sides = exact.matrix.T, np.array([float(side) for _, side in exact.rows])
     sizes = np.linalg.norm(matrix, axis=1)
     alone = sizes == 0.0
     sizes[alone] = np.abs(sides[alone]).max(initial=0.0) or 1.0

@@ -1,7 +1,7 @@
-"""What must hold at single waypoints, in the common form of walls: boxes, gates, balls, directions of crossing.
+"""The walls of a task on its pieces, with those of waypoints: boxes, gates, balls, directions of crossing.
 
-Both cores read these, as walls of pieces that hold at one end. The slanted planes of gates are equality rows, which
-each core has in its own form.
+Both cores read these. Walls of waypoints hold at one end of a piece. The slanted planes of gates are equality rows,
+which each core has in its own form.
 """
 
 from __future__ import annotations
@@ -16,7 +16,19 @@ from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.task import Task
 
 
-def knot_walls(task: Task) -> list[Walls]:
+def walls_on_pieces(task: Task) -> list[Walls]:
+    """Return all walls with pieces in the place of legs, those of waypoints last."""
+    return [*(_on_pieces(walls, task.pieces) for walls in task.walls), *_knot_walls(task)]
+
+
+def _on_pieces(walls: Walls, pieces: int) -> Walls:
+    if pieces == 1:
+        return walls
+    row, piece = walls.on_pieces(pieces)
+    return replace(walls.chosen(row), leg=piece)
+
+
+def _knot_walls(task: Task) -> list[Walls]:
     """Return the walls at waypoints that may vary, each on a piece that begins or ends there."""
     if not task.held.any():
         return []

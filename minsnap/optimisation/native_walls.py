@@ -7,26 +7,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Walls
 from minsnap.native.corridor import WallArrays
-from minsnap.optimisation.knot_walls import ends_of_pieces, knot_walls
+from minsnap.optimisation.knot_walls import ends_of_pieces, walls_on_pieces
 from minsnap.optimisation.task import Task
 
 
 def native_walls(task: Task) -> WallArrays:
     """Walls of a task in the order of ``compile_walls``, then slanted planes of gates, in which waypoints must lie."""
-    blocks = [_arrays(walls, *walls.on_pieces(task.pieces)) for walls in task.walls]
-    blocks += [_arrays(walls, np.arange(len(walls.leg)), walls.leg) for walls in knot_walls(task)]
+    blocks = [_arrays(walls) for walls in walls_on_pieces(task)]
     return _joined([*blocks, *_gate_planes(task)] or [_nothing(task.dim)])
 
 
-def _arrays(walls: Walls, row: IntArray, piece: IntArray) -> WallArrays:
-    """Wall ``row[i]`` on piece ``piece[i]``."""
-    matrix = None if walls.flat else _square(walls.matrix)[row]
-    when = np.full(len(row), -1) if walls.at is None else walls.at
-    known = np.full(len(row), walls.order), -walls.slope[row], walls.anchor[row], walls.radius[row], walls.width[row]
-    return WallArrays(piece, *known, when, matrix=matrix)
+def _arrays(walls: Walls) -> WallArrays:
+    matrix, when = (None if walls.flat else _square(walls.matrix)), np.full(len(walls.leg), -1)
+    known = np.full(len(walls.leg), walls.order), -walls.slope, walls.anchor, walls.radius, walls.width
+    return WallArrays(walls.leg, *known, when if walls.at is None else walls.at, matrix=matrix)
 
 
 def _nothing(dim: int) -> WallArrays:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
-from minsnap.optimisation.knot_walls import knot_walls
+from minsnap.optimisation.knot_walls import walls_on_pieces
 from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.touches import Side
@@ -105,9 +105,7 @@ class Compiled:
 
 def compile_walls(task: Task, problem: ReducedProblem, units: Units) -> Compiled:
     """Convert a task's walls and the bounds of its waypoints to a problem's units, pieces and origins."""
-    blocks = [_on_pieces(walls, problem, units, task.pieces) for walls in task.walls]
-    blocks += [_at_knots(walls, task, problem) for walls in knot_walls(task)]
-    blocks += _touching(task)
+    blocks = [*(_normalised(walls, problem, units) for walls in walls_on_pieces(task)), *_touching(task)]
     sizes = [len(block.leg) for block in blocks]
     return Compiled(tuple(blocks), np.concatenate(([0], np.cumsum(sizes))).astype(np.intp))
 
@@ -119,34 +117,17 @@ def _bounded(points: FloatArray, walls: Walls) -> FloatArray:
     return np.asarray(points[walls.leg, np.where(walls.at == 1, points.shape[1] - 1, 0)][:, None])
 
 
-def _on_pieces(walls: Walls, problem: ReducedProblem, units: Units, pieces: int) -> Walls:
-    """Walls of legs on all their pieces; a plane that a nominal knot lies on, but for rounding, goes through it."""
-    row, piece = walls.on_pieces(pieces)
-    unit, anchor = units.of_order(walls.order), walls.anchor[row]
-    anchor = (anchor - units.origin) / unit - problem.nominal[piece] if walls.order == 0 else anchor / unit
-    scaled = _scaled(walls.chosen(row), piece, anchor, unit)
-    if walls.order or not walls.flat:
-        return scaled
-    farther = np.maximum(-(problem.steps[piece] * scaled.slope).sum(axis=1), 0.0)
-    near = np.abs(scaled.radius - farther) <= ROUNDING * scaled.width
-    return replace(scaled, radius=np.where(near, farther, scaled.radius))
-
-
-def _at_knots(walls: Walls, task: Task, problem: ReducedProblem) -> Walls:
-    """Walls of waypoints, which they are measured from; those of derivatives go through zero, in normal units."""
-    anchor = np.zeros(walls.anchor.shape)
-    if walls.order == 0:
-        at_end = np.flatnonzero(walls.at == 1)
-        anchor[at_end] = problem.steps[walls.leg[at_end]]
-    return _scaled(walls, walls.leg, anchor, 1.0 if walls.order else task.length)
-
-
-def _scaled(walls: Walls, piece: IntArray, anchor: FloatArray, unit: float) -> Walls:
-    """Walls in a unit, on pieces, from anchors in that unit; planes are counted from zero."""
+def _normalised(walls: Walls, problem: ReducedProblem, units: Units) -> Walls:
+    """Walls in normalised units; planes are counted from zero, and one that a nominal knot lies on goes through it."""
+    unit, anchor, piece = units.of_order(walls.order), walls.anchor, walls.leg
+    anchor = anchor / unit if walls.order else (anchor - units.origin) / unit - problem.nominal[piece]
     radius, width = walls.radius / unit, walls.width / unit
     if walls.flat:
         radius, anchor = radius - (walls.slope * anchor).sum(axis=1), np.zeros(anchor.shape)
-    return replace(walls, leg=piece, anchor=anchor, radius=radius, width=width)
+    if walls.flat and not walls.order:
+        farther = np.maximum(-(problem.steps[piece] * walls.slope).sum(axis=1), 0.0)
+        radius = np.where(np.abs(radius - farther) <= ROUNDING * width, farther, radius)
+    return replace(walls, anchor=anchor, radius=radius, width=width)
 
 
 def _touching(task: Task) -> list[Walls]:

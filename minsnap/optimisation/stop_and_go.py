@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
@@ -16,20 +18,15 @@ def straight_inside(curve: Curve) -> bool:
     """Whether stop-and-go satisfies every pin and stays strictly inside the walls of a curve."""
     problem = curve.problem
     bounded = problem.values.any() or problem.jumps or any(block.order for block in curve.compiled.blocks)
-    return not bounded and all((heights < 0.0).all() for heights in straight_heights(curve))
+    return not bounded and all((excess < 0.0).all() for excess in _heights(straight(curve)))
 
 
 def straight(curve: Curve) -> Curve:
     """Return stop-and-go between the same walls."""
-    return Curve(curve.problem, curve.compiled, np.zeros_like(curve.knots))
+    return replace(curve, knots=np.zeros_like(curve.knots))
 
 
-def straight_heights(curve: Curve) -> list[FloatArray]:
-    """Largest excess of stop-and-go over each wall of a curve, in widths, block by block."""
-    return heights(straight(curve))
-
-
-def heights(curve: Curve) -> list[FloatArray]:
+def _heights(curve: Curve) -> list[FloatArray]:
     """Largest excess over each wall, in widths, block by block."""
     return [maxima(points).values for points in curve.excess]
 
@@ -37,18 +34,18 @@ def heights(curve: Curve) -> list[FloatArray]:
 def least_share(curve: Curve, inner: Curve) -> float:
     """Least share of a curve with room to all walls that brings every exact extremum inside, up to rounding."""
     share = 0.0
-    for bent, straight in zip(heights(curve), heights(inner), strict=True):
+    for bent, still in zip(_heights(curve), _heights(inner), strict=True):
         out = bent > 0.0
-        if (straight[out] >= 0.0).any():
+        if (still[out] >= 0.0).any():
             return 1.0
-        share = max(share, float((bent[out] / (bent[out] - straight[out])).max(initial=0.0)))
+        share = max(share, float((bent[out] / (bent[out] - still[out])).max(initial=0.0)))
     return share
 
 
 def leg_on_wall(task: Task, curve: Curve) -> CorridorError | None:
     """Return the error that names the first leg whose straight line touches a wall; None where none does."""
-    for block, straight in zip(curve.compiled.blocks, straight_heights(curve), strict=True):
-        for wall in np.flatnonzero((straight >= -EXACT) & (block.order == 0)):
+    for block, excess in zip(curve.compiled.blocks, _heights(straight(curve)), strict=True):
+        for wall in np.flatnonzero((excess >= -EXACT) & (block.order == 0)):
             leg = int(block.leg[wall]) // task.pieces
             return CorridorError(
                 f"waypoint {leg} or {leg + 1} lies on a wall of leg {leg}, and the curve has no room to stay inside: "

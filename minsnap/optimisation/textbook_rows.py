@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from math import perm
 from typing import Any
 
@@ -14,95 +13,81 @@ from minsnap.basics.checks import DERIVATIVES
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import CorridorError
 
-Entry = tuple[int, FloatArray, int]
-"""A leg, the factors of its 2k coefficients, and the axis."""
+Term = tuple[int, float, int, FloatArray]
+"""A leg, where on it in [0, 1], the order of a derivative there, and the vector (dim,) that it is multiplied by."""
 
 
-@dataclass
 class RowCollector:
-    """Collector of the rows of a sparse matrix over the coefficients."""
+    """Collector of rows over the coefficients of legs with these durations [s]: matrix, right-hand side and labels."""
 
-    legs: int
-    dim: int
-    size: int
-    bounds: list[float] = field(default_factory=list)
-    labels: list[str] = field(default_factory=list)
-    place: list[tuple[int, int]] = field(default_factory=list)
-    factors: list[FloatArray] = field(default_factory=list)
+    def __init__(self, durations: FloatArray, dim: int, size: int) -> None:
+        self.durations, self.axes, self.size = durations, np.eye(dim), size
+        self.sides: list[float] = []
+        self.labels: list[str] = []
+        self.places: list[tuple[int, int]] = []
+        self.factors: list[FloatArray] = []
 
-    def add(self, entries: Sequence[Entry], bound: float, label: str) -> None:
-        """Append one row: the sum of factors times coefficients."""
-        for leg, factors, axis in entries:
-            self.place.append((len(self.bounds), (leg * self.dim + axis) * self.size))
-            self.factors.append(factors)
-        self.bounds.append(float(bound))
+    def add(self, terms: list[Term], side: float, label: str) -> None:
+        """Append one row: the sum of the terms."""
+        for leg, s, order, vector in terms:
+            powers = np.arange(self.size)
+            falling = np.array([perm(power, order) for power in powers.tolist()], dtype=np.float64)
+            factors = falling * s ** np.maximum(powers - order, 0) / self.durations[leg] ** order
+            self.places.append((len(self.sides), leg))
+            self.factors.append(np.outer(vector, factors).reshape(-1))
+        self.sides.append(float(side))
         self.labels.append(label)
 
     def collected(self) -> tuple[Any, FloatArray, tuple[str, ...]]:
         """Matrix, right-hand side and labels."""
         from scipy.sparse import csc_matrix
 
-        place = np.array(self.place, dtype=np.intp).reshape(-1, 2)
-        values = np.array(self.factors, dtype=np.float64).reshape(-1, self.size)
-        row = np.repeat(place[:, 0], self.size)
-        column = (place[:, 1:] + np.arange(self.size)).reshape(-1)
-        shape = (len(self.bounds), self.legs * self.dim * self.size)
-        matrix = csc_matrix((values.reshape(-1), (row, column)), shape=shape)
-        matrix.eliminate_zeros()
-        return matrix, np.array(self.bounds), tuple(self.labels)
-
-
-def derivative_factors(size: int, order: int, s: float, duration: float) -> FloatArray:
-    """Factors of the coefficients in a derivative at s, in metres and seconds: shape (size,)."""
-    powers = np.arange(size)
-    falling = np.array([perm(power, order) if power >= order else 0 for power in powers], dtype=np.float64)
-    return np.asarray(falling * s ** np.maximum(powers - order, 0) / duration**order)
+        block, (rows, legs) = len(self.axes) * self.size, (len(self.sides), len(self.durations))
+        factors = np.array(self.factors).reshape(-1, block)
+        row, leg = np.array(self.places, dtype=np.intp).reshape(-1, 2).T[:, :, None]
+        column = leg * block + np.arange(block)
+        place = np.broadcast_to(row, column.shape)[factors != 0.0], column[factors != 0.0]
+        matrix = csc_matrix((factors[factors != 0.0], place), shape=(rows, legs * block))
+        return matrix, np.array(self.sides), tuple(self.labels)
 
 
 def pass_waypoints(rows: RowCollector, points: FloatArray) -> None:
     """Fix both ends of every leg at their waypoints."""
-    ends = [derivative_factors(rows.size, 0, s, 1.0) for s in (0.0, 1.0)]
-    for leg in range(rows.legs):
-        for where, (waypoint, factors) in enumerate(zip((leg, leg + 1), ends, strict=True)):
-            for axis in range(rows.dim):
-                label = f"leg {leg} {'ends' if where else 'starts'} at waypoint {waypoint}, axis {axis}"
-                rows.add([(leg, factors, axis)], points[waypoint, axis], label)
+    for leg in range(len(rows.durations)):
+        for end, verb in enumerate(("starts", "ends")):
+            for axis, along in enumerate(rows.axes):
+                label = f"leg {leg} {verb} at waypoint {leg + end}, axis {axis}"
+                rows.add([(leg, float(end), 0, along)], points[leg + end, axis], label)
 
 
-def keep_states(
-    rows: RowCollector, states: Mapping[int, Mapping[int, FloatArray]], durations: FloatArray, continuity: int
-) -> None:
+def keep_states(rows: RowCollector, states: Mapping[int, Mapping[int, FloatArray]], continuity: int) -> None:
     """Fix derivatives at waypoints, on both sides where continuity does not carry them over."""
     for waypoint, state in states.items():
         for order, value in state.items():
-            legs = [leg for leg in (waypoint - 1, waypoint) if 0 <= leg < rows.legs]
+            legs = [leg for leg in (waypoint - 1, waypoint) if 0 <= leg < len(rows.durations)]
             for leg in legs[:1] if order <= continuity else legs:
-                factors = derivative_factors(rows.size, order, float(waypoint - leg), durations[leg])
-                for axis in range(rows.dim):
+                for axis, along in enumerate(rows.axes):
                     label = f"{DERIVATIVES[order]} at waypoint {waypoint}, leg {leg}, axis {axis}"
-                    rows.add([(leg, factors, axis)], value[axis], label)
+                    rows.add([(leg, float(waypoint - leg), order, along)], value[axis], label)
 
 
-def join(rows: RowCollector, durations: FloatArray, continuity: int, closed: bool) -> None:
+def join(rows: RowCollector, continuity: int, closed: bool) -> None:
     """Make derivatives 1 … continuity equal on both sides of inner waypoints, and of the seam of a closed lap."""
-    for leg in range(rows.legs if closed else rows.legs - 1):
-        after = (leg + 1) % rows.legs
+    legs = len(rows.durations)
+    for leg in range(legs if closed else legs - 1):
+        after = (leg + 1) % legs
         for order in range(1, continuity + 1):
-            before = derivative_factors(rows.size, order, 1.0, durations[leg])
-            behind = -derivative_factors(rows.size, order, 0.0, durations[after])
-            for axis in range(rows.dim):
+            for axis, along in enumerate(rows.axes):
                 label = f"derivative {order} is continuous from leg {leg} to leg {after}, axis {axis}"
-                rows.add([(leg, before, axis), (after, behind, axis)], 0.0, label)
+                rows.add([(leg, 1.0, order, along), (after, 0.0, order, -along)], 0.0, label)
 
 
-def sample_planes(rows: RowCollector, walls: Walls, durations: FloatArray, instants: FloatArray) -> None:
+def sample_planes(rows: RowCollector, walls: Walls, instants: FloatArray) -> None:
     """Keep a leg inside its planes at the instants s, shape (m,)."""
-    planes = walls
-    if not planes.flat:
+    if not walls.flat:
         raise CorridorError(f"the {walls.name} is round and has no linear rows: use plan, or a Tube")
-    bounds = planes.radius - (planes.slope * planes.anchor).sum(axis=1)
-    for number, (leg, normal, bound) in enumerate(zip(planes.leg.tolist(), -planes.slope, bounds, strict=True)):
-        for s in instants:
-            factors = derivative_factors(rows.size, planes.order, float(s), durations[leg])
-            entries = [(leg, normal[axis] * factors, axis) for axis in range(rows.dim) if normal[axis] != 0.0]
-            rows.add(entries, bound, f"{walls.name}, plane {number} of leg {leg} at s = {s:g}")
+    bounds = walls.radius - (walls.slope * walls.anchor).sum(axis=1)
+    for number, (leg, normal, bound) in enumerate(zip(walls.leg.tolist(), -walls.slope, bounds, strict=True)):
+        for s in instants.tolist():
+            label = f"{walls.name}, plane {number} of leg {leg} at s = {s:g}"
+            rows.add([(leg, s, walls.order, normal)], bound, label)
