@@ -20,7 +20,6 @@ from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.touches import Side
 from minsnap.optimisation.units import Units
-from minsnap.polynomials.bernstein import basis, differentiate
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +43,6 @@ class WallRows:
     order: IntArray
     normal: FloatArray
     bound: FloatArray
-
-    @classmethod
-    def of(cls, walls: Walls, number: IntArray, s: FloatArray, planes: tuple[FloatArray, FloatArray]) -> WallRows:
-        """Return rows of walls (r of them) with numbers (r,) in the common count: planes at places s."""
-        return cls(number, walls.leg, s, np.full(len(s), walls.order), *planes)
 
     def chosen(self, index: npt.NDArray[Any] | slice) -> WallRows:
         """Return some of the rows, by indices, a mask or a slice."""
@@ -81,26 +75,10 @@ class Compiled:
         """Widths of all walls, in their common numbering."""
         return np.concatenate([block.width for block in self.blocks]) if self.blocks else np.zeros(0)
 
-    def excess(self, problem: ReducedProblem, points: FloatArray) -> list[FloatArray]:
-        """Control points of the excess over every wall, block by block."""
-        by_order = {0: points}
-        for order in {block.order for block in self.blocks} - {0}:
-            by_order[order] = differentiate(points, order) / problem.durations[:, None, None] ** order
-        return [block.excess_along(_bounded(by_order[block.order], block)) for block in self.blocks]
-
     def relaxed(self, amounts: FloatArray) -> Compiled:
         """Return the same walls, each moved outwards by so many of its widths."""
         parts = np.split(amounts, self.first[1:-1])
         return replace(self, blocks=tuple(b.moved(part * b.width) for b, part in zip(self.blocks, parts, strict=True)))
-
-    def rows(self, problem: ReducedProblem, points: FloatArray, block: int, index: IntArray, s: FloatArray) -> WallRows:
-        """Rows for some walls of a block, each at its own s."""
-        chosen = self.blocks[block].chosen(index)
-        s = s if chosen.at is None else chosen.at.astype(np.float64)
-        local = differentiate(points[chosen.leg], chosen.order)
-        value = np.einsum("rj,rjd->rd", basis(local.shape[1] - 1, s), local)
-        value /= problem.durations[chosen.leg, None] ** chosen.order
-        return WallRows.of(chosen, self.first[block] + index, s, chosen.tangents_at(value))
 
 
 def compile_walls(task: Task, problem: ReducedProblem, units: Units) -> Compiled:
@@ -108,13 +86,6 @@ def compile_walls(task: Task, problem: ReducedProblem, units: Units) -> Compiled
     blocks = [*(_normalised(walls, problem, units) for walls in walls_on_pieces(task)), *_touching(task)]
     sizes = [len(block.leg) for block in blocks]
     return Compiled(tuple(blocks), np.concatenate(([0], np.cumsum(sizes))).astype(np.intp))
-
-
-def _bounded(points: FloatArray, walls: Walls) -> FloatArray:
-    """Control points of what each wall bounds: of its whole piece (m, n, dim), or the value at its end (m, 1, dim)."""
-    if walls.at is None:
-        return np.asarray(points[walls.leg])
-    return np.asarray(points[walls.leg, np.where(walls.at == 1, points.shape[1] - 1, 0)][:, None])
 
 
 def _normalised(walls: Walls, problem: ReducedProblem, units: Units) -> Walls:

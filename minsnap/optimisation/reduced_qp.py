@@ -49,14 +49,13 @@ class Slots:
     continuity: int
     start: IntArray = field(init=False)
     end: IntArray = field(init=False)
-    shared: bool = field(init=False)
 
     def __post_init__(self) -> None:
         orders = range(self.half)
         apart = [max(order - self.continuity, 0) for order in orders]
         start = [order + more for order, more in zip(orders, apart, strict=True)]
         end = [order - (more > 0) for order, more in zip(start, apart, strict=True)]
-        set_fields(self, shared=not any(apart), start=np.array(start), end=np.array(end))
+        set_fields(self, start=np.array(start), end=np.array(end))
 
     @property
     def count(self) -> int:
@@ -161,24 +160,15 @@ class ReducedProblem:
         ends = self.columns[1:, self.slots.end]
         return np.ascontiguousarray(np.concatenate((starts, ends), axis=1).transpose(0, 2, 1))
 
-    def _both_sides(self, knots: FloatArray) -> FloatArray:
-        """Start and end derivatives of every piece: (pieces, 2k, dim)."""
-        if self.slots.shared:
-            return np.concatenate((knots[:-1], knots[1:]), axis=1)
-        return np.concatenate((knots[:-1, self.slots.start], knots[1:, self.slots.end]), axis=1)
+    def plain_ends(self, knots: FloatArray) -> FloatArray:
+        """Unscaled end derivatives of every piece, positions relative to its nominal start: (pieces, 2k, dim)."""
+        ends = np.concatenate((knots[:-1, self.slots.start], knots[1:, self.slots.end]), axis=1)
+        ends[:, self.half] += self.steps
+        return ends
 
     def piece_ends(self, knots: FloatArray) -> FloatArray:
         """Scaled end derivatives of every piece, positions relative to its nominal start: (pieces, 2k, dim)."""
-        ends = self._both_sides(knots)
-        ends *= self.end_powers[:, :, None]
-        ends[:, self.half] += self.steps
-        return ends
-
-    def plain_ends(self, knots: FloatArray) -> FloatArray:
-        """Unscaled end derivatives of every piece, positions relative to its nominal start: (pieces, 2k, dim)."""
-        ends = self._both_sides(knots)
-        ends[:, self.half] += self.steps
-        return ends
+        return self.plain_ends(knots) * self.end_powers[:, :, None]
 
     def relative_points(self, knots: FloatArray) -> FloatArray:
         """Control points relative to the nominal start of each piece: (pieces, 2k, dim)."""
@@ -210,12 +200,9 @@ class ReducedProblem:
 
     def cost(self, knots: FloatArray) -> float:
         """Return the integral of the squared norm of the k-th derivative, normalised: a sum of squares."""
-        roots = np.matmul(gram_root(self.half - 1), self.highest(knots))
+        highest = np.matmul(ends_to_highest(self.degree), self.moved_ends(knots))
+        roots = np.matmul(gram_root(self.half - 1), highest)
         return float((roots * roots).sum(axis=(1, 2)) @ self.durations ** (1.0 - 2.0 * self.half))
-
-    def highest(self, knots: FloatArray) -> FloatArray:
-        """Control points of the k-th derivative of every piece on its unit interval: (pieces, k, dim)."""
-        return np.asarray(np.matmul(ends_to_highest(self.degree), self.moved_ends(knots)))
 
     def moved_ends(self, knots: FloatArray) -> FloatArray:
         """Scaled end derivatives of every piece, positions relative to its start: (pieces, 2k, dim)."""
@@ -223,16 +210,6 @@ class ReducedProblem:
         ends[:, self.half] -= ends[:, 0]
         ends[:, 0] = 0.0
         return ends
-
-    def gradient(self, knots: FloatArray) -> FloatArray:
-        """Half the gradient of the cost in the knot values: (knots, slots, dim)."""
-        k, ends = self.half, self.piece_ends(knots)
-        scale = self.end_powers * self.durations[:, None] ** (1.0 - 2.0 * k)
-        forces = np.matmul(ends_gram(self.degree), ends) * scale[:, :, None]
-        gradient = np.zeros_like(knots)
-        gradient[:-1, self.slots.start] += forces[:, :k]
-        gradient[1:, self.slots.end] += forces[:, k:]
-        return gradient
 
     @cached_property
     def hessian(self) -> Any:
@@ -248,13 +225,13 @@ class ReducedProblem:
         return csc_matrix((entries, (row[used], column[used])), shape=(self.size, self.size))
 
     def slope(self, knots: FloatArray, moving: BoolArray) -> FloatArray:
-        """Half the gradient in the unknowns, (size,), of those at some knots (knots,); 0 for others."""
-        gradient = self.gradient(knots)
-        if self.closed:
-            gradient[0] = gradient[-1] = gradient[0] + gradient[-1]
-        place, flat = moving[:, None, None] & (self.columns >= 0), np.zeros(self.size)
-        flat[self.columns[place]] = gradient[place]
-        return flat
+        """Half the gradient of the cost in the unknowns, (size,), of those at some knots (knots,); 0 for others."""
+        scale = self.end_powers * self.durations[:, None] ** (1.0 - 2.0 * self.half)
+        forces = np.matmul(ends_gram(self.degree), self.piece_ends(knots)) * scale[:, :, None]
+        slope, moves = np.zeros(self.size + 1), np.zeros(self.size + 1, dtype=bool)
+        np.add.at(slope, self.piece_columns, forces.transpose(0, 2, 1))
+        moves[self.columns[moving]] = True
+        return np.asarray(np.where(moves, slope, 0.0)[:-1])
 
     def row_factors(self, piece: IntArray, s: FloatArray, order: int) -> FloatArray:
         """Factors of a piece's end derivatives in its derivative of that order at s: (rows, 2k)."""

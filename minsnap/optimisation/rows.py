@@ -10,9 +10,11 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import ROUNDING
+from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.linear_rows import rows_on_pieces
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.reduced_qp import ReducedProblem
+from minsnap.polynomials.bernstein import basis, differentiate
 from minsnap.polynomials.extrema import maxima, peaks
 
 
@@ -99,11 +101,26 @@ class Curve:
     @cached_property
     def excess(self) -> list[FloatArray]:
         """Control points of the excess over every wall, block by block."""
-        return self.compiled.excess(self.problem, self.points)
+        return [block.excess_along(self._bounded(block)) for block in self.compiled.blocks]
+
+    def _bounded(self, walls: Walls) -> FloatArray:
+        """Control points of what each wall bounds: on its piece (m, n, dim), or the value at one end (m, 1, dim)."""
+        points = differentiate(self.points[walls.leg], walls.order)
+        points = points / self.problem.durations[walls.leg, None, None] ** walls.order
+        return points if walls.at is None else points[np.arange(len(walls.at)), -walls.at][:, None]
 
     def rows(self, block: int, index: IntArray, s: FloatArray) -> WallRows:
         """Rows for some walls of a block, each at its own s."""
-        return self.compiled.rows(self.problem, self.points, block, index, s)
+        walls = self.compiled.blocks[block].chosen(index)
+        points = self._bounded(walls)
+        s = s if walls.at is None else walls.at.astype(np.float64)
+        value = np.einsum("rj,rjd->rd", basis(points.shape[1] - 1, s), points)
+        return self.of(block, index, s, walls.tangents_at(value))
+
+    def of(self, block: int, index: IntArray, s: FloatArray, planes: tuple[FloatArray, FloatArray]) -> WallRows:
+        """Return the rows of planes at places of walls."""
+        walls = self.compiled.blocks[block]
+        return WallRows(self.compiled.first[block] + index, walls.leg[index], s, np.full(len(s), walls.order), *planes)
 
 
 def momentary_rows(curve: Curve) -> list[WallRows]:
@@ -134,11 +151,11 @@ def all_walls_rows(curve: Curve) -> list[WallRows]:
 
 
 def _both_directions(curve: Curve, number: int, index: IntArray, s: FloatArray) -> list[WallRows]:
-    walls, numbers = curve.compiled.blocks[number].chosen(index), curve.compiled.first[number] + index
+    walls = curve.compiled.blocks[number].chosen(index)
     along = np.eye(walls.matrix.shape[1])
     directions = np.vstack((along, -along)) if len(along) else np.zeros((1, 0))
     every = (np.broadcast_to(direction, (len(s), len(along))) for direction in directions)
-    return [WallRows.of(walls, numbers, s, walls.tangents(direction)) for direction in every]
+    return [curve.of(number, index, s, walls.tangents(direction)) for direction in every]
 
 
 def rows_outside(curve: Curve, floor: float = 0.0) -> tuple[list[WallRows], float]:

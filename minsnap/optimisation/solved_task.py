@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -126,16 +126,19 @@ def _contact_rows(solved: SolvedTask, answer: CorridorAnswer) -> tuple[WallRows 
 
     The native core has these planes where ``compile_walls`` has touched walls.
     """
-    from minsnap.optimisation.normalised_constraints import compile_walls
+    from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
+    from minsnap.optimisation.rows import Curve
 
-    problem = solved.problem
-    compiled = compile_walls(replace(solved.task, touching=False), problem, solved.units)
-    block = np.searchsorted(compiled.first, answer.wall, side="right") - 1
-    order, points, rows = np.argsort(block, kind="stable"), problem.relative_points(answer.knots), None
-    order = order[block[order] < len(compiled.blocks)]
-    for number in sorted(set(block[order].tolist())):
-        chosen = order[block[order] == number]
-        index = answer.wall[chosen] - compiled.first[number]
-        contacts = compiled.rows(problem, points, number, index, answer.s[chosen])
-        rows = contacts if rows is None else rows.joined(contacts)
-    return rows, answer.multiplier[order]
+    compiled = compile_walls(replace(solved.task, touching=False), solved.problem, solved.units)
+    curve, block = (
+        Curve(solved.problem, compiled, answer.knots),
+        np.searchsorted(compiled.first, answer.wall, "right") - 1,
+    )
+    chosen = [np.flatnonzero(block == number) for number in range(len(compiled.blocks))]
+    rows = [
+        curve.rows(number, answer.wall[mine] - compiled.first[number], answer.s[mine])
+        for number, mine in enumerate(chosen)
+        if len(mine)
+    ]
+    known = answer.multiplier[np.concatenate(chosen)] if rows else np.zeros(0)
+    return reduce(WallRows.joined, rows) if rows else None, known
