@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ctypes import c_int64, c_void_p
 from dataclasses import dataclass
 from math import inf
 from typing import Any
@@ -11,13 +10,12 @@ import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.tolerances import GAP
-from minsnap.native.library import Entry, address
+from minsnap.native.library import Entry
 from minsnap.native.records import CorridorAnswerRecord, CorridorRecord, SlackRecord, WallsRecord
 from minsnap.native.status import Status
 
 _SOLVE = Entry("minsnap_corridor", CorridorRecord, CorridorAnswerRecord)
 _SLACK = Entry("minsnap_least_slack", CorridorRecord, SlackRecord, CorridorAnswerRecord)
-_KEPT = Entry("minsnap_walls_kept", c_int64, c_int64, c_int64, c_void_p, c_void_p, WallsRecord, c_void_p)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,8 +157,6 @@ class LeastSlack:
     ----------
     status : Status
     slacks : ndarray, shape (slacks,)
-    knots : ndarray, shape (pieces + 1, k, dim)
-        Of a curve with these slacks, as those of a ``CorridorAnswer``.
     wall : ndarray of int64, shape (r,)
     s : ndarray, shape (r,)
         Where on its piece each wall presses.
@@ -175,7 +171,6 @@ class LeastSlack:
 
     status: Status
     slacks: FloatArray
-    knots: FloatArray
     wall: IntArray
     s: FloatArray
     multiplier: FloatArray
@@ -220,7 +215,7 @@ def least_slack(question: CorridorQuestion, give: Give, seconds: float = inf) ->
     status = Status(function(corridor_record(question, question.durations, GAP, 1.0, seconds), slacks, answer))
     used, kept = slice(0, answer.rows), answer.kept
     rows = {name: kept[name][used] for name in ("wall", "s", "multiplier", "direction")}
-    return LeastSlack(status, slack, kept["knots"], **rows, remainder=remainder[used], work=answer.work)
+    return LeastSlack(status, slack, **rows, remainder=remainder[used], work=answer.work)
 
 
 def _answer_record(pieces: int, half: int, dim: int, most: int, **more: Any) -> CorridorAnswerRecord:
@@ -241,39 +236,6 @@ def corridor_record(
         **{"effort": effort, "seconds": seconds},
         **{"durations": durations, "pinned": q.pinned, "values": q.values, "walls": wall_record(q.walls)},
     )
-
-
-def walls_kept(points: FloatArray, durations: FloatArray, walls: WallArrays) -> BoolArray | None:
-    """Say which walls a curve is proved to keep at every instant, rounding included.
-
-    Parameters
-    ----------
-    points : ndarray, shape (pieces, 2k, dim)
-        Control points [m], C-contiguous.
-    durations : ndarray, shape (pieces,)
-        [s].
-    walls : WallArrays
-
-    Returns
-    -------
-    ndarray of bool, shape (m,), or None
-        None where the Python core is in use.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite or an index out of range.
-    """
-    function = _KEPT.function()
-    if function is None:
-        return None
-    pieces, count, dim = points.shape
-    kept = np.zeros(len(walls.piece), dtype=np.uint8)
-    known = (address(points), address(durations), wall_record(walls), address(kept))
-    status = Status(function(count // 2, pieces, dim, *known))
-    if status is not Status.DONE:
-        raise ValueError(f"the walls cannot be checked: {status.reason}")
-    return kept.astype(bool)
 
 
 def wall_record(walls: WallArrays) -> WallsRecord:

@@ -23,7 +23,6 @@ _NORMS = Entry("minsnap_largest_norms", *[c_int64] * 3, *[c_void_p] * 2, c_int64
 _FACES = Entry("minsnap_face_excess", ExcessRecord)
 _BALLS = Entry("minsnap_ball_excess", ExcessRecord)
 _CONTINUITY = Entry("minsnap_continuity", *[c_int64] * 3, *[c_void_p] * 2, *[c_double] * 2, c_void_p)
-_SUMMITS = Entry("minsnap_local_maxima", *[c_int64] * 2, c_void_p, c_double, c_int64, *[c_void_p] * 4)
 
 
 class Extremum(NamedTuple):
@@ -76,32 +75,6 @@ def maximum(points: FloatArray, errors: FloatArray | None = None) -> tuple[float
         return extrema.maximum(points, errors)
     _, bounds, rows, where = largest
     return float(bounds[0]), int(rows[0]), float(where[0])
-
-
-def local_maxima(points: FloatArray, level: float = -np.inf) -> tuple[IntArray, FloatArray, FloatArray] | None:
-    """All local maxima on [0, 1], those at the ends too, of polynomials (m, n + 1) that are higher than a level.
-
-    Returns
-    -------
-    row : ndarray of int, shape (p,)
-        Which polynomial; ascending.
-    s : ndarray, shape (p,)
-        Where on [0, 1], ascending for each polynomial.
-    value : ndarray, shape (p,)
-        How high, to working precision.
-    """
-    call = _SUMMITS.function()
-    if call is None:
-        return None
-    points = _floats(points)
-    rows, degree = len(points), points.shape[1] - 1
-    capacity = rows * (degree // 2 + 2)
-    row, s, value = np.empty(capacity, dtype=np.int64), np.empty(capacity), np.empty(capacity)
-    total = np.zeros(1, dtype=np.int64)
-    arrays = [address(array) for array in (row, s, value, total)]
-    if call(rows, degree, address(points), level, capacity, *arrays):
-        return None
-    return row[: total[0]], s[: total[0]], value[: total[0]]
 
 
 def largest_norms(points: FloatArray, durations: FloatArray, orders: Sequence[int]) -> list[Extremum] | None:

@@ -162,7 +162,8 @@ class ExactRows:
         rows: Sequence[PressedRow],
         joints: Sequence[tuple[Joint, Fraction]],
     ) -> None:
-        self.task, self.durations, self._pinned = task, durations, pinned_values(task)
+        self.task, self.durations, self._pinned = task, durations, task.pinned.copy()
+        self._pinned[:: task.pieces, 0] = task.waypoints
         self.rows = [*(self._wall(row) for row in rows), *(self._joint(*joint) for joint, _ in joints)]
         self.free = np.array([*(row.equal for row in rows), *(True for _ in joints)])
         self.places = sorted({place for row, _ in self.rows for place in row})
@@ -249,8 +250,7 @@ class ExactRows:
     def largest(self, place: Unknown) -> Fraction:
         """Largest value of a free derivative of the curves that are ruled out."""
         knot, slot, _ = place
-        slots, T = self.task.slots, self.durations
-        order = int(np.flatnonzero((slots.start == slot) | (slots.end == slot))[0])
+        order, T = int(self.task.slots.order[slot]), self.durations
         longest = max(float(T[max(knot - 1, 0)]), float(T[min(knot, len(T) - 1)]))
         return Fraction(self.task.length / EXACT) * perm(2 * self.task.half - 1, order) / Fraction(longest) ** order
 
@@ -275,16 +275,6 @@ class ExactRows:
                 else:
                     bound -= factor * weight * Fraction(float(self._pinned[place]))
         return unknowns, bound
-
-
-def pinned_values(task: Task) -> FloatArray:
-    """Values of the derivatives that are not free, (knots, slots, dim) [m/s^order]."""
-    values = np.zeros(task.free.shape)
-    values[:: task.pieces, 0] = task.waypoints
-    for waypoint, state in task.pins.items():
-        for order, value in state.items():
-            values[waypoint * task.pieces, [task.slots.start[order], task.slots.end[order]]] = value
-    return values
 
 
 @cache

@@ -14,7 +14,7 @@ from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.native.corridor import Give, WallArrays
 from minsnap.native.status import Status
 from minsnap.optimisation.contradiction import Contradiction, find_contradiction
-from minsnap.optimisation.least_slacks import SlackProgramme, common_slack, native_slacks, slack_programme
+from minsnap.optimisation.least_slacks import SlackProgramme, common_slack, native_slacks
 from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
@@ -58,7 +58,7 @@ class Pressed:
 
     @cached_property
     def _programme(self) -> SlackProgramme:
-        return slack_programme(self.task, self.durations, self.give)
+        return SlackProgramme(self.task, self.durations, self.give)
 
     @property
     def possible(self) -> bool:

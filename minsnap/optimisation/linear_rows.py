@@ -66,10 +66,8 @@ def point_scale(problem: ReducedProblem) -> FloatArray:
     """Value of each unknown, (size,), that moves control points of the longer of its pieces by about 1."""
     T = problem.durations
     before, after = np.append(T[-1] if problem.closed else 0.0, T), np.append(T, T[0] if problem.closed else 0.0)
-    order = np.zeros(problem.slots.count, dtype=np.intp)
-    for slots in (problem.slots.start, problem.slots.end):
-        order[slots] = np.arange(problem.half)
-    factors = np.array([perm(problem.degree, int(p)) for p in order])
+    order = problem.slots.order
+    factors = np.array([perm(problem.degree, q) for q in order.tolist()])
     values = np.broadcast_to((factors / np.maximum(before, after)[:, None] ** order)[:, :, None], problem.columns.shape)
     scale, free = np.zeros(problem.size), problem.columns >= 0
     scale[problem.columns[free]] = values[free]

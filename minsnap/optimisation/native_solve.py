@@ -41,7 +41,7 @@ def corridor_question(task: Task, durations: FloatArray, units: Units) -> Corrid
     if reason:
         return reason
     positions, pinned = np.ascontiguousarray(task.positions), np.ascontiguousarray(~task.free)
-    known = (pinned, _pinned_values(task), task.closed, task.continuity)
+    known = (pinned, None if task.still else task.pinned, task.closed, task.continuity)
     return CorridorQuestion(
         task.half, positions, np.ascontiguousarray(durations), native_walls(task), units.length, units.time, *known
     )
@@ -120,17 +120,4 @@ def _unsupported(task: Task) -> str:
     """Why the native core is not used; empty if it is."""
     if task.solver != "auto":
         return f"the solver {task.solver} was asked for"
-    if task.continuity < task.half - 1:
-        return f"the native core keeps {task.half - 1} derivatives continuous, not {task.continuity}"
-    return ""
-
-
-def _pinned_values(task: Task) -> FloatArray | None:
-    """Return the derivatives pinned at the knots (pieces + 1, k, dim); None where all are zero."""
-    if task.still:
-        return None
-    values = np.zeros((len(task.positions), task.half, task.dim))
-    for waypoint, state in task.pins.items():
-        for order, value in state.items():
-            values[waypoint * task.pieces, order] = value
-    return values
+    return _unlike_a_chain(task)

@@ -43,19 +43,28 @@ class Slots:
         k, for degree 2k - 1.
     continuity : int
         Derivatives shared by both sides.
+
+    Attributes
+    ----------
+    start, end : ndarray of int, shape (k,)
+        Slots of the derivatives of the piece that starts, and that ends at the knot.
+    order : ndarray of int, shape (count,)
+        Of the derivative in each slot.
     """
 
     half: int
     continuity: int
     start: IntArray = field(init=False)
     end: IntArray = field(init=False)
+    order: IntArray = field(init=False)
 
     def __post_init__(self) -> None:
         orders = range(self.half)
         apart = [max(order - self.continuity, 0) for order in orders]
         start = [order + more for order, more in zip(orders, apart, strict=True)]
         end = [order - (more > 0) for order, more in zip(start, apart, strict=True)]
-        set_fields(self, start=np.array(start), end=np.array(end))
+        order = [q for q in orders for _ in {start[q], end[q]}]
+        set_fields(self, start=np.array(start), end=np.array(end), order=np.array(order))
 
     @property
     def count(self) -> int:

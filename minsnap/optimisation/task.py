@@ -142,7 +142,7 @@ class Task:
         if not self.closed and self.slots.count > self.half:
             free[0, np.setdiff1d(ends, starts)] = False
             free[-1, np.setdiff1d(starts, ends)] = False
-        for knot, slot, _, _ in self._pinned_slots():
+        for knot, slot, _ in self._pinned_slots():
             free[knot, slot] = False
         if starts[1] == ends[1] and self.touches.any():
             free[:: self.pieces, 1] &= ~self.touches.all(axis=0).any(axis=0)
@@ -155,14 +155,22 @@ class Task:
             return np.zeros((2, 2, *self.waypoints.shape), dtype=bool)
         return touched_walls(self.waypoints, self.lower == self.upper, self.walls, self.closed)
 
-    def _pinned_slots(self) -> list[tuple[int, int, int, FloatArray]]:
+    def _pinned_slots(self) -> list[tuple[int, int, FloatArray]]:
         starts, ends = self.slots.start.tolist(), self.slots.end.tolist()
         return [
-            (waypoint * self.pieces, slot, order, value)
+            (waypoint * self.pieces, slot, value)
             for waypoint, state in self.pins.items()
             for order, value in state.items()
             for slot in {starts[order], ends[order]}
         ]
+
+    @cached_property
+    def pinned(self) -> FloatArray:
+        """Derivatives pinned at the knots, (knots, slots, dim) [m/s^order]; zero where there are none."""
+        pinned = np.zeros(self.free.shape)
+        for knot, slot, value in self._pinned_slots():
+            pinned[knot, slot] = value
+        return pinned
 
     @cached_property
     def held(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
@@ -178,9 +186,7 @@ class Task:
 
     def problem(self, durations: FloatArray, units: Units) -> ReducedProblem:
         """Return the reduced problem for piece durations (pieces in all,) [s]."""
-        values = np.zeros(self.free.shape)
-        for knot, slot, order, value in self._pinned_slots():
-            values[knot, slot] = value / units.of_order(order)
+        values = self.pinned / np.array([[units.of_order(order)] for order in self.slots.order.tolist()])
         known = (self.nominal, values, self.free, self.held, self.closed, self.jumps)
         return ReducedProblem(self.slots, durations / units.time, *known, planes=self._planes)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from helpers.tasks import REFERENCE, many_legs, random_legs
+from native_questions import walls_kept
 
 import minsnap
 from minsnap import Limits
@@ -10,7 +11,7 @@ from minsnap.basics.arrays import GRAVITY
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import margin_holds
 from minsnap.native import library
-from minsnap.native.corridor import WallArrays, walls_kept
+from minsnap.native.corridor import WallArrays
 from minsnap.native.library import using
 
 pytestmark = pytest.mark.skipif(library.core().library is None, reason="there is no native core")

@@ -5,9 +5,10 @@ from math import comb, perm
 
 import numpy as np
 import pytest
+from native_questions import walls_kept
 
 from minsnap.native import library
-from minsnap.native.corridor import WallArrays, walls_kept
+from minsnap.native.corridor import WallArrays
 
 GRID = 1024
 

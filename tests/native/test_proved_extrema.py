@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from native_questions import local_maxima
 
 from minsnap.native import proved_extrema as native
 from minsnap.native.library import core, using
@@ -23,7 +24,7 @@ def curve(count=3, degree=7, dim=3, seed=0):
 @given(st.integers(0, 14), st.integers(0, 2**32 - 1))
 def test_local_maxima_are_all_found(degree, seed):
     points = np.random.default_rng(seed).normal(size=(4, degree + 1))
-    row, s, value = native.local_maxima(points, 0.0)
+    row, s, value = local_maxima(points, 0.0)
     assert (value > 0.0).all() and (np.diff(row) >= 0).all()
     assert np.einsum("pj,pj->p", basis(degree, s), points[row]) == pytest.approx(value, abs=1e-12)
     grid = np.linspace(0.0, 1.0, 4001)
@@ -39,7 +40,7 @@ def test_local_maxima_are_all_found(degree, seed):
 
 def test_local_maxima_agree_with_the_python_core():
     points = np.random.default_rng(0).normal(size=(200, 8)) - 0.3
-    found, expected = native.local_maxima(points, 0.0), peaks(points, 0.0)
+    found, expected = local_maxima(points, 0.0), peaks(points, 0.0)
     for row in np.unique(expected[0]):
         assert found[2][found[0] == row].max() == pytest.approx(expected[2][expected[0] == row].max(), rel=1e-9)
 
@@ -60,7 +61,7 @@ def test_what_the_core_does_not_take_is_left_to_python():
     assert native.largest_norms(*curve(degree=65), (1,)) is None
     assert native.maxima(np.zeros((1, 200))) is None
     assert native.maxima(np.full((1, 3), np.inf)) is None
-    assert native.local_maxima(np.full((1, 3), np.nan)) is None
+    assert local_maxima(np.full((1, 3), np.nan)) is None
     planes = (np.eye(3)[:1], np.zeros((1, 3)), np.array([-1.0]), np.array([1.0]))
     assert faces(np.array([3]), planes, 0).excess(points, durations, 1) is None, "there is no leg 3"
     assert faces(np.array([0]), planes, 0).excess(points, durations, 2) is None, "3 pieces are no legs of 2"
@@ -68,7 +69,7 @@ def test_what_the_core_does_not_take_is_left_to_python():
     balls = (np.eye(3)[None], np.zeros((1, 3)), np.array([np.inf]))
     assert rounds(np.array([0]), balls, 0).excess(points, durations, 1) is None
     with using("python"):
-        assert native.maxima(np.zeros((1, 3))) is None and native.local_maxima(np.zeros((1, 3))) is None
+        assert native.maxima(np.zeros((1, 3))) is None and local_maxima(np.zeros((1, 3))) is None
         assert native.continuity(points, durations, 1e-9, 1e-15) is None
 
 
@@ -92,7 +93,7 @@ def test_no_argument_breaks_the_core(degree, dim, count, seed, bad):
         rounds(leg, (np.ones((1, 2, dim)), np.zeros((1, dim)), np.ones(1)), 0).excess(points, durations, 1),
         native.continuity(points, durations, 1e-9, 1e-15),
         native.maxima(points[:, :, 0]),
-        native.local_maxima(points[:, :, 0]),
+        local_maxima(points[:, :, 0]),
     ):
         assert found is None or found is not False
     greatest = native.maxima(points[:, :, 0])

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from helpers.questions import tube_question
 from helpers.tasks import REFERENCE, many_legs, random_legs, task_of
+from native_questions import walls_kept
 
 import minsnap
 from minsnap import RoundTube
 from minsnap.corridors.margins import margin_holds
 from minsnap.native import library
-from minsnap.native.corridor import WallArrays, solve_corridor, walls_kept
+from minsnap.native.corridor import WallArrays, solve_corridor
 from minsnap.native.library import using
 from minsnap.native.status import Status
 from minsnap.optimisation.native_solve import corridor_question
