@@ -157,6 +157,8 @@ class LeastSlack:
     ----------
     status : Status
     slacks : ndarray, shape (slacks,)
+    knots : ndarray, shape (pieces + 1, k, dim)
+        Of a curve with these slacks, as those of a ``CorridorAnswer``.
     wall : ndarray of int64, shape (r,)
     s : ndarray, shape (r,)
         Where on its piece each wall presses.
@@ -171,6 +173,7 @@ class LeastSlack:
 
     status: Status
     slacks: FloatArray
+    knots: FloatArray
     wall: IntArray
     s: FloatArray
     multiplier: FloatArray
@@ -215,7 +218,7 @@ def least_slack(question: CorridorQuestion, give: Give, seconds: float = inf) ->
     status = Status(function(corridor_record(question, question.durations, GAP, 1.0, seconds), slacks, answer))
     used, kept = slice(0, answer.rows), answer.kept
     rows = {name: kept[name][used] for name in ("wall", "s", "multiplier", "direction")}
-    return LeastSlack(status, slack, **rows, remainder=remainder[used], work=answer.work)
+    return LeastSlack(status, slack, kept["knots"], **rows, remainder=remainder[used], work=answer.work)
 
 
 def _answer_record(pieces: int, half: int, dim: int, most: int, **more: Any) -> CorridorAnswerRecord:

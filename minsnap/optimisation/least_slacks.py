@@ -43,8 +43,8 @@ def common_slack(walls: WallArrays) -> Give:
     return Give(group, np.ones(len(group)), 1)
 
 
-def native_slacks(task: Task, durations: FloatArray, give: Give) -> LeastSlack | None:
-    """Return the least slacks by the native core; None without it.
+def native_slacks(task: Task, durations: FloatArray, give: Give, lowest: float = 0.0) -> LeastSlack | None:
+    """Return the least slacks, from a lowest that is not positive, by the native core; None without it.
 
     Raises
     ------
@@ -54,11 +54,14 @@ def native_slacks(task: Task, durations: FloatArray, give: Give) -> LeastSlack |
     question = corridor_question(replace(task, solver="auto"), durations, task.units(durations))
     if isinstance(question, str):
         return None
-    least = least_slack(question, give, task.deadline.left)
-    if least is not None:
-        task.deadline.spend(WORK.solve * least.work)
-        task.deadline.require()
-    return least
+    walls = question.walls
+    bound = walls.bound + lowest * np.where(give.group < 0, 0.0, give.weight * walls.width)
+    least = least_slack(replace(question, walls=replace(walls, bound=bound)), give, task.deadline.left)
+    if least is None:
+        return None
+    task.deadline.spend(WORK.solve * least.work)
+    task.deadline.require()
+    return replace(least, slacks=least.slacks + lowest)
 
 
 class SlackProgramme:
@@ -70,10 +73,12 @@ class SlackProgramme:
     durations : ndarray, shape (pieces,)
         [s].
     give : Give
+    lowest : float
+        Least value of a slack, not positive: below zero walls move inwards.
     """
 
-    def __init__(self, task: Task, durations: FloatArray, give: Give) -> None:
-        units, self.deadline = task.units(durations), task.deadline
+    def __init__(self, task: Task, durations: FloatArray, give: Give, lowest: float = 0.0) -> None:
+        units, self.deadline, self.lowest = task.units(durations), task.deadline, lowest
         self.problem = problem = task.problem(durations, units)
         self.compiled = compiled = compile_walls(task, problem, units)
         count = len(compiled.widths)  # planes of gates, which come after them, are equations here
@@ -81,7 +86,7 @@ class SlackProgramme:
         self.base = problem.values
         self.scale, self.ends = point_scale(problem), problem.plain_ends(self.base)
         self.equal, self.sides = equations(problem, self.base)
-        self._last: tuple[RowSet, FloatArray, FloatArray] | None = None
+        self._last: tuple[RowSet, FloatArray, FloatArray, FloatArray] | None = None
 
     def run(self, sign: bool = False) -> LeastSlack:
         """Return the least slacks and the rows that press; neither where there is no solution.
@@ -89,7 +94,7 @@ class SlackProgramme:
         Parameters
         ----------
         sign : bool
-            Whether it is sufficient to know that walls must give way.
+            Whether it is sufficient to know that walls must give way, or a curve with half of the room that there is.
 
         Raises
         ------
@@ -102,14 +107,15 @@ class SlackProgramme:
             solution = None if last and not self.deadline.affords(0.0) else self._solved(rows)
             if solution is None:
                 break
-            knots, slacks, multipliers = solution
-            last = rows, slacks, multipliers
+            last = rows, *solution
+            _, knots, slacks, _ = last
             amounts = np.append(slacks, 0.0)[self.give.group] * self.give.weight
             curve = Curve(self.problem, self.compiled.relaxed(amounts), knots)
-            outside, _ = rows_outside(curve, ACCURACY)
+            outside, excess = rows_outside(curve, ACCURACY)
             before, total = total, float(slacks.sum())
             stays = total > ACCURACY and total - before < STALLED * total
-            if not outside or stays or (sign and total > ACCURACY):
+            known = sign and (total > ACCURACY or excess < -total / 2.0)
+            if not outside or stays or known:
                 break
             moved = amounts * self.compiled.widths
             rows = rows.joined(self._in_unknowns([replace(one, bound=one.bound - moved[one.wall]) for one in outside]))
@@ -128,7 +134,7 @@ class SlackProgramme:
         if self._last is None or not self.problem.size:
             return self._nothing()
         self.deadline.require()
-        rows, slacks, multipliers = self._last
+        rows, knots, slacks, multipliers = self._last
         width = self.compiled.widths[rows.source.wall]
         chosen = np.sort(np.argsort(-multipliers * width, kind="stable")[: 8 * (self.problem.size + 1)])
         matrix = rows.matrix[chosen].multiply(self.scale).toarray() / width[chosen, None]
@@ -148,7 +154,7 @@ class SlackProgramme:
             return self._nothing()
         evidence = np.zeros(len(width))
         evidence[chosen] = found / width[chosen]
-        return self._pressed(rows, slacks, evidence)
+        return self._pressed(rows, knots, slacks, evidence)
 
     def _in_unknowns(self, rows: list[WallRows]) -> RowSet:
         return rows_in_unknowns(self.problem, self.ends, self.compiled, reduce(WallRows.joined, rows))
@@ -172,14 +178,14 @@ class SlackProgramme:
             rows.bound / width,
             hstack((self.equal, csr_matrix((len(self.sides), slacks)))) if len(self.sides) else None,
             self.sides if len(self.sides) else None,
-            [(None, None)] * size + [(0.0, None)] * slacks,
+            [(None, None)] * size + [(self.lowest, None)] * slacks,
         )
         if not found.success:
             return None
         knots = self.problem.add(self.base, found.x[:size] * self.scale)
         return knots, found.x[size:], np.maximum(-found.ineqlin.marginals, 0.0) / width
 
-    def _pressed(self, rows: RowSet, slacks: FloatArray, multipliers: FloatArray) -> LeastSlack:
+    def _pressed(self, rows: RowSet, knots: FloatArray, slacks: FloatArray, multipliers: FloatArray) -> LeastSlack:
         """Return the rows that press, with the directions of tangent planes."""
         press = np.flatnonzero(multipliers)
         source, multiplier = rows.source.chosen(press), multipliers[press]
@@ -193,9 +199,9 @@ class SlackProgramme:
                 direction[row, : len(own)] = own / max(float(np.linalg.norm(own)) * (1.0 + EXACT), EXACT)
         largest, remainder = multiplier.max(initial=0.0) or 1.0, np.zeros(len(press))
         known = source.wall.astype(np.int64), source.s, multiplier / largest, direction, remainder
-        return LeastSlack(Status.DONE, slacks, *known, work=0.0)
+        return LeastSlack(Status.DONE, slacks, knots, *known, work=0.0)
 
     def _nothing(self) -> LeastSlack:
         none, still, vectors = np.zeros(0), np.zeros(self.give.slacks), np.zeros((0, self.problem.dim))
         known = none.astype(np.int64), none, none, vectors, none
-        return LeastSlack(Status.NO_PROGRESS, still, *known, work=0.0)
+        return LeastSlack(Status.NO_PROGRESS, still, self.base, *known, work=0.0)
