@@ -33,6 +33,8 @@ class WorkPrices:
         An iteration of a search for the shortest time, for each row, within limits of which measuring is counted as 1.
     free_curve : float
         A curve without walls, and how far it is outside.
+    joined : float
+        The same for each coordinate, and the cube of the unknowns, where more derivatives join than a piece shares.
     active_set, interior_point, slacks : float
         A QP by either method, and a programme of slacks, for each entry of its rows and each unknown.
     term : float
@@ -46,11 +48,12 @@ class WorkPrices:
     rotors: float = 20.0
     derivatives: float = 1.0
     free_curve: float = 1.0
+    joined: float = 1.2e-5
     active_set: float = 1e-5
     interior_point: float = 6e-5
-    slacks: float = 3e-5
+    slacks: float = 2e-5
     term: float = 0.01
-    question: float = 1500.0
+    question: float = 1650.0
     legs: int = 5
     pieces: int = 30
 
@@ -153,7 +156,12 @@ class Deadline:
     @property
     def passed(self) -> bool:
         """Whether it is time to end with what was found."""
-        return self.late or self.work.done > 0.5 * self.work.worth
+        return self.late or self.spent
+
+    @property
+    def spent(self) -> bool:
+        """Whether so much work is done that what was found is not improved any more."""
+        return self.work.done > 0.5 * self.work.worth
 
     @property
     def late(self) -> bool:

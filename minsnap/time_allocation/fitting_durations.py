@@ -75,8 +75,11 @@ class _LeastExcess:
         return rounded if self.total is None else np.asarray(rounded * (self.total / rounded.sum()))
 
     def excess(self, logarithms: FloatArray) -> float:
-        """Return the largest excess in widths, of six digits."""
-        self.deadline.spend(WORK.free_curve)
+        """Return the largest excess in widths, of six digits; that of no curve once the work is done."""
+        if self.deadline.spent:
+            return 1e3
+        unknowns = self.free.legs * self.free.pieces * (self.free.half - 1) * bool(self.free.jumps)
+        self.deadline.spend(WORK.free_curve + WORK.joined * self.free.dim * unknowns**3)
         try:
             curve = solve(self.free, self.free.piece_durations(self.durations(logarithms))).trajectory
         except (InfeasibleRowsError, SolverError):
