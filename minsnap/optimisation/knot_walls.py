@@ -25,7 +25,8 @@ def _on_pieces(walls: Walls, pieces: int) -> Walls:
     if pieces == 1:
         return walls
     row, piece = walls.on_pieces(pieces)
-    return replace(walls.chosen(row), leg=piece)
+    shape = walls.matrix[row], walls.anchor[row], walls.slope[row], walls.radius[row], walls.width[row]
+    return Walls(piece, *shape, walls.order, walls.name, None if walls.at is None else walls.at[row])
 
 
 def _knot_walls(task: Task) -> list[Walls]:
