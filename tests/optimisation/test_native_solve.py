@@ -173,3 +173,13 @@ def test_the_plane_of_a_gate_is_not_taken_for_a_wall_that_a_waypoint_touches():
     assert solved.optimum.native is not None and len(solved.optimum.native.multiplier)
     rows, multipliers = solved.active
     assert rows is None and not len(multipliers)
+
+
+def test_pieces_that_are_too_hard_cost_no_more_than_one_polynomial_per_leg():
+    draw = np.random.default_rng(0)
+    points = np.cumsum(draw.normal(size=(7, 2)) * 5.0, axis=0)
+    durations = 2.0 * 10.0 ** np.linspace(-1.5, 1.5, 6)[draw.permutation(6)]
+    asked = {"durations": durations, "corridor": 0.01, "degree": 9}
+    whole, pieces = minsnap.plan(points, **asked), minsnap.plan(points, **asked, pieces=4)
+    assert minsnap.certify(pieces, points, 0.01).ok
+    assert pieces.cost() <= whole.cost() * (1.0 + 1e-6)
