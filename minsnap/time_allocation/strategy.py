@@ -300,7 +300,9 @@ class Strategy:
             factor = max(factor, 1.0)
         elif factor < (SETTINGS.nearly if answer.slack > SETTINGS.far else SETTINGS.idle) and not answer.stopped:
             raise nothing_limits(list(limits.given()))
-        return slowed(solved, factor) if factor <= 1.0 + far or answer.stopped else None, factor - 1.0
+        slower = slowed(solved, factor) if factor <= 1.0 + far or answer.stopped else None
+        unknown = far == np.inf and isinstance(limits, VehicleLimits)  # a yaw in time turns as fast on a slower curve
+        return None if slower and unknown and not keeps(limits, slower.flown) else slower, factor - 1.0
 
     def _hastened(self, solved: SolvedTask, limits: Limits, use: float) -> SolvedTask:
         """Touch limits of rotors that the last barrier has kept away from; of others that costs more than it gains."""
