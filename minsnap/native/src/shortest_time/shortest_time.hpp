@@ -97,7 +97,7 @@ private:
             prepare();
             if (!point_.begin(gap)) return StageEnd::no_memory;
         }
-        if (request_.rough != 0) return point_.run(Settings::softer_gap, true);
+        if (request_.rough != 0) return point_.run(Settings::rough_gap, true);
         StageEnd end = point_.run(once ? Settings::coarse_gap : Settings::last_gap, rough);
         for (std::int64_t k = 0; k < request_.divisions && end != StageEnd::stopped; ++k) {
             const double now = point_.chain.total();
