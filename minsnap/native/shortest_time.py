@@ -175,7 +175,7 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
             return 1
 
     waypoints, half, dim = question.pinned.shape
-    more = max(0, (2 if half == 4 else 3) - dim)  # to the coordinates that are known for a degree: they are always zero
+    more = 0 if half == 4 else max(0, 3 - dim)  # to the coordinates that are known for a degree: they are always zero
     most = (waypoints - 1) * prod(question.parts)
     most *= 1 if question.guess is None else question.guess.pieces
     durations, points, knots = (

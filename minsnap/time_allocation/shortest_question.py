@@ -36,9 +36,11 @@ class QuestionSettings:
     Parameters
     ----------
     divisions : tuple of int
-        Parts into which pieces are divided one time after another where their number is left to the search.
+        Into how many times as many pieces legs are divided, time after time, where their number is left to the search.
+    alone : tuple of int
+        The same for a single leg, whatever it gains: its pieces cost little.
     worthwhile : float
-        Relative gain by which they are divided once more: that gains about a sixteenth of it, here half a percent.
+        Relative gain by which several legs are divided once more: that gains a sixteenth of it, here half a percent.
     inward : float
         Share of their widths by which walls are moved inwards.
     room : float
@@ -48,6 +50,7 @@ class QuestionSettings:
     """
 
     divisions: tuple[int, ...] = (3, 2)
+    alone: tuple[int, ...] = (3, 3)
     worthwhile: float = 0.08
     inward: float = 2e-4
     room: float = 1e-4
@@ -73,6 +76,7 @@ def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | Non
     pinned, free, turned = _waypoints(task)
     sets = [*(wall.group for wall in _walls(task, limits)), *_least_thrust(task, limits), *_region_sets(task)]
     lengths = guessed_lengths(task)
+    divisions = QUESTION.divisions if task.legs > 1 else QUESTION.alone
     return ShortestQuestion(
         pinned,
         free,
@@ -80,10 +84,10 @@ def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | Non
         norm_limits(limits),
         [one for one in sets if one.count],
         instant_limits(limits, heading, lengths),
-        QUESTION.divisions if refine else () if task.pieces == 1 else (task.pieces,),
+        divisions if refine else () if task.pieces == 1 else (task.pieces,),
         task.closed,
         not scales(task, limits),
-        QUESTION.worthwhile,
+        QUESTION.worthwhile if task.legs > 1 else 0.0,
         0.0 if task.touches.any() else QUESTION.inward,
         QUESTION.room if task.still and not scales(task, limits) else 0.0,
         turned=turned,

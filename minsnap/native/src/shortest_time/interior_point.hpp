@@ -141,6 +141,9 @@ public:
         return stuck();
     }
 
+    // Values of all rows as the chain is, margins included.
+    const double *values() const { return value_.data(); }
+
     // Largest value of a row as the chain is.
     double largest() const {
         double most = -1.0;

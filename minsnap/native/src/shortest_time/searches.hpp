@@ -6,7 +6,7 @@
 
 namespace minsnap {
 
-Status search_usual(const ShortestRequest &request, ShortestAnswer &answer);  // degree 7 in the plane and in space
+Status search_usual(const ShortestRequest &request, ShortestAnswer &answer);  // degree 7 in up to three coordinates
 Status search_other(const ShortestRequest &request, ShortestAnswer &answer);
 
 }  // namespace minsnap

@@ -18,7 +18,7 @@ struct ShortestSettings {
     static constexpr double first_gap = 0.3;       // barrier times number of conditions, relative to the time
     static constexpr double divided_gap = 0.1;     // the same after a division
     static constexpr double coarse_gap = 0.03;     // at which a stage ends that is divided afterwards
-    static constexpr double rough_gap = 0.01;      // at which a stage ends from whose curve a slower one or another search begins
+    static constexpr double rough_gap = 0.01;      // at which a stage ends from whose curve another stage or search begins
     static constexpr double last_gap = 1e-4;       // of the last stage: time lost is about that share
     static constexpr double barrier_fall = 0.2;    // factor on the barrier
     static constexpr double centred = 0.3;         // decrement below which the barrier falls, relative to its gap

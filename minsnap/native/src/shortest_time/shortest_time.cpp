@@ -46,6 +46,6 @@ MINSNAP_EXPORT std::int32_t minsnap_shortest_time(const minsnap::ShortestRequest
     using minsnap::Status;
     const Status status = minsnap::checked(*request);
     if (status != Status::done) return static_cast<std::int32_t>(status);
-    const bool usual = request->half == 4 && (request->dim == 2 || request->dim == 3);
+    const bool usual = request->half == 4 && request->dim <= 3;
     return static_cast<std::int32_t>(usual ? minsnap::search_usual(*request, *answer) : minsnap::search_other(*request, *answer));
 }

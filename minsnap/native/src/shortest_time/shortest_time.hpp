@@ -1,4 +1,4 @@
-// The shortest time within walls and limits, from coarse to fine: one piece a leg from rest at every waypoint, then the same curve divided.
+// The shortest time within walls and limits, from coarse to fine: one piece a leg from rest at every waypoint, then nearly the same curve divided.
 #pragma once
 
 #include "basics/status.hpp"
@@ -86,11 +86,11 @@ private:
         for (int i = 0; i + 1 < chain.pieces; ++i) point_.objective.ratio[i] = chain.sigma[i] - chain.sigma[i + 1];
     }
 
-    // Whether the last stage converged.
+    // Whether the last stage converged; stages that others follow end roughly.
     StageEnd stages() {
-        double former = 0.0;
-        const bool once = request_.divisions == 1, rough = once && request_.guessed == 0;  // a guess in motion is followed closely
-        const double gap = request_.guessed > 0 ? Settings::divided_gap : Settings::first_gap;
+        constexpr double infinite = 1e300;  // a time that is not known: any other is worth more
+        const bool once = request_.divisions == 1, guessed = request_.guessed > 0, rough = once && !guessed;
+        const double gap = guessed ? Settings::divided_gap : Settings::first_gap;
         if (!point_.begin(gap)) return StageEnd::no_memory;
         for (int k = 0; k < Settings::slowings && point_.rows.slows() && point_.largest() > 0.0; ++k) {
             point_.chain.slow(Settings::slowed);
@@ -98,18 +98,22 @@ private:
             if (!point_.begin(gap)) return StageEnd::no_memory;
         }
         if (request_.rough != 0) return point_.run(Settings::rough_gap, true);
-        StageEnd end = point_.run(once ? Settings::coarse_gap : Settings::last_gap, rough);
+        StageEnd end = StageEnd::converged;
+        if (request_.divisions > 0)
+            end = point_.run(once ? Settings::coarse_gap : Settings::rough_gap, !guessed);  // a guess in motion is followed closely
+        double former = 0.0;                                                                // where known
         for (std::int64_t k = 0; k < request_.divisions && end != StageEnd::stopped; ++k) {
             const double now = point_.chain.total();
-            if (k > 0 && now > former * (1.0 - request_.worthwhile)) break;
-            former = now;
+            if (k > 0 && (end == StageEnd::stuck || now > former * (1.0 - request_.worthwhile))) break;
+            former = end == StageEnd::converged ? now : infinite;
             best_.copy(point_.chain);
-            divide(best_, static_cast<int>(request_.parts[k]), point_.chain);
+            if (!divide(point_.rows, point_.values(), best_, static_cast<int>(request_.parts[k]), point_.chain)) return StageEnd::no_memory;
             point_.chain.slow(Settings::slowed_again);
             prepare();
             if (!point_.begin(Settings::divided_gap)) return StageEnd::no_memory;
-            end = point_.run(rough ? Settings::rough_gap : Settings::last_gap, rough);
+            if (rough || k + 1 < request_.divisions) end = point_.run(Settings::rough_gap, true);
         }
+        if (!rough && end != StageEnd::stopped) end = point_.run(Settings::last_gap);
         return once && end != StageEnd::stopped ? polished(end, rough) : end;
     }
 
