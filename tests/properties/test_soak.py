@@ -9,6 +9,7 @@ from random_plans import KINDS, question  # noqa: E402
 
 import minsnap
 from minsnap.errors import InfeasibleError
+from minsnap.native.library import core
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -44,6 +45,11 @@ def test_questions_are_solved_or_refused_rightly(kind):
 )
 def test_questions_that_were_refused_wrongly_are_not(kind, seed):
     assert soak.ask(kind, seed)[1] in soak.RIGHT
+
+
+@pytest.mark.skipif(core().library is None, reason="there is no native core")
+def test_a_tube_that_the_native_core_solves_after_more_work_is_left_to_it():
+    assert soak.ask("all", 293437)[:2] == ("tubes", soak.SOLVED)  # 18 s and a blend six times as dear before
 
 
 def test_pins_that_leave_too_little_free_for_a_continuity_are_refused():
