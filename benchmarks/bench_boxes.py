@@ -13,6 +13,7 @@ import time
 import warnings
 
 import numpy as np
+from measure import least_times
 
 import minsnap
 from minsnap import Boxes
@@ -72,23 +73,12 @@ class TimeBoxes:
             )[1]
 
 
-def best_of(calls, repeats=5):
-    """Shortest time of each call and its last value, the calls taking turns so that a busy machine hits all alike."""
-    best, values = [np.inf] * len(calls), [None] * len(calls)
-    for _ in range(repeats):
-        for number, call in enumerate(calls):
-            began = time.perf_counter()
-            values[number] = call()
-            best[number] = min(best[number], time.perf_counter() - began)
-    return best, values
-
-
 def compare(count, seed):
     case = TimeBoxes()
     case.setup(count)
     case.lower, case.upper, case.start, case.end = staircase(count, seed)
     case.boxes = Boxes(case.lower, case.upper)
-    (mine, theirs), (traj, nine) = best_of([case.plan, lambda: case.hull(10)])
+    (mine, theirs), (traj, nine) = least_times([case.plan, lambda: case.hull(10)], 0.0, 5, time.perf_counter)
     smooth = case.plan(continuity=4, pieces=2)
     if not min(traj.report.corridor_margin, smooth.report.corridor_margin) >= 0.0:
         raise RuntimeError(f"outside a box: {traj.report.corridor_margin}")

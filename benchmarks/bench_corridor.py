@@ -65,8 +65,7 @@ def compare(width):
         lambda: solve_full(problem(), "daqp"),
     )
     with using("python"):
-        certified, loosely, full, built = least_times(calls, seconds=3.0)
-        traj, loose = calls[0](), calls[1]()
+        (certified, loosely, full, built), (traj, loose, *_) = least_times(calls, seconds=3.0)
     certificate = minsnap.certify(traj, RECTANGLE, width)
     outside = -minsnap.certify(loose, RECTANGLE, width).corridor_margin
     cautious = hull(RECTANGLE, DURATIONS, width)
@@ -112,7 +111,8 @@ def main():
     rows = []
     for solver in ("daqp", "piqp", "clarabel", "osqp"):
         ask = partial(minsnap.plan, RECTANGLE, DURATIONS, corridor=0.3, solver=solver)
-        rows.append((solver, text(least_times([ask])[0]), f"{ask().cost():.4f}", ask().report.rounds))
+        (took,), (traj,) = least_times([ask])
+        rows.append((solver, text(took), f"{traj.cost():.4f}", traj.report.rounds))
     table(("solver, at 0.3 m", "certified", "cost", "rounds"), rows)
 
 

@@ -13,7 +13,7 @@ import time
 from dataclasses import dataclass, field
 
 import numpy as np
-from measure import machine
+from measure import least_times, machine
 
 import minsnap
 from minsnap.replanning.splice import splice_of
@@ -27,17 +27,6 @@ BEST = 3.227
 """Best known time of P1 with one polynomial per leg, from box to box [s] (IPOPT)."""
 
 GATES, WIDE, NOISE, PERIOD = 20, 1.0, 0.1, 0.01
-
-
-def least(call, repeats=7):
-    """Least wall and processor time of a call [ms], and its last result."""
-    walls, own = [], []
-    for _ in range(repeats):
-        began, used = time.perf_counter(), time.thread_time()
-        found = call()
-        walls.append(time.perf_counter() - began)
-        own.append(time.thread_time() - used)
-    return 1e3 * min(walls), 1e3 * min(own), found
 
 
 def cold() -> minsnap.Trajectory:
@@ -70,10 +59,9 @@ def single_replans() -> None:
     options = {"corridor": BOXES, "start": START}
     rows.append(("durations given", lambda: minsnap.plan(POINTS, durations=1.1 * times, **options)))
     rows.append(("total time split", lambda: minsnap.plan(POINTS, total_time=1.1 * flown.duration, **options)))
-    print("| P1 | wall [ms] | processor [ms] |\n|---|---|---|")
+    print("| P1 | processor [ms] |\n|---|---|")
     for name, call in rows:
-        wall, own, _ = least(call)
-        print(f"| {name} | {wall:.2f} | {own:.2f} |")
+        print(f"| {name} | {1e3 * least_times([call], 0.0, 7)[0][0]:.2f} |")
 
 
 def _faster(flown):

@@ -1,8 +1,10 @@
 """Seconds from a map to a plan: a 2-D map of 100 x 80 cells, and one of 200 x 200 x 40 with sixty pillars."""
 
+from functools import partial
 from time import perf_counter
 
 import numpy as np
+from measure import least_times
 
 import minsnap
 from minsnap.paths.routes.passage import find_passage
@@ -19,19 +21,12 @@ def maps():
     yield "200 x 200 x 40", pillars, (0.5, 0.5, 1.0), (19.0, 19.5, 1.0), 0.35
 
 
-def best(run, repeats=3):
-    times = []
-    for _ in range(repeats):
-        began = perf_counter()
-        run()
-        times.append(perf_counter() - began)
-    return min(times)
-
-
 if __name__ == "__main__":
     for name, cells, start, goal, clearance in maps():
         grid = minsnap.routes.GridMap(cells, np.full(cells.ndim, 0.1))
         ends = np.array(start), np.array(goal)
-        way = best(lambda: find_passage(grid, *ends, clearance))  # noqa: B023
-        whole = best(lambda: minsnap.routes.plan_through(grid, start, goal, clearance))  # noqa: B023
-        print(f"{name}: way and boxes {way:.2f} s, with the plan and its distance {whole:.2f} s")
+        way = partial(find_passage, grid, *ends, clearance)
+        (seconds,), _ = least_times([way], 0.0, clock=perf_counter)
+        whole = partial(minsnap.routes.plan_through, grid, start, goal, clearance)
+        (both,), _ = least_times([whole], 0.0, clock=perf_counter)
+        print(f"{name}: way and boxes {seconds:.2f} s, with the plan and its distance {both:.2f} s")

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -17,7 +16,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
 from courses import read_course
-from measure import machine, table
+from measure import least_times, machine, table
 from random_times import problem
 
 import minsnap
@@ -29,16 +28,9 @@ QUICK = Limits(speed=3.0, acceleration=6.0)
 AXIS_PROBLEMS, BATCH, RANDOM_CHAINS = 200, 100, 60
 
 
-def least(call: Callable[[], Any], seconds: float = 1.0, most: int = 15) -> tuple[float, Any]:
+def least(call: Callable[[], Any], seconds: float = 1.0) -> tuple[float, Any]:
     """Least processor time of a call [s], and what it returned."""
-    found, spent, total = call(), np.inf, 0.0
-    for _ in range(most):
-        began = time.process_time()
-        found = call()
-        taken = time.process_time() - began
-        spent, total = min(spent, taken), total + taken
-        if total > seconds:
-            break
+    (spent,), (found,) = least_times([call], seconds, rounds=1)
     return spent, found
 
 
@@ -114,7 +106,7 @@ def along_one_axis() -> Iterator[tuple[str, ...]]:
         start = {"velocity": (begun,)} if begun else None
         call = planned(waypoints=[(0.0,), (distance,)], limits=limits, start=start, pieces="auto")
         try:
-            taken, path = least(call, 0.05, 3)
+            taken, path = least(call, 0.05)
         except minsnap.MinsnapError:
             refused += 1
             continue

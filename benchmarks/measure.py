@@ -21,21 +21,20 @@ PACKAGES = (
 )
 
 
-def least_times(calls, seconds=1.0, clock=time.process_time):
-    """Least time of each of several calls made in turn, so that all see the same machine: a list [s].
+def least_times(calls, seconds=1.0, rounds=3, clock=time.process_time):
+    """Least times of calls made in turn, so that all see the same machine [s], and their last values: two lists.
 
-    They are made three times, and then as often as fits into some seconds by the clock of the wall.
+    After a round that does not count there are so many rounds, and then as many as fit into some seconds on the wall.
     """
-    for call in calls:
-        call()
-    best, rounds, began = [float("inf")] * len(calls), 0, time.perf_counter()
-    while rounds < 3 or time.perf_counter() - began < seconds:
+    values = [call() for call in calls]
+    best, made, began = [float("inf")] * len(calls), 0, time.perf_counter()
+    while made < rounds or time.perf_counter() - began < seconds:
         for index, call in enumerate(calls):
             start = clock()
-            call()
+            values[index] = call()
             best[index] = min(best[index], clock() - start)
-        rounds += 1
-    return best
+        made += 1
+    return best, values
 
 
 def peak_memory():

@@ -37,7 +37,7 @@ from minsnap.optimisation.least_slacks import SlackProgramme, common_slack, nati
 from minsnap.optimisation.linear_rows import DENSE, equations, joined_exactly, of_unit_length
 from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
-from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
+from minsnap.optimisation.optimum import BLEND, InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import solve_qp
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, proved_rows, rows_in_unknowns, rows_outside
 from minsnap.optimisation.solved_task import SolvedTask
@@ -248,7 +248,7 @@ class ReferenceCore:
             blend = replace(curve, knots=curve.knots * (1.0 - share) + share * inner.knots)
             answer = replace(nearest, curve=blend)
             if self._inside(answer):
-                return self._told(answer, "blend")
+                return self._told(answer, BLEND)
             share = 2.0 if share == 1.0 else min(1.0, 2.0 * share + EXACT)
         if self.task.deadline.passed:
             raise self.task.deadline.error()

@@ -13,7 +13,7 @@ from minsnap.errors import MinsnapError
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.native.status import GAVE_UP
 from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
-from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError, Optimum
+from minsnap.optimisation.optimum import BLEND, ONE_PIECE, GaveUpError, InfeasibleRowsError, Optimum
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
@@ -143,7 +143,7 @@ def _solved_in_python(
     from minsnap.optimisation.reference_core import ReferenceCore
 
     solved = ReferenceCore(task, durations, units, gap, prove).run(samples)
-    if task.pieces == 1 or task.jumps or "blend" not in solved.optimum.rungs:
+    if task.pieces == 1 or task.jumps or BLEND not in solved.optimum.rungs:
         return solved
     whole = _in_one_piece(task, durations, units, gap)
     return whole if whole is not None and whole.inside and whole.cost < solved.cost else solved
@@ -159,5 +159,5 @@ def _in_one_piece(task: Task, durations: FloatArray, units: Units, gap: float) -
     scale = np.array([whole.units.of_order(order) / units.of_order(order) for order in orders])
     curve, knots = whole.trajectory.control_points, whole.optimum.knots[:, : task.half] * scale[:, None]
     points, knots = in_pieces(task, durations, units, curve, knots)
-    how = whole.optimum.rounds, whole.optimum.solver, (), ("one polynomial per leg",)
+    how = whole.optimum.rounds, whole.optimum.solver, (), (ONE_PIECE,)
     return SolvedTask(task, durations, units, Optimum(knots, None, np.zeros(0), *how, points=points))

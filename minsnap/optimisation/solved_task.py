@@ -130,10 +130,8 @@ def _contact_rows(solved: SolvedTask, answer: CorridorAnswer) -> tuple[WallRows 
     from minsnap.optimisation.rows import Curve
 
     compiled = compile_walls(replace(solved.task, touching=False), solved.problem, solved.units)
-    curve, block = (
-        Curve(solved.problem, compiled, answer.knots),
-        np.searchsorted(compiled.first, answer.wall, "right") - 1,
-    )
+    curve = Curve(solved.problem, compiled, answer.knots)
+    block = np.searchsorted(compiled.first, answer.wall, "right") - 1
     chosen = [np.flatnonzero(block == number) for number in range(len(compiled.blocks))]
     rows = [
         curve.rows(number, answer.wall[mine] - compiled.first[number], answer.s[mine])
