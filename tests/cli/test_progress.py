@@ -16,7 +16,7 @@ from .conftest import COMMAND
 def terminal(tmp_path):
     """Run the command on a terminal; give the process and the terminal's other side."""
     ours, theirs = pty.openpty()
-    arguments = [*COMMAND, "rect", "--laps", "20", "--pieces", "6", "--max-body-rate", "3", "-o", "a.csv"]
+    arguments = [*COMMAND, "rect", "--laps", "300", "--pieces", "6", "--max-body-rate", "3", "-o", "a.csv"]
     with subprocess.Popen(arguments, cwd=tmp_path, stdin=theirs, stdout=theirs, stderr=theirs) as run:
         os.close(theirs)
         yield run, ours
