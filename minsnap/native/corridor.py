@@ -184,38 +184,32 @@ class LeastSlack:
 
 def solve_corridor(
     question: CorridorQuestion, gap: float = GAP, effort: float = 1.0, seconds: float = inf
-) -> CorridorAnswer | None:
-    """Solve a question, giving away at most a share ``gap`` of the cost; None where the Python core is in use.
+) -> CorridorAnswer:
+    """Solve a question, giving away at most a share ``gap`` of the cost.
 
     It gives up after a share ``effort`` of the work that a question is worth, or after so many seconds.
     """
-    function = _SOLVE.function()
-    if function is None:
-        return None
     pieces, dim, half = len(question.durations), question.positions.shape[1], question.half
     record = _answer_record(pieces, half, dim, pieces * half * dim + 2)
-    status = Status(function(corridor_record(question, question.durations, gap, effort, seconds), record))
+    status = Status(_SOLVE(corridor_record(question, question.durations, gap, effort, seconds), record))
     used, kept = slice(0, record.rows), record.kept
     active = kept["wall"][used], kept["s"][used], kept["multiplier"][used]
     figures = (getattr(record, name) for name in ("cost", "bound", "share", "work", "rounds", "attempts"))
     return CorridorAnswer(status, kept["points"], kept["knots"], *active, *figures)
 
 
-def least_slack(question: CorridorQuestion, give: Give, seconds: float = inf) -> LeastSlack | None:
-    """Return the least slacks with which a curve keeps all walls, or None where the Python core is in use.
+def least_slack(question: CorridorQuestion, give: Give, seconds: float = inf) -> LeastSlack:
+    """Return the least slacks with which a curve keeps all walls.
 
     Both hold at any status that is about the method, the slacks as a bound from below.
     """
-    function = _SLACK.function()
-    if function is None:
-        return None
     pieces, half, dim = len(question.durations), question.half, question.positions.shape[1]
     most = pieces * half * dim + 2 + give.slacks
     answer = _answer_record(pieces, half, dim, most, direction=np.zeros((most, dim)), rows=0)
     slack, remainder = np.zeros(give.slacks), np.zeros(most)
     group, weight = np.ascontiguousarray(give.group, dtype=np.int64), np.ascontiguousarray(give.weight)
     slacks = SlackRecord(count=give.slacks, group=group, weight=weight, slack=slack, remainder=remainder)
-    status = Status(function(corridor_record(question, question.durations, GAP, 1.0, seconds), slacks, answer))
+    status = Status(_SLACK(corridor_record(question, question.durations, GAP, 1.0, seconds), slacks, answer))
     used, kept = slice(0, answer.rows), answer.kept
     rows = {name: kept[name][used] for name in ("wall", "s", "multiplier", "direction")}
     return LeastSlack(status, slack, kept["knots"], **rows, remainder=remainder[used], work=answer.work)

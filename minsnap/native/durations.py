@@ -42,7 +42,7 @@ class BestSplit(NamedTuple):
 
 def cost_gradient(
     points: FloatArray, durations: FloatArray, half: int, pins: Pins | None = None, closed: bool = False
-) -> CostGradient | Status | None:
+) -> CostGradient | Status:
     """Least integral of the squared k-th derivative through points, and how it changes with durations and points.
 
     Derivatives by the envelope theorem, from the same elimination as the curve: exact but for rounding, which grows
@@ -63,16 +63,13 @@ def cost_gradient(
 
     Returns
     -------
-    CostGradient, Status or None
-        A status says why the native core does not answer; None, that the Python core is in use.
+    CostGradient or Status
+        A status says why the native core does not answer.
     """
-    call = _GRADIENT.function()
-    if call is None:
-        return None
     points, durations = _floats(points), _floats(durations)
     cost, slopes, forces = np.zeros(1), np.empty(len(durations)), np.empty(points.shape)
     chain = chain_record(points, durations, half, pins or {}, closed)
-    status = call(chain, address(cost), address(slopes), address(forces))
+    status = _GRADIENT(chain, address(cost), address(slopes), address(forces))
     return Status(status) if status else CostGradient(float(cost[0]), slopes, forces)
 
 
@@ -84,7 +81,7 @@ def best_split(
     pins: Pins,
     closed: bool = False,
     seconds: float = inf,
-) -> BestSplit | Status | None:
+) -> BestSplit | Status:
     """Durations of least cost without walls, at the total of the first ones or at a price of a second.
 
     Parameters
@@ -98,17 +95,14 @@ def best_split(
     seconds : float
         After which the best so far is returned, an evaluation earlier.
     """
-    call = _SPLIT.function()
-    if call is None:
-        return None
     points, first = _floats(points), _floats(first)
     split = _split_record(len(first), 1, price, seconds)
-    return _found(call(chain_record(points, first, half, pins, closed), split), split)
+    return _found(_SPLIT(chain_record(points, first, half, pins, closed), split), split)
 
 
 def best_corridor_split(
     question: CorridorQuestion, first: FloatArray, pieces: int, price: float | None, gap: float, seconds: float = inf
-) -> BestSplit | Status | None:
+) -> BestSplit | Status:
     """Durations of least cost inside walls.
 
     Parameters
@@ -124,17 +118,14 @@ def best_corridor_split(
     seconds : float
         As for ``best_split``.
     """
-    call = _CORRIDOR_SPLIT.function()
-    if call is None:
-        return None
     first = _floats(first)
     split = _split_record(len(first), pieces, price, seconds)
-    return _found(call(corridor_record(question, first, gap), split), split)
+    return _found(_CORRIDOR_SPLIT(corridor_record(question, first, gap), split), split)
 
 
 def best_tube_split(
     points: FloatArray, first: FloatArray, widths: FloatArray, half: int, gap: float = GAP
-) -> BestSplit | Status | None:
+) -> BestSplit | Status:
     """Durations of least cost from rest to rest in a tube, at the total of the first ones.
 
     Parameters
@@ -146,13 +137,10 @@ def best_tube_split(
     gap : float
         As for ``best_corridor_split``.
     """
-    call = _TUBE_SPLIT.function()
-    if call is None:
-        return None
     points, first = _floats(points), _floats(first)
     split = _split_record(len(first), 1, None, inf)
     where = (address(array) for array in (points, first, widths))
-    return _found(call(*where, points.shape[1], half, widths.ndim == 0, gap, split), split)
+    return _found(_TUBE_SPLIT(*where, points.shape[1], half, widths.ndim == 0, gap, split), split)
 
 
 def _split_record(legs: int, pieces: int, price: float | None, seconds: float) -> SplitRecord:

@@ -54,14 +54,11 @@ class Evaluator:
 
     def many(self, t: Any, order: int) -> FloatArray | None:
         """Return a derivative at instants of any shape: t.shape + (dim,); None where the Python core has to answer."""
-        evaluate = _MANY.ready or _MANY.function()
-        if evaluate is None:
-            return None
         instants = numbers(t, copy=False)
         if instants is None:
             return None
         values = np.empty((*instants.shape, self._dim))
-        return None if evaluate(self._at, order, address(instants), instants.size, address(values)) else values
+        return None if _MANY(self._at, order, address(instants), instants.size, address(values)) else values
 
 
 def costs(points: FloatArray, durations: FloatArray, order: int) -> FloatArray | None:
@@ -75,9 +72,8 @@ def costs(points: FloatArray, durations: FloatArray, order: int) -> FloatArray |
         Bernstein control points.
     durations : ndarray, shape (pieces,)
     """
-    function = _COSTS.ready or _COSTS.function()
-    if function is None or not points.size:
+    if not points.size:
         return None
     arrays = np.ascontiguousarray(points), np.ascontiguousarray(durations)
     values, (pieces, count, dim) = np.empty(len(points)), points.shape
-    return None if function(pieces, count - 1, dim, order, *map(address, (*arrays, values))) else values
+    return None if _COSTS(pieces, count - 1, dim, order, *map(address, (*arrays, values))) else values

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.native.library import Entry, Function, NativeCoreError, describe
+from minsnap.native.library import Entry, NativeCoreError, describe
 from minsnap.native.records import fields
 from minsnap.native.status import Status
 
@@ -101,7 +101,6 @@ def near_pairs(
     NativeCoreError
         If the native core is not in use, or has no memory left.
     """
-    call = native_function(_SEPARATION)
     capacity = 1024 + 16 * fleet.vehicles
     radii = np.ascontiguousarray(radii)
     while True:
@@ -112,7 +111,7 @@ def near_pairs(
             *(fleet.curves(), radii.ctypes.data, downwash, reach, int(nearest_only), threads, capacity),
             *(array.ctypes.data for array in (pairs, values, total)),
         )
-        call_checked(call, byref(question))
+        require(_SEPARATION, byref(question))
         count = int(total[0])
         if count <= capacity:
             return NearPairs(pairs[:count], *np.ascontiguousarray(values[:count].T))
@@ -133,7 +132,6 @@ def clearances(
         How far proof and truth may lie apart [m].
     threads : int
     """
-    call = native_function(_CLEARANCE)
     obstacles = np.ascontiguousarray(obstacles)
     values, nearest = np.empty((fleet.vehicles, 3)), np.empty(fleet.vehicles, dtype=np.int64)
     question = _ClearanceQuestion(
@@ -141,22 +139,16 @@ def clearances(
         *(fleet.curves(), len(obstacles), obstacles.ctypes.data, finest, threads),
         *(values.ctypes.data, nearest.ctypes.data),
     )
-    call_checked(call, byref(question))
+    require(_CLEARANCE, byref(question))
     return values[:, 0], values[:, 2], nearest
 
 
-def native_function(entry: Entry) -> Function:
-    """Return an entry point, or raise NativeCoreError where the Python core is in use."""
-    function = entry.function()
-    if function is None:
+def require(entry: Entry, *arguments: Any) -> None:
+    """Call an entry point, and raise NativeCoreError where the Python core is in use, or if it does not answer."""
+    if entry.function() is None:
         raise NativeCoreError(f"fleets need the native core, and this is the {describe()}")
-    return function
-
-
-def call_checked(call: Function, *arguments: Any) -> None:
-    """Call an entry point, and raise NativeCoreError if it does not answer."""
-    status = Status(call(*arguments))
-    if status != Status.DONE:
+    status = Status(entry(*arguments))
+    if status:
         raise NativeCoreError(f"the native core does not take this fleet: {status.reason}")
 
 

@@ -19,7 +19,7 @@ Pins = Mapping[int, Mapping[int, FloatArray]]
 """Derivatives of order 1 … k - 1 by waypoint and order; what is left out at an open end is zero."""
 
 
-def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> FloatArray | Status | None:
+def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> FloatArray | Status:
     """Return the curve of least integral of the squared k-th derivative through points, at rest at both ends.
 
     Parameters
@@ -33,21 +33,18 @@ def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> Flo
 
     Returns
     -------
-    ndarray of shape (legs, 2k, dim), Status or None
-        Control points [m]; a status says why the native core does not answer; None, that the Python core is in use.
+    ndarray of shape (legs, 2k, dim), or Status
+        Control points [m]; a status says why the native core does not answer.
     """
-    solve = _RESTING.ready or _RESTING.function()
-    if solve is None:
-        return None
     legs, dim = len(durations), points.shape[1]
     control_points = np.empty((legs, 2 * half, dim))
-    status = solve(readable(points), readable(durations), legs, dim, half, writable(control_points))
+    status = _RESTING(readable(points), readable(durations), legs, dim, half, writable(control_points))
     return Status(status) if status else control_points
 
 
 def pinned_optimum(
     points: FloatArray, durations: FloatArray, half: int, pins: Pins, closed: bool
-) -> tuple[FloatArray, FloatArray] | Status | None:
+) -> tuple[FloatArray, FloatArray] | Status:
     """Return the same and derivatives 1 … k - 1 at the knots, (legs + 1, k - 1, dim) [m/s^order], with pins.
 
     Parameters
@@ -58,12 +55,9 @@ def pinned_optimum(
     closed : bool
         The state at the end is the state at the start, and free.
     """
-    solve = _PINNED.ready or _PINNED.function()
-    if solve is None:
-        return None
     legs, dim = len(durations), points.shape[1]
     control_points, states = np.empty((legs, 2 * half, dim)), np.empty((legs + 1, half - 1, dim))
-    status = solve(chain_record(points, durations, half, pins, closed), address(control_points), address(states))
+    status = _PINNED(chain_record(points, durations, half, pins, closed), address(control_points), address(states))
     return Status(status) if status else (control_points, states)
 
 

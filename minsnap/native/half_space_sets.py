@@ -10,7 +10,6 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.native.library import Entry
 from minsnap.native.records import SetsRecord
-from minsnap.native.status import Status
 
 _SOLVE = Entry("minsnap_half_spaces", SetsRecord)
 
@@ -27,7 +26,7 @@ def largest_balls(sets: Sets, far: float) -> tuple[FloatArray, FloatArray] | Non
         Largest radius, over 1 m and the largest offset of a set.
     """
     balls = np.empty((len(sets), sets[0][0].shape[1])), np.empty(len(sets))
-    return balls if _solved(sets, far, centers=balls[0], radii=balls[1]) is Status.DONE else None
+    return None if _solve(sets, far, centers=balls[0], radii=balls[1]) else balls
 
 
 def least_products(along: FloatArray, sets: Sets, far: float) -> FloatArray | None:
@@ -39,15 +38,12 @@ def least_products(along: FloatArray, sets: Sets, far: float) -> FloatArray | No
         Size of coordinates at most, over 1 m and the largest offset of a set.
     """
     least = np.empty((len(sets), len(along)))
-    return least if _solved(sets, far, ways=len(along), along=along, least=least) is Status.DONE else None
+    return None if _solve(sets, far, ways=len(along), along=along, least=least) else least
 
 
-def _solved(sets: Sets, far: float, **rest: Any) -> Status:
-    solve = _SOLVE.function()
-    if solve is None:
-        return Status.UNSUPPORTED
+def _solve(sets: Sets, far: float, **rest: Any) -> int:
     normals, bounds = (np.concatenate(part, dtype=np.float64) for part in zip(*sets, strict=True))
     first = np.zeros(len(sets) + 1, dtype=np.int64)
     np.cumsum([len(b) for _, b in sets], out=first[1:])
     known = {"sets": len(sets), "dim": normals.shape[1], "far": far}
-    return Status(solve(SetsRecord(**known, first=first, normals=normals, bounds=bounds, **rest)))
+    return _SOLVE(SetsRecord(**known, first=first, normals=normals, bounds=bounds, **rest))

@@ -10,7 +10,7 @@ from threading import Thread
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.native.fleet_border import call_checked, native_function
+from minsnap.native.fleet_border import require
 from minsnap.native.library import Entry
 from minsnap.native.records import fields
 
@@ -131,16 +131,16 @@ class FleetSearch:
         question = _JointQuestion(
             sizeof(_JointQuestion), *sizes, *where[:5], len(obstacles), where[5], downwash, length, threads
         )
-        call_checked(native_function(_BEGIN), byref(question), byref(self._search))
+        require(_BEGIN, byref(question), byref(self._search))
         self._shape = free.shape
 
     def __del__(self) -> None:
         if self._search:
-            native_function(_END)(self._search)
+            _END(self._search)
 
     def forget(self) -> None:
         """Drop all multipliers."""
-        native_function(_FORGET)(self._search)
+        _FORGET(self._search)
 
     def run(
         self, curves: FloatArray, time: float, unit: float, settings: Settings, stopped: Callable[[], bool]
@@ -171,12 +171,11 @@ class FleetSearch:
         numbers = (time, settings.inflation, weight, settings.rho, settings.tau, settings.iterations, settings.inner)
         ends = (settings.patience, settings.short_by, settings.over_by, int(settings.settle))
         run = _JointRun(sizeof(_JointRun), *numbers, *ends, curves.ctypes.data, addressof(stop), figures.ctypes.data)
-        call = native_function(_RUN)
         failed: list[BaseException] = []
 
         def work() -> None:
             try:
-                call_checked(call, self._search, byref(run))
+                require(_RUN, self._search, byref(run))
             except BaseException as error:  # handed to the caller's thread
                 failed.append(error)
 

@@ -10,13 +10,11 @@ How to add an area ``xyz``:
    and pointers to contiguous arrays in, a ``Status`` out.  Sizes are checked against their bounds before anything is
    allocated, memory comes from ``Buffer``, no exception is thrown, nothing global is kept.  The build takes every
    ``src/*.cpp``; run ``python -m minsnap.native.build``.
-2. ``xyz.py`` beside this file wraps them.  It declares each entry point at module level and asks it per call::
+2. ``xyz.py`` beside this file wraps them.  It declares each entry point at module level and calls it::
 
        _SOLVE = Entry("minsnap_xyz", c_int64, c_void_p, c_void_p)
 
-       solve = _SOLVE.function()          # None where the Python core has to answer
-       if solve is not None:
-           status = Status(solve(len(a), address(a), address(b)))
+       status = Status(_SOLVE(len(a), address(a), address(b)))  # UNSUPPORTED where the Python core has to answer
 
    Arrays must be C-contiguous float64; ``address`` refuses others. More than a few arguments are a ``Record``, declared
    in ``src/basics/border.hpp`` and ``records.py``, whose layouts are compared when the entry point is first used.
@@ -35,6 +33,7 @@ from typing import Any, ClassVar
 
 from minsnap.errors import MinsnapError
 from minsnap.native.build import LIBRARY, STAMP
+from minsnap.native.status import Status
 
 KINDS = "dlqLQiIB?"
 """Characters of the kinds of arrays that entry points take: float64, integers and booleans."""
@@ -191,6 +190,11 @@ class Entry:
             )
             self.ready = function
         return self.ready
+
+    def __call__(self, *arguments: Any) -> int:
+        """Return the status with which the function ends; ``UNSUPPORTED`` where the Python core is in use."""
+        function = self.ready or self.function()
+        return Status.UNSUPPORTED if function is None else function(*arguments)
 
 
 def _passed(kind: Any, library: ctypes.CDLL) -> Any:

@@ -10,7 +10,6 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.library import Entry
 from minsnap.native.records import PieceRecord
-from minsnap.native.status import Status
 
 _SOLVE = Entry("minsnap_single_piece", PieceRecord)
 
@@ -55,10 +54,7 @@ def piece_within(
     acceleration : float
         One that counts as large here [m/s^2], positive.
     """
-    solve = _SOLVE.function()
-    if solve is None:
-        return None
     points, (count, dim) = np.empty_like(ends), ends.shape
     sizes = {"half": count // 2, "dim": dim, "conditions": len(conditions.order), "free": sum(1 << q for q in free)}
     known = {"duration": duration, "acceleration": acceleration, "ends": ends, "points": points}
-    return points if Status(solve(PieceRecord(**sizes, **known, **vars(conditions)))) is Status.DONE else None
+    return None if _SOLVE(PieceRecord(**sizes, **known, **vars(conditions))) else points

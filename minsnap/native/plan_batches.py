@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,9 @@ _EVALUATE = Entry("minsnap_evaluate_many", ValuesRecord)
 
 BLOCK = 4096
 """Problems solved in one call, between which Ctrl-C is taken: some tenths of a second."""
+
+EndStates = tuple[FloatArray | None, FloatArray | None]
+"""Derivatives 1 … k - 1 at start and end, (problems, k - 1, dim); None at rest."""
 
 
 class ManySlopes(NamedTuple):
@@ -51,26 +54,36 @@ class ManyTubes(NamedTuple):
     slopes: ManySlopes | None
 
 
-def many_record(
-    points: FloatArray,
-    durations: FloatArray,
-    offsets: IntArray,
-    half: int,
-    threads: int,
-    ends: tuple[FloatArray | None, FloatArray | None] = (None, None),
-) -> ManyRecord:
-    """Return the problems as entry points take them, without places for answers; arrays as for ``many_optima``."""
-    sizes = {"count": len(offsets) - 1, "dim": points.shape[1], "half": half, "threads": threads}
-    return ManyRecord(points=points, durations=durations, offsets=offsets, starts=ends[0], ends=ends[1], **sizes)
+class ManyChains(NamedTuple):
+    """Problems, one after the other.
+
+    Parameters
+    ----------
+    points : ndarray, shape (knots in all, dim)
+        C-contiguous [m]; problem b has one knot more than legs.
+    durations : ndarray, shape (legs in all,)
+        [s].
+    offsets : ndarray of int64, shape (problems + 1,)
+        First leg of each problem, and the number of all legs.
+    half : int
+        k, for degree 2k - 1.
+    threads : int
+    """
+
+    points: FloatArray
+    durations: FloatArray
+    offsets: IntArray
+    half: int
+    threads: int
+
+    def record(self, **further: Any) -> ManyRecord:
+        """Return them as entry points take them, with places for answers."""
+        return ManyRecord(count=len(self.offsets) - 1, dim=self.points.shape[1], **self._asdict(), **further)
 
 
 def many_tubes(
-    points: FloatArray,
-    durations: FloatArray,
-    offsets: IntArray,
-    half: int,
+    chains: ManyChains,
     widths: FloatArray,
-    threads: int,
     slopes: bool = False,
     gap: float = GAP,
     watch: Callable[[int, int], None] | None = None,
@@ -79,8 +92,7 @@ def many_tubes(
 
     Parameters
     ----------
-    points, durations, offsets, half, threads
-        As for ``many_optima``.
+    chains : ManyChains
     widths : ndarray, shape (legs in all,)
         Half-widths [m].
     slopes : bool
@@ -94,9 +106,7 @@ def many_tubes(
     -----
     Problems are solved in blocks, between which Python takes Ctrl-C.
     """
-    solve = _TUBES.ready or _TUBES.function()
-    if solve is None:
-        return None
+    points, durations, offsets, half, _ = chains
     count, legs, dim = len(offsets) - 1, len(durations), points.shape[1]
     curves, breaks = np.empty((legs, 2 * half, dim)), np.empty(len(points))
     figures, statuses = np.zeros((count, 4)), np.zeros(count, dtype=np.int32)
@@ -107,83 +117,44 @@ def many_tubes(
         problems, own = slice(first, last), offsets[first : last + 1] - offsets[first]
         legs_in = slice(offsets[first], offsets[last])
         knots = slice(legs_in.start + first, legs_in.stop + last)
-        block = many_record(points[knots], durations[legs_in], own, half, threads)
-        block.put(widths=widths[legs_in], gap=gap, most_gap=GAP)
+        part = chains._replace(points=points[knots], durations=durations[legs_in], offsets=own)
+        block = part.record(widths=widths[legs_in], gap=gap, most_gap=GAP)
         block.put(curves=curves[legs_in], breaks=breaks[knots], figures=figures[problems], statuses=statuses[problems])
         block.put(**{name: place[legs_in] for name, place in places.items() if place is not None})
-        solve(block)
+        if _TUBES(block):
+            return None
         if watch is not None:
             watch(last, count)
     return ManyTubes(curves, breaks, figures, statuses.astype(np.intp), wanted)
 
 
-def many_gradients(
-    points: FloatArray,
-    durations: FloatArray,
-    offsets: IntArray,
-    half: int,
-    ends: tuple[FloatArray | None, FloatArray | None],
-    threads: int,
-) -> ManySlopes | None:
-    """Return derivatives of the optimal costs without walls, not numbers where the native core does not answer.
-
-    Parameters
-    ----------
-    points, durations, offsets, half, ends, threads
-        As for ``many_optima``.
-    """
-    solve = _GRADIENTS.ready or _GRADIENTS.function()
-    if solve is None:
-        return None
-    count, dim = len(offsets) - 1, points.shape[1]
+def many_gradients(chains: ManyChains, ends: EndStates) -> ManySlopes | None:
+    """Return derivatives of the optimal costs without walls, not numbers where the native core does not answer."""
+    count, legs, dim = len(chains.offsets) - 1, len(chains.durations), chains.points.shape[1]
     costs, statuses = np.zeros(count), np.zeros(count, dtype=np.int32)
-    slopes = ManySlopes(np.empty(len(durations)), np.empty((len(durations), dim)), None)
-    many = many_record(points, durations, offsets, half, threads, ends)
-    many.put(costs=costs, slopes=slopes.durations, displacements=slopes.displacements, statuses=statuses)
-    solve(many)
-    failed = np.repeat(statuses != 0, np.diff(offsets))
+    slopes = ManySlopes(np.empty(legs), np.empty((legs, dim)), None)
+    places = {"costs": costs, "slopes": slopes.durations, "displacements": slopes.displacements, "statuses": statuses}
+    if _GRADIENTS(chains.record(starts=ends[0], ends=ends[1], **places)):
+        return None
+    failed = np.repeat(statuses != 0, np.diff(chains.offsets))
     slopes.durations[failed] = np.nan
     slopes.displacements[failed] = np.nan
     return slopes
 
 
-def many_optima(
-    points: FloatArray,
-    durations: FloatArray,
-    offsets: IntArray,
-    half: int,
-    ends: tuple[FloatArray | None, FloatArray | None],
-    threads: int,
-) -> tuple[FloatArray, FloatArray, IntArray] | None:
-    """Return curves of least integral of the squared k-th derivative; all problems one after the other.
-
-    Parameters
-    ----------
-    points : ndarray, shape (knots in all, dim)
-        C-contiguous [m]; problem b has one knot more than legs.
-    durations : ndarray, shape (legs in all,)
-        [s].
-    offsets : ndarray of int64, shape (problems + 1,)
-        First leg of each problem, and the number of all legs.
-    half : int
-        k, for degree 2k - 1.
-    ends : tuple of ndarray, shape (problems, k - 1, dim), or None
-        Derivatives at start and end; None at rest.
-    threads : int
+def many_optima(chains: ManyChains, ends: EndStates) -> tuple[FloatArray, FloatArray, IntArray] | None:
+    """Return curves of least integral of the squared k-th derivative.
 
     Returns
     -------
     (control points (legs in all, 2k, dim), breaks (knots in all,), statuses (problems,)) or None
         None where the Python core is in use.
     """
-    solve = _SOLVE.ready or _SOLVE.function()
-    if solve is None:
-        return None
+    points, durations, offsets, half, _ = chains
     curves, breaks = np.empty((len(durations), 2 * half, points.shape[1])), np.empty(len(points))
     statuses = np.zeros(len(offsets) - 1, dtype=np.int32)
-    many = many_record(points, durations, offsets, half, threads, ends)
-    many.put(curves=curves, breaks=breaks, statuses=statuses)
-    solve(many)
+    if _SOLVE(chains.record(starts=ends[0], ends=ends[1], curves=curves, breaks=breaks, statuses=statuses)):
+        return None
     return curves, breaks, statuses.astype(np.intp)
 
 
@@ -199,7 +170,7 @@ def many_values(
     Parameters
     ----------
     curves : tuple
-        Control points, durations, breaks and offsets, as ``many_optima`` takes and gives them.
+        Control points, durations, breaks and offsets, as ``ManyChains`` and ``many_optima`` have them.
     present : ndarray of bool, shape (problems,)
         Which curves there are; the others give not a number.
 
@@ -208,9 +179,6 @@ def many_values(
     (values (problems, m, dim), statuses (problems,)) or None
         None where the Python core is in use.
     """
-    evaluate = _EVALUATE.ready or _EVALUATE.function()
-    if evaluate is None:
-        return None
     points, durations, breaks, offsets = curves
     count, (_, size, dim), instants = len(present), points.shape, np.ascontiguousarray(t)
     values, statuses = np.empty((count, t.shape[-1], dim)), np.zeros(count, dtype=np.int32)
@@ -219,5 +187,4 @@ def many_values(
         **{"shared": t.ndim == 1, "threads": threads, "points": points, "durations": durations, "breaks": breaks},
         **{"offsets": offsets, "present": present, "t": instants, "values": values, "statuses": statuses},
     )
-    evaluate(asked)
-    return values, statuses.astype(np.intp)
+    return None if _EVALUATE(asked) else (values, statuses.astype(np.intp))

@@ -15,7 +15,6 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.library import Entry, address, optional_address, readable
 from minsnap.native.records import ExcessRecord
-from minsnap.native.status import Status
 from minsnap.polynomials import extrema
 
 _MAXIMA = Entry("minsnap_maxima", *[c_int64] * 3, *[c_void_p] * 4)
@@ -57,13 +56,10 @@ def maxima(
     where : ndarray, shape (groups,)
         Where on [0, 1].
     """
-    call = _MAXIMA.function()
-    if call is None:
-        return None
     points, known = _floats(points), optional_address(None if errors is None else _floats(errors))
     values, rows = np.empty((groups, 3)), np.empty(groups, dtype=np.int64)
     count = len(points) // groups
-    if call(groups, count, points.shape[1] - 1, address(points), known, address(values), address(rows)):
+    if _MAXIMA(groups, count, points.shape[1] - 1, address(points), known, address(values), address(rows)):
         return None
     return values[:, 0], values[:, 1], rows, values[:, 2]
 
@@ -89,13 +85,10 @@ def largest_norms(points: FloatArray, durations: FloatArray, orders: Sequence[in
     orders : sequence of int
         Ascending.
     """
-    call = _NORMS.ready or _NORMS.function()
-    if call is None:
-        return None
     count, wanted = len(orders), np.array(orders, dtype=np.int64)
     values, piece = np.empty((count, 3)), np.empty(count, dtype=np.int64)
     arrays = readable(_floats(points)), readable(_floats(durations))
-    if call(*_shape(points), *arrays, count, readable(wanted), address(values), address(piece)):
+    if _NORMS(*_shape(points), *arrays, count, readable(wanted), address(values), address(piece)):
         return None
     return [Extremum(a, b, i, s) for (a, b, s), i in zip(values.tolist(), piece.tolist(), strict=True)]
 
@@ -156,27 +149,21 @@ class MeasuredWalls:
         Extremum
             The row counts pieces within walls: wall times ``pieces`` plus piece of the leg.
         """
-        call = self._entry.ready or self._entry.function()
-        if call is None:
-            return None
         points, durations = _floats(points), _floats(durations)
         asked = ExcessRecord.from_buffer_copy(self._record)
         asked.pieces, asked.degree, asked.dim = _shape(points)
         asked.per_leg, asked.points, asked.durations = pieces, points.ctypes.data, durations.ctypes.data
-        if call(asked) != Status.DONE:
+        if self._entry(asked):
             return None
         return Extremum(asked.attained, asked.bound, asked.row, asked.where)
 
 
 def continuity(points: FloatArray, durations: FloatArray, exact: float, rounding: float) -> int | None:
     """Highest order up to which both sides of every knot agree; see ``minsnap.certificate``."""
-    call = _CONTINUITY.function()
-    if call is None:
-        return None
     order = np.zeros(1, dtype=np.int64)
     shape = _shape(points)
     points, durations = _floats(points), _floats(durations)
-    if call(*shape, address(points), address(durations), exact, rounding, address(order)):
+    if _CONTINUITY(*shape, address(points), address(durations), exact, rounding, address(order)):
         return None
     return int(order[0])
 

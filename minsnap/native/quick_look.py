@@ -8,7 +8,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.library import Entry, readable
-from minsnap.native.plan_batches import many_record
+from minsnap.native.plan_batches import ManyChains
 from minsnap.native.records import ManyRecord
 
 _ONE = Entry("minsnap_last_look", *[c_void_p] * 4, c_int64, *[c_int32] * 6, c_void_p)
@@ -48,12 +48,9 @@ def keeps(
     bool
         False also where rounding is more than this quick look allows, or where the Python core is in use.
     """
-    look = _ONE.ready or _ONE.function()
-    if look is None:
-        return False
     pieces, size, dim = curve.shape
     legs = len(points) - 1
-    return not look(
+    return not _ONE(
         *(readable(points), readable(durations)),
         *(None if widths is None else readable(widths), None if states is None else readable(states)),
         *(legs, pieces // legs, dim, size - 1),
@@ -61,31 +58,18 @@ def keeps(
     )
 
 
-def look_over(
-    points: FloatArray,
-    durations: FloatArray,
-    offsets: IntArray,
-    half: int,
-    widths: FloatArray,
-    threads: int,
-    curves: FloatArray,
-    statuses: IntArray,
-) -> None:
+def look_over(chains: ManyChains, widths: FloatArray, curves: FloatArray, statuses: IntArray) -> None:
     """Change the statuses of those of many plans in tubes of which this is not seen.
 
     Parameters
     ----------
-    points, durations, offsets, half, widths, threads
+    chains, widths
         As for ``many_tubes``.
     curves : ndarray, shape (legs in all, 2k, dim)
         Control points [m].
     statuses : ndarray of int, shape (problems,)
         Overwritten.
     """
-    look = _MANY.ready or _MANY.function()
-    if look is not None:
-        verdicts = statuses.astype(np.int32)
-        many = many_record(points, durations, offsets, half, threads)
-        many.put(widths=widths, curves=curves, statuses=verdicts)
-        look(many)
-        statuses[:] = verdicts
+    verdicts = statuses.astype(np.int32)
+    _MANY(chains.record(widths=widths, curves=curves, statuses=verdicts))
+    statuses[:] = verdicts

@@ -16,11 +16,45 @@ from minsnap.native.library import NativeCoreError
 Layout = dict[str, dict[str, tuple[int, int]]]
 """Offset and size of each field, by record and name."""
 
-BOOLEANS, INTEGERS, NUMBERS = (np.uint8, np.bool_), (np.int64,), (np.float64,)
+
+class Array(c_void_p):
+    """Where an array of a record lies."""
+
+    holds: ClassVar[tuple[Any, ...]] = ()
+    """Kinds of its numbers."""
 
 
-class Layouted(Structure):
-    """A struct of the border, made from numbers and addresses; who makes it keeps alive what stands there."""
+class Record(Structure):
+    """A struct of the border, made from numbers, other records, and arrays that it keeps alive.
+
+    Parameters
+    ----------
+    **values
+        Fields by name. Arrays are C-contiguous and of the kind that their field holds; None for no array.
+    """
+
+    arrays: ClassVar[Mapping[str, tuple[Any, ...]]] = {}
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        cls.arrays = {name: kind.holds for name, kind, *_ in cls._fields_ if issubclass(kind, Array)}
+
+    def __init__(self, **values: Any) -> None:
+        super().__init__()
+        self.kept: dict[str, Any] = {}
+        self.put(**values)
+
+    def put(self, **values: Any) -> None:
+        """Set further fields."""
+        self.kept |= values
+        for name, value in values.items():
+            kinds = self.arrays.get(name)
+            if kinds is not None and value is not None:
+                if value.dtype.type not in kinds or not value.flags.c_contiguous:
+                    wanted = f"{type(self).__name__}.{name} takes a contiguous array of {kinds[0].__name__}"
+                    raise TypeError(f"{wanted}, not of {value.dtype}")
+                value = value.ctypes.data
+            setattr(self, name, value)
 
     @classmethod
     def check(cls, library: ctypes.CDLL) -> None:
@@ -40,35 +74,6 @@ class Layouted(Structure):
             )
 
 
-class Record(Layouted):
-    """A struct of the border, made from numbers, other records, and arrays that it keeps alive.
-
-    Parameters
-    ----------
-    **values
-        Fields by name. Arrays are C-contiguous and of the kind that ``arrays`` says; None for no array.
-    """
-
-    arrays: ClassVar[Mapping[str, tuple[Any, ...]]] = {}
-
-    def __init__(self, **values: Any) -> None:
-        super().__init__()
-        self.kept: dict[str, Any] = {}
-        self.put(**values)
-
-    def put(self, **values: Any) -> None:
-        """Set further fields."""
-        self.kept |= values
-        for name, value in values.items():
-            kinds = self.arrays.get(name)
-            if kinds is not None and value is not None:
-                if value.dtype.type not in kinds or not value.flags.c_contiguous:
-                    wanted = f"{type(self).__name__}.{name} takes a contiguous array of {kinds[0].__name__}"
-                    raise TypeError(f"{wanted}, not of {value.dtype}")
-                value = value.ctypes.data
-            setattr(self, name, value)
-
-
 @cache
 def layout(library: ctypes.CDLL) -> Layout:
     """Return where the fields of all records lie in a library."""
@@ -86,7 +91,13 @@ def fields(kind: Any, *names: str) -> list[tuple[str, Any]]:
     return [(name, kind) for name in names]
 
 
-_integers, _floats, _arrays = (partial(fields, kind) for kind in (c_int64, c_double, c_void_p))
+ARRAYS = (np.float64,), (np.int64,), (np.int32,), (np.uint32,), (np.uint8, np.bool_)
+"""Kinds of numbers in each kind of array."""
+
+_integers, _floats = (partial(fields, kind) for kind in (c_int64, c_double))
+_numbers, _indices, _statuses, _masks, _flags = (
+    partial(fields, type("Array", (Array,), {"holds": kinds})) for kinds in ARRAYS
+)
 
 
 class WallsRecord(Record):
@@ -94,12 +105,11 @@ class WallsRecord(Record):
 
     _fields_ = (
         *_integers("count", "balls"),
-        *_arrays("piece", "order", "normal", "anchor", "bound", "width", "when", "ball", "matrix"),
+        *_indices("piece", "order"),
+        *_numbers("normal", "anchor", "bound", "width"),
+        *_indices("when", "ball"),
+        *_numbers("matrix"),
     )
-    arrays: ClassVar = {
-        **dict.fromkeys(("piece", "order", "when", "ball"), INTEGERS),
-        **dict.fromkeys(("normal", "anchor", "bound", "width", "matrix"), NUMBERS),
-    }
 
 
 class CorridorRecord(Record):
@@ -108,28 +118,29 @@ class CorridorRecord(Record):
     _fields_ = (
         *_integers("half", "pieces", "dim", "continuity", "closed"),
         *_floats("length", "time", "gap", "effort", "seconds"),
-        *_arrays("positions", "durations", "pinned", "values"),
+        *_numbers("positions", "durations"),
+        *_flags("pinned"),
+        *_numbers("values"),
         ("walls", WallsRecord),
     )
-    arrays: ClassVar = {"pinned": BOOLEANS, **dict.fromkeys(("positions", "durations", "values"), NUMBERS)}
 
 
 class CorridorAnswerRecord(Record):
     """Where an answer is written; see ``CorridorAnswer``."""
 
     _fields_ = (
-        *_arrays("points", "knots", "wall", "s", "multiplier", "direction"),
+        *_numbers("points", "knots"),
+        *_indices("wall"),
+        *_numbers("s", "multiplier", "direction"),
         *_floats("cost", "bound", "share", "work"),
         *_integers("rows", "rounds", "attempts"),
     )
-    arrays: ClassVar = {"wall": INTEGERS, **dict.fromkeys(("points", "knots", "s", "multiplier", "direction"), NUMBERS)}
 
 
 class SlackRecord(Record):
     """Slacks of walls, and where they are written; see ``least_slack``."""
 
-    _fields_ = (*_integers("count"), *_arrays("group", "weight", "slack", "remainder"))
-    arrays: ClassVar = {"group": INTEGERS, **dict.fromkeys(("weight", "slack", "remainder"), NUMBERS)}
+    _fields_ = (*_integers("count"), *_indices("group"), *_numbers("weight", "slack", "remainder"))
 
 
 class ChainRecord(Record):
@@ -137,12 +148,11 @@ class ChainRecord(Record):
 
     _fields_ = (
         *_integers("half", "legs", "dim", "pins", "closed"),
-        *_arrays("points", "durations", "start", "end", "knots", "masks", "values"),
+        *_numbers("points", "durations", "start", "end"),
+        *_indices("knots"),
+        *_masks("masks"),
+        *_numbers("values"),
     )
-    arrays: ClassVar = {
-        **dict.fromkeys(("points", "durations", "start", "end", "values"), NUMBERS),
-        **{"knots": INTEGERS, "masks": (np.uint32,)},
-    }
 
 
 class SplitRecord(Record):
@@ -151,10 +161,9 @@ class SplitRecord(Record):
     _fields_ = (
         *_integers("legs", "per_leg", "capacity"),
         *_floats("price", "seconds"),
-        *_arrays("durations", "history"),
+        *_numbers("durations", "history"),
         *_integers("evaluations"),
     )
-    arrays: ClassVar = dict.fromkeys(("durations", "history"), NUMBERS)
 
 
 class ManyRecord(Record):
@@ -163,13 +172,12 @@ class ManyRecord(Record):
     _fields_ = (
         *_integers("count", "dim", "half", "threads"),
         *_floats("gap", "most_gap"),
-        *_arrays("points", "durations", "offsets", "widths", "starts", "ends"),
-        *_arrays("curves", "breaks", "costs", "figures", "slopes", "displacements", "width_slopes", "statuses"),
+        *_numbers("points", "durations"),
+        *_indices("offsets"),
+        *_numbers("widths", "starts", "ends"),
+        *_numbers("curves", "breaks", "costs", "figures", "slopes", "displacements", "width_slopes"),
+        *_statuses("statuses"),
     )
-    arrays: ClassVar = {
-        **dict.fromkeys((field[0] for field in _fields_ if field[1] is c_void_p), NUMBERS),
-        **{"offsets": INTEGERS, "statuses": (np.int32,)},
-    }
 
 
 class ExcessRecord(Record):
@@ -177,14 +185,12 @@ class ExcessRecord(Record):
 
     _fields_ = (
         *_integers("pieces", "degree", "dim", "order", "per_leg", "walls", "rows"),
-        *_arrays("points", "durations", "leg", "matrix", "anchor", "lower", "upper"),
+        *_numbers("points", "durations"),
+        *_indices("leg"),
+        *_numbers("matrix", "anchor", "lower", "upper"),
         *_floats("attained", "bound", "where"),
         *_integers("row"),
     )
-    arrays: ClassVar = {
-        **dict.fromkeys(("points", "durations", "matrix", "anchor", "lower", "upper"), NUMBERS),
-        **{"leg": INTEGERS},
-    }
 
 
 class ValuesRecord(Record):
@@ -192,12 +198,12 @@ class ValuesRecord(Record):
 
     _fields_ = (
         *_integers("count", "degree", "dim", "order", "instants", "shared", "threads"),
-        *_arrays("points", "durations", "breaks", "offsets", "present", "t", "values", "statuses"),
+        *_numbers("points", "durations", "breaks"),
+        *_indices("offsets"),
+        *_flags("present"),
+        *_numbers("t", "values"),
+        *_statuses("statuses"),
     )
-    arrays: ClassVar = {
-        **dict.fromkeys(("points", "durations", "breaks", "t", "values"), NUMBERS),
-        **{"offsets": INTEGERS, "present": BOOLEANS, "statuses": (np.int32,)},
-    }
 
 
 class VehicleRecord(Record):
@@ -206,9 +212,8 @@ class VehicleRecord(Record):
     _fields_ = (
         *_integers("parts", "count"),
         *_floats("mass", "jerk"),
-        *_arrays("medium", "inertia", "mixer", "points", "half", "yaw", "axes", "bounds"),
+        *_numbers("medium", "inertia", "mixer", "points", "half", "yaw", "axes", "bounds"),
     )
-    arrays: ClassVar = dict.fromkeys(("medium", "inertia", "mixer", "points", "half", "yaw", "axes", "bounds"), NUMBERS)
 
 
 class SetsRecord(Record):
@@ -217,12 +222,9 @@ class SetsRecord(Record):
     _fields_ = (
         *_integers("sets", "dim", "ways"),
         *_floats("far"),
-        *_arrays("first", "normals", "bounds", "along", "centers", "radii", "least"),
+        *_indices("first"),
+        *_numbers("normals", "bounds", "along", "centers", "radii", "least"),
     )
-    arrays: ClassVar = {
-        **dict.fromkeys(("normals", "bounds", "along", "centers", "radii", "least"), NUMBERS),
-        **{"first": INTEGERS},
-    }
 
 
 class PieceRecord(Record):
@@ -231,12 +233,9 @@ class PieceRecord(Record):
     _fields_ = (
         *_integers("half", "dim", "conditions", "free"),
         *_floats("duration", "acceleration"),
-        *_arrays("order", "soft", "first", "s", "ahead", "matrix", "bound", "ends", "points"),
+        *_indices("order", "soft", "first"),
+        *_numbers("s", "ahead", "matrix", "bound", "ends", "points"),
     )
-    arrays: ClassVar = {
-        **dict.fromkeys(("order", "soft", "first"), INTEGERS),
-        **dict.fromkeys(("s", "ahead", "matrix", "bound", "ends", "points"), NUMBERS),
-    }
 
 
 POLL = CFUNCTYPE(c_int64, c_double, c_int64)
@@ -248,12 +247,9 @@ class ConeGroup(Record):
 
     _fields_ = (
         *_integers("count", "rows", "order", "outside", "at_knots"),
-        *_arrays("leg", "matrix", "anchor", "slope", "radius", "width"),
+        *_indices("leg"),
+        *_numbers("matrix", "anchor", "slope", "radius", "width"),
     )
-    arrays: ClassVar = {
-        **dict.fromkeys(("matrix", "anchor", "slope", "radius", "width"), NUMBERS),
-        **{"leg": INTEGERS},
-    }
 
     @classmethod
     def of(cls, leg: IntArray, matrix: FloatArray, *others: FloatArray, **kind: int) -> ConeGroup:
@@ -287,20 +283,18 @@ class StopRecord(Record):
     _fields_ = (
         *_integers("half", "dim", "walls", "limits", "legs", "member"),
         *_floats("unit"),
-        *_arrays("state", "waypoints"),
+        *_numbers("state", "waypoints"),
         ("cones", POINTER(ConeGroup)),
-        *_arrays("caps", "points"),
+        *_numbers("caps", "points"),
         *_floats("duration", "change"),
         *_integers("limited"),
     )
-    arrays: ClassVar = dict.fromkeys(("state", "waypoints", "caps", "points"), NUMBERS)
 
 
 class MomentaryLimit(Record):
     """A limit on several derivatives at an instant, in such a search."""
 
-    _fields_ = (*_integers("kind"), *_arrays("parameters"))
-    arrays: ClassVar = {"parameters": NUMBERS}
+    _fields_ = (*_integers("kind"), *_numbers("parameters"))
 
 
 class ShortestRequest(Record):
@@ -308,21 +302,18 @@ class ShortestRequest(Record):
 
     _fields_ = (
         *_integers("half", "dim", "legs", "closed", "groups", "limits", "divisions", "moving", "rough"),
-        *_arrays("parts"),
+        *_indices("parts"),
         *_floats("worthwhile", "inwards", "tightened"),
-        *_arrays("pinned", "free", "lengths", "norms"),
+        *_numbers("pinned"),
+        *_indices("free"),
+        *_numbers("lengths", "norms"),
         *_floats("price", "slower"),
         *_integers("guessed"),
-        *_arrays("guess_durations", "guess_knots", "least", "turned"),
+        *_numbers("guess_durations", "guess_knots", "least", "turned"),
         ("cones", POINTER(ConeGroup)),
         ("momentary", POINTER(MomentaryLimit)),
         ("poll", POLL),
     )
-    arrays: ClassVar = {
-        **dict.fromkeys(("pinned", "lengths", "norms", "turned"), NUMBERS),
-        **dict.fromkeys(("guess_durations", "guess_knots", "least"), NUMBERS),
-        **{"parts": INTEGERS, "free": INTEGERS},
-    }
 
     @classmethod
     def check(cls, library: ctypes.CDLL) -> None:
@@ -338,6 +329,5 @@ class ShortestAnswer(Record):
     _fields_ = (
         *_integers("pieces", "iterations"),
         *_floats("total", "wall", "limit"),
-        *_arrays("durations", "points", "knots"),
+        *_numbers("durations", "points", "knots"),
     )
-    arrays: ClassVar = dict.fromkeys(("durations", "points", "knots"), NUMBERS)

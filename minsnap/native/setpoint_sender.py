@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.native.library import Entry, Function, address
-from minsnap.native.status import Status
+from minsnap.native.library import Entry, address
 
 LONGEST = 280
 """Bytes of the longest message, a MAVLink 2 message without signature."""
@@ -87,12 +86,9 @@ class NativeSender:
         NativeSender or None
             None where the native core is not in use or cannot do it.
         """
-        function = _OPEN.function()
-        if function is None:
-            return None
         handle = c_void_p()
-        status = Status(function(port, rate, start, max_gap, extra, 0, ctypes.addressof(handle)))
-        return cls(int(handle.value or 0)) if status is Status.DONE else None
+        status = _OPEN(port, rate, start, max_gap, extra, 0, ctypes.addressof(handle))
+        return None if status else cls(int(handle.value or 0))
 
     def supply(
         self, first: int, messages: Sequence[bytes], flying: Sequence[bool], target: tuple[str, int] | None
@@ -115,13 +111,12 @@ class NativeSender:
         host, port = target or ("0.0.0.0", 0)
         where = int.from_bytes(socket.inet_aton(host), sys.byteorder), port
         sizes = (self.generation, first, len(messages))
-        status = self._call(_SUPPLY)(self._opened, *sizes, content, address(lengths), address(flags), *where)
-        return Status(status) is Status.DONE
+        return not _SUPPLY(self._opened, *sizes, content, address(lengths), address(flags), *where)
 
     def drain(self) -> list[Served]:
         """Return what was served since the last call."""
         arrays = (address(values) for values in (self._slots, self._times, self._counts))
-        self._call(_DRAIN)(self._opened, len(self._slots), *arrays)
+        _DRAIN(self._opened, len(self._slots), *arrays)
         count, self.generation, _, self.granted = self._counts.tolist()
         return [
             Served(slot, time)
@@ -130,16 +125,16 @@ class NativeSender:
 
     def sequence(self) -> int:
         """Return the sequence number for another message of the same system, 0 to 255."""
-        return self._call(_SEQUENCE)(self._opened)
+        return _SEQUENCE(self._opened)
 
     def stop(self) -> None:
         """End the thread; nothing leaves from then on, and what has left may still be drained."""
-        self._call(_STOP)(self._opened)
+        _STOP(self._opened)
 
     def close(self) -> None:
         """Free the memory of a stopped sender."""
         if self._handle is not None:
-            self._call(_CLOSE)(self._handle)
+            _CLOSE(self._handle)
         self._handle = None
 
     @property
@@ -147,9 +142,3 @@ class NativeSender:
         if self._handle is None:
             raise RuntimeError("the sender is closed")
         return self._handle
-
-    @staticmethod
-    def _call(entry: Entry) -> Function:
-        function = entry.ready or entry.function()
-        assert function is not None  # it was there when the sender was opened
-        return function

@@ -158,9 +158,6 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
         Called before every iteration with the total time [s], whether Ctrl-C was pressed since the search began, and
         the number of rows; True ends the search. What it raises is raised here.
     """
-    search = _SEARCH.function()
-    if search is None:
-        return None
     raised: list[BaseException] = []
     pressed: list[int] = []
     told: list[bool] = []
@@ -186,7 +183,7 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
     answer = ShortestAnswer(durations=durations, points=points, knots=knots)
     request = _request(question, more, POLL(polled))
     with _noting(pressed):
-        status = Status(search(request, answer))
+        status = Status(_SEARCH(request, answer))
     if raised:
         raise raised[0]
     if pressed and not told:

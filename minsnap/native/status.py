@@ -6,37 +6,27 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """The same numbers as in ``src/status.hpp``."""
+    """The same numbers as in ``src/status.hpp``, and why a problem is handed over, in words that end a sentence."""
 
-    DONE = 0
-    BAD_SIZE = 1
-    BAD_NUMBER = 2
-    NO_MEMORY = 3
-    UNSUPPORTED = 4
-    SINGULAR = 5
-    NOT_PROVED = 6
-    INFEASIBLE = 7
-    NO_PROGRESS = 8
-    SPENT = 9
+    reason: str
 
-    @property
-    def reason(self) -> str:
-        """Why a problem is handed over, in words that end a sentence."""
-        return _REASONS[self]
+    def __new__(cls, number: int, reason: str = "") -> Status:
+        """Return a status that is its number."""
+        status = int.__new__(cls, number)
+        status._value_, status.reason = number, reason
+        return status
 
+    DONE = 0, "nothing is missing"
+    BAD_SIZE = 1, "the problem has more values than the native core takes"
+    BAD_NUMBER = 2, "a number is not finite or out of range"
+    NO_MEMORY = 3, "the native core found no memory"
+    UNSUPPORTED = 4, "the native core does not solve this kind of problem"
+    SINGULAR = 5, "a pivot of the native core was not positive to working precision"
+    NOT_PROVED = 6, "the native core did not prove its answer"
+    INFEASIBLE = 7, "the native core found no answer"
+    NO_PROGRESS = 8, "the native core made no progress"
+    SPENT = 9, "the native core worked on it for as long as a problem is worth"
 
-_REASONS = {
-    Status.DONE: "nothing is missing",
-    Status.BAD_SIZE: "the problem has more values than the native core takes",
-    Status.BAD_NUMBER: "a number is not finite or out of range",
-    Status.NO_MEMORY: "the native core found no memory",
-    Status.UNSUPPORTED: "the native core does not solve this kind of problem",
-    Status.SINGULAR: "a pivot of the native core was not positive to working precision",
-    Status.NOT_PROVED: "the native core did not prove its answer",
-    Status.INFEASIBLE: "the native core found no answer",
-    Status.NO_PROGRESS: "the native core made no progress",
-    Status.SPENT: "the native core worked on it for as long as a problem is worth",
-}
 
 GAVE_UP = frozenset(
     status.reason

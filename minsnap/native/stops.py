@@ -11,7 +11,6 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.native.library import Entry
 from minsnap.native.records import ConeGroup, StopRecord
-from minsnap.native.status import Status
 
 _STOP = Entry("minsnap_stop", StopRecord)
 
@@ -93,8 +92,7 @@ class StopFamily:
         return self._caps
 
     def _found(self) -> ProvedStop | None:
-        find = _STOP.ready or _STOP.function()
-        if find is None or find(self._record) != Status.DONE:
+        if _STOP(self._record):
             return None
         duration, change = self._record.duration, self._record.change
         durations = np.array([change * duration, (1.0 - change) * duration] if change else [duration])

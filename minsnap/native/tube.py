@@ -53,12 +53,9 @@ def tube_optimum(
     gap : float
         Share of the cost that may be given away.
     """
-    solve = _SOLVE.ready or _SOLVE.function()
-    if solve is None:
-        return None
     legs, dim = len(durations), points.shape[1]
     curves, breaks, figures = np.empty((legs, 2 * half, dim)), np.empty(legs + 1), np.empty(4)
-    status = solve(
+    status = _SOLVE(
         *(address(points), address(durations), address(widths), legs, dim, half, widths.ndim == 0, gap),
         *(writable(curves), writable(breaks), writable(figures)),
     )

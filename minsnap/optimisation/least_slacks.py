@@ -57,8 +57,6 @@ def native_slacks(task: Task, durations: FloatArray, give: Give, lowest: float =
     walls = question.walls
     bound = walls.bound + lowest * np.where(give.group < 0, 0.0, give.weight * walls.width)
     least = least_slack(replace(question, walls=replace(walls, bound=bound)), give, task.deadline.left)
-    if least is None:
-        return None
     task.deadline.spend(WORK.solve * least.work)
     task.deadline.require()
     return replace(least, slacks=least.slacks + lowest)

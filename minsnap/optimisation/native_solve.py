@@ -29,8 +29,6 @@ def solve_natively(
     if isinstance(question, str):
         return question
     answer = solve_corridor(question, gap, effort, task.deadline.left)
-    if answer is None:
-        return core().reason
     task.deadline.spend(WORK.solve * answer.work)
     return answer if answer.status is Status.DONE else answer.status.reason
 
@@ -63,7 +61,7 @@ def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> tupl
     points, times = np.ascontiguousarray(task.waypoints), durations.reshape(task.legs, task.pieces)
     optimum = pinned_optimum(points, times.sum(axis=1), task.half, task.pins, task.closed)
     if not isinstance(optimum, tuple):
-        return core().reason if optimum is None else optimum.reason
+        return optimum.reason
     knots = np.zeros((task.legs + 1, task.half, task.dim))
     for order in range(1, task.half):
         knots[:, order] = optimum[1][:, order - 1] / units.of_order(order)

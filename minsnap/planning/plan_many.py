@@ -17,7 +17,7 @@ from minsnap.basics.tolerances import GAP
 from minsnap.corridors.constraint import Constraint
 from minsnap.errors import InputError, MinsnapError
 from minsnap.limits.limits import Limits
-from minsnap.native.plan_batches import ManySlopes, many_gradients, many_optima, many_tubes
+from minsnap.native.plan_batches import ManyChains, ManySlopes, many_gradients, many_optima, many_tubes
 from minsnap.native.quick_look import look_over
 from minsnap.native.status import Status
 from minsnap.optimisation.tube_report import TubeReports
@@ -141,11 +141,11 @@ def _check_gradients(many: ManyProblems) -> None:
 def _solved_free(many: ManyProblems, gradients: bool) -> Trajectories:
     """Plan without walls, all at once where the native core is."""
     batch = many.batch
-    arrays = batch.points, batch.durations, batch.offsets, many.half, many.ends, many.workers
-    solved = many_optima(*arrays)
+    chains = ManyChains(batch.points, batch.durations, batch.offsets, many.half, many.workers)
+    solved = many_optima(chains, many.ends)
     if solved is None:
         return _solved_one_by_one(many, gradients)
-    slopes = many_gradients(*arrays) if gradients else None
+    slopes = many_gradients(chains, many.ends) if gradients else None
     how: ReportMaker = LinearSystem(0.0, (perf_counter() - many.began) / max(len(batch), 1), "native")
     return _mended(many, solved, [how] * len(batch), slopes)
 
@@ -154,11 +154,11 @@ def _solved_in_tubes(many: ManyProblems, widths: FloatArray, gradients: bool) ->
     """Plan from rest to rest in tubes, all at once where the native core is."""
     batch = many.batch
     gap = GRADIENT_GAP if gradients else GAP
-    arrays = batch.points, batch.durations, batch.offsets, many.half, widths
-    curves = many_tubes(*arrays, many.workers, gradients, gap, many.watch)
+    chains = ManyChains(batch.points, batch.durations, batch.offsets, many.half, many.workers)
+    curves = many_tubes(chains, widths, gradients, gap, many.watch)
     if curves is None:
         return _solved_one_by_one(many, gradients)
-    look_over(*arrays, many.workers, curves.points, curves.statuses)
+    look_over(chains, widths, curves.points, curves.statuses)
     share = (perf_counter() - many.began) / max(len(batch), 1)
     reports = TubeReports(share, curves.figures, owned(batch.points), widths, batch.offsets)
     return _mended(many, (curves.points, curves.breaks, curves.statuses), reports, curves.slopes)

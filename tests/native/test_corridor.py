@@ -237,7 +237,7 @@ def test_units_do_not_matter():
 
 def test_a_python_core_in_use_is_not_gone_round():
     with library.using("python"):
-        assert solve_corridor(tube_question(REFERENCE, DURATIONS, 0.3)) is None
+        assert solve_corridor(tube_question(REFERENCE, DURATIONS, 0.3)).status is Status.UNSUPPORTED
 
 
 def test_the_tube_of_the_helper_is_the_tube_of_the_library():

@@ -200,8 +200,8 @@ def test_coordinates_out_of_range_are_bad_numbers():
 def test_the_python_core_answers_where_it_is_chosen():
     points, durations = np.zeros((3, 2)), np.ones(2)
     with library.using("python"):
-        assert resting_optimum(points, durations, 4) is None
-        assert pinned_optimum(points, durations, 4, {}, False) is None
+        assert resting_optimum(points, durations, 4) is Status.UNSUPPORTED
+        assert pinned_optimum(points, durations, 4, {}, False) is Status.UNSUPPORTED
         assert minsnap.plan(points, durations=durations).report.core == "python"
 
 

@@ -101,4 +101,5 @@ def test_using_puts_the_choice_back():
     with library.using("python") as core:
         assert library.core() is core and core.name == "python" and "was asked for" in core.reason
         assert library.Entry("minsnap_abi").function() is None
+        assert library.Entry("minsnap_abi")() == Status.UNSUPPORTED
     assert library.core() is before

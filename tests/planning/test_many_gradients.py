@@ -9,7 +9,7 @@ from tasks import task_of
 import minsnap
 from minsnap.errors import InputError
 from minsnap.native import library
-from minsnap.native.plan_batches import many_tubes
+from minsnap.native.plan_batches import ManyChains, many_tubes
 from minsnap.optimisation.gradient import cost_gradient
 from minsnap.optimisation.solve import solve
 
@@ -78,9 +78,9 @@ def test_gradients_in_tubes_are_those_of_differences(dim, degree):
     widths, half, offsets = np.array([0.04, 0.06, 0.03, 0.05]), (degree + 1) // 2, np.array([0, 4])
 
     def cost(P, T, W):
-        return many_tubes(P, T, offsets, half, W, 1, gap=1e-11).figures[0, 0]
+        return many_tubes(ManyChains(P, T, offsets, half, 1), W, gap=1e-11).figures[0, 0]
 
-    found = many_tubes(points, durations, offsets, half, widths, 1, True, 1e-11)
+    found = many_tubes(ManyChains(points, durations, offsets, half, 1), widths, True, 1e-11)
     assert found.statuses[0] == 0 and found.figures[0, 2] >= 2
     times, moves, walls = found.slopes
     places = np.zeros(points.shape)

@@ -120,7 +120,7 @@ def test_a_tube_that_the_quick_way_makes_too_wide_is_seen(monkeypatch):
 def test_a_tube_that_a_batch_makes_too_wide_is_seen(monkeypatch, off):
     """One leg's tube after another is wider inside; what comes back is inside of the one asked for."""
     solve, widened = batches.many_tubes, np.tile(np.where(np.arange(3) == off, 2.0, 1.0), 4)
-    monkeypatch.setattr(batches, "many_tubes", lambda p, d, o, half, w, *rest: solve(p, d, o, half, widened * w, *rest))
+    monkeypatch.setattr(batches, "many_tubes", lambda chains, w, *rest: solve(chains, widened * w, *rest))
     many = minsnap.plan_many(np.stack([POINTS] * 4), durations=TIMES, corridor=0.1)
     assert all(minsnap.certify(curve, POINTS, 0.1).ok for curve in many)
 

@@ -14,7 +14,14 @@ constexpr std::int32_t abi = 13;
 
 MINSNAP_EXPORT std::int32_t minsnap_abi() { return abi; }
 
-MINSNAP_EXPORT const char *minsnap_compiler() { return __VERSION__; }
+// Name and version: the version of Clang begins with its name, that of GCC does not.
+MINSNAP_EXPORT const char *minsnap_compiler() {
+#ifdef __clang__
+    return __VERSION__;
+#else
+    return "GCC " __VERSION__;
+#endif
+}
 
 // A field of the border: its record's name and its own, its offset and its size; past the last one bad_size.
 MINSNAP_EXPORT std::int32_t minsnap_border_field(std::int64_t index, const char **names, std::int64_t *place) {
