@@ -90,7 +90,7 @@ class Tally:
         self.new += not change.kept
         self.uncertified += not change.certified
         self.without_stop += change.stop is None
-        self.searched += change.reason != "nothing has changed"
+        self.searched += not change.reason.endswith("has changed")
         for order in range(4):
             value = before(min(change.splice, before.duration), order)
             gap = np.abs(change.trajectory(0.0, order) - value).max() / before.max_norm(order)[0]

@@ -253,16 +253,23 @@ class NotShorterError(LateError):
 
 @dataclass(frozen=True)
 class SearchPatience:
-    """When a search ends that must beat what is flown.
+    """When a search is begun, and when it ends, that must beat what is flown.
 
     Parameters
     ----------
+    touching : float
+        Share of its width: walls farther away than that have no part in where a search ends.
+    recent : float
+        Share of the flight ahead after which is searched again although no wall that matters has changed: a polynomial
+        that is to be flown through less of its leg can be a faster one.
     least, most : int
         Iterations after which it may end, and for which it may be longer.
     each : float
         Share by which it may be longer for each iteration that is left of these, and must be shorter for each beyond.
     """
 
+    touching: float = 0.01
+    recent: float = 0.05
     least: int = 12
     most: int = 25
     each: float = 2e-5
@@ -368,8 +375,18 @@ def _inside_after(curve: Trajectory, task: Task, start: float) -> bool:
 
 def inside(curve: Trajectory, walls: Sequence[Walls]) -> bool:
     """Whether a curve is proved to be inside the walls of its legs at every instant."""
+    return room_of(curve, walls) >= 0.0
+
+
+def room_of(curve: Trajectory, walls: Sequence[Walls]) -> float:
+    """Proved least distance of a curve to the walls of its legs [m], negative outside."""
     nearest = nearest_wall(curve, walls_from(walls, 0, curve.legs))
-    return nearest is None or nearest.value >= 0.0
+    return inf if nearest is None else nearest.value
+
+
+def touching(walls: Sequence[Walls], clearance: float) -> float:
+    """Distance from walls within which a plan touches them, where it was searched with a clearance from them [m]."""
+    return clearance + PATIENCE.touching * min((float(wall.width.min()) for wall in walls), default=0.0)
 
 
 def within(curve: Trajectory, limits: Limits | None, start: float = 0.0) -> bool:

@@ -13,7 +13,7 @@ from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import InputError, TimingError
 from minsnap.optimisation.task import Task
-from minsnap.replanning.horizon import walls_from
+from minsnap.replanning.horizon import PATIENCE, walls_from
 from minsnap.replanning.splice import Splice
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -67,6 +67,9 @@ class Change:
     legs: int = 0
 
 
+UNCHANGED = "nothing has changed"
+"""Why a rest is kept that was planned for the same."""
+
 ANSWERS = 50
 """Answers whose times are remembered."""
 
@@ -91,6 +94,10 @@ class Memory:
         What it answers.
     settled : bool
         Whether the search behind it ended by itself.
+    since : float
+        Flight since the search that found nothing better than this answer [s]; infinite where none did.
+    free : bool
+        Whether the answer touches no wall.
     guess : Trajectory or None
         The last planned curve for these legs, where it was not returned.
     """
@@ -99,15 +106,33 @@ class Memory:
     leg_start: FloatArray
     task: Task
     settled: bool
+    since: float
+    free: bool
     guess: Trajectory | None = None
 
-    def same(self, splice: Splice, task: Task) -> bool:
-        """Whether every leg ahead has the same conditions as for this answer, and its search had ended."""
-        return self.settled and self.answer is splice.flown and same_conditions(task, self.task, splice.passed)
+    def unchanged(self, splice: Splice, task: Task, free: bool, ahead: float) -> str:
+        """Say that nothing has changed that this answer depends on, the best that a search found; empty if it has.
+
+        Parameters
+        ----------
+        splice : Splice
+        task : Task
+        free : bool
+            Whether what is left of the answer touches no wall. Where it did not either, other walls leave it as good
+            as it was: what can be gained is gained by flying on.
+        ahead : float
+            Flight time of what would be searched, small parts of which are waited for; 0 where more would be searched
+            than was [s].
+        """
+        if not (self.settled and same_waypoints(task, self.task, splice.passed)):
+            return ""
+        if free and self.free and self.since + splice.instant < PATIENCE.recent * ahead:
+            return "no wall that it touches has changed"
+        return UNCHANGED if same_walls(task, self.task, splice.passed) else ""
 
     def first_guess(self, splice: Splice, legs: int) -> Trajectory | None:
         """Return the rest of the last curve, if it has that number of legs."""
-        if self.guess is None or self.answer is not splice.flown:
+        if self.guess is None:
             return None
         rest = Splice(self.guess, splice.instant, splice.half).rest
         return rest if rest is not None and rest.legs == legs else None
@@ -115,15 +140,17 @@ class Memory:
 
 def leg_start_of(splice: Splice, memory: Memory | None) -> FloatArray:
     """Where the leg being flown begins, (dim,) [m]: before earlier splices, too."""
-    known = memory is not None and memory.answer is splice.flown and splice.passed == 0
-    return memory.leg_start if known and memory is not None else splice.leg_start
+    return splice.leg_start if memory is None or splice.passed else memory.leg_start
 
 
-def same_conditions(task: Task, before: Task, passed: int) -> bool:
-    """Whether the legs of a task have the conditions that they had in one with some more, now passed, before them."""
-    for name in ("waypoints", "lower", "upper"):
-        if not np.array_equal(getattr(before, name)[passed + 1 :], getattr(task, name)[1:]):
-            return False
+def same_waypoints(task: Task, before: Task, passed: int) -> bool:
+    """Whether the waypoints of a task are what they were in one with some more, now passed, before them."""
+    names = ("waypoints", "lower", "upper")
+    return all(np.array_equal(getattr(before, name)[passed + 1 :], getattr(task, name)[1:]) for name in names)
+
+
+def same_walls(task: Task, before: Task, passed: int) -> bool:
+    """Whether its walls are."""
     walls = walls_from(before.walls, passed, before.legs)
     return len(walls) == len(task.walls) and all(map(_equal, walls, task.walls))
 

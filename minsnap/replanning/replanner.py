@@ -41,18 +41,19 @@ from minsnap.replanning.horizon import (
     NotShorterError,
     after_first_leg,
     flown_on,
-    inside,
     joined_with,
     moved_inwards,
     near,
     part_of,
     rest_within,
+    room_of,
     search_ahead,
     search_back,
     seen_joined,
+    touching,
     within,
 )
-from minsnap.replanning.memory import Change, Memory, Takes, due_of, leg_start_of
+from minsnap.replanning.memory import UNCHANGED, Change, Memory, Takes, due_of, leg_start_of
 from minsnap.replanning.splice import Splice, ends_at_rest, has_angles, splice_of, spliced, through_angles
 from minsnap.replanning.stopping import Stopping
 from minsnap.trajectory.trajectory import Trajectory
@@ -223,6 +224,8 @@ class Replanner:
             watch = Stopwatch(self._clock)
             splice = splice_of(flown, now, budget, self._half)
             due = due_of(watch.began, now, budget, began)
+            if self._memory is not None and self._memory.answer is not flown:
+                self._memory = None
             self._refuse_short(float(budget))
             course = self._course(splice, waypoints, boxes, self._corridor if corridor is None else corridor, goal)
             aim = Aim.of(self._limits, durations, total_time, course.task.legs)
@@ -246,19 +249,24 @@ class Replanner:
         if call.aim.timed and self._limits is None:
             raise TimingError("nothing says how fast to fly: give limits to the Replanner, or durations or total_time")
         splice, task = call.splice, call.course.task
-        stops, safe = self._stop_first(call)
+        stops, room = self._stop_first(call)
+        safe, free = room >= 0.0, room > touching(task.walls, self._clearance)
         rest = splice.rest if call.course.fits(splice.rest) else None
         standing = self._with_angles(call, rest) if rest is not None and safe else None
-        better, settled, reason = None, True, "nothing has changed"
-        if standing is None or not self._unchanged(call, standing):
+        memory, better, settled = self._memory, None, True
+        since = inf if memory is None else memory.since + splice.instant
+        reason = "" if standing is None else self._unchanged(call, standing, free)
+        if not reason:
             better, settled, reason = self._searched(call, rest, standing is not None)
+            since = 0.0
         chosen, reason = self._chosen_of(call, standing, better, reason)
         if chosen is None and standing is not None and standing is not rest:
             chosen, reason = Better(standing), ""
+        since = since if chosen is None else inf
         change = self._change(call, chosen, stops, safe, reason)
         guess = None if better is None or chosen is not None else better.curve
-        start = leg_start_of(splice, self._memory)
-        self._memory = Memory(change.trajectory, start, task, settled, guess)
+        start = leg_start_of(splice, memory)
+        self._memory = Memory(change.trajectory, start, task, settled, since, free, guess)
         for part, taken in (("check", call.deadline.longest), ("closing", call.deadline.since)):
             self._takes.add(part, taken) if call.deadline.longest else self._takes.skip(part)
         return change
@@ -273,12 +281,12 @@ class Replanner:
                 f"{2.0 * takes:.2g} s"
             )
 
-    def _stop_first(self, call: _Call) -> tuple[tuple[Trajectory | None, str], bool]:
-        """Return a way to hover, or None and why there is none; and whether the rest of the flown plan is safe."""
+    def _stop_first(self, call: _Call) -> tuple[tuple[Trajectory | None, str], float]:
+        """Return a way to hover, or None and why there is none; and the room of the rest of the flown plan."""
         until = Deadline(call.due - AFTER_STOP * call.seconds, self._clock)
         stopping = Stopping(call.course.task, self._limits, until)
-        (stop, no_stop), safe = self._stop(call, stopping.braking), self._safe(call)
-        if stop is None and safe and ends_at_rest(call.splice.flown):
+        (stop, no_stop), room = self._stop(call, stopping.braking), self._distance(call)
+        if stop is None and room >= 0.0 and ends_at_rest(call.splice.flown):
             stop = call.splice.rest
         known, late = self._takes.usual("stop"), stop is None and no_stop == LATE_STOP
         self._takes.add("stop", call.watch.seconds)
@@ -289,7 +297,7 @@ class Replanner:
         if stop is None:
             until.resume()
             stop, no_stop = self._stop(call, stopping.aside)
-        return (stop, no_stop), safe
+        return (stop, no_stop), room
 
     def _stop(self, call: _Call, way: Callable[[], Trajectory | None]) -> tuple[Trajectory | None, str]:
         """Return a stop with the heading at the splice, or None and why there is none."""
@@ -302,12 +310,12 @@ class Replanner:
             return None, NO_STOP
         return stop.with_yaw(spliced(splice.flown, splice.instant, None, None, stop)), ""
 
-    def _safe(self, call: _Call) -> bool:
-        """Whether the rest is inside all walls ahead, leg by leg, and keeps the limits, wherever the waypoints are."""
+    def _distance(self, call: _Call) -> float:
+        """Distance of the rest to all walls ahead, leg by leg, wherever the waypoints are [m]; negative if not safe."""
         rest, task = call.splice.rest, call.course.task
-        if rest is None or rest.legs != task.legs or call.course.outside:
-            return False
-        return rest_within(call.splice, self._limits) and inside(rest, task.walls)
+        if rest is None or rest.legs != task.legs or call.course.outside or not rest_within(call.splice, self._limits):
+            return -inf
+        return room_of(rest, task.walls)
 
     def _with_angles(self, call: _Call, rest: Trajectory) -> Trajectory | None:
         """Return a rest with the requested headings at the waypoints; None where it does not keep the limits so."""
@@ -316,13 +324,23 @@ class Replanner:
         turned = self._finish(call, call.splice)(rest)
         return turned if within(turned, self._limits) else None
 
-    def _unchanged(self, call: _Call, rest: Trajectory) -> bool:
-        """Whether a certified rest was planned for the same: by memory, or by its durations or its use of limits."""
-        if self._memory is not None and self._memory.answer is call.splice.flown:
-            return self._memory.same(call.splice, call.course.task) and call.aim.compares(rest)
+    def _unchanged(self, call: _Call, rest: Trajectory, free: bool) -> str:
+        """Say that a certified rest was planned for the same: by memory, its durations or its use of limits; or "".
+
+        Parameters
+        ----------
+        call : _Call
+        rest : Trajectory
+        free : bool
+            Whether it touches no wall.
+        """
+        memory, legs, known = self._memory, min(self._horizon or rest.legs, rest.legs), call.aim.compares(rest)
+        if memory is not None:
+            ahead = 0.0 if call.splice.passed and legs < rest.legs else float(rest.leg_breaks[legs])
+            return memory.unchanged(call.splice, call.course.task, free, ahead) if known else ""
         if not call.aim.timed or self._limits is None:
-            return call.aim.durations is not None and call.aim.compares(rest)
-        return largest_use(self._limits, call.splice.flown) >= FULL
+            return UNCHANGED if call.aim.durations is not None and known else ""
+        return UNCHANGED if largest_use(self._limits, call.splice.flown) >= FULL else ""
 
     def _deadline(self, due: float, seconds: float) -> Deadline:
         """Return when a search must have ended."""
@@ -411,8 +429,7 @@ class Replanner:
 
     def _gain(self, call: _Call) -> float:
         """Relative gain for which the rest is left; more for a split that may be that of the rest."""
-        known = self._memory is not None and self._memory.answer is call.splice.flown
-        return GAIN if known or call.aim.total_time is None else SPLIT_GAIN
+        return GAIN if self._memory is not None or call.aim.total_time is None else SPLIT_GAIN
 
     def _change(
         self, call: _Call, chosen: Better | None, stops: tuple[Trajectory | None, str], safe: bool, reason: str

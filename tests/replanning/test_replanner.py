@@ -11,7 +11,7 @@ from minsnap import Boxes, Limits, Replanner, TimingError, Tube
 from minsnap.basics.deadline import LateError
 from minsnap.errors import CorridorError, DegreeError, InputError, LimitError, SolverError, WaypointError, YawError
 from minsnap.replanning import replanner as replanner_module
-from minsnap.replanning.horizon import Better
+from minsnap.replanning.horizon import Better, search_ahead
 from minsnap.replanning.splice import splice_of
 from minsnap.vehicle import Quadrotor
 
@@ -384,3 +384,34 @@ def test_many_replans_of_the_same_plan_neither_drift_nor_grow():
     inside = np.minimum(now + t, flown.duration)
     assert current(t) == pytest.approx(flown(inside), abs=1e-11)
     assert current.yaw(t) == pytest.approx(flown.yaw(inside), abs=1e-11)
+
+
+def test_walls_that_a_plan_does_not_touch_may_shift_for_a_while_without_a_search(monkeypatch):
+    """Once a search has found nothing better, until a wall comes near or a share of the flight has passed."""
+    points, limits = np.array([(0.0, 0, 1), (4, 0, 1), (8, 1, 1), (12, 0, 1)]), Limits(speed=3.0, acceleration=6.0)
+    searches, shifts = [], count()
+    monkeypatch.setattr(replanner_module, "search_ahead", lambda *a: (searches.append(1), search_ahead(*a))[1])
+    replanner, flown = Replanner(limits, clearance=0.1, clock=still), minsnap.plan(points, limits=limits)
+    lower, upper = np.minimum(points[:-1], points[1:]), np.maximum(points[:-1], points[1:])
+
+    def next_replan(flown, wide=2.0):
+        searches.clear()
+        wide += 1e-3 * next(shifts)
+        change = replanner.replan(flown, 0.0, points[1:], 0.01, boxes=Boxes(lower - wide, upper + wide), began=160.0)
+        assert change.certified
+        return change
+
+    change = next_replan(next_replan(flown).trajectory)
+    while not change.kept:
+        change = next_replan(change.trajectory)
+    assert searches
+    instants = []
+    for instant in range(int(0.1 * flown.duration / 0.01)):
+        change = next_replan(change.trajectory)
+        instants += [instant] * len(searches)
+        assert searches or change.reason == "no wall that it touches has changed"
+    assert instants[0] * 0.01 > 0.04 * flown.duration, "a search without need"
+    while not change.kept or searches:
+        change = next_replan(change.trajectory)
+    next_replan(change.trajectory, 0.1)
+    assert searches, "a wall has come near"

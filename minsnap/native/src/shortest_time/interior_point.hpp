@@ -58,13 +58,18 @@ public:
         states_ = first_states_.data();
         trial_states_ = second_states_.data();
         smooth_ = evaluate(chain, states_, value_.data());
-        barrier_ = gap / rows.regular;
-        for (int j = 0; j < rows.count; ++j) {
-            slack_[j] = std::max(-value_[j], Settings::least_slack);
-            multiplier_[j] = barrier_ / slack_[j];
-        }
+        start(gap, Settings::least_slack);
         list_awake();
         return true;
+    }
+
+    // Slacks and multipliers of a barrier of that gap for the chain as it is.
+    void start(double gap, double least) {
+        barrier_ = gap / rows.regular;
+        for (int j = 0; j < rows.count; ++j) {
+            slack_[j] = std::max(-value_[j], least);
+            multiplier_[j] = barrier_ / slack_[j];
+        }
     }
 
     // Take the barrier up again from a gap; margins, slacks and multipliers stay.

@@ -28,6 +28,9 @@ struct ShortestSettings {
     static constexpr double balance = 1e-3;        // weight of the pull of neighbouring durations of a leg to their first ratio
     static constexpr double largest_step = 0.5;    // of the logarithm of a duration
     static constexpr double least_slack = 0.02;    // at a fresh start, in widths
+    static constexpr double touched = 1e-3;        // within which a guess touches its bounds, as an optimum does, in widths
+    static constexpr double touched_gap = 0.01;    // at which the search of such a guess begins
+    static constexpr double touched_slack = 3e-4;  // least slack then, in widths
     static constexpr int slowings = 15;            // at the beginning, until limits on several derivatives are kept
     static constexpr double slowed = 1.1;          // factor on time at which the search begins
     static constexpr double slowed_again = 1.05;   // after a division
