@@ -77,6 +77,14 @@ def test_what_moves_at_its_ends_has_a_plan_in_any_time_above_the_shortest(share)
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", [60000209, 60000942, 60001157, 60001291, 60001799])
+def test_times_are_found_in_which_a_curve_keeps_walls_that_others_leave_no_room_between(seed):
+    """They were refused without a proof: moving ends in tubes and boxes, and totals within limits."""
+    _, kind, said, _ = outcome(seed)
+    assert kind == "planned", said
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", PLANTED)
 def test_what_has_a_plan_is_planned(seed):
     _, kind, said, _ = outcome(seed, planted)

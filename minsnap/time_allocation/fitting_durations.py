@@ -1,8 +1,8 @@
-"""Durations whose curve of least cost fits between walls that nothing keeps it inside.
+"""Durations for which a curve fits between all walls, where those that a search chose leave none.
 
-Where all derivatives up to 2k - 2 join, durations leave one curve, or few, and those that a search for another
-continuity chose rarely fit. A search without gradients (J. A. Nelder and R. Mead, "A simplex method for function
-minimization", The Computer Journal 7, 1965) changes them until the largest excess over a wall is gone.
+A search without gradients (J. A. Nelder and R. Mead, "A simplex method for function minimization", The Computer Journal
+7, 1965) changes them until the least slack of all walls is gone.  Where that is not known, and where all derivatives up
+to 2k - 2 join, so that durations leave one curve or few, it is the largest excess of the curve of least cost.
 """
 
 from __future__ import annotations
@@ -16,11 +16,17 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import WORK, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError
+from minsnap.native.status import Status
+from minsnap.optimisation.least_slacks import common_slack, native_slacks
+from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import basis, differentiate
 from minsnap.trajectory.trajectory import Trajectory
+
+ROOM = 0.01
+"""Excess below zero that is enough, in widths."""
 
 
 def fitting_durations(task: Task, first: FloatArray, total: float | None, deadline: Deadline) -> FloatArray | None:
@@ -60,10 +66,11 @@ def fitting_durations(task: Task, first: FloatArray, total: float | None, deadli
 
 
 class _LeastExcess:
-    """The largest excess over all walls at logarithms of factors on the first durations; parameters as above."""
+    """The least excess over all walls at logarithms of factors on the first durations; parameters as above."""
 
     def __init__(self, task: Task, first: FloatArray, total: float | None, deadline: Deadline) -> None:
-        self.free, self.walls = replace(task, walls=(), touching=False), task.walls
+        self.task = replace(task, touching=False, deadline=deadline)
+        self.free, self.give = replace(self.task, walls=()), common_slack(native_walls(self.task))
         self.first, self.total, self.deadline = first, total, deadline
         self.best = (np.inf, np.zeros(len(first)))
 
@@ -75,23 +82,30 @@ class _LeastExcess:
         return rounded if self.total is None else np.asarray(rounded * (self.total / rounded.sum()))
 
     def excess(self, logarithms: FloatArray) -> float:
-        """Return the largest excess in widths, of six digits; that of no curve once the work is done."""
+        """Return the least excess in widths, of six digits; that of no curve once the work is done."""
         if self.deadline.spent:
             return 1e3
-        unknowns = self.free.legs * self.free.pieces * (self.free.half - 1) * bool(self.free.jumps)
-        self.deadline.spend(WORK.free_curve + WORK.joined * self.free.dim * unknowns**3)
         try:
-            curve = solve(self.free, self.free.piece_durations(self.durations(logarithms))).trajectory
+            excess = float(f"{self._least(self.free.piece_durations(self.durations(logarithms))):.6g}")
         except (InfeasibleRowsError, SolverError):
             return 1e3
-        excess = float(f"{_largest_excess(self.walls, curve):.6g}")
         if excess < self.best[0]:
             self.best = (excess, logarithms.copy())
         return excess
 
+    def _least(self, durations: FloatArray) -> float:
+        known = native_slacks(self.task, durations, self.give, -2.0 * ROOM)
+        if known is not None:
+            self.deadline.spend(WORK.free_curve + WORK.solve * known.work)  # short ones take twice what they count
+        if known is not None and known.status is Status.DONE:
+            return float(known.slacks.max())
+        unknowns = self.free.legs * self.free.pieces * (self.free.half - 1) * bool(self.free.jumps)
+        self.deadline.spend(WORK.free_curve + WORK.joined * self.free.dim * unknowns**3)
+        return _largest_excess(self.task.walls, solve(self.free, durations).trajectory)
+
     def check(self, _: FloatArray) -> None:
         """End the search where a curve has some room, or the time is over."""
-        if self.best[0] < -0.01 or self.deadline.passed:
+        if self.best[0] < -ROOM or self.deadline.passed:
             raise StopIteration
 
 
