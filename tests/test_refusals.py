@@ -22,7 +22,7 @@ STAND = [(0, 0, 0), (2, 0, 0), (4, 1, 0)]
 
 SITES = [
     (
-        ("refusal", "_joined_by_nothing", InfeasibleError),
+        ("refusal", "overdetermined", InfeasibleError),
         "pins and continuity ask for more",
         {
             "waypoints": STAND,
@@ -67,7 +67,7 @@ SITES = [
     (
         ("within_limits", "_stretched", UnprovedError),
         "no plan of 30000 s within the limits was found, only one of 4",
-        {"waypoints": POINTS, "total_time": 3e4, "limits": LIMITS, "corridor": 0.2, "continuity": 4, **FAST},
+        {"waypoints": POINTS, "total_time": 3e4, "limits": LIMITS, "corridor": 0.05, "continuity": 4, **FAST},
     ),
     (
         ("within_limits", "require_limits_kept", UnprovedError),

@@ -136,7 +136,8 @@ def plan(
         Derivatives at inner waypoints: ``{2: {"velocity": (1, 0, 0)}}``.
     pieces : int or "auto"
         Polynomials per leg. ``"auto"`` lets the search for the shortest time within ``limits`` divide legs, into three
-        and then six, as long as that promises to gain half a percent, a single leg into nine; it is one elsewhere.
+        and then six, as long as that promises to gain half a percent, a single leg into nine; elsewhere it is one, or
+        three where one has no plan.
     waypoint_tolerance : float, array_like of shape (n,) or (n, dim), or Ball, optional
         Half-width of the box around a waypoint within which the curve may pass [m], or the ball; one number is for the
         inner waypoints, the ends stay pinned.

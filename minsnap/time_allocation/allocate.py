@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -20,6 +21,9 @@ from minsnap.time_allocation.timing import Timed, Timing, searched, solved_or_ex
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
+
+PARTS = 3
+"""Pieces a leg where their number is left to the plan, and one has no plan."""
 
 EACH = "give every leg a duration of its own"
 """Advice where waypoints repeat."""
@@ -50,6 +54,10 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
     except (InfeasibleError, SolverError) as refused:
         if not task.explained:
             raise
+        if timing.refine:
+            parted = replace(task, pieces=PARTS, explained=False, deadline=task.deadline.until(timing.due))
+            with suppress(InfeasibleError, SolverError):
+                return looked_at(_timed(parted, replace(timing, refine=False)), parted, timing)
         again = by_necessary_walls(task, timing, refused)
         if isinstance(again, Timed):
             return looked_at(again, task, timing)

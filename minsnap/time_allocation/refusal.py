@@ -9,12 +9,13 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.native.corridor import Give
-from minsnap.optimisation.contradiction import contradicting_joints
+from minsnap.optimisation.contradiction import Contradiction, contradicting_joints
 from minsnap.optimisation.infeasibility import UNPROVED, Pressed, explain_corridor
 from minsnap.optimisation.linear_rows import DENSE
 from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.normalised_constraints import compile_walls
 from minsnap.optimisation.rows import Curve
+from minsnap.optimisation.still_direction import StillDirection
 from minsnap.optimisation.stop_and_go import leg_on_wall
 from minsnap.optimisation.task import Task
 
@@ -52,12 +53,15 @@ def _joined_by_nothing(task: Task, durations: FloatArray, exactly: bool = False)
     """Return the error where pins, gates and continuity contradict each other, whatever the walls are."""
     task = replace(task, touching=False)
     broken = contradicting_joints(task, durations, exactly)
-    if broken is None:
-        return None
+    return None if broken is None else overdetermined(task, broken)
+
+
+def overdetermined(task: Task, proof: Contradiction | StillDirection, when: str = "") -> InfeasibleError:
+    """Return the error where pins and continuity contradict each other."""
     return InfeasibleError(
-        "pins and continuity ask for more than the polynomials have free: lower "
+        f"pins and continuity ask for more than the polynomials have free{when}: lower "
         f"continuity={task.continuity}, or pin fewer derivatives",
-        contradiction=broken,
+        contradiction=proof,
     )
 
 

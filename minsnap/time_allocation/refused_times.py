@@ -17,13 +17,14 @@ from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.optimisation.solve import solve
+from minsnap.optimisation.still_direction import still_direction
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.fitting_durations import fitting_durations
 from minsnap.time_allocation.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.longer_times import least_longer
 from minsnap.time_allocation.recovery import pinned_use
-from minsnap.time_allocation.refusal import explain
+from minsnap.time_allocation.refusal import explain, overdetermined
 from minsnap.time_allocation.time_scaling import shortest_scaled
 from minsnap.time_allocation.timing import Run, Timed, Timing, searched, solved_or_explained, timed
 from minsnap.time_allocation.ways import start_on_limit
@@ -240,11 +241,14 @@ def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> N
 
     ``shortest`` is the shortest total found [s], if any.
     """
+    still = still_direction(task) if task.explained and not timing.refine else None
+    if still is not None:
+        raise overdetermined(task, still, " in any time")
     if not task.explained or _starts_beyond(task, timing):
         return
     from minsnap.time_allocation.short_total import short_leg, short_total
 
-    bounded = _necessary(task, timing)
+    bounded = _necessary(replace(task, pieces=2) if timing.refine else task, timing)
     if timing.durations is not None:
         proof = short_leg(bounded, check_durations(timing.durations, task.legs))
         if proof is not None:

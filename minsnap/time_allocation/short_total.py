@@ -196,12 +196,12 @@ class MoveBounds:
         g = [real(x) for x in move.direction.tolist()]
         turns = self._turns(moves, number - 1), self._turns(moves, number)
         legs = range(task.legs) if any(turns) else [leg % task.legs for leg in range(move.start, move.end)]
-        orders = range(1, min(SETTINGS.highest, task.continuity + 1) + 1)
+        smooth = task.pieces == 1 and len(legs) == 1 and not any(turns)  # within one polynomial
+        orders = range(1, (SETTINGS.highest if smooth else min(SETTINGS.highest, task.continuity + 1)) + 1)
         ways = g, [-x for x in g]
         most = {order: tuple(max(self._most(leg, order, way) for leg in legs) for way in ways) for order in orders}
-        left = self._pinned(0, g) if move.start == 0 else []
-        right = self._pinned(task.legs, g) if move.end == task.legs else []
-        left, right = ([real(0)] if turn else end for turn, end in zip(turns, (left, right), strict=True))
+        ends = zip(turns, (move.start, move.end), strict=True)
+        left, right = ([real(0)] if turn else self._pinned(waypoint, g) for turn, waypoint in ends)
         return VelocityBounds(self._reach(move, g), most, left, [-((-1) ** i) * x for i, x in enumerate(right, 1)])
 
     def _reach(self, move: LeastMove, g: list[Any]) -> Any:
@@ -225,8 +225,8 @@ class MoveBounds:
         return both and bool((move.direction == -after.direction).all())
 
     def _pinned(self, waypoint: int, g: list[Any]) -> list[Any]:
-        """Return the known derivatives along a direction at an end of the flight, from order 1 on."""
-        state = self.task.pins.get(waypoint, {})
+        """Return the known derivatives along a direction at a waypoint, from order 1 on."""
+        state = self.task.pins.get(waypoint % self.task.legs if self.task.closed else waypoint, {})
         known: list[Any] = []
         while len(known) + 1 < SETTINGS.highest and len(known) + 1 in state:
             known.append(_product(g, state[len(known) + 1].tolist()))

@@ -48,6 +48,24 @@ def test_a_leg_alone_is_proved_too_short(leg):
     assert short_leg(asked(Limits(body_rate=2.0)), durations) is None
 
 
+def test_a_leg_of_one_polynomial_is_smooth_whatever_joins_at_its_ends():
+    """Its snap of 1 alone bounds the way from rest to a waypoint, T^4 / 24; not where there may be a knot between."""
+    task = replace(task_of(POINTS[:3], limits=Limits(snap=1.0, norm="axis")), continuity=2)
+    proof = short_leg(task, np.full(2, 0.99 * 96.0**0.25))
+    assert proof.verify() and float(proof.least) == pytest.approx(96.0**0.25, rel=1e-3)
+    assert short_leg(task, np.full(2, 1.001 * 96.0**0.25)) is None
+    assert short_leg(replace(task, pieces=2), np.ones(2)) is None
+
+
+def test_a_pinned_velocity_is_known_on_both_of_its_legs():
+    """Within 1 m/s^2, 3.5 m from rest to 1 m/s take 3 s, up to 2 m/s and down again; without the pin 7 m take 5.3 s."""
+    points, limits = np.outer((0.0, 3.5, 7.0), (1.0, 0.0)), Limits(acceleration=1.0)
+    task = task_of(points, limits=limits, pins={1: {1: np.array((1.0, 0.0))}})
+    proof = short_total(task, 5.999)
+    assert proof.verify() and float(proof.least) == pytest.approx(6.0, rel=1e-3)
+    assert short_total(task, 6.001) is None and short_total(task_of(points, limits=limits), 5.999) is None
+
+
 def test_waypoints_that_are_free_may_be_nearer():
     tolerance = np.array([[0.0], [0.5], [0.0], [0.0]])
     proof = short_total(asked(Limits(speed=2.0, norm="axis"), tolerance), 1.0)
