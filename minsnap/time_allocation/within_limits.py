@@ -85,7 +85,7 @@ def _smoother(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> T
     durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
     bounded = replace(timing.bounded(task), pieces=pieces, deadline=task.deadline.until(timing.due))
     plan = plans_for(bounded, task, timing, search)
-    tried = [least_longer(partial(plan, natively=True), durations, False, bounded.deadline, plan)]
+    tried = [least_longer(partial(plan, natively=True), durations, False, bounded.deadline)]
     if task.still and not (tried[0] and bounded.deadline.passed):
         tried.append(shortest_scaled(replace(task, pieces=pieces), timing, durations))
     shortest = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
@@ -163,6 +163,10 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
     smooth = _smoother(task, fastest, timing, search)
     if price is not None:
         return smooth
+    if not task.still and timing.total < smooth.trajectory.duration:  # solves at shorter times gave up
+        shorter = _lengthened(task, fastest, timing, search)
+        if shorter is not None:
+            return shorter
     _check_total(timing.total, smooth.solved)
     return _stretched(task, smooth.solved, timing, search)
 

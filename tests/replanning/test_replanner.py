@@ -396,7 +396,7 @@ def test_walls_that_a_plan_does_not_touch_may_shift_for_a_while_without_a_search
 
     def next_replan(flown, wide=2.0):
         searches.clear()
-        wide += 1e-3 * next(shifts)
+        wide += 1e-5 * next(shifts)
         change = replanner.replan(flown, 0.0, points[1:], 0.01, boxes=Boxes(lower - wide, upper + wide), began=160.0)
         assert change.certified
         return change

@@ -2,6 +2,7 @@
 // C. F. Van Loan, "Matrix Computations", section 4.3.5). Sums have one order; loops run along contiguous columns.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "basics/buffer.hpp"
@@ -29,6 +30,23 @@ public:
 
     // Add to an entry and to its mirror image.
     void add(int row, int column, double value) { at(row, column) += value; }
+
+    // Add a symmetric block, given by columns below its diagonal, at places of which some may be the same, or none (below zero).
+    template <int count>
+    void add(const int *place, const double (&block)[count][count]) {
+        for (int k = 0; k < count; ++k)
+            for (int m = k; m < count; ++m)
+                if (place[k] >= 0 && place[m] >= 0) add(place[m], place[k], (place[k] == place[m] && m != k ? 2.0 : 1.0) * block[k][m]);
+    }
+
+    // The same at places that follow each other in a band without a border; what is outside of it is left out.
+    template <int count>
+    void add(int first, const double (&block)[count][count]) {
+        for (int k = std::max(0, -first); k < count && first + k < size; ++k) {
+            double *column = band_.data() + static_cast<std::size_t>(first + k) * lead - k;
+            for (int m = k; m < count && first + m < size; ++m) column[m] += block[k][m];
+        }
+    }
 
     double &at(int row, int column) {
         if (row < column) {

@@ -6,7 +6,7 @@ namespace minsnap {
 
 // Weighted sums of one limit.
 struct GatheredLimit {
-    static constexpr int together = InstantTerms::together, small = 6;
+    static constexpr int together = InstantTerms::together;
 
     const InstantLimit &limit;
     const RowWeights &weights;

@@ -135,27 +135,11 @@ struct InstantTerms {
     static constexpr int most = 12, together = Lanes<Quad>::count;
     Quad slope[most], pull[most], bend[most][most];
 
-    void clear(int inputs) {
-        for (int n = 0; n < inputs; ++n) {
-            slope[n] = pull[n] = Quad{};
-            for (int m = 0; m < inputs; ++m) bend[n][m] = Quad{};
-        }
-    }
-
     // Leave one instant out.
     void silence(int inputs, int lane) {
         for (int n = 0; n < inputs; ++n) {
             slope[n][lane] = pull[n][lane] = 0.0;
             for (int m = 0; m < inputs; ++m) bend[n][m][lane] = 0.0;
-        }
-    }
-
-    // Add those of fewer inputs, of which `before` are missing in front.
-    void add(const InstantTerms &other, int inputs, int before) {
-        for (int n = 0; n < inputs; ++n) {
-            slope[before + n] += other.slope[n];
-            pull[before + n] += other.pull[n];
-            for (int m = 0; m < inputs; ++m) bend[before + n][before + m] += other.bend[n][m];
         }
     }
 };

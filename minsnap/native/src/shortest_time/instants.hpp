@@ -60,8 +60,9 @@ template <int half, int count>
 struct Instants {
     static constexpr int ends = 2 * half, packed = ends * (ends + 1) / 2;
     double by_end[condition_orders][ends][count];      // factor of an end derivative
-    double by_instant[condition_orders][count][ends];  // the same
-    double products[condition_orders][count][packed];  // of two of them, lower triangle by rows
+    double powers[2 * ends - 1][2 * ends - 1][count];  // s^k (1 - s)^(m - k), by m, then k
+    double choose[ends][ends];                         // binomials
+    double control[ends][ends];                        // control points of the unit end derivatives
     static constexpr int grams = half < condition_orders ? condition_orders : half + 1;
     double gram[grams][packed];  // integrals of these products over the interval, of derivatives to the one of order half
 
@@ -69,20 +70,26 @@ struct Instants {
 
     Instants() {
         double factors[ends];
-        for (int order = 0; order < condition_orders; ++order) {
+        for (int order = 0; order < condition_orders; ++order)
             for (int g = 0; g < count; ++g) {
                 hermite<half>(place(g), order, factors);
-                for (int a = 0; a < ends; ++a) by_end[order][a][g] = by_instant[order][g][a] = factors[a];
-                multiply(factors, 1.0, products[order][g], false);
+                for (int a = 0; a < ends; ++a) by_end[order][a][g] = factors[a];
             }
-        }
+        for (int g = 0; g < count; ++g) raise(g);
+        control_map<half>(control);
+        for (int m = 0; m < ends; ++m)
+            for (int k = 0; k <= m; ++k) choose[m][k] = k == 0 || k == m ? 1.0 : choose[m - 1][k - 1] + choose[m - 1][k];
         for (int order = 0; order < grams; ++order) integrate(order);
     }
 
 private:
-    static void multiply(const double *factors, double weight, double *into, bool add) {
-        for (int a = 0, t = 0; a < ends; ++a)
-            for (int b = 0; b <= a; ++b, ++t) into[t] = (add ? into[t] : 0.0) + weight * factors[a] * factors[b];
+    void raise(int g) {
+        const double s = place(g), left = 1.0 - s;
+        powers[0][0][g] = 1.0;
+        for (int m = 1; m < 2 * ends - 1; ++m) {
+            for (int k = 0; k < m; ++k) powers[m][k][g] = left * powers[m - 1][k][g];
+            powers[m][m][g] = s * powers[m - 1][m - 1][g];
+        }
     }
 
     // By the composite rule of Gauss with two nodes: a metric need not be exact.
@@ -93,7 +100,8 @@ private:
         for (int t = 0; t < packed; ++t) gram[order][t] = 0.0;
         for (int k = 0; k < 2 * cells; ++k) {
             hermite<half>((k / 2 + 0.5 + (k % 2 ? offset : -offset)) / cells, order, factors);
-            multiply(factors, 0.5 / cells, gram[order], true);
+            for (int a = 0, t = 0; a < ends; ++a)
+                for (int b = 0; b <= a; ++b, ++t) gram[order][t] += 0.5 / cells * factors[a] * factors[b];
         }
     }
 };

@@ -131,8 +131,9 @@ public:
                 if (barrier_ * rows.regular < Settings::asleep_gap) settle();
                 continue;
             }
-            if (rough && (decrement < gap || still)) return StageEnd::converged;
-            if (((decrement < 0.3 * gap || still) && residual() < Settings::residual) || stalled > Settings::longest_stall) {
+            const bool there = decrement < gap || still;
+            if (rough && there) return StageEnd::converged;
+            if ((there && residual() < Settings::residual) || stalled > Settings::longest_stall) {
                 if (freeze(true) < Settings::grown || ++grown >= Settings::rounds) return StageEnd::converged;
                 barrier_ *= raised;
                 filter_.clear();

@@ -67,11 +67,9 @@ private:
         hessian_.clear(size, banded_);
         metric_.clear(size, banded_);
         for (int k = 0; k < size; ++k) gradient[k] = 0.0;
-        PieceModel<S> model;
         for (int i = 0; i < chain.pieces; ++i) {
             const PieceEnds<S> &piece = states[i].ends;
-            model.clear();
-            model.add_rows(rows, chain, i, piece, states[i].jets, weights);
+            PieceModel<S> model(rows, chain, i, states[i], weights);
             model.add_square(rows.instants.gram[objective.smoothed], piece.e, objective.smoothing(piece), objective.smoothing_power);
             if (objective.price > 0.0)
                 model.add_square(rows.instants.gram[S::half], piece.e, objective.costing(piece), objective.costing_power);
@@ -116,81 +114,52 @@ private:
         }
     }
 
-    // From ends and the own duration to the unknowns.
+    // From ends and the own duration to the unknowns. Those that are pinned get zeros.
     void scatter(const Chain<S> &chain, int i, const PieceEnds<S> &piece, PieceModel<S> &model, const int *place) {
         static constexpr int logs[3] = {0, S::knot + 1, S::local - 1};
-        double whole[S::whole][S::whole], rate[3][S::whole] = {}, times[3][S::whole] = {}, scale[S::whole];
-        for (int a = 0; a < S::ends; ++a)
-            for (int c = 0; c < S::dim; ++c) {
-                const int r = a * S::dim + c;
-                scale[r] = piece.scale[a];
-                rate[1][r] = piece.own[a] * piece.e[r];
-                rate[a < S::half ? 0 : 2][r] = piece.other[a] * piece.e[r];
-                for (int b = 0; b < S::ends; ++b)
-                    for (int d = 0; d < S::dim; ++d)
-                        whole[r][b * S::dim + d] = model.blocks[c > d ? c * (c + 1) / 2 + d : d * (d + 1) / 2 + c]
-                                                               [a > b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a];
-            }
-        if (model.dense_used) add_dense(model, whole);
-        turn(chain, i, model, whole);
-        for (int m = 0; m < 3; ++m)
-            for (int r = 0; r < S::whole; ++r) {
-                if (rate[m][r] == 0.0) continue;
-                for (int s = 0; s < S::whole; ++s) times[m][s] += rate[m][r] * whole[r][s];
-            }
-        auto row_of = [](int r) { return r < S::knot ? 1 + r : 2 + r; };
+        const auto place_of = [](int r) { return r < S::knot ? 1 + r : 2 + r; };
+        turn(chain, i, model);
+        double power[3][S::whole] = {}, rate[3][S::whole], times[3][S::whole] = {}, scale[S::whole];
+        double local[S::local][S::local], slope[S::local] = {};  // local: by columns, below the diagonal
         for (int r = 0; r < S::whole; ++r) {
-            const int row = place[row_of(r)];
-            if (row < 0) continue;
-            gradient[row] += scale[r] * model.gradient[r];
-            for (int s = 0; s <= r; ++s) {
-                const int column = place[row_of(s)];
-                if (column >= 0) hessian_.add(row, column, (row == column && r != s ? 2.0 : 1.0) * scale[r] * scale[s] * whole[r][s]);
-            }
+            const int a = r / S::dim;
+            scale[r] = place[place_of(r)] < 0 ? 0.0 : piece.scale[a];
+            power[1][r] = piece.own[a];
+            power[a < S::half ? 0 : 2][r] = piece.other[a];
+            times[1][r] = model.cross[r];
+            slope[place_of(r)] = scale[r] * model.gradient[r];
         }
+        for (int s = 0; s < S::whole; ++s)
+            for (int r = s; r < S::whole; ++r) local[place_of(s)][place_of(r)] = scale[r] * scale[s] * model.whole[s][r];
         for (int m = 0; m < 3; ++m) {
-            const int row = place[logs[m]];
-            if (row < 0) continue;
-            const double direct = m == 1 ? 1.0 : 0.0;
-            double sum = direct * model.own_gradient;
-            for (int r = 0; r < S::whole; ++r) sum += rate[m][r] * model.gradient[r];
-            gradient[row] += sum;
             for (int r = 0; r < S::whole; ++r) {
-                const int column = place[row_of(r)], a = r / S::dim;
-                if (column < 0) continue;
-                const double power = m == 1 ? piece.own[a] : (m == 0) == (a < S::half) ? piece.other[a] : 0.0;
-                hessian_.add(row, column, scale[r] * (times[m][r] + direct * model.cross[r] + power * model.force[r]));
+                rate[m][r] = power[m][r] * piece.e[r];
+                slope[logs[m]] += rate[m][r] * model.gradient[r];
+                if (rate[m][r] == 0.0) continue;
+                for (int s = 0; s < S::whole; ++s) times[m][s] += rate[m][r] * model.whole[r][s];
+            }
+            for (int r = 0; r < S::whole; ++r) {
+                const int k = place_of(r);
+                local[std::min(k, logs[m])][std::max(k, logs[m])] = scale[r] * (times[m][r] + power[m][r] * model.force[r]);
             }
             for (int n = 0; n <= m; ++n) {
-                const int column = place[logs[n]];
-                if (column < 0) continue;
-                const double other = n == 1 ? 1.0 : 0.0;
-                double value = direct * other * model.own;
-                for (int r = 0; r < S::whole; ++r) {
-                    const int a = r / S::dim;
-                    const double power = n == 1 ? piece.own[a] : (n == 0) == (a < S::half) ? piece.other[a] : 0.0;
-                    value += rate[n][r] * (times[m][r] + direct * model.cross[r]) + other * rate[m][r] * model.cross[r] +
-                             power * rate[m][r] * model.force[r];
-                }
-                hessian_.add(row, column, row == column && m != n ? 2.0 * value : value);
+                double &value = local[logs[n]][logs[m]];
+                value = m == 1 && n == 1 ? model.own : 0.0;
+                for (int r = 0; r < S::whole; ++r)
+                    value += rate[n][r] * times[m][r] + rate[m][r] * ((n == 1 ? model.cross[r] : 0.0) + power[n][r] * model.force[r]);
             }
         }
-    }
-
-    // Symmetric to the last bit.
-    static void add_dense(const PieceModel<S> &model, double (&whole)[S::whole][S::whole]) {
-        for (int c = 0, t = 0; c < S::dim; ++c)
-            for (int d = 0; d <= c; ++d, ++t)
-                for (int a = 0; a < S::ends; ++a)
-                    for (int b = 0; b < (c == d ? a + 1 : S::ends); ++b) {
-                        const int r = a * S::dim + c, s = b * S::dim + d;
-                        whole[r][s] += model.dense[t][a][b];
-                        if (r != s) whole[s][r] += model.dense[t][a][b];
-                    }
+        slope[logs[1]] += model.own_gradient;
+        for (int k = 0; k < S::local; ++k)
+            if (place[k] >= 0) gradient[place[k]] += slope[k];
+        if (chain.course.closed)
+            hessian_.add(place, local);
+        else
+            hessian_.add(i * S::block - skipped_ - 1, local);
     }
 
     // To the axes of the waypoints' positions: these do not depend on durations.
-    static void turn(const Chain<S> &chain, int i, PieceModel<S> &model, double (&whole)[S::whole][S::whole]) {
+    static void turn(const Chain<S> &chain, int i, PieceModel<S> &model) {
         for (int right = 0; right < 2; ++right) {
             const double *axes = chain.axes_at(i, right);
             if (axes == nullptr) continue;
@@ -203,8 +172,8 @@ private:
                     for (int d = 0; d < S::dim; ++d) first[c * stride] += axes[d * S::dim + c] * world[d];
                 }
             };
-            for (int s = 0; s < S::whole; ++s) along(&whole[begin][s], S::whole);
-            for (int r = 0; r < S::whole; ++r) along(&whole[r][begin], 1);
+            for (int s = 0; s < S::whole; ++s) along(&model.whole[begin][s], S::whole);
+            for (int r = 0; r < S::whole; ++r) along(&model.whole[r][begin], 1);
             along(model.gradient + begin, 1);
             along(model.cross + begin, 1);
             along(model.force + begin, 1);

@@ -107,15 +107,17 @@ public:
 
     // Derivatives of a piece from its ends, of the orders in use.
     void jets(const PieceEnds<S> &piece, const double *ends, Jets &found) const {
-        for (int q = 0; q < condition_orders; ++q)
-            for (int c = 0; used[q] && c < S::dim; ++c) {
-                double *to = found[q][c];
-                for (int g = 0; g < count_at; ++g) to[g] = 0.0;
-                for (int a = 0; a < S::ends; ++a) {
-                    const double end = ends[a * S::dim + c] * piece.inverse[q], *factor = instants.by_end[q][a];
-                    for (int g = 0; g < count_at; ++g) to[g] += end * factor[g];
-                }
+        for (int q = 0; q < condition_orders; ++q) {
+            if (!used[q]) continue;
+            double end[S::whole];
+            for (int r = 0; r < S::whole; ++r) end[r] = ends[r] * piece.inverse[q];
+            for (int g = 0; g < count_at; g += together) {
+                Quad sum[S::dim] = {};
+                for (int a = 0; a < S::ends; ++a)
+                    for (int c = 0; c < S::dim; ++c) sum[c] += end[a * S::dim + c] * four(instants.by_end[q][a] + g);
+                for (int c = 0; c < S::dim; ++c) put_four(found[q][c] + g, sum[c]);
             }
+        }
     }
 
     // Values of all rows of a piece, margins included.
@@ -181,17 +183,6 @@ public:
     static MINSNAP_INLINE void inputs(const Span &span, int axes, const Jets &jet, int g, Quad *u) {
         for (int q = span.low; q <= span.high; ++q)
             for (int c = 0; c < axes; ++c) *u++ = four(jet[q][c] + g);
-    }
-
-    // Derivatives that limits on so many coordinates depend on.
-    Span limited(int axes) const {
-        Span span = {condition_orders, -1};
-        for (int k = 0; k < limit_count; ++k) {
-            if (limits[k].axes != axes) continue;
-            span.low = std::min(span.low, limits[k].span.low);
-            span.high = std::max(span.high, limits[k].span.high);
-        }
-        return span;
     }
 
     // Gradients of a condition at as many instants as there are lanes.

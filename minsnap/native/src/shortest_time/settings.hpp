@@ -18,7 +18,8 @@ struct ShortestSettings {
     static constexpr double first_gap = 0.3;       // barrier times number of conditions, relative to the time
     static constexpr double divided_gap = 0.1;     // the same after a division
     static constexpr double coarse_gap = 0.03;     // at which a stage ends that is divided afterwards
-    static constexpr double rough_gap = 0.01;      // at which a stage ends from whose curve another stage or search begins
+    static constexpr double softer_gap = 0.03;     // at which a search with softer limits ends, from whose curve another begins
+    static constexpr double rough_gap = 0.01;      // at which a stage ends from whose curve another stage begins
     static constexpr double last_gap = 1e-4;       // of the last stage: time lost is about that share
     static constexpr double barrier_fall = 0.2;    // factor on the barrier
     static constexpr double centred = 0.3;         // decrement below which the barrier falls, relative to its gap
@@ -42,7 +43,7 @@ struct ShortestSettings {
     static constexpr double hopeless = 1e4;        // damping that lets nothing move, many times in a row
     static constexpr double settled = 0.1;         // least damping at the last barrier once the time stalls: stops drift along flat valleys
     static constexpr double stalled = 1e-4;        // change of the time that counts as none, relative
-    static constexpr double residual = 2e-4;       // of a condition at the end, in widths
+    static constexpr double residual = 5e-4;       // of a condition at the end, in widths
     static constexpr double usable = 1e-2;  // the same where a stage ends without progress at the last barrier: what is left is mended
     static constexpr double grown = 3e-4;   // growth of margins that counts as none, in widths
     static constexpr double near = 0.3;     // how far inside its bound a sampled peak is looked at, in widths

@@ -99,7 +99,7 @@ private:
         }
         const bool alike = guessed && request_.divisions == 0 && request_.moving != 0 && request_.price == 0.0;  // to what was searched
         if (alike && std::abs(point_.largest()) < Settings::touched) point_.start(Settings::touched_gap, Settings::touched_slack);
-        if (request_.rough != 0) return point_.run(Settings::rough_gap, true);
+        if (request_.rough != 0) return point_.run(Settings::softer_gap, true);
         StageEnd end = StageEnd::converged;
         if (request_.divisions > 0)
             end = point_.run(once ? Settings::coarse_gap : Settings::rough_gap, !guessed);  // a guess in motion is followed closely
