@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import struct
@@ -12,13 +11,16 @@ import tempfile
 import threading
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from typing import Any
 
 from minsnap.batch.columns import record_batch
 from minsnap.batch.dataset_rows import stopped_row
 from minsnap.batch.solver_process import ALARMS, FORMAT
 from minsnap.batch.spec import Spec
-from minsnap.errors import BatchError, MinsnapError
+from minsnap.errors import BatchError
 
 ATTEMPTS = 3
 """How often a problem is tried whose process ended before its time: somebody else may have ended it."""
@@ -45,6 +47,7 @@ class Solving:
         self.spec, self.timeout = spec, timeout
         self.marker = tempfile.TemporaryFile()
         self.process: subprocess.Popen[bytes] | None = None
+        self.pipe: Connection | None = None
 
     def rows(self, numbers: range) -> Iterator[Any]:
         """Yield the rows of problems in their order, as pyarrow.RecordBatch of any lengths."""
@@ -68,41 +71,33 @@ class Solving:
         """Yield the rows that the process answers with; fewer where it ends early."""
         if first == last:
             return
-        process = self._running()
-        assert process.stdin is not None and process.stdout is not None
-        line = json.dumps({"spec": self.spec.plain(), "first": first, "last": last})
-        try:
-            process.stdin.write(line.encode() + b"\n")
-            process.stdin.flush()
-        except BrokenPipeError:
-            return
-        while size := int.from_bytes(process.stdout.read(8), "big"):
-            stream = process.stdout.read(size)
-            if len(stream) < size:
-                return
-            yield from _batches(stream)
+        pipe = self._running()
+        with suppress(EOFError, OSError):
+            pipe.send((self.spec, range(first, last)))
+            while (batch := pipe.recv()) is not None:
+                yield batch
 
-    def _running(self) -> subprocess.Popen[bytes]:
-        if self.process is not None and self.process.poll() is not None:
-            self.process.communicate()
-            self.process = None
-        if self.process is None:
+    def _running(self) -> Connection:
+        """Return the pipe to the process, which is started where there is none."""
+        if self.pipe is None or self.process is None or self.process.poll() is not None:
+            self._end()
             os.pwrite(self.marker.fileno(), struct.pack(FORMAT, -1), 0)
-            command = [sys.executable, "-m", "minsnap.batch.solver_process", str(self.marker.fileno())]
+            self.pipe, theirs = Pipe()
+            passed = theirs.fileno(), self.marker.fileno()
             self.process = subprocess.Popen(
-                [*command, repr(self.timeout)],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                pass_fds=(self.marker.fileno(),),
+                [sys.executable, "-m", "minsnap.batch.solver_process", *map(str, passed), repr(self.timeout)],
+                stdin=subprocess.DEVNULL,
+                stdout=2,
+                pass_fds=passed,
                 env=os.environ | dict.fromkeys(SINGLE, "1"),
             )
-        return self.process
+            theirs.close()
+        return self.pipe
 
     def _death(self, at: int, stop: int) -> tuple[int, str, str]:
         """Return which problem the process ended at, its status and the sentence."""
         assert self.process is not None
-        self.process.communicate()
-        code = self.process.returncode
+        code = self.process.wait()
         number = struct.unpack(FORMAT, os.pread(self.marker.fileno(), 8, 0))[0]
         if number not in range(at, stop):
             if code == -signal.SIGKILL:
@@ -119,10 +114,15 @@ class Solving:
 
     def close(self) -> None:
         """End the process."""
-        if self.process is not None:
-            self.process.kill()
-            self.process.communicate()
+        self._end()
         self.marker.close()
+
+    def _end(self) -> None:
+        if self.process is not None and self.pipe is not None:
+            self.process.kill()
+            self.process.wait()
+            self.pipe.close()
+        self.process = self.pipe = None
 
 
 def solving(spec: Spec, timeout: float) -> Solving:
@@ -134,13 +134,3 @@ def solving(spec: Spec, timeout: float) -> Solving:
         known.close()
     made = _LOCAL.known = Solving(spec, timeout)
     return made
-
-
-def _batches(stream: bytes) -> Iterator[Any]:
-    import pyarrow
-
-    try:
-        with pyarrow.ipc.open_stream(stream) as reader:
-            yield from reader
-    except pyarrow.ArrowException as error:
-        raise MinsnapError(f"rows of a process could not be read: {error}") from error

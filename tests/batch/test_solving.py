@@ -99,7 +99,5 @@ def test_the_process_ends_with_the_one_that_asks(solving):
     one = solving(walks())
     list(one.rows(range(1)))
     process = one.process
-    process.stdin.close()
+    one.pipe.close()
     assert process.wait(20.0) == 0
-    process.stdout.close()
-    one.process = None
