@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, OwnsArrays
 from minsnap.basics.messages import shown
-from minsnap.errors import MagnitudeWarning, WaypointError
+from minsnap.errors import MagnitudeWarning, MinsnapError, WaypointError
 
 AXES = ("x", "y", "z")
-BESIDE = ("yaw", "t", "time", "duration")
+BESIDE = ("yaw", "duration", "t", "time")
 """Columns that a table of waypoints may have beside its coordinates."""
 
 LONG, HIGH = 1000.0, 500.0
@@ -25,22 +25,57 @@ DEGREES_EXTENT = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class WaypointTable:
-    """The columns of a table of waypoints.
+class Waypoints(OwnsArrays):
+    """The columns of a table or file of waypoints; its fields are arguments of :func:`minsnap.plan`.
 
     Parameters
     ----------
     points : ndarray, shape (n, 2) or (n, 3)
-        [m].
+        Waypoints [m].
     yaw : ndarray, shape (n,), or None
-        [rad].
+        Heading at each [rad].
     durations : ndarray, shape (n - 1,), or None
-        [s].
+        Seconds of each leg.
     """
 
     points: FloatArray
     yaw: FloatArray | None = None
     durations: FloatArray | None = None
+
+    @classmethod
+    def of_columns(
+        cls, columns: Mapping[str, FloatArray], where: str = "", error: type[MinsnapError] = WaypointError
+    ) -> Waypoints:
+        """Return waypoints from columns x, y and z, yaw [rad] and duration, t or time [s].
+
+        Parameters
+        ----------
+        columns : mapping of str to ndarray, shape (n,)
+            A duration is that of a leg, with the first or the last one not a number; t and time are instants.
+        where : str
+            What errors begin with.
+        error : type
+            What they are, if two columns say when waypoints are passed, or one says it wrongly.
+        """
+        timed = [name for name in BESIDE[1:] if name in columns]
+        if len(timed) > 1:
+            raise error(f"{where}{' and '.join(timed)} both say when waypoints are passed: leave one out")
+        points = np.stack([columns[axis] for axis in AXES if axis in columns], axis=-1)
+        try:
+            durations = _durations(columns[timed[0]], timed[0]) if timed else None
+        except ValueError as wrong:
+            raise error(f"{where}{wrong}") from None
+        return cls(points, columns.get("yaw"), durations)
+
+    def closed(self) -> Waypoints:
+        """Return the waypoints of a lap: those that do not end where they begin go on to the first one again.
+
+        Durations are left out then, since none is known for the leg that closes the lap.
+        """
+        if np.array_equal(self.points[0], self.points[-1]):
+            return self
+        yaw = None if self.yaw is None else np.append(self.yaw, self.yaw[0])
+        return Waypoints(np.concatenate((self.points, self.points[:1])), yaw)
 
 
 def is_table(waypoints: Any) -> bool:
@@ -49,7 +84,7 @@ def is_table(waypoints: Any) -> bool:
     return names is not None and not all(isinstance(name, (int, np.integer)) for name in names)
 
 
-def read_columns(waypoints: Any) -> WaypointTable:
+def read_columns(waypoints: Any) -> Waypoints:
     """Return waypoints by the names of their columns: x, y and z, with yaw [rad] and t, time or duration [s].
 
     Raises
@@ -65,12 +100,7 @@ def read_columns(waypoints: Any) -> WaypointTable:
         raise WaypointError(
             f"the table of waypoints has {what}: select x, y and z, and where they are meant yaw and t or duration"
         )
-    timed = [name for name in lower if name in BESIDE[1:]]
-    if len(timed) > 1:
-        raise WaypointError(f"{' and '.join(timed)} both say when waypoints are passed: leave one out")
-    columns = {name.lower(): _column(waypoints, name) for name in names}
-    points = np.stack([columns[axis] for axis in AXES if axis in columns], axis=-1)
-    return WaypointTable(points, columns.get("yaw"), _durations(columns[timed[0]], timed[0]) if timed else None)
+    return Waypoints.of_columns({name.lower(): _column(waypoints, name) for name in names})
 
 
 def _names(waypoints: Any) -> list[Any] | None:
@@ -92,20 +122,22 @@ def _column(waypoints: Any, name: str) -> FloatArray:
     return values
 
 
-def _durations(values: FloatArray, name: str) -> FloatArray | None:
+def _durations(values: FloatArray, name: str) -> FloatArray:
     if name != "duration":
         late = np.flatnonzero(~(np.diff(values) > 0.0))
         if len(late):
             at = int(late[0])
-            raise WaypointError(
-                f"waypoint {at + 1} is passed at {name} = {values[at + 1]:g} s, not after waypoint {at}"
+            raise ValueError(
+                f"waypoint {at + 1} is passed at {name} = {values[at + 1]:g} s, not after waypoint {at} at "
+                f"{values[at]:g} s"
             )
         return np.diff(values)
     blank = np.isnan(values)
     if blank.sum() == 1 and (blank[0] or blank[-1]):
         return values[~blank]
-    raise WaypointError(
-        f"{len(values)} waypoints have {len(values) - 1} legs: leave the duration of the first or the last one empty"
+    raise ValueError(
+        f"{len(values)} waypoints have {len(values) - 1} legs: leave the duration of the first or the last one empty; "
+        f"{int(blank.sum())} are"
     )
 
 

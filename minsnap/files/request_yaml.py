@@ -28,10 +28,11 @@ from minsnap.basics.schema import (
 )
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import load_yaml
+from minsnap.corridors.given_waypoints import Waypoints
 from minsnap.corridors.keep_out import NAMED
 from minsnap.errors import FileError, FrameError
 from minsnap.files.frames import FRAMES, get_frame, map_vectors, map_yaw
-from minsnap.files.waypoints import COLUMNS, ENTRY, Waypoints, read_waypoints, waypoints_of
+from minsnap.files.waypoints import COLUMNS, ENTRY, read_waypoints, waypoints_of
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.ordinary import completed_in_file, written_in_file
 from minsnap.planning.request import RESERVE, PlanRequest

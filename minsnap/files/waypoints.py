@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, OwnsArrays, ReadOnly
+from minsnap.basics.arrays import FloatArray, ReadOnly
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import NUMBER, Key, mapping, several
 from minsnap.basics.storage.table import LooseColumns, read_loose_table
 from minsnap.basics.storage.text import load_yaml, read_text, reading
+from minsnap.corridors.given_waypoints import Waypoints
 from minsnap.errors import FileError
 
 SEMI_MAJOR = 6_378_137.0
@@ -211,35 +212,6 @@ TABLE = LooseColumns(
 """Columns of waypoints as text."""
 
 
-@dataclass(frozen=True, eq=False)
-class Waypoints(OwnsArrays):
-    """The content of a waypoint file; its fields are arguments of :func:`minsnap.plan`.
-
-    Parameters
-    ----------
-    points : ndarray, shape (n, 2) or (n, 3)
-        Waypoints [m].
-    yaw : ndarray, shape (n,), or None
-        Heading at each [rad].
-    durations : ndarray, shape (n - 1,), or None
-        Seconds of each leg.
-    """
-
-    points: FloatArray
-    yaw: FloatArray | None = None
-    durations: FloatArray | None = None
-
-    def closed(self) -> Waypoints:
-        """Return the waypoints of a lap: those that do not end where they begin go on to the first one again.
-
-        Durations are left out then, since none is known for the leg that closes the lap.
-        """
-        if np.array_equal(self.points[0], self.points[-1]):
-            return self
-        yaw = None if self.yaw is None else np.append(self.yaw, self.yaw[0])
-        return Waypoints(np.concatenate((self.points, self.points[:1])), yaw)
-
-
 def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
     """Read waypoints from YAML (``.yaml``, ``.yml``), a QGroundControl mission (``.plan``), or CSV, by the ending.
 
@@ -294,39 +266,9 @@ def _refuse_degrees(path: str | os.PathLike[str]) -> None:
 
 
 def _from_columns(where: str, table: Mapping[str, FloatArray]) -> Waypoints:
-    points = np.stack([table[name] for name in COLUMNS[:3] if name in table], axis=-1)
-    timed = [name for name in ("duration", "t", "time") if name in table]
-    if len(timed) > 1:
-        raise FileError(f"{where}: {' and '.join(timed)} both say when waypoints are passed: leave one out")
-    if timed in ([], ["duration"]):
-        durations = _leg_durations(where, table["duration"]) if timed else None
-    else:
-        durations = durations_of_times(where, table[timed[0]])
-    return Waypoints(points, table.get("yaw"), durations)
-
-
-def durations_of_times(where: str, t: FloatArray) -> FloatArray:
-    """Return the durations of the legs between increasing times (n,) [s], or raise FileError."""
-    late = np.flatnonzero(np.diff(t) <= 0.0)
-    if len(late):
-        i = int(late[0])
-        raise FileError(
-            f"{where}: waypoint {i + 1} is passed at t = {t[i + 1]:g} s, not after waypoint {i} at {t[i]:g} s"
-        )
-    return np.diff(t)
-
-
-def _leg_durations(where: str, cells: FloatArray) -> FloatArray | None:
-    """Return the durations of the legs from one cell per waypoint, of which the first or the last is empty."""
-    blank = np.isnan(cells)
-    if blank.all():
-        return None
-    if blank.sum() == 1 and (blank[0] or blank[-1]):
-        return cells[~blank]
-    raise FileError(
-        f"{where}: {len(cells)} waypoints have {len(cells) - 1} legs, so the duration of one of them, the last or the "
-        f"first, stays empty; {int(blank.sum())} are"
-    )
+    """Return the waypoints of columns, of which an empty duration is left out."""
+    columns = {name: cells for name, cells in table.items() if name != "duration" or not np.isnan(cells).all()}
+    return Waypoints.of_columns(columns, f"{where}: ", FileError)
 
 
 def waypoints_of(path: str, content: Any) -> Waypoints:

@@ -64,7 +64,7 @@ def test_a_data_frame_without_names_is_its_numbers():
     [
         (FRAME.assign(vx=0.0), "the column 'vx': select x, y and z"),
         (FRAME[["x", "z"]], "the columns x, z"),
-        (FRAME.assign(duration=1.0), "t and duration both say when"),
+        (FRAME.assign(duration=1.0), "duration and t both say when"),
         (FRAME.assign(t=[0.0, 2.0, 1.0]), "waypoint 2 is passed at t = 1 s, not after waypoint 1"),
         (FRAME.assign(t=[0.0, 1.0, 1.0]), "waypoint 2 is passed at t = 1 s, not after waypoint 1"),
         ({"x": [0, 1, 2], "y": [0, 1, 2], "duration": [1.0, np.nan, 1.0]}, "leave the duration of the first"),

@@ -122,7 +122,7 @@ def test_what_is_read_cannot_be_written_to(write):
         ("a.csv", "x,y,z\n0,0,1\n8,inf,1\n", "line 3: y is 'inf'"),
         ("a.csv", "x,y,duration\n0,0,nan\n8,1,2\n", "line 2: duration is 'nan'"),
         ("a.csv", "x,y,duration\n0,0,1\n8,1,2\n", "2 waypoints have 1 legs.*0 are"),
-        ("a.csv", "x,y,duration\n0,0,1\n8,1,\n9,1,2\n", "stays empty; 1 are"),
+        ("a.csv", "x,y,duration\n0,0,1\n8,1,\n9,1,2\n", "one empty; 1 are"),
         ("a.yaml", "", "needs a list of waypoints"),
         ("a.yaml", "[]", "needs a list of waypoints"),
         ("a.yaml", "speed: 3\nwaypoints: [[0, 0], [1, 1]]", "needs a list of waypoints"),
