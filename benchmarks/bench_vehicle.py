@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import platform
 import statistics
-import time
+import timeit
 from collections.abc import Callable
 
 import numpy as np
@@ -141,13 +141,7 @@ class RotorPy:
 
 def median_time(work: Callable[[], object], repeats: int = 5) -> float:
     """Return the median wall time of a few runs, after one that does not count [s]."""
-    work()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
+    return statistics.median(timeit.repeat(work, repeat=repeats + 1, number=1)[1:])
 
 
 def main() -> None:

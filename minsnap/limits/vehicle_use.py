@@ -21,7 +21,7 @@ from minsnap.trajectory.report import Utilisation
 
 if TYPE_CHECKING:
     from minsnap.trajectory.trajectory import Trajectory
-    from minsnap.vehicle import BodyDrag, Quadrotor
+    from minsnap.vehicle import Quadrotor
     from minsnap.vehicle.dynamics import FlatStates
 
 
@@ -135,7 +135,7 @@ class VehicleBound:
         inner = np.linspace(0.0, 1.0, samples, endpoint=False)
         grid = self.traj.breaks[:-1, None] + self.traj.durations[:, None] * inner
         t = np.append(grid, self.traj.duration)
-        states = flatness_of(self.vehicle, self.traj, t, drag=flat_drag(self.vehicle))
+        states = flatness_of(self.vehicle, self.traj, t, drag=self.vehicle.flat_drag)
         return t, self._quantities(states)
 
     @cached_property
@@ -157,7 +157,7 @@ class VehicleBound:
 
     def _quantities(self, states: FlatStates) -> FloatArray:
         thrust, up = states.thrust / self.vehicle.weight, states.rotation[:, :, 2]
-        rotors = self.vehicle.thrust_coefficient * states.rotor_speed * np.abs(states.rotor_speed)
+        rotors = self.vehicle.thrusts(states.rotor_speed)
         quantities = {
             "max_thrust": thrust,
             "min_thrust": -thrust,
@@ -243,22 +243,15 @@ def _divided(
     return np.ascontiguousarray(finer).reshape(-1, 4, 3, size), begins.reshape(-1), np.repeat(width / parts, parts)
 
 
-def flat_drag(vehicle: Quadrotor) -> BodyDrag:
-    """Return a vehicle's drag if it is a BodyDrag, and none in place of any other model."""
-    from minsnap.vehicle.drag import BodyDrag
-
-    return vehicle.drag if isinstance(vehicle.drag, BodyDrag) else BodyDrag()
-
-
 def lateral_alike(vehicle: Quadrotor) -> bool:
     """Whether the drag is the same along both lateral axes, so that the thrust axis does not depend on the yaw."""
-    drag = flat_drag(vehicle)
+    drag = vehicle.flat_drag
     return bool(drag.linear[0] == drag.linear[1] and drag.quadratic[0] == drag.quadratic[1])
 
 
 def medium_of(vehicle: Quadrotor) -> Medium:
     """Return gravity and drag per mass; lateral drag that is not the same along both axes is replaced by its mean."""
-    drag = flat_drag(vehicle)
+    drag = vehicle.flat_drag
     across, more = [], []
     for values in (drag.linear / vehicle.mass, drag.quadratic / vehicle.mass):
         across.append(0.5 * float(values[0] + values[1]))

@@ -339,11 +339,9 @@ def plot_race(
 
 def _rotor_thrusts(path: Path, vehicle: Quadrotor) -> tuple[FloatArray, FloatArray]:
     """Instants (m,) [s] and thrusts (m, 4) [N]."""
-    from minsnap.limits.vehicle_use import flat_drag
     from minsnap.vehicle import flatness_of
 
     if path.dim not in (2, 3):
         raise InputError(f"rotors need a path of two or three coordinates, this one has {path.dim}")
     t = np.linspace(0.0, path.duration, 3 * POINTS)
-    speed = flatness_of(vehicle, path, t, drag=flat_drag(vehicle)).rotor_speed
-    return t, np.asarray(vehicle.thrust_coefficient * speed * np.abs(speed))
+    return t, vehicle.thrusts(flatness_of(vehicle, path, t, drag=vehicle.flat_drag).rotor_speed)

@@ -99,7 +99,8 @@ def profiles_of(path: Path, vehicle: Quadrotor) -> Profiles:
     curves = {
         title: _shown(kind, MEASURES[kind.measure].sampled(motion, kind.order))[None] for title, kind in CHARTS.items()
     }
-    return Profiles(t, curves | {ROTORS: _rotor_thrusts(vehicle, path, t)[0].T})
+    rotors = vehicle.thrusts(flatness_of(vehicle, path, t).rotor_speed)
+    return Profiles(t, curves | {ROTORS: rotors.T})
 
 
 def _shown(kind: Kind, value: Any) -> Any:
@@ -110,13 +111,8 @@ def _shown(kind: Kind, value: Any) -> Any:
 def pose_at(path: Path, vehicle: Quadrotor, instant: float) -> VehiclePose:
     """Return the pose of a vehicle on a path, its attitude and thrusts by differential flatness."""
     t = np.array([min(max(instant, 0.0), path.duration)])
-    thrusts, quaternion = _rotor_thrusts(vehicle, path, t)
-    return VehiclePose(path(t)[0], quaternion[0], thrusts[0])
-
-
-def _rotor_thrusts(vehicle: Quadrotor, path: Path, t: FloatArray) -> tuple[FloatArray, FloatArray]:
     states = flatness_of(vehicle, path, t)
-    return vehicle.thrust_coefficient * states.rotor_speed * np.abs(states.rotor_speed), states.quaternion
+    return VehiclePose(path(t)[0], states.quaternion[0], vehicle.thrusts(states.rotor_speed[0]))
 
 
 def thin_lines(points: FloatArray, colours: FloatArray) -> bytes:

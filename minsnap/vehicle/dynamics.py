@@ -57,7 +57,7 @@ class RigidBody:
         self._inertia = vehicle.inertia.tolist()
         self._inverse = np.linalg.inv(vehicle.inertia).tolist()
         self._plain = isinstance(vehicle.drag, BodyDrag)
-        drag = vehicle.drag if isinstance(vehicle.drag, BodyDrag) else BodyDrag()
+        drag = vehicle.flat_drag
         self._drag = (drag.linear.tolist(), drag.quadratic.tolist())
 
     def derivative(self, state: State, rotor_speed: Sequence[Any], wind: Sequence[Any] = (0.0, 0.0, 0.0)) -> list[Any]:
@@ -347,7 +347,7 @@ def check_rotor_limits(vehicle: Quadrotor, states: FlatStates, t: npt.ArrayLike)
         Their instants [s].
     """
     least, most = vehicle.rotor_thrust_limits
-    thrusts = vehicle.thrust_coefficient * states.rotor_speed * np.abs(states.rotor_speed)
+    thrusts = vehicle.thrusts(states.rotor_speed)
     above, below = thrusts.max(axis=1) - most, least - thrusts.min(axis=1)
     worst = int(np.argmax(np.maximum(above, below)))
     excess = float(max(above[worst], below[worst]))

@@ -144,6 +144,16 @@ class Quadrotor(ReadOnly):
         """Greatest total thrust divided by weight."""
         return 4.0 * self.rotor_thrust_limits[1] / self.weight
 
+    @property
+    def flat_drag(self) -> BodyDrag:
+        """The drag if motion is flat with it, and none in place of any other model."""
+        return self.drag if isinstance(self.drag, BodyDrag) else BodyDrag()
+
+    def thrusts(self, rotor_speed: npt.ArrayLike) -> FloatArray:
+        """Return the thrust of each rotor at speeds of any shape [rad/s], [N]; downwards where it turns backwards."""
+        speeds = np.asarray(rotor_speed, dtype=np.float64)
+        return np.asarray(self.thrust_coefficient * (speeds * np.abs(speeds)))
+
     def wrench(self, rotor_speed: npt.ArrayLike) -> FloatArray:
         """Total thrust [N] and torques about x, y, z [N m] of rotor speeds.
 
@@ -156,8 +166,7 @@ class Quadrotor(ReadOnly):
         -------
         ndarray, shape (..., 4)
         """
-        speeds = np.asarray(rotor_speed, dtype=np.float64)
-        return np.asarray(self.thrust_coefficient * (speeds * np.abs(speeds)) @ self.mixer.T)
+        return np.asarray(self.thrusts(rotor_speed) @ self.mixer.T)
 
     def rotor_thrusts(self, wrench: npt.ArrayLike) -> FloatArray:
         """Return the rotor thrusts [N] for a total thrust and torques, both of shape (..., 4)."""

@@ -11,7 +11,7 @@ from minsnap.errors import InfeasibleError, LimitError
 from minsnap.limits.compliance import most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import sampled_motion
-from minsnap.limits.vehicle_use import VehicleBound, flat_drag, lateral_alike
+from minsnap.limits.vehicle_use import VehicleBound, lateral_alike
 from minsnap.vehicle import BodyDrag, Quadrotor, RotorSpeedDrag, flat_states, flatness_of
 
 VEHICLES = {"f330": Quadrotor.dji_f330(), "crazyflie": Quadrotor.crazyflie()}
@@ -247,7 +247,7 @@ def test_drag_is_the_same_sideways_if_all_of_it_is(linear, quadratic, alike):
 
 def test_a_drag_that_is_not_of_the_body_has_no_part_in_limits():
     vehicle = dataclasses.replace(Quadrotor.dji_f330(), drag=RotorSpeedDrag((1e-4, 1e-4, 1e-4)))
-    assert not flat_drag(vehicle).linear.any() and not Limits.of(vehicle).medium.drags
+    assert not vehicle.flat_drag.linear.any() and not Limits.of(vehicle).medium.drags
     path = minsnap.plan(*random_legs(0, 1))
     bare = rotors(Limits.of(dataclasses.replace(vehicle, drag=BodyDrag())), path)
     assert [used.value for used in rotors(Limits.of(vehicle), path)] == [used.value for used in bare]

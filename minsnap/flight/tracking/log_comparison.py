@@ -360,7 +360,7 @@ def flight_figures(flight: Flight, vehicle: Quadrotor) -> dict[str, Any]:
         "delay": comparison.delay,
         "max_speed": float(np.linalg.norm(flight.velocity, axis=1).max()),
         "max_tilt": float(np.arccos(np.clip(upright, -1.0, 1.0)).max()),
-        "max_rotor_thrust": float(vehicle.thrust_coefficient * (flight.rotor_speed**2).max()),
+        "max_rotor_thrust": float(np.abs(vehicle.thrusts(flight.rotor_speed)).max()),
         "rotor_thrust_limit": float(vehicle.rotor_thrust_limits[1]),
         "saturated": float(flight.saturated.mean()),
     }
