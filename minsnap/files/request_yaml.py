@@ -35,7 +35,7 @@ from minsnap.files.frames import FRAMES, get_frame, map_vectors, map_yaw
 from minsnap.files.waypoints import COLUMNS, ENTRY, read_waypoints, waypoints_of
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.ordinary import completed_in_file, written_in_file
-from minsnap.planning.request import RESERVE, PlanRequest
+from minsnap.planning.request import RESERVE, Opening, PlanRequest
 from minsnap.time_allocation.search_options import USUAL, WORDS
 from minsnap.vehicle.quadrotor import SHORT_NAMES, VEHICLES, Quadrotor, named_vehicle, vehicle_from
 
@@ -130,7 +130,6 @@ OBSTACLES = several(OBSTACLE, "a list of obstacles").then(
     lambda entries: tuple(named for entry in entries for named in entry.items())
 )
 
-OPENING_KEYS = ("waypoint", "corners", "crossing", "margin")
 OPENING = mapping(
     {
         "waypoint": Key(WHOLE, "which one, from 0", needed=True),
@@ -139,7 +138,7 @@ OPENING = mapping(
         "margin": Key(NUMBER, "how far the path stays from the edges [m]"),
     },
     "a mapping of waypoint, corners, crossing and margin",
-).then(lambda gate: tuple(({"crossing": 0, "margin": 0.0} | gate)[name] for name in OPENING_KEYS))
+).then(lambda gate: Opening(**gate))
 
 SEARCHED = {
     "split": Key(word(*WORDS["split"]), "how a total time is divided among the legs"),
@@ -266,7 +265,7 @@ def _described(request: PlanRequest) -> dict[str, Any]:
         limits["rotors"] = {"vehicle": request.vehicle, "reserve": request.rotors}
     view = {"frame": request.frame} | ({"vehicle": request.vehicle} if request.vehicle else {})
     avoid = [{name: list(numbers)} for name, numbers in request.avoid]
-    gates = [dict(zip(OPENING_KEYS, plain(gate), strict=True)) for gate in request.openings]
+    gates = [gate._asdict() for gate in request.openings]
     usual = vars(PlanRequest(())) | vars(USUAL) | {"limits": {}, "avoid": [], "openings": [], "view": None}
     usual |= {"degree": None, "pieces": None, "closed": None}
     own = {"limits": limits, "avoid": avoid, "openings": gates, "view": view}

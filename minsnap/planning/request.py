@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from minsnap.basics.messages import shown
 from minsnap.corridors.boxes import Boxes, as_room
@@ -23,11 +23,23 @@ Point = tuple[float, ...]
 Box = tuple[Point, Point]
 """Two opposite corners, the lower one first [m]."""
 
-Opening = tuple[int, tuple[Point, ...], int, float]
-"""A gate: which waypoint it takes the place of, its corners [m], its crossing, its margin [m]; see ``Gate.polygon``."""
-
 RESERVE = 0.1
 """Share of the rotors' room that is left to feedback unless told otherwise."""
+
+
+class Opening(NamedTuple):
+    """A gate: which waypoint it takes the place of, its corners [m], its crossing, its margin [m]."""
+
+    waypoint: int
+    corners: tuple[Point, ...]
+    crossing: int = 0
+    margin: float = 0.0
+
+    @classmethod
+    def of(cls, waypoint: int, gate: Gate) -> Opening:
+        """Return the opening of a gate."""
+        return cls(waypoint, tuple(map(tuple, gate.corners.tolist())), gate.crossing, gate.margin)
+
 
 PLAIN = ("boxes", "room", "openings", "rotors", "vehicle", "frame")
 """Fields of a request that say in plain numbers what else is in its other fields, or nothing of the plan."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,7 +19,6 @@ import numpy as np
 from minsnap.basics.arrays import GRAVITY
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.constraint import Constraint
-from minsnap.corridors.gates import Gate
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, WaypointError, YawError
 from minsnap.files.convert import RATE, written
@@ -256,7 +255,7 @@ def _of_course(course: Course) -> PlanRequest:
             f"{course.name} has laps, boxes, states, tolerances, holds or take-off: the studio holds points, gates, a "
             "tube and limits of a course; minsnap plan flies all of it"
         )
-    openings = _openings({i: stop.gate for i, stop in enumerate(course.stops) if stop.gate is not None})
+    openings = tuple(Opening.of(i, stop.gate) for i, stop in enumerate(course.stops) if stop.gate is not None)
     points = tuple(tuple(stop.center.tolist()) for stop in course.stops)
     yaw = tuple(course.yaw) if isinstance(course.yaw, (list, tuple)) else course.yaw
     how = {"degree": course.degree, "pieces": course.pieces, "avoid": course.avoid}
@@ -276,11 +275,7 @@ def _of_plan(path: str | os.PathLike[str]) -> PlanRequest:
         return scene
     centers = {number: tuple(gate.center.tolist()) for number, gate in stored.gates.items()}
     points = tuple(centers.get(number, point) for number, point in enumerate(scene.waypoints))
-    return replace(scene, waypoints=points, openings=_openings(stored.gates))
-
-
-def _openings(gates: Mapping[int, Gate]) -> tuple[Opening, ...]:
-    return tuple((i, tuple(map(tuple, gate.corners.tolist())), gate.crossing, gate.margin) for i, gate in gates.items())
+    return replace(scene, waypoints=points, openings=tuple(Opening.of(*item) for item in stored.gates.items()))
 
 
 def _heading(curve: Trajectory) -> float | str | tuple[float, ...] | None:

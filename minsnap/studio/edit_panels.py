@@ -135,11 +135,11 @@ class RoutePanel:
 
     def _opening(self, request: PlanRequest) -> Opening | None:
         """Return the gate at the chosen waypoint."""
-        return next((gate for gate in request.openings if gate[0] == self._index), None)
+        return next((gate for gate in request.openings if gate.waypoint == self._index), None)
 
     def _size_of_gate(self, request: PlanRequest) -> tuple[float, ...] | None:
         gate = self._opening(request)
-        return None if gate is None else tuple(size_of(np.array(gate[1])).round(6).tolist())
+        return None if gate is None else tuple(size_of(np.array(gate.corners)).round(6).tolist())
 
     def delete(self) -> None:
         """Delete the chosen waypoint."""

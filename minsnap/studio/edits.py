@@ -99,7 +99,7 @@ def move_in_order(request: PlanRequest, index: int, step: int) -> PlanRequest:
 
 def with_gate(request: PlanRequest, index: int, wanted: bool) -> PlanRequest:
     """Return the request with a gate of 1 m by 1 m at a waypoint, across the way to it and from it, or without it."""
-    others = tuple(gate for gate in request.openings if gate[0] != index)
+    others = tuple(gate for gate in request.openings if gate.waypoint != index)
     if not wanted:
         return replace(request, openings=others)
     points = np.array(request.waypoints)
@@ -107,7 +107,7 @@ def with_gate(request: PlanRequest, index: int, wanted: bool) -> PlanRequest:
     along[2] = 0.0
     heading = along / np.linalg.norm(along) if along.any() else np.array([1.0, 0.0, 0.0])
     corners = Gate(points[index], heading, GATE).corners
-    return replace(request, openings=tuple(sorted((*others, (index, _points(corners), 1, 0.0)))))
+    return replace(request, openings=tuple(sorted((*others, Opening(index, _points(corners), 1)))))
 
 
 def reshape_gate(request: PlanRequest, index: int, matrix: FloatArray) -> PlanRequest:
@@ -118,7 +118,7 @@ def reshape_gate(request: PlanRequest, index: int, matrix: FloatArray) -> PlanRe
 
 def resize_gate(request: PlanRequest, index: int, size: Sequence[float]) -> PlanRequest:
     """Return the request with another width and height of a gate [m], if it is there."""
-    corners = next((np.array(gate[1]) for gate in request.openings if gate[0] == index), None)
+    corners = next((np.array(gate.corners) for gate in request.openings if gate.waypoint == index), None)
     if corners is None:
         return request
     scale = np.maximum(size, THINNEST) / size_of(corners) - 1.0
@@ -133,8 +133,7 @@ def size_of(corners: FloatArray) -> FloatArray:
 
 def set_margin(request: PlanRequest, index: int, margin: float) -> PlanRequest:
     """Return the request with another margin of a gate [m]."""
-    openings = tuple((*gate[:3], float(margin)) if gate[0] == index else gate for gate in request.openings)
-    return replace(request, openings=openings)
+    return _with_gates(request, (index,), lambda gate: gate._replace(margin=float(margin)))
 
 
 def axes_of(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -252,19 +251,21 @@ def straight_durations(request: PlanRequest) -> tuple[float, ...]:
 
 def _renumbered(request: PlanRequest, order: Sequence[int | None]) -> tuple[Opening, ...]:
     """Return the gates at the new numbers of their waypoints; those of waypoints that are gone are left out."""
-    kept = ((order[i], *gate) for i, *gate in request.openings if order[i] is not None)
-    return tuple(sorted(kept))  # type: ignore[arg-type]
+    numbers = [(order[gate.waypoint], gate) for gate in request.openings]
+    return tuple(sorted(gate._replace(waypoint=number) for number, gate in numbers if number is not None))
 
 
 def _with_corners(
     request: PlanRequest, moved: Sequence[int], change: Callable[[FloatArray], FloatArray]
 ) -> PlanRequest:
     """Return the request with other corners of the gates at some waypoints."""
-    openings = (
-        (i, _points(change(np.array(corners))) if i in moved else corners, *how)
-        for i, corners, *how in request.openings
-    )
-    return replace(request, openings=tuple(openings))  # type: ignore[arg-type]
+    return _with_gates(request, moved, lambda gate: gate._replace(corners=_points(change(np.array(gate.corners)))))
+
+
+def _with_gates(request: PlanRequest, changed: Sequence[int], change: Callable[[Opening], Opening]) -> PlanRequest:
+    """Return the request with other gates at some waypoints."""
+    gates = (change(gate) if gate.waypoint in changed else gate for gate in request.openings)
+    return replace(request, openings=tuple(gates))
 
 
 def _points(corners: FloatArray) -> tuple[Point, ...]:

@@ -237,7 +237,7 @@ class GateView:
         """Give the gate at a waypoint, if there is one, the handle."""
         self._chosen = index
         request = None if self._state is None else self._state.request
-        there = request is not None and any(gate[0] == index for gate in request.openings)
+        there = request is not None and any(gate.waypoint == index for gate in request.openings)
         if self._handle is not None and not there:
             self._handle.remove()
             self._handle = None

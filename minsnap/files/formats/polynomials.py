@@ -29,6 +29,7 @@ from minsnap.files.format import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
 from minsnap.files.request_yaml import besides_rotors, limits_of
 from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.planning.request import Opening
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import description_of, preset_of
@@ -176,7 +177,7 @@ def _description(plan: PlanFile) -> dict[str, Any]:
         "yaw": yaw_description(trajectory),
         "waypoints": None if waypoints is None else np.asarray(waypoints, dtype=np.float64).tolist(),
         "corridor": _corridor(plan.corridor),
-        "openings": _openings(plan.gates),
+        "openings": [Opening.of(i, gate)._asdict() for i, gate in plan.gates.items() if len(gate.center) == 3],
         "limits": None if limits is None else _limits(limits),
         "certificate": {name: getattr(certificate, name) for name in names}
         | {"limits": [asdict(used) for used in certificate.utilisation]}
@@ -227,15 +228,6 @@ def _plan(where: str, content: Mapping[str, Any]) -> PlanFile:
     return PlanFile(
         trajectory, points, _constraint(content.get("corridor")), limits, words, made_by, certificate, gates
     )
-
-
-def _openings(gates: Mapping[int, Gate]) -> list[dict[str, Any]]:
-    """Return gates in space as a request has them."""
-    return [
-        {"waypoint": number, "corners": gate.corners.tolist(), "crossing": gate.crossing, "margin": gate.margin}
-        for number, gate in gates.items()
-        if len(gate.center) == 3
-    ]
 
 
 def _corridor(corridor: Any) -> Any:
