@@ -13,9 +13,8 @@ from math import perm
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.cards import Facts, card
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
@@ -148,10 +147,10 @@ class Certificate:
 
 def certify(
     traj: Trajectory | Path,
-    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None = None,
-    corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None = None,
+    waypoints: ArrayLike | Sequence[ArrayLike | Gate] | None = None,
+    corridor: ArrayLike | Constraint | Sequence[Constraint] | None = None,
     limits: Limits | None = None,
-    tolerance: npt.ArrayLike | Ball = 0.0,
+    tolerance: ArrayLike | Ball = 0.0,
     limits_from: float = 0.0,
 ) -> Certificate:
     """Say what holds, exactly, of any trajectory.

@@ -7,14 +7,15 @@ from math import isfinite
 from typing import Any, TypeGuard, cast
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike as ArrayLike
+from numpy.typing import NDArray as NDArray
 
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.intp]
-BoolArray = npt.NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
 FLOAT64 = np.dtype(np.float64)
 
 GRAVITY = 9.80665
@@ -25,7 +26,7 @@ SMALLEST, LARGEST = 1e-40, 1e40
 of a double, also beside the greatest ratio of durations."""
 
 
-def owned(values: npt.ArrayLike) -> FloatArray:
+def owned(values: ArrayLike) -> FloatArray:
     """Return a read-only float64 array: a copy, unless it is already one that nobody can write to.
 
     Raises

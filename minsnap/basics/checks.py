@@ -8,9 +8,8 @@ from math import inf
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import LARGEST, SMALLEST, FloatArray, IntArray, bounded, numbers
+from minsnap.basics.arrays import LARGEST, SMALLEST, ArrayLike, FloatArray, IntArray, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.errors import DegreeError, InputError, MinsnapError, TimingError, WaypointError
 
@@ -47,7 +46,7 @@ def is_whole(value: Any) -> bool:
     return isinstance(value, (int, np.integer)) and not isinstance(value, NO_NUMBERS)
 
 
-def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
+def check_waypoints(waypoints: ArrayLike) -> FloatArray:
     """Return waypoints as a read-only array (n, dim), n >= 2, finite."""
     points = numbers(waypoints)
     if points is None:
@@ -65,7 +64,7 @@ def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
     return points
 
 
-def check_durations(durations: npt.ArrayLike, legs: int) -> FloatArray:
+def check_durations(durations: ArrayLike, legs: int) -> FloatArray:
     """Return leg durations (legs,) as a read-only array, from ``SHORTEST`` to ``LONGEST`` [s]."""
     values = numbers(durations)
     if values is None:
@@ -246,9 +245,9 @@ def check_closing(closed: bool, points: FloatArray) -> bool:
 
 
 def check_pins(
-    pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None,
-    start: Mapping[str, npt.ArrayLike] | None,
-    end: Mapping[str, npt.ArrayLike] | None,
+    pins: Mapping[int, Mapping[str, ArrayLike]] | None,
+    start: Mapping[str, ArrayLike] | None,
+    end: Mapping[str, ArrayLike] | None,
     closed: bool,
     half: int,
     points: FloatArray,
@@ -273,7 +272,7 @@ def check_pins(
     return collected
 
 
-def check_state(state: Mapping[str, npt.ArrayLike] | None, where: str, half: int, dim: int) -> dict[int, FloatArray]:
+def check_state(state: Mapping[str, ArrayLike] | None, where: str, half: int, dim: int) -> dict[int, FloatArray]:
     """Return pinned derivatives by order (1 … k - 1) from a mapping such as ``{"velocity": (1, 0, 0)}``."""
     if state is None:
         return {}

@@ -15,9 +15,9 @@ from minsnap.cli import options
 from minsnap.errors import FileError, InputError
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
     from matplotlib.figure import Figure
 
+    from minsnap.basics.arrays import ArrayLike
     from minsnap.corridors.gates import Gate
     from minsnap.corridors.keep_out import Obstacle
     from minsnap.limits.limits import Limits
@@ -59,7 +59,7 @@ _LIMITS_AFTER = 8
 
 
 def summarise(
-    path: Path, corridor: Any = None, waypoints: npt.ArrayLike | None = None, limits: Limits | None = None
+    path: Path, corridor: Any = None, waypoints: ArrayLike | None = None, limits: Limits | None = None
 ) -> dict[str, Any]:
     """Return the figures of a path; figures that do not apply are None.
 
@@ -258,7 +258,7 @@ class Destination:
         self,
         path: Path,
         corridor: Any = None,
-        waypoints: npt.ArrayLike | None = None,
+        waypoints: ArrayLike | None = None,
         limits: Limits | None = None,
         further: Mapping[str, Any] | None = None,
         draw: Callable[[], Figure] | None = None,

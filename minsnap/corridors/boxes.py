@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers, set_fields
+from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.checks import SIZE
 from minsnap.corridors.constraint import Constraint, Walls, leg_scales
 from minsnap.errors import CorridorError
@@ -92,7 +91,7 @@ def box_faces(lower: FloatArray, upper: FloatArray, scale: FloatArray, name: str
     return Walls.planes(leg, normal, np.zeros(normal.shape), low, high, width, name=name)
 
 
-def check_bounds(lower: npt.ArrayLike, upper: npt.ArrayLike, what: str, ndim: int) -> tuple[FloatArray, FloatArray]:
+def check_bounds(lower: ArrayLike, upper: ArrayLike, what: str, ndim: int) -> tuple[FloatArray, FloatArray]:
     """Return lower and upper bounds as read-only arrays with ``ndim`` axes, possibly infinite.
 
     Raises
@@ -120,7 +119,7 @@ def check_bounds(lower: npt.ArrayLike, upper: npt.ArrayLike, what: str, ndim: in
     return low, high
 
 
-def as_numbers(value: npt.ArrayLike, what: str) -> FloatArray:
+def as_numbers(value: ArrayLike, what: str) -> FloatArray:
     """Return a read-only float64 copy, or raise CorridorError."""
     array = numbers(value)
     if array is None:
@@ -203,7 +202,7 @@ class Room(ReadOnly):
         return [box_faces(lower, upper, leg_scales(waypoints), "room")]
 
 
-def as_room(room: Room | Sequence[npt.ArrayLike] | None) -> list[Constraint]:
+def as_room(room: Room | Sequence[ArrayLike] | None) -> list[Constraint]:
     """Convert the argument ``room`` to constraints: two corners become a ``Room``."""
     if room is None:
         return []

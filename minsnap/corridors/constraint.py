@@ -19,9 +19,8 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly, lengths_of, numbers
+from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, NDArray, ReadOnly, lengths_of, numbers
 from minsnap.basics.checks import DEGREES
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
@@ -66,12 +65,12 @@ class Walls(ReadOnly):
     @classmethod
     def planes(
         cls,
-        leg: npt.ArrayLike,
-        normal: npt.ArrayLike,
-        anchor: npt.ArrayLike,
-        lower: npt.ArrayLike,
-        upper: npt.ArrayLike,
-        width: npt.ArrayLike,
+        leg: ArrayLike,
+        normal: ArrayLike,
+        anchor: ArrayLike,
+        lower: ArrayLike,
+        upper: ArrayLike,
+        width: ArrayLike,
         order: int = 0,
         name: str = "corridor",
     ) -> Walls:
@@ -130,13 +129,13 @@ class Walls(ReadOnly):
     @classmethod
     def balls(
         cls,
-        leg: npt.ArrayLike,
-        matrix: npt.ArrayLike,
-        anchor: npt.ArrayLike,
-        radius: npt.ArrayLike,
+        leg: ArrayLike,
+        matrix: ArrayLike,
+        anchor: ArrayLike,
+        radius: ArrayLike,
         order: int = 0,
         name: str = "corridor",
-        slope: npt.ArrayLike | None = None,
+        slope: ArrayLike | None = None,
     ) -> Walls:
         """Return balls, cylinders, disks or cones, each on one leg; an excess is judged by the radius.
 
@@ -241,7 +240,7 @@ class Walls(ReadOnly):
             return row, self.leg
         return np.repeat(row, pieces), (self.leg[:, None] * pieces + np.arange(pieces)).reshape(-1)
 
-    def chosen(self, index: npt.NDArray[Any]) -> Walls:
+    def chosen(self, index: NDArray[Any]) -> Walls:
         """Return some of the walls, by indices or a mask."""
         names = ("leg", "matrix", "anchor", "slope", "radius", "width")
         at = None if self.at is None else self.at[index]
@@ -360,7 +359,7 @@ def leg_scales(waypoints: FloatArray) -> FloatArray:
     return lengths
 
 
-def _checked(name: str, order: int, arrays: dict[str, npt.ArrayLike], dims: tuple[int, ...]) -> list[FloatArray]:
+def _checked(name: str, order: int, arrays: dict[str, ArrayLike], dims: tuple[int, ...]) -> list[FloatArray]:
     """Return arrays of walls as numbers, legs first and what must be positive last, or raise CorridorError."""
     if order not in range(DEGREES[-1] + 1):
         raise CorridorError(f"the order of the walls of the {name} must be a whole number from 0 to {DEGREES[-1]}")

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, set_fields
+from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.checks import check_array, check_distance
 from minsnap.basics.messages import explains_names, shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
@@ -33,7 +32,7 @@ class Ball(ReadOnly):
 
     radius: FloatArray
 
-    def __init__(self, radius: npt.ArrayLike) -> None:
+    def __init__(self, radius: ArrayLike) -> None:
         values = _numbers(radius, "the radius of a ball")
         if values.ndim > 1 or (values < 0.0).any():
             raise WaypointError(
@@ -111,11 +110,11 @@ class Gate(ReadOnly):
 
     def __init__(
         self,
-        center: npt.ArrayLike,
-        normal: npt.ArrayLike,
+        center: ArrayLike,
+        normal: ArrayLike,
         width: float,
         height: float | None = None,
-        up: npt.ArrayLike | None = None,
+        up: ArrayLike | None = None,
         crossing: int = 0,
         margin: float = 0.0,
     ) -> None:
@@ -136,8 +135,8 @@ class Gate(ReadOnly):
     @classmethod
     def circle(
         cls,
-        center: npt.ArrayLike,
-        normal: npt.ArrayLike,
+        center: ArrayLike,
+        normal: ArrayLike,
         radius: float,
         crossing: int = 0,
         margin: float = 0.0,
@@ -161,7 +160,7 @@ class Gate(ReadOnly):
         return gate
 
     @classmethod
-    def polygon(cls, corners: npt.ArrayLike, crossing: int = 0, margin: float = 0.0) -> Gate:
+    def polygon(cls, corners: ArrayLike, crossing: int = 0, margin: float = 0.0) -> Gate:
         """Return the gate with these corners, (m, 3), in order: convex, in one plane.
 
         The normal is that about which they go round counter-clockwise; the center is the mean of the corners.
@@ -245,7 +244,7 @@ def without_gates(waypoints: Any) -> tuple[Any, dict[int, Gate]]:
     return list(map(center_of, waypoints)), gates
 
 
-def _sides(axis: FloatArray, up: npt.ArrayLike | None) -> Sequence[FloatArray]:
+def _sides(axis: FloatArray, up: ArrayLike | None) -> Sequence[FloatArray]:
     """Return unit vectors along the width and the height of an opening."""
     if len(axis) == 2:
         return [np.array([-axis[1], axis[0]])]

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, OwnsArrays, bounded, numbers
+from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, OwnsArrays, bounded, numbers
 from minsnap.basics.checks import check_array, check_waypoints, point_text
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
@@ -22,7 +21,7 @@ from minsnap.polynomials.enclosures import UNIT
 STORED = 8.0 * UNIT
 """Error of a stored position, relative to the largest."""
 
-State = Mapping[str, npt.ArrayLike] | None
+State = Mapping[str, ArrayLike] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,8 +146,8 @@ class Placement:
 
 
 def place(
-    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
-    tolerance: npt.ArrayLike | Ball | None,
+    waypoints: ArrayLike | Sequence[ArrayLike | Gate] | None,
+    tolerance: ArrayLike | Ball | None,
     constraints: Sequence[Constraint],
     start: State,
     end: State,
@@ -183,7 +182,7 @@ def place(
 
 
 def _regions(
-    tolerance: npt.ArrayLike | Ball | None, gates: Mapping[int, Gate], points: FloatArray, closed: bool
+    tolerance: ArrayLike | Ball | None, gates: Mapping[int, Gate], points: FloatArray, closed: bool
 ) -> dict[int, KnotRegion]:
     """Balls and gates by waypoint; a gate replaces a ball."""
     last, regions = len(points) - 1, {}
@@ -206,7 +205,7 @@ def _without_position(state: Any, where: str) -> tuple[FloatArray | None, State]
 
 
 def _from_sets(
-    tolerance: npt.ArrayLike | Ball | None,
+    tolerance: ArrayLike | Ball | None,
     constraints: Sequence[Constraint],
     first: FloatArray | None,
     last: FloatArray | None,
@@ -269,7 +268,7 @@ def _apart(inside: FloatArray, upper: FloatArray) -> FloatArray:
     return moved
 
 
-def _tolerances(tolerance: npt.ArrayLike | None, points: FloatArray) -> FloatArray:
+def _tolerances(tolerance: ArrayLike | None, points: FloatArray) -> FloatArray:
     """Half-widths of the box around every waypoint, (n, dim)."""
     widths, count = np.zeros(points.shape), len(points)
     if tolerance is None:

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from itertools import permutations, product
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import BoolArray, FloatArray, IntArray, numbers
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, numbers
 from minsnap.basics.checks import check_array, check_distance, check_waypoints, point_text
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
@@ -129,10 +128,10 @@ class GridCorridor:
 
 
 def corridor_from_grid(
-    occupancy: npt.ArrayLike,
-    resolution: npt.ArrayLike,
-    path: npt.ArrayLike,
-    origin: npt.ArrayLike | None = None,
+    occupancy: ArrayLike,
+    resolution: ArrayLike,
+    path: ArrayLike,
+    origin: ArrayLike | None = None,
     clearance: float = 0.0,
     largest: float = np.inf,
 ) -> GridCorridor:
@@ -214,7 +213,7 @@ def boxes_along(
     return GridCorridor(corridor, waypoints)
 
 
-def _as_grid(occupancy: npt.ArrayLike) -> BoolArray:
+def _as_grid(occupancy: ArrayLike) -> BoolArray:
     if numbers(occupancy) is None:
         raise CorridorError("an occupancy grid has 2 or 3 axes of numbers, 0 where free, in rows of equal length")
     grid = np.asarray(occupancy)

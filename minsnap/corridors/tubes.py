@@ -7,9 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded, lengths_of, numbers, set_fields
+from minsnap.basics.arrays import (
+    SMALLEST,
+    ArrayLike,
+    FloatArray,
+    IntArray,
+    ReadOnly,
+    bounded,
+    lengths_of,
+    numbers,
+    set_fields,
+)
 from minsnap.basics.checks import MOST_PER_PIECE, beyond, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
@@ -45,7 +54,7 @@ def across(projections: FloatArray) -> tuple[IntArray, IntArray]:
     return leg, axis
 
 
-def _half_widths(value: npt.ArrayLike, name: str) -> FloatArray:
+def _half_widths(value: ArrayLike, name: str) -> FloatArray:
     widths = numbers(value)
     if widths is None:
         raise CorridorError(f"the {name} must be numbers [m], not {shown(value)}")
@@ -130,7 +139,7 @@ class RoundTube(ReadOnly):
         return [Walls.balls(np.arange(legs), projections, waypoints[:-1], np.broadcast_to(self.radius, legs))]
 
 
-def as_constraints(corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None) -> list[Constraint]:
+def as_constraints(corridor: ArrayLike | Constraint | Sequence[Constraint] | None) -> list[Constraint]:
     """Convert the argument ``corridor`` to constraints: half-widths become a ``Tube``."""
     if corridor is None:
         return []
@@ -158,7 +167,7 @@ class Sampled:
         If the number of samples is not a whole one from 1 to 100,000.
     """
 
-    corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None
+    corridor: ArrayLike | Constraint | Sequence[Constraint] | None
     samples: int = 20
 
     def __post_init__(self) -> None:

@@ -26,9 +26,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.errors import FrameError
 from minsnap.trajectory.samples import Samples
 
@@ -101,7 +100,7 @@ def get_frame(name: str | Frame) -> Frame:
         raise FrameError(f"no frame is called {name!r}: choose one of {', '.join(FRAMES)}") from None
 
 
-def map_vectors(values: npt.ArrayLike, source: str | Frame, target: str | Frame) -> FloatArray:
+def map_vectors(values: ArrayLike, source: str | Frame, target: str | Frame) -> FloatArray:
     """Positions, velocities or accelerations in another frame's axes, exactly.
 
     Parameters
@@ -130,7 +129,7 @@ def map_vectors(values: npt.ArrayLike, source: str | Frame, target: str | Frame)
     return mapped
 
 
-def map_yaw(yaw: npt.ArrayLike, source: str | Frame, target: str | Frame) -> FloatArray:
+def map_yaw(yaw: ArrayLike, source: str | Frame, target: str | Frame) -> FloatArray:
     """Headings in another frame [rad], any shape; a continuous heading stays continuous (nothing is wrapped)."""
     here, there = get_frame(source), get_frame(target)
     world = (np.asarray(yaw, dtype=np.float64) - here.yaw_offset) * here.yaw_sign
@@ -138,14 +137,14 @@ def map_yaw(yaw: npt.ArrayLike, source: str | Frame, target: str | Frame) -> Flo
     return mapped
 
 
-def map_yaw_rate(rate: npt.ArrayLike, source: str | Frame, target: str | Frame) -> FloatArray:
+def map_yaw_rate(rate: ArrayLike, source: str | Frame, target: str | Frame) -> FloatArray:
     """Yaw rates in another frame [rad/s], any shape."""
     sign = get_frame(source).yaw_sign * get_frame(target).yaw_sign
     mapped: FloatArray = np.asarray(rate, dtype=np.float64) * sign + 0.0
     return mapped
 
 
-def map_quaternions(attitude: npt.ArrayLike, source: str | Frame, target: str | Frame) -> FloatArray:
+def map_quaternions(attitude: ArrayLike, source: str | Frame, target: str | Frame) -> FloatArray:
     """Attitudes in another frame: world axes and body axes change together.
 
     Parameters
@@ -195,7 +194,7 @@ def _permutation(order: tuple[int, int, int], sign: tuple[int, int, int]) -> Flo
     return matrix
 
 
-def _check_quaternions(attitude: npt.ArrayLike) -> FloatArray:
+def _check_quaternions(attitude: ArrayLike) -> FloatArray:
     array = np.asarray(attitude, dtype=np.float64)
     if array.ndim == 0 or array.shape[-1] != 4:
         raise FrameError(f"quaternions have 4 numbers (w, x, y, z), got shape {array.shape}")

@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly
+from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import NUMBER, Key, mapping, several
 from minsnap.basics.storage.table import LooseColumns, read_loose_table
@@ -28,7 +27,7 @@ FLATTENING = 1.0 / 298.257223563
 """Its flattening."""
 
 
-def local_positions(geodetic: npt.ArrayLike, home: npt.ArrayLike) -> FloatArray:
+def local_positions(geodetic: ArrayLike, home: ArrayLike) -> FloatArray:
     r"""Return positions east, north and up of a home position, in the plane tangent to the ellipsoid there.
 
     Through earth-centered coordinates: :math:`R^\top (p - p_{home})`, with the axes east, north and up at home as the
@@ -50,7 +49,7 @@ def local_positions(geodetic: npt.ArrayLike, home: npt.ArrayLike) -> FloatArray:
     return np.asarray(away @ _axes(np.asarray(home, dtype=np.float64)))
 
 
-def earth_centred(geodetic: npt.ArrayLike) -> FloatArray:
+def earth_centred(geodetic: ArrayLike) -> FloatArray:
     r"""Return earth-centered, earth-fixed coordinates of positions, shape (..., 3) [m].
 
     :math:`((N + h) \cos\varphi \cos\lambda, (N + h) \cos\varphi \sin\lambda, (N (1 - e^2) + h) \sin\varphi)` with

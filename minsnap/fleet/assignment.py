@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, IntArray, bounded, numbers
+from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
@@ -39,7 +38,7 @@ class LineDistance:
     progress: float
 
 
-def assign(starts: npt.ArrayLike, goals: npt.ArrayLike) -> IntArray:
+def assign(starts: ArrayLike, goals: ArrayLike) -> IntArray:
     r"""Return which goal each vehicle flies to: the assignment of least sum of squared distances.
 
     With it no two straight lines flown with one common profile come nearer than
@@ -75,7 +74,7 @@ def assign(starts: npt.ArrayLike, goals: npt.ArrayLike) -> IntArray:
     return np.asarray(order, dtype=np.intp)
 
 
-def line_distance(starts: npt.ArrayLike, goals: npt.ArrayLike, separation: Separation | float) -> LineDistance:
+def line_distance(starts: ArrayLike, goals: ArrayLike, separation: Separation | float) -> LineDistance:
     r"""Say how near vehicles come that all fly straight lines, the same share of them at each instant.
 
     The difference of two is :math:`a + \lambda (b - a)`, a at the starts and b at the goals,
@@ -109,7 +108,7 @@ def line_distance(starts: npt.ArrayLike, goals: npt.ArrayLike, separation: Separ
     return LineDistance(share >= 1.0 - EXACT, distance, pair, progress)
 
 
-def points_of(values: npt.ArrayLike, what: str) -> FloatArray:
+def points_of(values: ArrayLike, what: str) -> FloatArray:
     """Return points (m, 2) or (m, 3), finite, or raise FleetError."""
     points = numbers(values)
     if points is None or points.ndim != 2 or points.shape[1] not in (2, 3) or not len(points):

@@ -8,9 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers, set_fields
+from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import FleetError
@@ -46,9 +45,7 @@ class Separation(ReadOnly):
     downwash: float
     radii: FloatArray | None
 
-    def __init__(
-        self, distance: float | None = None, downwash: float = 1.0, *, radii: npt.ArrayLike | None = None
-    ) -> None:
+    def __init__(self, distance: float | None = None, downwash: float = 1.0, *, radii: ArrayLike | None = None) -> None:
         if (distance is None) == (radii is None):
             raise FleetError("a separation needs either one distance for all pairs or the radii of the vehicles [m]")
         if distance is not None and not (is_number(distance) and distance > 0.0):
@@ -98,7 +95,7 @@ def as_separation(value: Any) -> Separation:
     return value if isinstance(value, Separation) else Separation(value)
 
 
-def _checked_radii(radii: npt.ArrayLike) -> FloatArray:
+def _checked_radii(radii: ArrayLike) -> FloatArray:
     values = numbers(radii)
     if values is None or values.ndim != 1 or not len(values) or not (bounded(values) & (values > 0.0)).all():
         raise FleetError(f"the radii are {shown(radii)}: give a positive number for each vehicle [m]")
@@ -211,7 +208,7 @@ class Fleet(ReadOnly, Sequence[Trajectory]):
         """Return the names of two vehicles in one phrase."""
         return " and ".join(self.name(vehicle) for vehicle in pair)
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Return positions or derivatives of all vehicles at instants of any shape: (vehicles,) + t.shape + (dim,)."""
         instants = np.asarray(t, dtype=np.float64)
         return np.stack([_at(curve, instants, order) for curve in self.trajectories])

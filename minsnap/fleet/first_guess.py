@@ -10,9 +10,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import DERIVATIVES
 from minsnap.errors import InfeasibleError, SolverError
 from minsnap.fleet.assignment import line_distance
@@ -155,7 +154,7 @@ def _single(task: FleetTask, total_time: float | None, polish: float, pieces: in
     return _polished(task.waypoints[0], total_time, polish, arguments)
 
 
-def _polished(points: npt.ArrayLike, total_time: float | None, polish: float, arguments: dict[str, Any]) -> Trajectory:
+def _polished(points: ArrayLike, total_time: float | None, polish: float, arguments: dict[str, Any]) -> Trajectory:
     """Plan for a total time; without one, for the shortest and a share of it more."""
     curve = plan(points, total_time=total_time, **arguments)
     if total_time is not None or polish == 0.0:

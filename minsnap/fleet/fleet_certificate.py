@@ -18,9 +18,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray
 from minsnap.basics.checks import check_threads
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes, Room, as_room
@@ -235,7 +234,7 @@ def certify_fleet(
     fleet: Fleet | Sequence[Path],
     separation: Separation | float | None = None,
     limits: Limits | Sequence[Limits] | None = None,
-    room: Room | Sequence[npt.ArrayLike] | None = None,
+    room: Room | Sequence[ArrayLike] | None = None,
     avoid: Obstacle | Sequence[Obstacle] | None = None,
     reach: float = REACH,
     threads: int | None = None,

@@ -9,8 +9,8 @@ from time import monotonic
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from minsnap.basics.arrays import ArrayLike
 from minsnap.basics.checks import check_seed, check_threads, check_time, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import ProgressLine, progress_line
@@ -32,17 +32,17 @@ Told = Callable[[float, float], None]
 
 
 def plan_fleet(
-    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike],
+    waypoints: ArrayLike | Sequence[ArrayLike],
     limits: Limits | Sequence[Limits] | None = None,
     separation: Separation | float | None = None,
-    room: Room | Sequence[npt.ArrayLike] | None = None,
+    room: Room | Sequence[ArrayLike] | None = None,
     avoid: Obstacle | Sequence[Obstacle] | None = None,
     total_time: float | None = None,
     pieces: int | str = "auto",
-    start: Sequence[Mapping[str, npt.ArrayLike] | None] | None = None,
+    start: Sequence[Mapping[str, ArrayLike] | None] | None = None,
     fixed: Sequence[Path] | Fleet | None = None,
     corridors: Sequence[Boxes | None] | None = None,
-    holds: Sequence[npt.ArrayLike | None] | None = None,
+    holds: Sequence[ArrayLike | None] | None = None,
     yaw: Yaw | Sequence[Yaw] = None,
     names: Sequence[str] | None = None,
     polish: float = 0.0,

@@ -11,8 +11,8 @@ from math import pi
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from minsnap.basics.arrays import ArrayLike
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 
@@ -74,7 +74,7 @@ def written_in_file(limits: Mapping[str, float]) -> dict[str, float | None]:
     return {**limits, **dict.fromkeys(name for name in ORDINARY if name not in {*limits, *implied})}
 
 
-def ordinary_room(points: npt.ArrayLike) -> tuple[list[float], list[float]]:
+def ordinary_room(points: ArrayLike) -> tuple[list[float], list[float]]:
     """Return the floor and the ceiling of ordinary flight through waypoints of shape (n, 3), as two corners [m].
 
     A path within a small tilt alone would climb a hundred metres: thrust is what turns the tilt into acceleration.

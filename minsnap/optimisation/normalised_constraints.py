@@ -10,9 +10,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray, NDArray
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.knot_walls import walls_on_pieces
@@ -44,7 +43,7 @@ class WallRows:
     normal: FloatArray
     bound: FloatArray
 
-    def chosen(self, index: npt.NDArray[Any] | slice) -> WallRows:
+    def chosen(self, index: NDArray[Any] | slice) -> WallRows:
         """Return some of the rows, by indices, a mask or a slice."""
         return WallRows(*(getattr(self, name)[index] for name in WallRows.__annotations__))
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, bounded, numbers
+from minsnap.basics.arrays import ArrayLike, FloatArray, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import MagnitudeWarning, YawError
@@ -50,7 +49,7 @@ class YawSettings:
 
 YAW = YawSettings()
 
-Yaw = float | str | npt.ArrayLike | Velocity | LookAt | Callable[[Any], Any] | None
+Yaw = float | str | ArrayLike | Velocity | LookAt | Callable[[Any], Any] | None
 """What a plan takes as its yaw."""
 
 ChosenHeading = Callable[[Trajectory], Heading]

@@ -15,9 +15,8 @@ from math import perm
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import (
     check_closing,
     check_continuity,
@@ -104,7 +103,7 @@ class FullProblem:
         h, b = (bound.copy() if len(bound) else None for bound in (self.h, self.b))
         return qpsolvers.Problem(P, self.q.copy(), G, h, A, b)
 
-    def coefficients(self, x: npt.ArrayLike) -> FloatArray:
+    def coefficients(self, x: ArrayLike) -> FloatArray:
         """Arrange unknowns x, shape (n,), as coefficients of 1, s, s², …: (legs, dim, degree + 1) [m].
 
         Raises
@@ -117,24 +116,24 @@ class FullProblem:
             raise WaypointError(f"the problem has unknowns of shape {self.q.shape}, not {values.shape}")
         return values.reshape(len(self.durations), self.dim, self.degree + 1)
 
-    def trajectory(self, x: npt.ArrayLike) -> Trajectory:
+    def trajectory(self, x: ArrayLike) -> Trajectory:
         """Return the curve that unknowns x, shape (n,), describe."""
         points = np.einsum("ij,ldj->lid", powers_to_points(self.degree), self.coefficients(x))
         return Trajectory(points, self.durations)
 
 
 def build_qp(
-    waypoints: npt.ArrayLike,
-    durations: npt.ArrayLike,
-    corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None = None,
+    waypoints: ArrayLike,
+    durations: ArrayLike,
+    corridor: ArrayLike | Constraint | Sequence[Constraint] | None = None,
     samples: int = 20,
     continuity: int | None = None,
     degree: int = 7,
-    start: Mapping[str, npt.ArrayLike] | None = None,
-    end: Mapping[str, npt.ArrayLike] | None = None,
+    start: Mapping[str, ArrayLike] | None = None,
+    end: Mapping[str, ArrayLike] | None = None,
     closed: bool = False,
     *,
-    pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None = None,
+    pins: Mapping[int, Mapping[str, ArrayLike]] | None = None,
 ) -> FullProblem:
     """Build the quadratic programme of a trajectory with all its coefficients as unknowns.
 

@@ -8,9 +8,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import check_array, check_positive, check_switch, is_number, is_whole, refuse_repeated
 from minsnap.basics.messages import explains_names, shown
 from minsnap.errors import ShapeError, TimingError, YawError
@@ -380,7 +379,7 @@ def rectangle(
     clockwise: bool = False,
     center: Sequence[float] = (0.0, 0.0),
     total_time: float | None = None,
-    durations: npt.ArrayLike | None = None,
+    durations: ArrayLike | None = None,
     limits: Limits | None = None,
     **options: Any,
 ) -> Trajectory:

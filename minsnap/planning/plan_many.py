@@ -7,9 +7,8 @@ from concurrent.futures import ThreadPoolExecutor
 from time import perf_counter
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, IntArray, owned
+from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, owned
 from minsnap.basics.checks import check_degree, check_switch, check_threads
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
@@ -39,9 +38,9 @@ from minsnap.trajectory.trajectory import ReportMaker, Trajectory
 
 @within_memory("this batch of plans", planned_bytes)
 def plan_many(
-    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike],
-    durations: npt.ArrayLike | Sequence[npt.ArrayLike] | None = None,
-    corridor: npt.ArrayLike | Constraint | Sequence[npt.ArrayLike | Constraint | None] | None = None,
+    waypoints: ArrayLike | Sequence[ArrayLike],
+    durations: ArrayLike | Sequence[ArrayLike] | None = None,
+    corridor: ArrayLike | Constraint | Sequence[ArrayLike | Constraint | None] | None = None,
     *,
     limits: Limits | Sequence[Limits | None] | None = None,
     pins: Pins | Sequence[Pins | None] | None = None,

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any
 
-import numpy.typing as npt
-
+from minsnap.basics.arrays import ArrayLike
 from minsnap.basics.checks import (
     check_closing,
     check_continuity,
@@ -72,22 +71,22 @@ if TYPE_CHECKING:
 )
 @within_memory("this plan", planned_bytes)
 def plan(
-    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
-    durations: npt.ArrayLike | None = None,
+    waypoints: ArrayLike | Sequence[ArrayLike | Gate] | None,
+    durations: ArrayLike | None = None,
     total_time: float | None = None,
     limits: Limits | None = None,
-    corridor: npt.ArrayLike | Constraint | Sequence[npt.ArrayLike | Constraint] | Sampled | None = None,
+    corridor: ArrayLike | Constraint | Sequence[ArrayLike | Constraint] | Sampled | None = None,
     continuity: int | None = None,
     degree: int = 7,
     yaw: Yaw = None,
-    start: Mapping[str, npt.ArrayLike] | None = None,
-    end: Mapping[str, npt.ArrayLike] | None = None,
+    start: Mapping[str, ArrayLike] | None = None,
+    end: Mapping[str, ArrayLike] | None = None,
     closed: bool = False,
     solver: str = "auto",
     *,
-    pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None = None,
+    pins: Mapping[int, Mapping[str, ArrayLike]] | None = None,
     pieces: int | str = 1,
-    waypoint_tolerance: npt.ArrayLike | Ball | None = None,
+    waypoint_tolerance: ArrayLike | Ball | None = None,
     search: Search | None = None,
     progress: Progress | bool | None = None,
     avoid: Obstacle | Sequence[Obstacle] | None = None,

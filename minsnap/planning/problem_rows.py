@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, IntArray, numbers
+from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, numbers
 from minsnap.basics.checks import DERIVATIVES, check_state
 from minsnap.basics.messages import shown
 from minsnap.corridors.tubes import Tube, as_constraints
@@ -32,7 +31,7 @@ GRADIENT_GAP = 1e-10
 """Share of the cost of a plan in walls that may be lost where gradients are computed: their error goes as its
 square root."""
 
-State = Mapping[str, npt.ArrayLike]
+State = Mapping[str, ArrayLike]
 Pins = Mapping[int, State]
 
 

@@ -12,9 +12,8 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, IntArray, interpolated
+from minsnap.basics.arrays import FloatArray, IntArray, NDArray, interpolated
 from minsnap.basics.checks import check_positive
 from minsnap.basics.progress import progress_line
 from minsnap.basics.storage.atomic import check_destination, write_file
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 
 ENDINGS = (".gif", ".mp4", ".webm")
 
-Picture = npt.NDArray[np.uint8]
+Picture = NDArray[np.uint8]
 """Rows from the top, shape (height, width, 3): red, green, blue."""
 
 

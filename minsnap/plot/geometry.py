@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate, without_gates
@@ -330,7 +329,7 @@ def plot_path(
     view: str = "xy",
     corridor: Corridor | None = None,
     waypoints: Waypoints | None = None,
-    tolerance: npt.ArrayLike | Ball | None = None,
+    tolerance: ArrayLike | Ball | None = None,
     avoid: Sequence[Obstacle] = (),
     colour_by: str | None = None,
 ) -> Axes:

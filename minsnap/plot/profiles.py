@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray
 from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.errors import InputError
 from minsnap.limits.limits import Limits
@@ -33,7 +33,6 @@ from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -47,11 +46,11 @@ LIMIT_NAMES = {kind.order: kind.name for kind in KINDS if kind.measure == "norm"
 @styled
 def plot_profiles(
     path: Path | Samples,
-    axes: npt.ArrayLike | None = None,
+    axes: ArrayLike | None = None,
     *,
     orders: Sequence[int] = (0, 1, 2, 3, 4),
     limits: Any = None,
-) -> npt.NDArray[Any]:
+) -> NDArray[Any]:
     """Draw each coordinate of position, velocity, acceleration, jerk and snap against time.
 
     Parameters
@@ -86,7 +85,7 @@ def plot_profiles(
 
 
 @styled
-def plot_heading(path: Path | Samples, axes: npt.ArrayLike | None = None) -> npt.NDArray[Any]:
+def plot_heading(path: Path | Samples, axes: ArrayLike | None = None) -> NDArray[Any]:
     """Draw yaw and yaw rate against time.
 
     Parameters
@@ -138,7 +137,7 @@ def available_orders(samples: Samples, orders: Sequence[int] = (0, 1, 2, 3, 4)) 
     return available
 
 
-def _stack(axes: npt.ArrayLike | None, path: Path | Samples, rows: int, needed: str) -> npt.NDArray[Any]:
+def _stack(axes: ArrayLike | None, path: Path | Samples, rows: int, needed: str) -> NDArray[Any]:
     """Return axes for rows of curves against time, new ones where there are none, with a thin line at each waypoint.
 
     What is needed is said where they are fewer; of more than 50 waypoints there are no lines.

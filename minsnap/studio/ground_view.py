@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, NDArray, ReadOnly
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import check_size, reading
 from minsnap.errors import FileError, InputError
@@ -71,7 +70,7 @@ class Floor:
         The lower left one [m].
     """
 
-    picture: npt.NDArray[np.uint8]
+    picture: NDArray[np.uint8]
     resolution: float
     corner: tuple[float, float]
 
@@ -109,7 +108,7 @@ class Obstacles(ReadOnly):
         return np.concatenate([vertices for vertices, _ in parts]), faces
 
 
-def cloud(points: npt.ArrayLike) -> Obstacles:
+def cloud(points: ArrayLike) -> Obstacles:
     """Return a point cloud, shape (n, 3) [m], thinned if it is large.
 
     Raises
@@ -125,7 +124,7 @@ def cloud(points: npt.ArrayLike) -> Obstacles:
     return Obstacles(np.zeros((0, 2, 3)), values[::step], size)
 
 
-def grid(occupancy: npt.ArrayLike, resolution: npt.ArrayLike, origin: npt.ArrayLike | None = None) -> Obstacles:
+def grid(occupancy: ArrayLike, resolution: ArrayLike, origin: ArrayLike | None = None) -> Obstacles:
     """Return the occupied cells of a grid, as :func:`minsnap.corridor_from_grid` takes it.
 
     Cells that follow each other along z become one box; a grid of two axes stands 1 m high on the ground.
@@ -154,7 +153,7 @@ def grid(occupancy: npt.ArrayLike, resolution: npt.ArrayLike, origin: npt.ArrayL
     return Obstacles(corner + side * _columns(taken), np.zeros((0, 3)))
 
 
-def floor(path: str | os.PathLike[str], resolution: float, corner: npt.ArrayLike) -> Obstacles:
+def floor(path: str | os.PathLike[str], resolution: float, corner: ArrayLike) -> Obstacles:
     """Read a picture of the ground: metres a pixel, and where its lower left corner lies [m].
 
     Raises
@@ -207,7 +206,7 @@ def read_obstacles(path: str | os.PathLike[str]) -> Obstacles:
         raise FileError(f"{path}: {error}") from None
 
 
-def _columns(taken: npt.NDArray[np.bool_]) -> FloatArray:
+def _columns(taken: BoolArray) -> FloatArray:
     """Return runs of occupied cells along the last axis as corners in cells, shape (m, 2, 3)."""
     padded = np.pad(taken, ((0, 0), (0, 0), (1, 1))).astype(np.int8)
     change = np.diff(padded, axis=2)

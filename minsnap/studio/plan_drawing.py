@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray
 from minsnap.basics.limit_kinds import KIND, Kind
 from minsnap.limits.measures import MEASURES, Motion
 from minsnap.planning.request import PlanRequest
@@ -28,7 +27,7 @@ INSTANTS = 241
 SPEED_SCALE = np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)], dtype=np.float64)
 """Colours from rest to the greatest speed: five of matplotlib's viridis (Smith and van der Walt, CC0)."""
 
-ColourArray = npt.NDArray[np.uint8]
+ColourArray = NDArray[np.uint8]
 
 
 KINDS = {"VEC3": 5126, "VEC4": 5121, "SCALAR": 5125}
@@ -70,7 +69,7 @@ class VehiclePose:
     rotors: FloatArray
 
 
-def coloured_path(path: Path) -> tuple[npt.NDArray[np.float32], ColourArray, float]:
+def coloured_path(path: Path) -> tuple[NDArray[np.float32], ColourArray, float]:
     """Return the pieces of a path, shape (n, 2, 3) [m], the colours of their ends, and the greatest speed [m/s]."""
     t = np.linspace(0.0, path.duration, PIECES + 1)
     speed = np.linalg.norm(path(t, 1), axis=1)
@@ -79,12 +78,12 @@ def coloured_path(path: Path) -> tuple[npt.NDArray[np.float32], ColourArray, flo
     return pieces_of(path(t)), np.stack([colours[:-1], colours[1:]], axis=1), top
 
 
-def pieces_of(points: FloatArray) -> npt.NDArray[np.float32]:
+def pieces_of(points: FloatArray) -> NDArray[np.float32]:
     """Return the straight pieces between consecutive points, shape (n, 2, 3) [m]."""
     return np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
 
 
-def speed_colours(share: npt.ArrayLike) -> ColourArray:
+def speed_colours(share: ArrayLike) -> ColourArray:
     """Return colours of shares in [0, 1] of the greatest speed, shape (..., 3)."""
     at = np.clip(np.asarray(share, dtype=np.float64), 0.0, 1.0) * (len(SPEED_SCALE) - 1)
     below = np.minimum(at.astype(np.intp), len(SPEED_SCALE) - 2)

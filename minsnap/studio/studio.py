@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.certificate import certify
 from minsnap.errors import InputError
 from minsnap.fleet.common_clock import Fleet
@@ -200,15 +199,15 @@ class Studio(Page):
 def show(
     traj: Trajectory | Fleet,
     *,
-    waypoints: npt.ArrayLike | None = None,
+    waypoints: ArrayLike | None = None,
     corridor: Any = None,
     limits: Any = None,
-    yaw: float | str | npt.ArrayLike | None = None,
+    yaw: float | str | ArrayLike | None = None,
     vehicle: str = "",
-    points: npt.ArrayLike | None = None,
-    occupancy: npt.ArrayLike | None = None,
-    resolution: npt.ArrayLike = 1.0,
-    origin: npt.ArrayLike | None = None,
+    points: ArrayLike | None = None,
+    occupancy: ArrayLike | None = None,
+    resolution: ArrayLike = 1.0,
+    origin: ArrayLike | None = None,
     folder: str | os.PathLike[str] = ".",
     host: str = LOOPBACK,
     port: int = 0,

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import YawError
@@ -43,7 +42,7 @@ class Heading:
     limited_softly: bool = False
     """Whether such a search begins with a higher limit: from rest at every waypoint its rate is hard to keep."""
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Yaw (order 0) or its derivative at ``t``: any shape in, the same shape out."""
         raise NotImplementedError
 
@@ -114,7 +113,7 @@ class RuledHeading(Heading):
     highest: float = np.inf
     """Order of the highest derivative that it has."""
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``.
 
         Raises
@@ -154,7 +153,7 @@ class FunctionHeading(Heading):
 
     function: YawFunction
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Return the value of the function."""
         return self.function(t, order)
 
@@ -182,7 +181,7 @@ class ConstantHeading(Heading):
             raise YawError(f"the yaw is {shown(angle)}: it must be an angle in radians")
         self.angle = self.constant = float(angle)
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Return ``angle`` for order 0 and zero for every derivative, in the shape of ``t``."""
         return np.full(as_instants(t).shape, self.angle if check_order(order) == 0 else 0.0)
 
@@ -211,7 +210,7 @@ class RemappedHeading(Heading):
     start: float
     rate: float = 1.0
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
         return self.heading(self.start + self.rate * as_instants(t), order) * self.rate**order
 
@@ -239,7 +238,7 @@ class JoinedHeading(Heading):
     second: Heading
     switch: float
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
         instants = as_instants(t)
         before = self.first(np.minimum(instants, self.switch), order)
@@ -262,12 +261,12 @@ class JoinedHeading(Heading):
         return max(known) if len(known) == len(parts) else None
 
 
-def shortest_turns(angles: npt.ArrayLike) -> FloatArray:
+def shortest_turns(angles: ArrayLike) -> FloatArray:
     """Unwrap yaw angles so that every step is the shortest way round: shape (n,) [rad]."""
     return np.unwrap(np.asarray(angles, dtype=np.float64))
 
 
-def wrap(angle: npt.ArrayLike) -> FloatArray:
+def wrap(angle: ArrayLike) -> FloatArray:
     """Bring angles of any shape into [-pi, pi) [rad], for the formats that want it."""
     return np.asarray((np.asarray(angle, dtype=np.float64) + np.pi) % (2.0 * np.pi) - np.pi)
 

@@ -6,16 +6,15 @@ from math import inf
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, numbers
+from minsnap.basics.arrays import ArrayLike, FloatArray, numbers
 from minsnap.basics.checks import check_number
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import IntervalError
 
 
-def as_instants(t: npt.ArrayLike) -> FloatArray:
+def as_instants(t: ArrayLike) -> FloatArray:
     """Return instants of any shape, or raise IntervalError where they are no numbers."""
     instants = numbers(t, copy=False)
     if instants is None:

@@ -9,9 +9,8 @@ from math import comb
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, bounded, numbers, set_fields
+from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray, bounded, numbers, set_fields
 from minsnap.basics.checks import check_array
 from minsnap.errors import YawError
 from minsnap.native.shortest_time import InstantKind, InstantLimit
@@ -71,7 +70,7 @@ class LookAt:
 
     point: FloatArray
 
-    def __init__(self, point: npt.ArrayLike) -> None:
+    def __init__(self, point: ArrayLike) -> None:
         place = check_array("the point to look at", point, ((2,), (3,)), "(x, y) [m]", YawError)
         set_fields(self, point=place)
 
@@ -145,7 +144,7 @@ class LookAtHeading(RuledHeading):
             q.append((w[m + 1] - rest) / w[0])
         return np.asarray(q[-1].imag)
 
-    def _spoke(self, t: FloatArray, order: int) -> npt.NDArray[np.complex128]:
+    def _spoke(self, t: FloatArray, order: int) -> NDArray[np.complex128]:
         """Return the vector to the point, or its derivative, as complex numbers."""
         place = -self.path(t, order)[:, :2]
         place = place + self.target.point[:2] if order == 0 else place

@@ -7,9 +7,8 @@ from abc import ABC, abstractmethod
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import LARGEST, FloatArray
+from minsnap.basics.arrays import LARGEST, ArrayLike, FloatArray
 from minsnap.basics.checks import check_positive
 from minsnap.errors import InputError, TimingError
 from minsnap.trajectory.heading import ConstantHeading, Heading
@@ -42,7 +41,7 @@ class Path(ABC):
     def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
         """Return the derivative of that order at instants of shape (m,), all inside: (m, dim)."""
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Position, or a derivative of it, at any instants.
 
         Parameters

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from math import comb, factorial, nextafter
 
 import numpy as np
-import numpy.typing as npt
 from numpy.polynomial import Polynomial
 
-from minsnap.basics.arrays import FloatArray, set_fields
+from minsnap.basics.arrays import FloatArray, NDArray, set_fields
 from minsnap.basics.checks import check_positive
 from minsnap.errors import InputError, ShapeError
 from minsnap.polynomials.bernstein import ends_to_points
@@ -21,7 +20,7 @@ from minsnap.trajectory.heading import ConstantHeading, Heading
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
-ComplexArray = npt.NDArray[np.complex128]
+ComplexArray = NDArray[np.complex128]
 
 SPIN_UP = Polynomial([0.0, 0.0, 0.0, 0.0, 0.0, 7.0, -14.0, 10.0, -2.5])
 """Phase covered by a spin-up of unit time to unit rate, 1/2 at its end.

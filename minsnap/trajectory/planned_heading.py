@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.trajectory.heading import Heading, Largest
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -30,7 +29,7 @@ class PlannedHeading(Heading):
         """The trajectory."""
         return self.trajectory
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
         inside = np.minimum(t, self.trajectory.duration)
         return np.asarray(self.trajectory(inside, order)[..., 0])

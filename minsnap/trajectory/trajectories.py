@@ -9,9 +9,8 @@ from math import perm
 from typing import NamedTuple, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import BoolArray, FloatArray, IntArray, ReadOnly
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly
 from minsnap.errors import InputError, IntervalError, MinsnapError
 from minsnap.native.plan_batches import many_values
 from minsnap.polynomials.bernstein import careful_differences, ends_to_highest, gram_root
@@ -251,7 +250,7 @@ class Trajectories:
     def __iter__(self) -> Iterator[Trajectory]:
         return (self[index] for index in range(len(self)))
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Position, or a derivative of it, of all plans at once.
 
         Parameters

@@ -9,9 +9,8 @@ from math import inf, perm
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, owned, set_fields
+from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, ReadOnly, bounded, numbers, owned, set_fields
 from minsnap.basics.checks import check_number, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
@@ -193,7 +192,7 @@ class Trajectory(ReadOnly, Path):
 
         return trajectory_card(self)
 
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Position, or a derivative of it, at any instants; see ``Path``."""
         if type(order) is int and 0 <= order <= self.degree:
             values = self._native.one(t, order) if isinstance(t, float) else self._native.many(t, order)
@@ -282,7 +281,7 @@ class Trajectory(ReadOnly, Path):
         """Maxima of the norms of several derivatives, their orders ascending; see ``max_norm``."""
         return norm_maxima(self.control_points, self.durations, self.breaks, orders)
 
-    def extent(self, direction: npt.ArrayLike, order: int = 0) -> tuple[float, float]:
+    def extent(self, direction: ArrayLike, order: int = 0) -> tuple[float, float]:
         """Least and greatest value over time of a derivative along a direction; proved bounds, exact to rounding.
 
         Parameters

@@ -21,10 +21,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from minsnap.basics.arrays import GRAVITY as GRAVITY
-from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.tilt_heading import FREE_FALL
 
@@ -133,7 +132,7 @@ def _signs(lateral: FloatArray, motion: FlatMotion, singular: BoolArray) -> Floa
     return signs
 
 
-def _last_regular(singular: BoolArray) -> npt.NDArray[np.intp]:
+def _last_regular(singular: BoolArray) -> IntArray:
     """Return per instant the index of the last regular instant, or of the first one if none precedes it."""
     index = np.maximum.accumulate(np.where(singular, -1, np.arange(len(singular))))
     return np.asarray(np.where(index < 0, int(np.argmin(singular)), index))
@@ -262,7 +261,7 @@ def headings(quaternion: FloatArray) -> FloatArray:
     return np.unwrap(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))
 
 
-def thrust_vector(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
+def thrust_vector(acceleration: ArrayLike, gravity: float = GRAVITY) -> FloatArray:
     """Return thrust per mass as a vector, ``a + g e_z``.
 
     Parameters
@@ -282,7 +281,7 @@ def thrust_vector(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> Floa
     return vector
 
 
-def specific_thrust(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
+def specific_thrust(acceleration: ArrayLike, gravity: float = GRAVITY) -> FloatArray:
     """Return thrust per mass ``|a + g e_z|`` of accelerations (..., 3) or (..., 2), shape (...) [m/s^2].
 
     Divided by ``gravity`` [m/s^2] it is the thrust-to-weight.
@@ -290,7 +289,7 @@ def specific_thrust(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> Fl
     return np.asarray(np.linalg.norm(thrust_vector(acceleration, gravity), axis=-1))
 
 
-def tilt(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
+def tilt(acceleration: ArrayLike, gravity: float = GRAVITY) -> FloatArray:
     """Return the angle of thrust to the vertical, 0 to pi, of accelerations (..., 3) or (..., 2), shape (...) [rad].
 
     In free fall, where it is undefined, it is 0.
@@ -299,7 +298,7 @@ def tilt(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
     return np.asarray(np.arctan2(np.hypot(vector[..., 0], vector[..., 1]), vector[..., 2]))
 
 
-def tilt_rate(acceleration: npt.ArrayLike, jerk: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
+def tilt_rate(acceleration: ArrayLike, jerk: ArrayLike, gravity: float = GRAVITY) -> FloatArray:
     """Return the rate of rotation of the thrust axis, ``|t x j| / |t|^2`` [rad/s]: the norm of roll and pitch rate.
 
     It does not depend on yaw. In free fall it is infinite unless the jerk is zero too.
@@ -323,10 +322,10 @@ def tilt_rate(acceleration: npt.ArrayLike, jerk: npt.ArrayLike, gravity: float =
 
 
 def body_rates(
-    acceleration: npt.ArrayLike,
-    jerk: npt.ArrayLike,
-    yaw: npt.ArrayLike = 0.0,
-    yaw_rate: npt.ArrayLike = 0.0,
+    acceleration: ArrayLike,
+    jerk: ArrayLike,
+    yaw: ArrayLike = 0.0,
+    yaw_rate: ArrayLike = 0.0,
     gravity: float = GRAVITY,
 ) -> FloatArray:
     """Return the body rates of a motion without drag.
@@ -355,7 +354,7 @@ def body_rates(
     return rates_of(motion, frame, singular).T
 
 
-def spatial(vectors: npt.ArrayLike) -> FloatArray:
+def spatial(vectors: ArrayLike) -> FloatArray:
     """Return vectors of shape (..., 3): three components unchanged, two components extended with a zero."""
     array = np.asarray(vectors, dtype=np.float64)
     if array.shape[-1] == 3:

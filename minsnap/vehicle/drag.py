@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers, owned, set_fields
+from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly, bounded, numbers, owned, set_fields
 from minsnap.basics.messages import shown
 from minsnap.errors import FitError, OutsideRangeWarning, VehicleError
 
@@ -19,9 +18,7 @@ from minsnap.errors import FitError, OutsideRangeWarning, VehicleError
 class Drag(Protocol):
     """Aerodynamic drag force on a vehicle."""
 
-    def force(
-        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
-    ) -> FloatArray:
+    def force(self, velocity: ArrayLike, *, pitch: ArrayLike = 0.0, rotor_speed: ArrayLike = 0.0) -> FloatArray:
         """Return the force in the body frame.
 
         Parameters
@@ -46,7 +43,7 @@ class HubDrag(Drag, Protocol):
     """Drag that acts at each rotor's hub: it depends on the body rates and also exerts a torque."""
 
     def wrench(
-        self, velocity: npt.ArrayLike, body_rates: npt.ArrayLike, hubs: FloatArray, **air: npt.ArrayLike
+        self, velocity: ArrayLike, body_rates: ArrayLike, hubs: FloatArray, **air: ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
         """Return force [N] and torque [N m] in the body frame, each of shape (..., 3).
 
@@ -88,7 +85,7 @@ class BodyDrag(ReadOnly):
     linear: FloatArray
     quadratic: FloatArray
 
-    def __init__(self, linear: npt.ArrayLike = (0.0, 0.0, 0.0), quadratic: npt.ArrayLike = (0.0, 0.0, 0.0)) -> None:
+    def __init__(self, linear: ArrayLike = (0.0, 0.0, 0.0), quadratic: ArrayLike = (0.0, 0.0, 0.0)) -> None:
         across = coefficients("linear drag", linear)
         set_fields(self, linear=across, quadratic=coefficients("quadratic drag", quadratic))
 
@@ -97,9 +94,7 @@ class BodyDrag(ReadOnly):
         """Whether every coefficient is zero."""
         return not (self.linear.any() or self.quadratic.any())
 
-    def force(
-        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
-    ) -> FloatArray:
+    def force(self, velocity: ArrayLike, *, pitch: ArrayLike = 0.0, rotor_speed: ArrayLike = 0.0) -> FloatArray:
         """Return the force in the body frame, shape (..., 3) [N]; see :class:`Drag`."""
         v = np.asarray(velocity, dtype=np.float64)
         speed = np.linalg.norm(v, axis=-1, keepdims=True)
@@ -140,19 +135,17 @@ class RotorSpeedDrag:
 
     coefficient: FloatArray
 
-    def __init__(self, coefficient: npt.ArrayLike) -> None:
+    def __init__(self, coefficient: ArrayLike) -> None:
         set_fields(self, coefficient=coefficients("rotor drag", coefficient))
 
-    def force(
-        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
-    ) -> FloatArray:
+    def force(self, velocity: ArrayLike, *, pitch: ArrayLike = 0.0, rotor_speed: ArrayLike = 0.0) -> FloatArray:
         """Return the force in the body frame, shape (..., 3) [N]; a single rotor speed applies to all four rotors."""
         speeds = np.asarray(rotor_speed, dtype=np.float64)
         total = 4.0 * speeds if speeds.ndim == 0 else speeds.sum(axis=-1)
         return -np.asarray(total)[..., None] * self.coefficient * np.asarray(velocity, dtype=np.float64)
 
     def wrench(
-        self, velocity: npt.ArrayLike, body_rates: npt.ArrayLike, hubs: FloatArray, **air: npt.ArrayLike
+        self, velocity: ArrayLike, body_rates: ArrayLike, hubs: FloatArray, **air: ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
         """Return force and torque of the drag at every hub; see :class:`HubDrag`."""
         rates = np.asarray(body_rates, dtype=np.float64)[..., None, :]
@@ -177,13 +170,13 @@ class SumOfDrags:
 
     parts: tuple[Drag, ...]
 
-    def force(self, velocity: npt.ArrayLike, **air: npt.ArrayLike) -> FloatArray:
+    def force(self, velocity: ArrayLike, **air: ArrayLike) -> FloatArray:
         """Return the force in the body frame, shape (..., 3) [N]; see :class:`Drag`."""
         none = np.zeros(np.shape(velocity))
         return sum((part.force(velocity, **air) for part in self.parts), start=none)
 
     def wrench(
-        self, velocity: npt.ArrayLike, body_rates: npt.ArrayLike, hubs: FloatArray, **air: npt.ArrayLike
+        self, velocity: ArrayLike, body_rates: ArrayLike, hubs: FloatArray, **air: ArrayLike
     ) -> tuple[FloatArray, FloatArray]:
         """Return force and torque of all parts; parts that do not act at the hubs add no torque."""
         force, torque = np.zeros(np.shape(velocity)), np.zeros(np.shape(velocity))
@@ -196,7 +189,7 @@ class SumOfDrags:
         return force, torque
 
 
-def coefficients(name: str, values: npt.ArrayLike) -> FloatArray:
+def coefficients(name: str, values: ArrayLike) -> FloatArray:
     """Return three non-negative finite numbers as a read-only array, or raise VehicleError naming them."""
     array = numbers(values)
     if array is None or array.shape != (3,) or not bounded(array).all() or (array < 0).any():
@@ -241,7 +234,7 @@ class Surface:
     def __post_init__(self) -> None:
         set_fields(self, coefficients=owned(self.coefficients))
 
-    def __call__(self, **values: npt.ArrayLike) -> FloatArray:
+    def __call__(self, **values: ArrayLike) -> FloatArray:
         """Return the drag [N] at values of the variables, by name; their shapes must broadcast.
 
         Raises
@@ -259,7 +252,7 @@ class Surface:
             warn_outside(self.name, name, column, self.measured.get(name))
         return np.asarray(self.terms(*columns) @ self.coefficients)
 
-    def terms(self, *columns: npt.ArrayLike) -> FloatArray:
+    def terms(self, *columns: ArrayLike) -> FloatArray:
         """Return the value of every term without its coefficient, shape (..., terms); variables in order."""
         arrays = np.broadcast_arrays(*(np.asarray(column, dtype=np.float64) for column in columns))
         powers = [
@@ -268,7 +261,7 @@ class Surface:
         ]
         return np.stack(powers, axis=-1)
 
-    def _columns(self, values: dict[str, npt.ArrayLike]) -> list[FloatArray]:
+    def _columns(self, values: dict[str, ArrayLike]) -> list[FloatArray]:
         wrong = sorted(set(values) ^ set(self.variables))
         if wrong:
             raise FitError(f"{self.name} takes {', '.join(self.variables)}: check {', '.join(wrong)}")
@@ -294,9 +287,7 @@ class SurfaceDrag:
     surface: Surface
     count: int = 1
 
-    def force(
-        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
-    ) -> FloatArray:
+    def force(self, velocity: ArrayLike, *, pitch: ArrayLike = 0.0, rotor_speed: ArrayLike = 0.0) -> FloatArray:
         """Return the force in the body frame, shape (..., 3) [N]; rotor speeds enter by their mean."""
         v = np.asarray(velocity, dtype=np.float64)
         speeds = np.asarray(rotor_speed, dtype=np.float64)

@@ -15,9 +15,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import BoolArray, FloatArray, OwnsArrays
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, OwnsArrays
 from minsnap.errors import ThrustError, VehicleError
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
@@ -234,15 +233,15 @@ class FlatStates(OwnsArrays):
 
 def flat_states(
     vehicle: Quadrotor,
-    velocity: npt.ArrayLike,
-    acceleration: npt.ArrayLike,
-    jerk: npt.ArrayLike,
-    snap: npt.ArrayLike,
-    yaw: npt.ArrayLike = 0.0,
-    yaw_rate: npt.ArrayLike = 0.0,
-    yaw_acceleration: npt.ArrayLike = 0.0,
+    velocity: ArrayLike,
+    acceleration: ArrayLike,
+    jerk: ArrayLike,
+    snap: ArrayLike,
+    yaw: ArrayLike = 0.0,
+    yaw_rate: ArrayLike = 0.0,
+    yaw_acceleration: ArrayLike = 0.0,
     *,
-    wind: npt.ArrayLike = (0.0, 0.0, 0.0),
+    wind: ArrayLike = (0.0, 0.0, 0.0),
     drag: BodyDrag | None = None,
 ) -> FlatStates:
     """Return states and inputs of a quadrotor along a motion, in exact closed form.
@@ -304,9 +303,9 @@ def _states(vehicle: Quadrotor, motion: FlatMotion) -> FlatStates:
 def flatness_of(
     vehicle: Quadrotor,
     path: Path,
-    t: npt.ArrayLike,
+    t: ArrayLike,
     *,
-    wind: npt.ArrayLike = (0.0, 0.0, 0.0),
+    wind: ArrayLike = (0.0, 0.0, 0.0),
     drag: BodyDrag | None = None,
 ) -> FlatStates:
     """Return states and inputs of a quadrotor along a path.
@@ -336,7 +335,7 @@ def flatness_of(
     return _states(vehicle, flat_motion(tuple(columns), forward, _media(vehicle, drag), True))  # type: ignore[arg-type]
 
 
-def check_rotor_limits(vehicle: Quadrotor, states: FlatStates, t: npt.ArrayLike) -> None:
+def check_rotor_limits(vehicle: Quadrotor, states: FlatStates, t: ArrayLike) -> None:
     """Raise ThrustError if a rotor thrust exceeds its limits; the error gives the worst instant and the excess.
 
     Parameters

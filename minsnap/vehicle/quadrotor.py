@@ -16,9 +16,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import GRAVITY, SMALLEST, FloatArray, ReadOnly, bounded, numbers, plain, set_fields
+from minsnap.basics.arrays import (
+    GRAVITY,
+    SMALLEST,
+    ArrayLike,
+    FloatArray,
+    ReadOnly,
+    bounded,
+    numbers,
+    plain,
+    set_fields,
+)
 from minsnap.basics.messages import SHOWN, shown
 from minsnap.basics.schema import ANYTHING, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.errors import FileError, VehicleError
@@ -149,12 +158,12 @@ class Quadrotor(ReadOnly):
         """The drag if motion is flat with it, and none in place of any other model."""
         return self.drag if isinstance(self.drag, BodyDrag) else BodyDrag()
 
-    def thrusts(self, rotor_speed: npt.ArrayLike) -> FloatArray:
+    def thrusts(self, rotor_speed: ArrayLike) -> FloatArray:
         """Return the thrust of each rotor at speeds of any shape [rad/s], [N]; downwards where it turns backwards."""
         speeds = np.asarray(rotor_speed, dtype=np.float64)
         return np.asarray(self.thrust_coefficient * (speeds * np.abs(speeds)))
 
-    def wrench(self, rotor_speed: npt.ArrayLike) -> FloatArray:
+    def wrench(self, rotor_speed: ArrayLike) -> FloatArray:
         """Total thrust [N] and torques about x, y, z [N m] of rotor speeds.
 
         Parameters
@@ -168,11 +177,11 @@ class Quadrotor(ReadOnly):
         """
         return np.asarray(self.thrusts(rotor_speed) @ self.mixer.T)
 
-    def rotor_thrusts(self, wrench: npt.ArrayLike) -> FloatArray:
+    def rotor_thrusts(self, wrench: ArrayLike) -> FloatArray:
         """Return the rotor thrusts [N] for a total thrust and torques, both of shape (..., 4)."""
         return np.asarray(np.asarray(wrench, dtype=np.float64) @ self.inverse_mixer.T)
 
-    def rotor_speeds(self, wrench: npt.ArrayLike) -> FloatArray:
+    def rotor_speeds(self, wrench: ArrayLike) -> FloatArray:
         """Return the rotor speeds [rad/s] for a total thrust and torques, both of shape (..., 4).
 
         No limit is applied; a negative thrust gives a negative speed.
@@ -235,7 +244,7 @@ def _number(name: str, value: Any, least: float, rule: str) -> float:
     return float(number)
 
 
-def _checked_inertia(value: npt.ArrayLike) -> FloatArray:
+def _checked_inertia(value: ArrayLike) -> FloatArray:
     """Return an inertia as a read-only matrix, shape (3, 3), or raise VehicleError.
 
     A rigid body's matrix is symmetric and positive definite, and none of its principal moments exceeds the sum of the

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, OwnsArrays
+from minsnap.basics.arrays import ArrayLike, FloatArray, OwnsArrays
 from minsnap.errors import FitError
 from minsnap.vehicle.drag import Range, warn_outside
 
@@ -40,7 +39,7 @@ class CoefficientFit(OwnsArrays):
     residuals: FloatArray
     measured: Range
 
-    def __call__(self, speed: npt.ArrayLike) -> FloatArray:
+    def __call__(self, speed: ArrayLike) -> FloatArray:
         """Evaluate the fit at speeds of any shape [rad/s].
 
         Warns
@@ -53,7 +52,7 @@ class CoefficientFit(OwnsArrays):
         return np.asarray(self.value * values**2)
 
 
-def fit_thrust_coefficient(speed: npt.ArrayLike, thrust: npt.ArrayLike) -> CoefficientFit:
+def fit_thrust_coefficient(speed: ArrayLike, thrust: ArrayLike) -> CoefficientFit:
     """Fit ``thrust = k speed^2``.
 
     Parameters
@@ -75,12 +74,12 @@ def fit_thrust_coefficient(speed: npt.ArrayLike, thrust: npt.ArrayLike) -> Coeff
     return _fit_square("the fitted thrust", speed, thrust)
 
 
-def fit_torque_coefficient(speed: npt.ArrayLike, torque: npt.ArrayLike) -> CoefficientFit:
+def fit_torque_coefficient(speed: ArrayLike, torque: ArrayLike) -> CoefficientFit:
     """Fit ``torque = k speed^2``, torque in N m; otherwise as :func:`fit_thrust_coefficient`."""
     return _fit_square("the fitted torque", speed, torque)
 
 
-def _fit_square(name: str, speed: npt.ArrayLike, values: npt.ArrayLike) -> CoefficientFit:
+def _fit_square(name: str, speed: ArrayLike, values: ArrayLike) -> CoefficientFit:
     speeds, measured = columns(name, {"speed": speed, "value": values}, least=2).values()
     squares = speeds**2
     if not squares.any():
@@ -93,7 +92,7 @@ def _fit_square(name: str, speed: npt.ArrayLike, values: npt.ArrayLike) -> Coeff
     return CoefficientFit(name, value, error, explained(measured, residuals), residuals, span)
 
 
-def columns(name: str, table: dict[str, npt.ArrayLike], least: int) -> dict[str, FloatArray]:
+def columns(name: str, table: dict[str, ArrayLike], least: int) -> dict[str, FloatArray]:
     """Return equally long finite columns as arrays of shape (m,), or raise FitError.
 
     Parameters

@@ -13,9 +13,8 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, NDArray
 from minsnap.basics.storage.text import check_size, read_text, reading
 from minsnap.errors import FileError
 
@@ -238,7 +237,7 @@ RATIO = 20
 """How many times its own size a larger one may have unpacked."""
 
 
-def read_archive(path: str | os.PathLike[str]) -> dict[str, npt.NDArray[Any]]:
+def read_archive(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
     """Return the arrays of an ``.npz`` file by name: numbers as float64, text unchanged.
 
     Raises
@@ -254,7 +253,7 @@ def read_archive(path: str | os.PathLike[str]) -> dict[str, npt.NDArray[Any]]:
         return {name.removesuffix(".npy"): _array(archive.read(name)) for name in archive.namelist()}
 
 
-def _array(content: bytes) -> npt.NDArray[Any]:
+def _array(content: bytes) -> NDArray[Any]:
     """Return the array of an ``.npy`` member, of numbers or text, if its size agrees with its header."""
     stream = io.BytesIO(content)
     read_header = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}

@@ -10,9 +10,8 @@ from __future__ import annotations
 import struct
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, NDArray
 from minsnap.errors import FileError
 from minsnap.polynomials.bernstein import elevate, split
 from minsnap.polynomials.enclosures import UNIT
@@ -28,7 +27,7 @@ LARGEST = 32767
 LONGEST = 65535
 """Longest segment [ms]."""
 
-_Integers = npt.NDArray[np.int64]
+_Integers = NDArray[np.int64]
 
 
 def packed(milliseconds: int, points: _Integers, degrees: _Integers) -> bytes:

@@ -17,9 +17,8 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, NDArray
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.table import number_row
 from minsnap.basics.storage.text import beginning, read_bytes, read_text, reading
@@ -126,7 +125,7 @@ def _pieces(trajectory: Trajectory) -> tuple[bytes, list[bytes]]:
     return struct.pack("<4h", *points[0, :, 0].tolist()), pieces
 
 
-def _lowest_degrees(exact: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _lowest_degrees(exact: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return rounded control points (pieces, 4, 8) in the least degree of the format, and that degree (pieces, 4)."""
     shown = np.round(exact)
     degrees = np.full(exact.shape[:2], DEGREE)

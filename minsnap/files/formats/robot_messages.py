@@ -16,9 +16,8 @@ import os
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, NDArray
 from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.errors import FileError
 from minsnap.files.format import Format
@@ -32,7 +31,7 @@ DTYPE = np.dtype([("timestamp", np.uint64), *((name, np.float32, 3) for name in 
 """The fields of the message, in its order."""
 
 
-def px4_setpoints(samples: Samples, start: int = 0) -> npt.NDArray[np.void]:
+def px4_setpoints(samples: Samples, start: int = 0) -> NDArray[np.void]:
     """Return one message per sample.
 
     Parameters

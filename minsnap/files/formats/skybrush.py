@@ -21,9 +21,8 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, numbers, set_fields
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, NDArray, ReadOnly, numbers, set_fields
 from minsnap.basics.checks import check_positive
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import read_bytes, reading
@@ -64,7 +63,7 @@ class Lights(ReadOnly):
 
     instants: FloatArray
     colours: FloatArray
-    fades: npt.NDArray[np.bool_]
+    fades: BoolArray
 
     def __post_init__(self) -> None:
         instants, colours = numbers(self.instants), numbers(self.colours)
@@ -77,7 +76,7 @@ class Lights(ReadOnly):
             raise InputError(f"there are {fades.size} fades for {len(instants)} colours: give one for each")
         set_fields(self, instants=instants, colours=colours, fades=fades.copy())
 
-    def __call__(self, t: npt.ArrayLike) -> FloatArray:
+    def __call__(self, t: ArrayLike) -> FloatArray:
         """Return the colour at instants of any shape, black before the first: ``t.shape + (3,)``."""
         t = np.asarray(t, dtype=np.float64)
         after = np.searchsorted(self.instants, t, side="right")
@@ -205,7 +204,7 @@ class CubicSettings:
 CUBIC = CubicSettings()
 
 
-_Integers = npt.NDArray[np.int64]
+_Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,7 +331,7 @@ def _lines(ends: _Integers) -> FloatArray:
     return ends[:, :1] * (1.0 - share) + ends[:, 1:] * share
 
 
-def is_line(points: _Integers) -> npt.NDArray[np.bool_]:
+def is_line(points: _Integers) -> BoolArray:
     """Whether segments are stored as lines: their control points are the roundings of those of one."""
     return np.asarray((points == np.round(_lines(points[:, [0, -1]]))).all(axis=(1, 2)))
 
@@ -440,7 +439,7 @@ def parsed(content: bytes, where: str = "the show") -> SkybrushFile:
     return SkybrushFile(Trajectory(values, milliseconds / 1e3), lights)
 
 
-def _segment(milliseconds: int, points: npt.NDArray[np.int64]) -> bytes:
+def _segment(milliseconds: int, points: NDArray[np.int64]) -> bytes:
     """Pack a segment: a line where all axes are lines, and nothing of an axis that stands still."""
     degree = 1 if is_line(points[None])[0] else 3
     still = (points == points[0]).all(axis=0)

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from math import cos, sin
 from typing import NamedTuple, Protocol
 
-import numpy.typing as npt
-
+from minsnap.basics.arrays import ArrayLike
 from minsnap.basics.checks import check_array, check_positive
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
@@ -73,7 +72,7 @@ class Command(NamedTuple):
     """Whether thrust or torques had to be cut to stay within them."""
 
 
-def vector(name: str, values: npt.ArrayLike) -> tuple[float, float, float]:
+def vector(name: str, values: ArrayLike) -> tuple[float, float, float]:
     """Return three finite floats, or raise InputError that names the argument."""
     x, y, z = check_array(name, values, ((3,),), "three finite numbers, x, y and z", InputError).tolist()
     return x, y, z

@@ -11,9 +11,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, interpolated
+from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, interpolated
 from minsnap.basics.checks import check_able, check_kind, check_number, check_positive, check_seed, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError, TimingError
@@ -114,7 +113,7 @@ class ReferenceTable:
         columns = (*moved, self.feed_forward, *turned, self.states.body_rates, self.states.angular_acceleration)
         self.rows = [Reference(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
 
-    def index(self, t: FloatArray, delay: float = 0.0) -> npt.NDArray[np.intp]:
+    def index(self, t: FloatArray, delay: float = 0.0) -> IntArray:
         """Return the index of the setpoint valid at each instant, shape (m,), with a delay of the setpoints [s]."""
         start = self.samples.t[0]
         rows = np.searchsorted(self.samples.t - start, t - delay + 1e-9, side="right") - 1

@@ -11,9 +11,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.errors import VehicleError
 from minsnap.flight.simulation.flight_inputs import drag_feed_forward
 from minsnap.trajectory.samples import Samples
@@ -126,7 +125,7 @@ def from_rotorpy(parameters: Mapping[str, Any], *, aero: bool = True) -> Quadrot
     return vehicle
 
 
-def reorder_rotors(values: npt.ArrayLike) -> FloatArray:
+def reorder_rotors(values: ArrayLike) -> FloatArray:
     """Convert values of four rotors, shape (..., 4), between RotorPy's order and minsnap's (either direction)."""
     return np.asarray(values, dtype=np.float64)[..., list(ROTOR_ORDER)]
 

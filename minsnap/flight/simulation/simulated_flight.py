@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, OwnsArrays
+from minsnap.basics.arrays import SMALLEST, BoolArray, FloatArray, OwnsArrays
 from minsnap.basics.checks import check_able, check_kind, check_number, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import progress_line
@@ -65,7 +64,7 @@ class Flight(OwnsArrays):
     body_rates: FloatArray
     rotor_speed: FloatArray
     wind: FloatArray
-    saturated: npt.NDArray[np.bool_]
+    saturated: BoolArray
     reference: Samples
 
     def __len__(self) -> int:

@@ -16,9 +16,8 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, OwnsArrays
+from minsnap.basics.arrays import ArrayLike, FloatArray, OwnsArrays
 from minsnap.basics.storage.table import read_table
 from minsnap.errors import FitError, VehicleError
 from minsnap.plot.style import AXIS_STYLES, new_axes
@@ -86,7 +85,7 @@ def published_drag(name: str = "linear") -> SurfaceDrag:
     return SurfaceDrag(models[name], count=4 if name == "propeller" else 1)
 
 
-Table = str | os.PathLike[str] | Mapping[str, npt.ArrayLike]
+Table = str | os.PathLike[str] | Mapping[str, ArrayLike]
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,7 +190,7 @@ def consistent_terms(pitch_deg: FloatArray, velocity: FloatArray) -> FloatArray:
 def drag_columns(table: Table, name: str, variables: tuple[str, ...], least: int) -> dict[str, FloatArray]:
     """Return the columns that a fit needs from a CSV file or a mapping, or raise an error that names a missing one."""
     wanted = (*variables, "drag")
-    held: Mapping[str, npt.ArrayLike] = table if isinstance(table, Mapping) else read_table(table, wanted, None)
+    held: Mapping[str, ArrayLike] = table if isinstance(table, Mapping) else read_table(table, wanted, None)
     missing = [key for key in wanted if key not in held]
     if missing:
         raise FitError(f"{name} needs the columns {', '.join(wanted)}: {', '.join(missing)} is missing")
@@ -258,8 +257,8 @@ _POINTS: dict[str, Any] = {"color": AXIS_STYLES[0]["color"], "marker": "o", "mar
 
 def plot_coefficient_fit(
     fit: CoefficientFit,
-    speed: npt.ArrayLike,
-    values: npt.ArrayLike,
+    speed: ArrayLike,
+    values: ArrayLike,
     ax: Axes | None = None,
     *,
     quantity: str = "thrust [N]",

@@ -8,9 +8,8 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.errors import MinsnapError
 from minsnap.flight.tracking.comparison import position_at
 from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight
@@ -188,7 +187,7 @@ def write_flight_page(
     *,
     title: str = "Flights compared",
     logs: Mapping[str, str | os.PathLike[str]] | None = None,
-    waypoints: npt.ArrayLike | None = None,
+    waypoints: ArrayLike | None = None,
     clobber: bool = True,
 ) -> None:
     """Write the page in one atomic step.
@@ -232,7 +231,7 @@ def _fitted(logs: Mapping[str, str | os.PathLike[str]]) -> tuple[dict[str, Fligh
     return fits, untold
 
 
-def leg_instants(plan: Samples, waypoints: npt.ArrayLike | None = None) -> FloatArray:
+def leg_instants(plan: Samples, waypoints: ArrayLike | None = None) -> FloatArray:
     """Return the instants at which legs of a plan begin and end, shape (legs + 1,) [s].
 
     With waypoints, where it passes nearest to each, in their order; else where it slows down, or parts of equal time.

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from minsnap.basics.arrays import (
     SMALLEST,
+    ArrayLike,
     BoolArray,
     FloatArray,
     IntArray,
@@ -127,7 +127,7 @@ class GridMap(ReadOnly):
         return replace(self, occupied=self.occupied[:, :, first:last], origin=corner)
 
 
-def _sides(name: str, resolution: npt.ArrayLike, dim: int) -> FloatArray:
+def _sides(name: str, resolution: ArrayLike, dim: int) -> FloatArray:
     sides = numbers(resolution)
     if sides is None or sides.shape not in ((), (dim,)) or not (bounded(sides) & (sides >= SMALLEST)).all():
         raise CorridorError(

@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, NDArray
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import FLAG, NUMBER, TEXT, WHOLE, Key, either, from_to, mapping, several, word
@@ -70,7 +69,7 @@ class Reading:
         if not isinstance(self.unknown, str) or self.unknown not in UNKNOWN:
             raise CorridorError(f"unknown cells count as 'occupied' or 'free', not as {shown(self.unknown)}")
 
-    def occupied(self, values: npt.NDArray[Any], name: str = "the map") -> BoolArray:
+    def occupied(self, values: NDArray[Any], name: str = "the map") -> BoolArray:
         """Return which cells are occupied.
 
         Parameters
@@ -95,7 +94,7 @@ class Reading:
         scale = _scale(values, whole, name)
         return self.by_probability(np.asarray(values, dtype=np.float32) / np.float32(scale))
 
-    def by_probability(self, probability: npt.NDArray[np.float32]) -> BoolArray:
+    def by_probability(self, probability: NDArray[np.float32]) -> BoolArray:
         """Return which cells are occupied, from probabilities; below 0 and not a number are unknown."""
         with np.errstate(invalid="ignore"):
             known = probability >= 0.0
@@ -103,7 +102,7 @@ class Reading:
         return np.asarray(np.where(known, taken, self.unknown == "occupied"))
 
 
-def _scale(values: npt.NDArray[Any], whole: bool, name: str) -> float:
+def _scale(values: NDArray[Any], whole: bool, name: str) -> float:
     """Return the value that means certainly occupied."""
     largest = float(np.nanmax(values)) if np.isfinite(values).any() else 0.0
     if largest <= 1.0:
@@ -157,7 +156,7 @@ def read_map_entries(path: str | os.PathLike[str]) -> dict[str, Any]:
     return content
 
 
-def read_picture(path: str | os.PathLike[str]) -> npt.NDArray[np.uint8]:
+def read_picture(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
     """Return the grey values of a picture, rows from top to bottom: (rows, columns); -1 where it is transparent.
 
     Raises
@@ -175,8 +174,8 @@ def read_picture(path: str | os.PathLike[str]) -> npt.NDArray[np.uint8]:
 
 
 def _probability(
-    picture: npt.NDArray[np.uint8], content: Mapping[str, Any], bounds: tuple[float, float], banded: bool
-) -> npt.NDArray[np.float32]:
+    picture: NDArray[np.uint8], content: Mapping[str, Any], bounds: tuple[float, float], banded: bool
+) -> NDArray[np.float32]:
     """Return probabilities, with -1 where a cell is unknown."""
     values = picture.astype(np.float32)
     if content.get("mode", "trinary") == "raw":
@@ -195,10 +194,10 @@ ENDINGS = (".yaml", ".yml", ".npy", *CLOUDS)
 def read_map(
     path: str | os.PathLike[str],
     resolution: float | None = None,
-    origin: npt.ArrayLike | None = None,
+    origin: ArrayLike | None = None,
     threshold: float | None = None,
     unknown: str = "occupied",
-    ends: npt.ArrayLike = (),
+    ends: ArrayLike = (),
     clearance: float = 0.0,
 ) -> GridMap:
     """Read a map.
@@ -248,7 +247,7 @@ def read_map(
 
 
 def array_map(
-    values: npt.ArrayLike, resolution: npt.ArrayLike, origin: npt.ArrayLike | None, how: Reading, name: str = "the map"
+    values: ArrayLike, resolution: ArrayLike, origin: ArrayLike | None, how: Reading, name: str = "the map"
 ) -> GridMap:
     """Return the map of an array of cells; :class:`minsnap.paths.routes.map_files.Reading` says what they mean."""
     cells = np.asarray(values)
@@ -267,14 +266,14 @@ def _needed(path: str | os.PathLike[str], resolution: Any) -> float:
     return float(resolution)
 
 
-def _in_space(path: str | os.PathLike[str], ends: npt.ArrayLike) -> FloatArray:
+def _in_space(path: str | os.PathLike[str], ends: ArrayLike) -> FloatArray:
     points = np.asarray(ends, dtype=np.float64)
     if points.size and points.shape[-1] != 3:
         raise CorridorError(f"{path} is a map in space: give start and goal with three coordinates")
     return points.reshape(-1, 3)
 
 
-def read_array(path: str | os.PathLike[str]) -> npt.NDArray[Any]:
+def read_array(path: str | os.PathLike[str]) -> NDArray[Any]:
     """Return the array of an ``.npy`` file; objects are never loaded."""
     check_size(path)
     with reading(path, "an array of numbers"):

@@ -13,9 +13,8 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from minsnap.basics.checks import check_array, point_text
 from minsnap.corridors.occupancy_grid import GridCorridor, block, boxes_along, gaps, grown
 from minsnap.errors import InfeasibleError, WaypointError
@@ -250,7 +249,7 @@ def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: 
     return boxes_along(free, grid.resolution, grid.lower, points, clearance)
 
 
-def end_point(value: npt.ArrayLike, dim: int, name: str) -> FloatArray:
+def end_point(value: ArrayLike, dim: int, name: str) -> FloatArray:
     """Return start or goal as an array of finite numbers: (dim,), or (3,) above a plane map [m]."""
     wanted = "two coordinates, or three" if dim == 2 else "three coordinates"
     give = f"{wanted} [m], as the map has {dim} axes"

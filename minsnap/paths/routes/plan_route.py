@@ -14,9 +14,8 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from minsnap.basics.checks import check_distance
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.occupancy_grid import GridCorridor
@@ -99,7 +98,7 @@ class _Arcs:
     start: FloatArray
     length: FloatArray
 
-    def take(self, which: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> _Arcs:
+    def take(self, which: IntArray | BoolArray) -> _Arcs:
         """Return the distances of a part of the cells."""
         return _Arcs(self.points[which], self.start[which], self.length[which])
 
@@ -254,13 +253,13 @@ class Route(Path):
 
 
 def plan_through(
-    grid: GridMap | str | os.PathLike[str] | npt.ArrayLike,
-    start: npt.ArrayLike,
-    goal: npt.ArrayLike,
+    grid: GridMap | str | os.PathLike[str] | ArrayLike,
+    start: ArrayLike,
+    goal: ArrayLike,
     clearance: float = 0.3,
     *,
     resolution: float | None = None,
-    origin: npt.ArrayLike | None = None,
+    origin: ArrayLike | None = None,
     threshold: float | None = None,
     unknown: str = "occupied",
     altitudes: tuple[float, float] | None = None,
@@ -332,7 +331,7 @@ def plan_through(
 
 
 def _as_map(
-    grid: GridMap | str | os.PathLike[str] | npt.ArrayLike, reading: dict[str, Any], ends: list[Any], clearance: float
+    grid: GridMap | str | os.PathLike[str] | ArrayLike, reading: dict[str, Any], ends: list[Any], clearance: float
 ) -> GridMap:
     if isinstance(grid, GridMap):
         names = [name for name, value in reading.items() if value not in (None, "occupied")]
