@@ -88,7 +88,7 @@ def box_faces(lower: FloatArray, upper: FloatArray, scale: FloatArray, name: str
     low, high = lower[leg, axis], upper[leg, axis]
     normal = np.eye(lower.shape[1])[axis]
     width = np.where(np.isfinite(high - low), (high - low) / 2.0, scale[leg])
-    return Walls.planes(leg, normal, np.zeros(normal.shape), low, high, width, name=name)
+    return Walls.pairs(leg, normal, np.zeros(normal.shape), low, high, width, 0, name)
 
 
 def check_bounds(lower: ArrayLike, upper: ArrayLike, what: str, ndim: int) -> tuple[FloatArray, FloatArray]:

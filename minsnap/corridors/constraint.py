@@ -100,23 +100,25 @@ class Walls(ReadOnly):
         """
         arrays = {"leg": leg, "normal": normal, "anchor": anchor, "lower": lower, "upper": upper, "width": width}
         legs, normal, anchor, lower, upper, width = _checked(name, order, arrays, (1, 2, 2, 1, 1, 1))
-        rows: list[tuple[Any, ...]] = [
-            (_whole(legs), -normal, anchor, upper, width),
-            (_whole(legs), normal, anchor, -lower, width),
-        ]
+        return cls.pairs(_whole(legs), normal, anchor, lower, upper, width, order, name)
+
+    @classmethod
+    def pairs(
+        cls,
+        leg: IntArray,
+        normal: FloatArray,
+        anchor: FloatArray,
+        lower: FloatArray,
+        upper: FloatArray,
+        width: FloatArray,
+        *kind: Any,
+    ) -> Walls:
+        """Return pairs of planes as :meth:`planes` does, of numbers; ``kind`` is their order and name."""
+        rows: list[tuple[Any, ...]] = [(leg, -normal, anchor, upper, width), (leg, normal, anchor, -lower, width)]
         if not (np.isfinite(upper).all() and np.isfinite(lower).all()):
             rows = [tuple(part[np.isfinite(side[3])] for part in side) for side in rows]
         leg, slope, anchor, radius, width = map(np.concatenate, zip(*rows, strict=True))
-        return cls.unchecked(leg, np.zeros((len(leg), 0, slope.shape[1])), anchor, slope, radius, width, order, name)
-
-    @classmethod
-    def slabs(cls, leg: IntArray, normal: FloatArray, anchor: FloatArray, half_width: FloatArray) -> Walls:
-        """Return pairs of planes as :meth:`planes` does, as far from their anchor on both sides; of numbers."""
-        matrix = np.zeros((2 * len(leg), 0, normal.shape[1]))
-        slope, radius = np.concatenate((-normal, normal)), np.concatenate((half_width, half_width))
-        return cls.unchecked(
-            np.concatenate((leg, leg)), matrix, np.concatenate((anchor, anchor)), slope, radius, radius
-        )
+        return cls.unchecked(leg, np.zeros((len(leg), 0, slope.shape[1])), anchor, slope, radius, width, *kind)
 
     @classmethod
     def unchecked(cls, *values: Any) -> Walls:

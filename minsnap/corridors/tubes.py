@@ -94,7 +94,7 @@ class Tube(ReadOnly):
         widths = self._of_legs(*projections.shape[:2])
         leg, axis = across(projections)
         width = widths[leg, axis]
-        return [Walls.slabs(leg, projections[leg, axis], waypoints[leg], width)]
+        return [Walls.pairs(leg, projections[leg, axis], waypoints[leg], -width, width, width)]
 
     def _of_legs(self, legs: int, dim: int) -> FloatArray:
         widths = self.half_width

@@ -269,7 +269,7 @@ class SearchPatience:
     """
 
     touching: float = 0.01
-    recent: float = 0.05
+    recent: float = 0.1
     least: int = 12
     most: int = 25
     each: float = 2e-5

@@ -95,7 +95,7 @@ class Memory:
     settled : bool
         Whether the search behind it ended by itself.
     since : float
-        Flight since the search that found nothing better than this answer [s]; infinite where none did.
+        Flight since the last search [s].
     free : bool
         Whether the answer touches no wall.
     guess : Trajectory or None
@@ -126,15 +126,14 @@ class Memory:
         """
         if not (self.settled and same_waypoints(task, self.task, splice.passed)):
             return ""
-        if free and self.free and self.since + splice.instant < PATIENCE.recent * ahead:
-            return "no wall that it touches has changed"
-        return UNCHANGED if same_walls(task, self.task, splice.passed) else ""
+        if same_walls(task, self.task, splice.passed):
+            return UNCHANGED
+        recent = self.since + splice.instant < PATIENCE.recent * ahead
+        return "no wall that it touches has changed" if free and self.free and recent else ""
 
     def first_guess(self, splice: Splice, legs: int) -> Trajectory | None:
         """Return the rest of the last curve, if it has that number of legs."""
-        if self.guess is None:
-            return None
-        rest = Splice(self.guess, splice.instant, splice.half).rest
+        rest = None if self.guess is None else Splice(self.guess, splice.instant, splice.half).rest
         return rest if rest is not None and rest.legs == legs else None
 
 

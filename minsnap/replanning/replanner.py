@@ -253,16 +253,17 @@ class Replanner:
         safe, free = room >= 0.0, room > touching(task.walls, self._clearance)
         rest = splice.rest if call.course.fits(splice.rest) else None
         standing = self._with_angles(call, rest) if rest is not None and safe else None
-        memory, better, settled = self._memory, None, True
-        since = inf if memory is None else memory.since + splice.instant
+        memory, better, settled, since = self._memory, None, True, 0.0
         reason = "" if standing is None else self._unchanged(call, standing, free)
         if not reason:
             better, settled, reason = self._searched(call, rest, standing is not None)
-            since = 0.0
+        elif memory is not None:
+            since = memory.since + splice.instant
         chosen, reason = self._chosen_of(call, standing, better, reason)
         if chosen is None and standing is not None and standing is not rest:
             chosen, reason = Better(standing), ""
-        since = since if chosen is None else inf
+        if chosen is not None:
+            free = room_of(chosen.curve, task.walls) > touching(task.walls, self._clearance)
         change = self._change(call, chosen, stops, safe, reason)
         guess = None if better is None or chosen is not None else better.curve
         start = leg_start_of(splice, memory)

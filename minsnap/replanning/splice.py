@@ -220,6 +220,8 @@ def spliced(
         From the splice on.
     """
     at = min(instant, flown.duration)
+    if chosen is None and flown.yaw.constant is not None:
+        return flown.yaw
     if flown.yaw.medium is not None and (chosen is None or chosen(curve).medium is not None):
         return flown.yaw.on(curve, at)
     yaw, rate = float(flown.yaw(at)), float(flown.yaw(at, 1))

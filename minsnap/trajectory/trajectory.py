@@ -368,7 +368,7 @@ class Trajectory(ReadOnly, Path):
         if gap > EXACT * np.abs(both - both[0]).max() + ROUNDING * np.abs(both).max():
             raise WaypointError(f"the second trajectory begins {gap} m away from where the first one ends")
         degree = max(self.degree, following.degree)
-        points = np.concatenate([part.elevated(degree).control_points for part in (self, following)])
+        points = np.concatenate([elevated_points(part.control_points, degree) for part in (self, following)])
         pieces = self.pieces if self.pieces == following.pieces else 1
         joined = Trajectory(points, np.concatenate([self.durations, following.durations]), pieces=pieces)
         return joined.with_yaw(self.yaw.before(following.yaw, joined, self.duration))

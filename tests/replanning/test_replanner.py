@@ -396,7 +396,7 @@ def test_walls_that_a_plan_does_not_touch_may_shift_for_a_while_without_a_search
 
     def next_replan(flown, wide=2.0):
         searches.clear()
-        wide += 1e-5 * next(shifts)
+        wide += 1e-3 * (next(shifts) % 7)
         change = replanner.replan(flown, 0.0, points[1:], 0.01, boxes=Boxes(lower - wide, upper + wide), began=160.0)
         assert change.certified
         return change
@@ -404,14 +404,13 @@ def test_walls_that_a_plan_does_not_touch_may_shift_for_a_while_without_a_search
     change = next_replan(next_replan(flown).trajectory)
     while not change.kept:
         change = next_replan(change.trajectory)
-    assert searches
     instants = []
-    for instant in range(int(0.1 * flown.duration / 0.01)):
+    for instant in range(int(0.2 * flown.duration / 0.01)):
         change = next_replan(change.trajectory)
         instants += [instant] * len(searches)
         assert searches or change.reason == "no wall that it touches has changed"
-    assert instants[0] * 0.01 > 0.04 * flown.duration, "a search without need"
-    while not change.kept or searches:
+    assert instants[0] * 0.01 > 0.07 * flown.duration, "a search without need"
+    while searches:
         change = next_replan(change.trajectory)
     next_replan(change.trajectory, 0.1)
     assert searches, "a wall has come near"
