@@ -11,11 +11,8 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.basics.checks import (
-    DERIVATIVES,
     check_array,
     check_degree,
-    check_pins,
-    check_waypoints,
     is_number,
     is_whole,
     refuse_repeated,
@@ -140,23 +137,22 @@ def course_ahead(
         If the waypoints are malformed or outside the walls of their legs, the start left aside.
     """
     start = splice.state[0]
-    names = dict(zip(DERIVATIVES[1 : splice.half], splice.state[1:], strict=True))
     if waypoints is None:
         goal = splice.flown(splice.flown.duration) if goal is None else goal
-        placement = place(None, None, constraints, {**names, "position": start}, {"position": goal}, False)
-        points = placement.points
+        placement = place(None, None, constraints, {"position": start}, {"position": goal}, False)
     else:
-        points = _points(start, waypoints)
-        placement = place(points, None, constraints, names, None, False)
+        placement = place(_points(start, waypoints), None, constraints, None, None, False)
+    points = placement.points
     along = points.copy()
     along[0] = leg_start if np.linalg.norm(points[1] - leg_start) > 0.0 else points[0]
     walls = walls_of(constraints, along)
     outside, name = start_outside(walls, start)
-    pins = check_pins(None, placement.start, placement.end, False, splice.half, points)
+    end = {len(points) - 1: {order: np.zeros(len(start)) for order in range(1, splice.half)}}
     if outside <= 0.0:
-        check_reach(placement, {k: v for k, v in pins.items() if k}, walls)
+        check_reach(placement, end, walls)
     refuse_repeated(points, "leave out waypoints that have been passed")
     bounds = placement.lower, placement.upper
+    pins = {0: dict(enumerate(splice.state[1:], 1))} | end
     task = Task(points, *bounds, pins, splice.half, splice.half - 1, False, pieces, walls, "auto", placement.regions)
     return CourseAhead(task, max(outside, 0.0), name)
 
@@ -170,7 +166,7 @@ def _points(start: FloatArray, waypoints: npt.ArrayLike) -> FloatArray:
             f"the waypoints ahead have shape {ahead.shape}: give those still to be passed, at least one, of "
             f"{len(start)} coordinates"
         )
-    return check_waypoints(np.concatenate((start[None], ahead)))
+    return np.concatenate((start[None], ahead))
 
 
 def start_outside(walls: Sequence[Walls], start: FloatArray) -> tuple[float, str]:
