@@ -16,14 +16,15 @@ from minsnap.errors import FileError
 from minsnap.files.frames import FRAMES
 from minsnap.flight.simulation.controllers import GeometricController
 from minsnap.flight.simulation.simulated_flight import Flight, simulate
-from minsnap.planning.request import RESERVE, Box, Opening, PlanRequest
+from minsnap.planning.request import RESERVE, Opening, PlanRequest
 from minsnap.studio.edits import (
     WIDTH,
+    change_box,
     delete_waypoint,
     insert_waypoint,
     move_in_order,
     move_waypoint,
-    replace_box,
+    named_boxes,
     resize_gate,
     set_duration,
     set_limit,
@@ -40,7 +41,7 @@ from minsnap.studio.edits import (
 )
 from minsnap.studio.page_inputs import InputRows, Inputs, follow, sentence, table, when_changed, when_clicked
 from minsnap.studio.path_view import GateView, PathView, WaypointView
-from minsnap.studio.wall_view import NO_FACES, ROOM_FACES, WallView
+from minsnap.studio.wall_view import NO_FACES, WallView
 from minsnap.studio.workbench import BenchState
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import VEHICLES, named_vehicle
@@ -210,8 +211,7 @@ class CorridorPanel:
             note.visible = bool(state.refusal) and state.leg == leg
             if note.visible:
                 note.content = sentence(state.refusal, "refusal")
-        boxes = tuple(f"box {leg}" for leg in range(len(request.boxes or ())))
-        options = (NO_FACES, *((ROOM_FACES,) if request.room is not None else ()), *boxes)
+        options = (NO_FACES, *named_boxes(request))
         if tuple(self._faces.options) != options:
             kept = self._faces.value if self._faces.value in options else NO_FACES
             self._faces.options = options
@@ -234,22 +234,13 @@ class CorridorPanel:
         if self._request is not None:
             self._inputs.show(self._request)
 
-    def _box(self, request: PlanRequest) -> Box | None:
-        which = self._faces.value
-        if which == NO_FACES:
-            return None
-        return request.room if which == ROOM_FACES else (request.boxes or ())[int(which.split()[1])]
-
     def _corner(self, side: int, request: PlanRequest) -> Any:
-        box = self._box(request)
+        box = named_boxes(request).get(self._faces.value)
         return None if box is None else box[side]
 
     def _with_corner(self, side: int, request: PlanRequest, value: Any) -> PlanRequest:
-        box = self._box(request)
-        if box is None:
-            return request
-        leg = None if self._faces.value == ROOM_FACES else int(self._faces.value.split()[1])
-        return replace_box(request, leg, (value, box[1]) if side == 0 else (box[0], value))
+        moved = lambda box: (value, box[1]) if side == 0 else (box[0], value)  # noqa: E731
+        return change_box(request, self._faces.value, moved)
 
 
 MODES = ("durations", "total time", "limits")

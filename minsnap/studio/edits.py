@@ -30,6 +30,9 @@ GATE = 1.0
 THINNEST = 0.02
 """Least distance of two opposite faces while one is moved [m]."""
 
+ROOM = "room"
+"""What the page calls the room, besides ``box 0`` and so on."""
+
 
 def move_waypoint(request: PlanRequest, index: int, position: Sequence[float]) -> PlanRequest:
     """Return the request with a waypoint at another position [m]; both ends of a closed lap move together."""
@@ -184,11 +187,20 @@ def move_face(box: Box, axis: int, side: int, value: float) -> Box:
     return _plain(corners[0]), _plain(corners[1])
 
 
-def replace_box(request: PlanRequest, leg: int | None, box: Box) -> PlanRequest:
-    """Return the request with another box of a leg, or another room where the leg is None."""
-    if leg is None or request.boxes is None:
-        return replace(request, room=box)
-    return replace(request, boxes=(*request.boxes[:leg], box, *request.boxes[leg + 1 :]))
+def named_boxes(request: PlanRequest) -> dict[str, Box]:
+    """Return the room and the boxes of the legs by what the page calls them."""
+    room = {} if request.room is None else {ROOM: request.room}
+    return room | {f"box {leg}": box for leg, box in enumerate(request.boxes or ())}
+
+
+def change_box(request: PlanRequest, name: str, change: Callable[[Box], Box]) -> PlanRequest:
+    """Return the request with the room or a box changed, if it is there."""
+    boxes = named_boxes(request)
+    if name not in boxes:
+        return request
+    boxes[name] = change(boxes[name])
+    room = boxes.pop(ROOM, None)
+    return replace(request, room=room, boxes=None if request.boxes is None else tuple(boxes.values()))
 
 
 def with_time(request: PlanRequest, mode: str, durations: Sequence[float], limits: dict[str, float]) -> PlanRequest:

@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.planning.request import Box, PlanRequest
-from minsnap.studio.edits import move_face, replace_box
+from minsnap.studio.edits import ROOM, change_box, move_face, named_boxes
 from minsnap.studio.page_inputs import Change, DragHandles, Editor
 from minsnap.studio.workbench import BenchState
 
@@ -22,11 +22,11 @@ _BOX_FACES = np.array(
 )
 
 
-TUBE, BOX, ROOM, REFUSED = (86, 180, 233), (0, 158, 115), (120, 120, 120), (224, 49, 49)
-"""Colours of walls; the last one of a leg that cannot be planned."""
+TUBE, BOX, AROUND, REFUSED = (86, 180, 233), (0, 158, 115), (120, 120, 120), (224, 49, 49)
+"""Colours of tubes, boxes, the room, and the walls of a leg that cannot be planned."""
 
-NO_FACES, ROOM_FACES = "none", "room"
-"""Choices of what has faces to drag, besides ``"box 0"`` and so on."""
+NO_FACES = "none"
+"""Choice of what has faces to drag, besides the names of boxes."""
 
 
 def tube_prism(start: Sequence[float], end: Sequence[float], half_width: float) -> tuple[FloatArray, IntArray]:
@@ -160,12 +160,8 @@ class WallView:
         return self._server.scene.add_mesh_simple(f"/plan/tube/{leg}", vertices, faces, **look, **plain)
 
     def _show_boxes(self, state: BenchState) -> None:
-        wanted: dict[str, Any] = {}
-        if state.request.room is not None:
-            wanted["room"] = (state.request.room, ROOM, 0.06)
-        for leg, box in enumerate(state.request.boxes or ()):
-            refused = bool(state.refusal) and state.leg == leg
-            wanted[f"box {leg}"] = (box, REFUSED if refused else BOX, 0.3 if refused else 0.1)
+        looks = {ROOM: (AROUND, 0.06)} | ({f"box {state.leg}": (REFUSED, 0.3)} if state.refusal else {})
+        wanted = {name: (box, *looks.get(name, (BOX, 0.1))) for name, box in named_boxes(state.request).items()}
         _redraw(self._boxes, wanted, self._box_nodes)
 
     def _box_nodes(self, name: str, box: Box, colour: Any, opacity: float) -> Any:
@@ -178,18 +174,8 @@ class WallView:
         scene.add_line_segments(f"{path}/edges", box_edges(box), colour, **lines)
         return mesh
 
-    def _box(self, request: PlanRequest | None) -> tuple[int | None, Box | None]:
-        """Return the leg and the box whose faces can be dragged; (None, the room); or (None, None)."""
-        if request is None or self._chosen == NO_FACES:
-            return None, None
-        if self._chosen == ROOM_FACES:
-            return None, request.room
-        leg = int(self._chosen.split()[1])
-        boxes = request.boxes or ()
-        return (leg, boxes[leg]) if leg < len(boxes) else (None, None)
-
     def _show_faces(self) -> None:
-        box = self._box(self._request)[1]
+        box = None if self._request is None else named_boxes(self._request).get(self._chosen)
         centers = {} if box is None else dict(zip(np.ndindex(3, 2), face_centres(box).reshape(6, 3), strict=True))
         self._faces.show(centers)
 
@@ -200,11 +186,8 @@ class WallView:
         return self._server.scene.add_transform_controls(f"/faces/{axis}{side}", depth_test=False, **how)
 
     def _moved(self, face: tuple[int, int], place: tuple[float, ...]) -> Change:
-        def change(request: PlanRequest) -> PlanRequest:
-            leg, box = self._box(request)
-            return request if box is None else replace_box(request, leg, move_face(box, *face, place[face[0]]))
-
-        return change
+        moved = lambda box: move_face(box, *face, place[face[0]])  # noqa: E731
+        return lambda request: change_box(request, self._chosen, moved)
 
 
 def _redraw(drawn: dict[Any, tuple[Any, Any]], wanted: dict[Any, Any], draw: Callable[..., Any]) -> None:
