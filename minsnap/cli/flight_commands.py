@@ -427,10 +427,9 @@ class _Pilot:
         with closing(open_link(self._connect, clock)) as link:
             link.wait_for_vehicle(self._how.wait)
             print("minsnap: waiting for the vehicle to disarm, which closes its log", file=sys.stderr)
-            deadline = clock.now() + _DISARMED
-            while link.vehicle.armed and clock.now() < deadline:
-                for _ in link.pump(clock.now() + 0.2):
-                    pass
+            for _ in link.pump(clock.now() + _DISARMED):
+                if not link.vehicle.armed:
+                    break
             if link.vehicle.armed:
                 raise LinkError("the vehicle is still armed, and its log is open")
             place = Path(f"{stem}-{number}{'.ulg' if link.vehicle.autopilot == PX4 else '.bin'}")

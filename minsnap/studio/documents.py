@@ -24,7 +24,6 @@ from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, W
 from minsnap.files.convert import RATE, written
 from minsnap.files.format import Writing
 from minsnap.files.request_yaml import besides_rotors, read_request, write_request
-from minsnap.files.setpoint_csv import write_csv
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.paths.missions.course import Course, is_course, read_course
 from minsnap.planning.request import Opening, PlanRequest
@@ -221,9 +220,6 @@ def save_as(kind: str, state: BenchState, path: Path) -> str:
         raise FileError("there is no final plan of this scene yet: wait for it, or mend what cannot be planned")
     if kind.startswith("figure"):
         _draw(scene, path)
-        return ""
-    if kind.startswith("setpoints"):
-        write_csv(scene.trajectory, path, RATE, request.frame)
         return ""
     passed = scene.trajectory(scene.trajectory.leg_breaks)
     facts: dict[str, Any] = {"waypoints": passed if request.openings else np.array(request.waypoints)}

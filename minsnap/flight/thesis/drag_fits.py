@@ -171,20 +171,24 @@ def fit_consistent_drag(table: Table) -> tuple[BodyDrag, float]:
     r_squared : float
         Part of the measurements' variance that it explains.
     """
+    (linear_x, linear_z, quadratic_x, quadratic_z), _, quality = consistent_fit(_consistent_columns(table))
+    return BodyDrag((linear_x, linear_x, linear_z), (quadratic_x, quadratic_x, quadratic_z)), quality
+
+
+def _consistent_columns(table: Table) -> dict[str, FloatArray]:
+    return drag_columns(table, "the consistent drag", ("pitch_deg", "velocity"), least=5)
+
+
+def consistent_fit(data: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray, float]:
+    """Return the coefficients linear x, linear z, quadratic x, quadratic z along the wind, residuals and R squared."""
     from scipy.optimize import nnls
 
-    data = drag_columns(table, "the consistent drag", ("pitch_deg", "velocity"), least=5)
-    design = consistent_terms(data["pitch_deg"], data["velocity"])
-    (linear_x, linear_z, quadratic_x, quadratic_z), _ = nnls(design, data["drag"])
-    model = BodyDrag((linear_x, linear_x, linear_z), (quadratic_x, quadratic_x, quadratic_z))
-    residuals = data["drag"] - design @ np.array([linear_x, linear_z, quadratic_x, quadratic_z])
-    return model, explained(data["drag"], residuals)
-
-
-def consistent_terms(pitch_deg: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Return the regressors of the linear x, linear z, quadratic x, quadratic z coefficients along the wind, (m, 4)."""
-    along, up = np.cos(np.radians(pitch_deg)) ** 2, np.sin(np.radians(pitch_deg)) ** 2
-    return np.stack([velocity * along, velocity * up, velocity**2 * along, velocity**2 * up], axis=-1)
+    pitch, velocity, drag = np.radians(data["pitch_deg"]), data["velocity"], data["drag"]
+    along, up = np.cos(pitch) ** 2, np.sin(pitch) ** 2
+    design = np.stack([velocity * along, velocity * up, velocity**2 * along, velocity**2 * up], axis=-1)
+    coefficients, _ = nnls(design, drag)
+    residuals = drag - design @ coefficients
+    return coefficients, residuals, explained(drag, residuals)
 
 
 def drag_columns(table: Table, name: str, variables: tuple[str, ...], least: int) -> dict[str, FloatArray]:
@@ -440,14 +444,11 @@ def _surface(path: str | os.PathLike[str], form: str) -> TableFit:
 
 
 def _consistent(path: str | os.PathLike[str]) -> TableFit:
-    variables = ("pitch_deg", "velocity")
-    table = drag_columns(path, "the consistent drag", variables, least=5)
-    model, quality = fit_consistent_drag(table)
-    values = (model.linear[0], model.linear[2], model.quadratic[0], model.quadratic[2])
+    table = _consistent_columns(path)
+    values, residuals, quality = consistent_fit(table)
     names = ("linear x, y [N s/m]", "linear z [N s/m]", "quadratic x, y [N s^2/m^2]", "quadratic z [N s^2/m^2]")
     terms = tuple(Term(name, float(value), None) for name, value in zip(names, values, strict=True))
-    residuals = table["drag"] - consistent_terms(table["pitch_deg"], table["velocity"]) @ np.array(values)
-    return TableFit("consistent", terms, quality, residuals, _ranges(table, variables), table)
+    return TableFit("consistent", terms, quality, residuals, _ranges(table, ("pitch_deg", "velocity")), table)
 
 
 def _ranges(table: dict[str, FloatArray], names: tuple[str, ...]) -> dict[str, Range]:
