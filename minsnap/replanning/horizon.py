@@ -270,8 +270,8 @@ class SearchPatience:
 
     touching: float = 0.01
     recent: float = 0.1
-    least: int = 12
-    most: int = 25
+    least: int = 8
+    most: int = 20
     each: float = 2e-5
 
 
