@@ -77,9 +77,14 @@ def test_what_moves_at_its_ends_has_a_plan_in_any_time_above_the_shortest(share)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [60000209, 60000942, 60001157, 60001291, 60001799, 60000079, 60000207, 60000620])
+@pytest.mark.parametrize(
+    "seed", [60000209, 60000942, 60001157, 60001291, 60001799, 60000079, 60000207, 60002132, 60000311]
+)
 def test_what_was_refused_without_a_proof_has_a_plan(seed):
-    """Times that leave room between walls are sought by least slacks; the last three need three pieces a leg."""
+    """Times that leave room between walls are sought by least slacks, and three need as many pieces a leg.
+
+    Of the last one the work was counted as ten times as much as it is.
+    """
     _, kind, said, _ = outcome(seed)
     assert kind == "planned", said
 

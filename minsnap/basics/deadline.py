@@ -30,7 +30,8 @@ class WorkPrices:
     rotors, derivatives : float
         How far limits are used, of rotors and attitudes or of derivatives alone.
     iteration : float
-        An iteration of a search for the shortest time, for each row, within limits of which measuring is counted as 1.
+        An iteration of a search for the shortest time, for each row; with limits of single rotors as much more as
+        measuring them.
     free_curve : float
         A curve without walls, and how far it is outside.
     joined : float

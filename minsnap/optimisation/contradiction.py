@@ -180,23 +180,24 @@ class ExactRows:
     def eliminated(self) -> list[Fraction] | None:
         """Multipliers with which nothing is left of the unknowns and the bound is below 0; None where there are none.
 
-        LateError is raised after the deadline: twelve legs of three coordinates take a second.
+        LateError is raised after the deadline: twelve legs of three coordinates take half a second.
         """
-        pivots: dict[Unknown, tuple[dict[Unknown, Fraction], list[Fraction]]] = {}
+        pivots: dict[Unknown, dict[Unknown, Fraction]] = {}
         for number, (row, _) in enumerate(self.rows):
-            self.task.deadline.require()
-            left, multipliers = dict(row), [Fraction(i == number) for i in range(len(self.rows))]
-            for place, (other, others) in pivots.items():
-                share = left.get(place, Fraction(0))
+            left = {**row, (-1, number, 0): Fraction(1)}  # with the multipliers of which it is the sum, at no knot
+            for place, other in pivots.items():
+                share = left.pop(place, None)
                 if share:
+                    self.task.deadline.spend(WORK.term * len(other))
+                    self.task.deadline.require()
                     for key, value in other.items():
                         left[key] = left.get(key, Fraction(0)) - share * value
-                    multipliers = [m - share * o for m, o in zip(multipliers, others, strict=True)]
-            pivot = next((place for place, value in left.items() if value), None)
+            pivot = next((key for key, value in left.items() if value and key[0] >= 0), None)
             if pivot is not None:
-                scale = 1 / left[pivot]
-                pivots[pivot] = {key: v * scale for key, v in left.items() if v}, [m * scale for m in multipliers]
+                scale = 1 / left.pop(pivot)
+                pivots[pivot] = {key: value * scale for key, value in left.items() if value}
                 continue
+            multipliers = [left.get((-1, i, 0), Fraction(0)) for i in range(len(self.rows))]
             side = self._sum(multipliers)[1]
             if side:
                 return multipliers if side < 0 else [-m for m in multipliers]

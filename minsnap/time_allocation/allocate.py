@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.basics.checks import check_durations, refuse_repeated
-from minsnap.basics.deadline import LateError
+from minsnap.basics.deadline import LATE, LateError
 from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import priced_first_guess
@@ -55,9 +55,9 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
         if not task.explained:
             raise
         if timing.refine:
-            parted = replace(task, pieces=PARTS, explained=False, deadline=task.deadline.until(timing.due))
             with suppress(InfeasibleError, SolverError):
-                return looked_at(_timed(parted, replace(timing, refine=False)), parted, timing)
+                parted = replace(task, pieces=PARTS, deadline=task.deadline.until(timing.due))
+                return plan_timed(parted, replace(timing, refine=False))
         again = by_necessary_walls(task, timing, refused)
         if isinstance(again, Timed):
             return looked_at(again, task, timing)
@@ -65,6 +65,8 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
         longer = in_other_times(task, timing, refused)
         if longer is not None:
             return looked_at(longer, task, timing)
+        if isinstance(refused, SolverError) and task.deadline.until(timing.due).late:
+            raise LateError(LATE) from None
         plan = partial(_timed, replace(task, explained=False))
         raise explained_by_times(refused, task, timing, plan) from None
 

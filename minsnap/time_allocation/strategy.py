@@ -142,7 +142,7 @@ class Strategy:
         if timing.time_limit is not None:
             due = task.deadline.clock() + timing.time_limit
             self.deadline = task.deadline.until(min(task.deadline.due, due))
-        self.price = WORK.iteration * WORK.measuring(self.limits.given())
+        self.price = WORK.iteration * (WORK.rotors if isinstance(self.limits, VehicleLimits) else 1.0)
         self.answer: ShortestCurve | None = None
         self.walled = any(wall.order for wall in task.walls)
 

@@ -85,12 +85,15 @@ def _smoother(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> T
     durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
     bounded = replace(timing.bounded(task), pieces=pieces, deadline=task.deadline.until(timing.due))
     plan = plans_for(bounded, task, timing, search)
-    tried = [least_longer(partial(plan, natively=True), durations, False, bounded.deadline)]
-    if task.still and not (tried[0] and bounded.deadline.passed):
+    natively, deadline = partial(plan, natively=True), bounded.deadline
+    resting = bounded.piece_durations(stop_and_go_times(guessed_lengths(task), timing.bounds))
+    longer = least_longer(natively, durations, False, deadline)
+    tried = [longer or least_longer(natively, resting, False, deadline)]
+    if task.still and not (tried[0] and deadline.passed):
         tried.append(shortest_scaled(replace(task, pieces=pieces), timing, durations))
     shortest = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
     if shortest is None:
-        bounded.deadline.require()
+        deadline.require()
         raise explain(bounded, durations)
     return shortest
 
