@@ -44,7 +44,7 @@ class WorkPrices:
         What a question of so many legs and pieces is worth; it grows with the square of either.
     """
 
-    solve: float = 180.0
+    solve: float = 150.0
     iteration: float = 2.5e-5
     rotors: float = 20.0
     derivatives: float = 1.0
@@ -52,7 +52,7 @@ class WorkPrices:
     joined: float = 1.2e-5
     active_set: float = 1e-5
     interior_point: float = 6e-5
-    slacks: float = 2e-5
+    slacks: float = 1.2e-5
     term: float = 0.01
     question: float = 1650.0
     legs: int = 5

@@ -188,6 +188,8 @@ def solved_or_explained(task: Task, durations: FloatArray) -> SolvedTask:
     except GaveUpError as reason:
         refused = _explained(task, durations)
         if getattr(refused, "contradiction", None) is None:
+            with suppress(GaveUpError):
+                return solve(task, durations, task.samples, effort=Effort.LAST)
             with suppress(InfeasibleRowsError):
                 return solve_again(task, durations, str(reason))
     except InfeasibleRowsError:

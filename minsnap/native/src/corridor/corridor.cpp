@@ -72,7 +72,8 @@ Status solve_in_double(const Request &given, Answer &answer) {
 Status solve_request(const Request &given, Answer &answer, std::int64_t &attempts) {
     attempts = 1;
     const Status status = solve_in_double(given, answer);
-    if (status == Status::done || status == Status::no_memory || status == Status::spent || status == Status::infeasible) return status;
+    if (status == Status::done || status == Status::no_memory || status == Status::spent) return status;
+    if (status == Status::infeasible && given.effort < patient) return status;
     if (given.pieces > most_again) return status;
     attempts = 2;
     return solve_extended(given, answer);

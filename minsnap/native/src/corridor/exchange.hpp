@@ -37,7 +37,7 @@ private:
     Status run(Answer &answer, const Contact *known, int count) {
         const Aim aim = aim_;
         share_ = aim == Aim::near ? near_share : Real(0), pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause, work_ = 0.0,
-        infeasible_ = false;
+        infeasible_ = false, least_ = std::numeric_limits<Real>::infinity(), halved_ = 0;
         Status status = prepare();
         if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
         if (status == Status::done) status = meet_equalities();
@@ -59,15 +59,16 @@ public:
 
 private:
     static constexpr int most_prices = 3;  // of what draws a curve that walls alone hold
-    static constexpr int most_rounds = 1000, most_tries = 40, shortest_pause = 3;
+    static constexpr int most_rounds = 1000, most_idle = 100, most_tries = 40, shortest_pause = 3;
     // Products of vectors' entries, about, after which it gives up: 0.2 to 0.4 s in either precision.
-    static constexpr double most_work = sizeof(Real) > 8 ? 2e7 : 5e8;
+    static constexpr double most_work = sizeof(Real) > 8 ? 3e7 : 5e8;
     static constexpr double round_work = 8.0;  // the same for a round, for each coefficient and point of a wall or a coordinate
-    static constexpr Real absurd = Real(sizeof(Real) > 8 ? 1e8 : 1e6);   // times the cost of stops at all knots: rounding has taken over
-    static constexpr Real most_inward = Real(1e-3);                      // share of their widths by which walls move
-    static constexpr double jump = 1e-9, stored = 8e-16;                 // of derivatives at knots, as the certificate judges them
-    static constexpr Real narrow = Real(2e-5);                           // of Aim::widened: excess that is none, in widths
-    static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);  // of Aim::near: excess, over walls moved so
+    static constexpr Real absurd = Real(sizeof(Real) > 8 ? 1e8 : 1e6);        // times the cost of stops at all knots: hardly a plan
+    static constexpr Real most_absurd = Real(sizeof(Real) > 8 ? 1e18 : 1e6);  // the same where rounding has taken over
+    static constexpr Real most_inward = Real(1e-3);                           // share of their widths by which walls move
+    static constexpr double jump = 1e-9, stored = 8e-16;                      // of derivatives at knots, as the certificate judges them
+    static constexpr Real narrow = Real(2e-5);                                // of Aim::widened: excess that is none, in widths
+    static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);       // of Aim::near: excess, over walls moved so
 
     Status prepare() {
         if (!chain.allocate(given_->pieces, given_->dim, given_->closed, given_->continuity)) return Status::no_memory;
@@ -79,14 +80,16 @@ private:
             if (status != Status::done) return status;
             if (walls_[index].ball >= 0) ++balls;
         }
-        most_cost_ = absurd * chain.cost();  // of what is pinned alone: straight legs with stops
+        const Real stops = chain.cost();  // of what is pinned alone: straight legs with stops
+        const Real times = given_->effort >= patient ? most_absurd : absurd;
+        most_cost_ = times * stops;
         const Status drawn = draw();
         if (drawn != Status::done) return drawn;
         const Status status = factorise();
         if (status != Status::done) return status;
-        if (given_->continuity >= given_->half) most_cost_ += absurd * free_cost_;
+        if (given_->continuity >= given_->half) most_cost_ += times * free_cost_;
         most_peaks_ = 8 * given_->walls.count + 8;
-        const Real price = sqrt(Real(given_->slacks.price) * (most_cost_ / absurd + free_cost_));
+        const Real price = sqrt(Real(given_->slacks.price) * (most_cost_ / times + free_cost_));
         if (!active.allocate(given_->slacks.count, price > 0 ? price : Real(1)) || !contacts_.allocate() || !peaks_.allocate(most_peaks_))
             return Status::no_memory;
         return start();
@@ -273,18 +276,25 @@ private:
             }
             if (pause_ == 0 && near_rows() && moved()) continue;
             if (spent()) return Status::spent;
+            if (stuck()) return Status::no_progress;
             if (aim_ != Aim::widened && !(active.squared_distance() < most_cost_)) return Status::no_progress;
             if (pause_ > 0) --pause_;
             const Status status = take_in();
             if (status != Status::done) return status;
         }
-        return Status::spent;
+        return Status::no_progress;
     }
 
     bool spent() {
         const double points = 2.0 * given_->half;
         work_ += round_work * points * points * (double(given_->walls.count) + double(chain.pieces) * chain.dim);
         return work_ > most_work * given_->effort || (given_->due != Instant::max() && std::chrono::steady_clock::now() > given_->due);
+    }
+
+    // Whether the excess is small and has not been halved for long: rounding holds it up then, but not in the next precision.
+    bool stuck() {
+        if (worst_ < least_ / 2) least_ = worst_, halved_ = rounds_;
+        return sizeof(Real) == 8 && worst_ < Real(1e-6) && rounds_ - halved_ > most_idle;
     }
 
     // Whether a wall, other than an equality, is active.
@@ -496,7 +506,7 @@ private:
         if (status == Status::no_memory || status == Status::singular || status == Status::unsupported) return status;
         for (int k = 0; k < active.count(); ++k) {
             largest_part = largest(largest_part, fabs(active.row(k).multiplier / active.row(k).norm));
-            if (!isfinite(active.row(k).multiplier) || !isfinite(largest_part)) return Status::no_progress;
+            if (!isfinite(active.row(k).multiplier) || !(largest_part < Real(1e150))) return Status::no_progress;  // quotients overflow
         }
         for (int k = 0; k < active.count() && largest_part > 0; ++k) {
             const Real sign = active.is_equality(k) ? active.row(k).direction[0] : Real(1);
@@ -547,13 +557,13 @@ private:
     Buffer<Peak<Real>> peaks_;
     Buffer<Real> scratch_, free_points_, pull_;
     Peak<Real> failures_[most_failures];
-    Real given_away_ = 0, free_cost_ = 0, share_ = 0, worst_ = 0, most_cost_ = 0;
+    Real given_away_ = 0, free_cost_ = 0, share_ = 0, worst_ = 0, most_cost_ = 0, least_ = 0;
     std::int64_t most_peaks_ = 0, peak_count_ = 0;
     Aim aim_ = Aim::proved;
     unsigned drawn_ = 0;  // bits of coordinates
     int failure_count_ = 0, pause_ = 0, patience_ = 0, tries_ = 0;
     bool infeasible_ = false, moved_walls_ = false;
-    int rounds_ = 0;
+    int rounds_ = 0, halved_ = 0;
     double work_ = 0.0;
 };
 

@@ -23,7 +23,7 @@ namespace {
 constexpr double prices[] = {1e3, 1e6, 1e12, 1e18};  // K^2, over the cost of the curve without walls and of stops at all knots
 constexpr double most_in_double = 1e6;               // price beyond which slacks need double-double arithmetic
 constexpr double absurd = 1e6;                       // slack that rounding made
-constexpr double effort = 2.0, most_effort = 2.0;    // shares of the work that a request is worth: for a stage, and for all
+constexpr double most_effort = 4.0;                  // share of the work that a request is worth, for all stages
 
 bool slacks_fit(const SlackRecord &slacks, const Request &given) {
     if (slacks.count < 1 || slacks.count > given.pieces) return false;
@@ -54,18 +54,18 @@ public:
         double solved = 0.0;
         bool extended = false;
         for (const double price : prices) {
-            if (answer_.work > most_effort) break;
+            if (!(answer_.work < most_effort)) break;
             if (price > most_in_double) extended = true;
             status = stage(price, extended);
             // It creeps, which no precision helps; slacks that rounding made are another thing.
             if (status == Status::spent && price == prices[0] &&
                 *std::max_element(answer_.slack, answer_.slack + given_.slacks.count) < absurd)
                 return answer_.rows = 0, status;
-            if (status != Status::done && !extended) extended = true, status = stage(price, true);
+            if (status != Status::done && !extended && answer_.work < most_effort) extended = true, status = stage(price, true);
             if (status == Status::no_memory) return status;
             if (status == Status::done)
                 solved = price, count_ = take_contacts(answer_, given_.dim, known_);
-            else if (solved > most_in_double)
+            else if (solved > most_in_double && answer_.work < most_effort)
                 return stage(solved, true);
         }
         return status;
@@ -80,7 +80,7 @@ private:
 
     Status stage(double price, bool extended) {
         given_.slacks.price = price;
-        given_.effort = effort;
+        given_.effort = most_effort - answer_.work;
         return extended ? solve_extended(given_, answer_, Aim::widened, known_.data(), count_)
                         : quick_.solve(given_, answer_, Aim::widened, known_.data(), count_);
     }

@@ -11,6 +11,8 @@
 
 namespace minsnap {
 
+constexpr double patient = 5.0;  // effort from which neither cost nor what double precision calls infeasible is a reason to give up
+
 using Instant = std::chrono::steady_clock::time_point;
 
 // The instant a number of seconds from now; none for as many as there are no clocks for.
