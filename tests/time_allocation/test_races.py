@@ -28,6 +28,14 @@ def test_the_rectangle(pieces, most):
     assert path.report.cost == pytest.approx(path.cost(), rel=1e-6)
 
 
+def test_a_line_is_divided_again_where_a_stage_makes_no_progress():
+    """With three pieces it takes 1.054 of the profile of bounded jerk, rise, cruise and fall."""
+    way, speed, acceleration, jerk = 17.446724, 4.635186, 3.18465, 56.581088
+    limits = Limits(speed=speed, acceleration=acceleration, jerk=jerk)
+    least = way / speed + speed / acceleration + acceleration / jerk
+    assert least <= minsnap.plan([(0.0,), (way,)], limits=limits, pieces="auto").duration <= 1.01 * least
+
+
 @pytest.mark.parametrize("unit", [1.0, 100.0])
 def test_the_maze_in_any_unit(unit):
     limits, boxes = Limits(speed=2.0 * unit, acceleration=4.0 * unit), Boxes(MAZE.lower * unit, MAZE.upper * unit)

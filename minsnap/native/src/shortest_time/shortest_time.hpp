@@ -106,7 +106,8 @@ private:
         double former = 0.0;                                                                // where known
         for (std::int64_t k = 0; k < request_.divisions && end != StageEnd::stopped; ++k) {
             const double now = point_.chain.total();
-            if (k > 0 && (end == StageEnd::stuck || now > former * (1.0 - request_.worthwhile))) break;
+            const bool stuck = end == StageEnd::stuck && request_.worthwhile > 0.0;  // where any gain is worth it, more pieces may go on
+            if (k > 0 && (stuck || now > former * (1.0 - request_.worthwhile))) break;
             former = end == StageEnd::converged ? now : infinite;
             best_.copy(point_.chain);
             if (!divide(point_.rows, point_.values(), best_, static_cast<int>(request_.parts[k]), point_.chain)) return StageEnd::no_memory;
