@@ -97,7 +97,8 @@ private:
             prepare();
             if (!point_.begin(gap)) return StageEnd::no_memory;
         }
-        const bool alike = guessed && request_.divisions == 0 && request_.moving != 0 && request_.price == 0.0;  // to what was searched
+        const bool whole = guessed && request_.divisions == 0 && request_.price == 0.0, swift = request_.slower == 1.0;
+        const bool alike = whole && swift && request_.moving != 0;  // to what was searched
         if (alike && std::abs(point_.largest()) < Settings::touched) point_.start(Settings::touched_gap, Settings::touched_slack);
         if (request_.rough != 0) return point_.run(Settings::softer_gap, true);
         StageEnd end = StageEnd::converged;
