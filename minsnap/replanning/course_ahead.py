@@ -26,6 +26,7 @@ from minsnap.errors import CorridorError, DegreeError, InputError, WaypointError
 from minsnap.limits.limits import Limits, check_limits
 from minsnap.optimisation.planned_yaw import ChosenHeading, chosen_heading
 from minsnap.optimisation.task import Task
+from minsnap.replanning.horizon import walls_from
 from minsnap.replanning.splice import Splice
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
@@ -171,13 +172,9 @@ def _points(start: FloatArray, waypoints: npt.ArrayLike) -> FloatArray:
 
 def start_outside(walls: Sequence[Walls], start: FloatArray) -> tuple[float, str]:
     """Distance by which a position is outside the walls of leg 0, negative inside, and the name of the nearest one."""
-    worst, name = -np.inf, ""
-    for wall in walls:
-        own = np.flatnonzero(wall.leg == 0)
-        if wall.order == 0 and len(own):
-            excess = float(-wall.slack(start[None, None, :])[own].min())
-            worst, name = (excess, wall.name) if excess > worst else (worst, name)
-    return worst, name
+    own = walls_from([wall for wall in walls if wall.order == 0], 0, 1)
+    found = [(float(-wall.slack(start[None, None, :]).min()), wall.name) for wall in own]
+    return max(found, key=lambda one: one[0], default=(-np.inf, ""))
 
 
 def refuse_outside(course: CourseAhead, recover: float) -> None:

@@ -96,9 +96,8 @@ def near(
     tail = None
     if rest is not None:
         tail = legs_of(rest, legs, rest.legs)
-        nearest = nearest_wall(tail, walls_from(task.walls, legs, task.legs))
-        outside = nearest is not None and nearest.value < 0.0
-        tail = tail if not outside and (within(rest, limits) or within(tail, limits)) else None
+        inside = room_of(tail, walls_from(task.walls, legs, task.legs)) >= 0.0
+        tail = tail if inside and (within(rest, limits) or within(tail, limits)) else None
     return Near(_first(task, legs, tail), head, tail)
 
 
@@ -369,13 +368,7 @@ def inside_from(curve: Trajectory, task: Task) -> float:
 def _inside_after(curve: Trajectory, task: Task, start: float) -> bool:
     rest = Splice(curve, start, task.half).rest
     assert rest is not None
-    nearest = nearest_wall(rest, [wall for wall in task.walls if wall.order == 0])
-    return nearest is None or nearest.value >= 0.0
-
-
-def inside(curve: Trajectory, walls: Sequence[Walls]) -> bool:
-    """Whether a curve is proved to be inside the walls of its legs at every instant."""
-    return room_of(curve, walls) >= 0.0
+    return room_of(rest, [wall for wall in task.walls if wall.order == 0]) >= 0.0
 
 
 def room_of(curve: Trajectory, walls: Sequence[Walls]) -> float:
@@ -453,7 +446,7 @@ def flown_on(splice: Splice, task: Task, limits: Limits | None) -> LegEnd | None
     end = leg_end_of(splice)
     if end is None or task.legs < 2 or not _meets(task, end.left.control_points[-1, -1]):
         return None
-    return end if inside(end.left, walls_from(task.walls, 0, 1)) and end.within(limits) else None
+    return end if room_of(end.left, task.walls) >= 0.0 and end.within(limits) else None
 
 
 def rest_within(splice: Splice, limits: Limits | None) -> bool:

@@ -151,13 +151,9 @@ def same_waypoints(task: Task, before: Task, passed: int) -> bool:
 def same_walls(task: Task, before: Task, passed: int) -> bool:
     """Whether its walls are."""
     walls = walls_from(before.walls, passed, before.legs)
-    return len(walls) == len(task.walls) and all(map(_equal, walls, task.walls))
-
-
-def _equal(one: Walls, other: Walls) -> bool:
-    """Whether all numbers and names of walls are equal."""
-    values = ((getattr(one, entry.name), getattr(other, entry.name)) for entry in fields(one))
-    return all(np.array_equal(a, b) for a, b in values)
+    names = [entry.name for entry in fields(Walls)]
+    both = ((getattr(a, name), getattr(b, name)) for a, b in zip(walls, task.walls, strict=False) for name in names)
+    return len(walls) == len(task.walls) and all(np.array_equal(a, b) for a, b in both)
 
 
 class Takes:

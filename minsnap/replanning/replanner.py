@@ -230,7 +230,8 @@ class Replanner:
             course = self._course(splice, waypoints, boxes, self._corridor if corridor is None else corridor, goal)
             aim = Aim.of(self._limits, durations, total_time, course.task.legs)
             angles = waypoint_angles(yaw, course.task.legs)
-            deadline = self._deadline(due, budget)
+            closing = self._takes.most("closing", CLOSING * budget)
+            deadline = Deadline(due - closing, self._clock, self._takes.most("check"))
             return self._answer(_Call(splice, due, course, aim, float(budget), deadline, watch, angles))
         finally:
             if collects:
@@ -343,11 +344,6 @@ class Replanner:
             return UNCHANGED if call.aim.durations is not None and known else ""
         return UNCHANGED if largest_use(self._limits, call.splice.flown) >= FULL else ""
 
-    def _deadline(self, due: float, seconds: float) -> Deadline:
-        """Return when a search must have ended."""
-        closing = self._takes.most("closing", CLOSING * seconds)
-        return Deadline(due - closing, self._clock, self._takes.most("check"))
-
     def _searched(self, call: _Call, rest: Trajectory | None, stands: bool) -> tuple[Better | None, bool, str]:
         """Search in the time that is left; return the better plan, whether the search ended by itself, and why not."""
         call.deadline.resume()
@@ -424,13 +420,10 @@ class Replanner:
         if late > 0.0:
             return None, f"a plan was found {late:.3g} s late"
         if rest is not None and call.aim.compares(rest):
-            if call.aim.value(better.curve) >= (1.0 - self._gain(call)) * call.aim.value(rest):
+            gain = GAIN if self._memory is not None or call.aim.total_time is None else SPLIT_GAIN
+            if call.aim.value(better.curve) >= (1.0 - gain) * call.aim.value(rest):
                 return None, "nothing better was found"
         return better, ""
-
-    def _gain(self, call: _Call) -> float:
-        """Relative gain for which the rest is left; more for a split that may be that of the rest."""
-        return GAIN if self._memory is not None or call.aim.total_time is None else SPLIT_GAIN
 
     def _change(
         self, call: _Call, chosen: Better | None, stops: tuple[Trajectory | None, str], safe: bool, reason: str
