@@ -94,7 +94,7 @@ def said(usual, now):
     (before, took), (after, takes) = usual, now
     change = after[:, 0] / before[:, 0] - 1.0
     rounds = after[:, 1].sum() / before[:, 1].sum()
-    return f"{change.min():+.0e} … {change.max():+.0e}; rounds × {rounds:.2f}; time × {takes / took:.1f}"
+    return f"{change.min():+.0e} to {change.max():+.0e}; rounds × {rounds:.2f}; time × {takes / took:.1f}"
 
 
 def main():
