@@ -17,6 +17,7 @@ from minsnap.studio.ground_view import ENDINGS as OBSTACLE_ENDINGS
 from minsnap.studio.ground_view import PICTURES, Obstacles, floor, read_obstacles
 from minsnap.studio.page_inputs import Editor, copyable, sentence, table, when_clicked
 from minsnap.studio.workbench import BenchState
+from minsnap.trajectory.report import cost_unit
 
 END = "END_OF_REQUEST"
 """The line that ends the text of the request in a shell."""
@@ -229,7 +230,7 @@ def facts(state: BenchState) -> list[tuple[str, str]]:
     margin = "no corridor" if holds.corridor_margin is None else f"{holds.corridor_margin:.3g} m inside"
     return [
         ("duration", f"{curve.duration:.3f} s"),
-        ("cost", f"{curve.cost():.6g} m²/s{_raised(2 * curve.cost_order - 1)}"),
+        ("cost", f"{curve.cost():.6g} {cost_unit(curve.cost_order)}"),
         ("corridor margin", margin),
         ("greatest speed", f"{holds.max_speed:.3f} m/s"),
         ("greatest acceleration", f"{holds.max_acceleration:.3f} m/s²"),
@@ -246,7 +247,3 @@ def _uses(holds: Certificate) -> list[tuple[str, str]]:
         shares = f"{100.0 * used.fraction:.1f} % of {scale * used.limit:.3g}{unit}"
         rows.append((KIND[used.name].label, f"{shares}, on leg {used.leg}"))
     return rows
-
-
-def _raised(number: int) -> str:
-    return str(number).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
