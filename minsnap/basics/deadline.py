@@ -160,9 +160,14 @@ class Deadline:
         return self.late or self.spent
 
     @property
+    def unspent(self) -> float:
+        """Work that is left until what was found is not improved any more."""
+        return 0.5 * self.work.worth - self.work.done
+
+    @property
     def spent(self) -> bool:
         """Whether so much work is done that what was found is not improved any more."""
-        return self.work.done > 0.5 * self.work.worth
+        return self.unspent < 0.0
 
     @property
     def late(self) -> bool:

@@ -34,10 +34,11 @@ class CostGradient(NamedTuple):
 
 
 class BestSplit(NamedTuple):
-    """Durations (legs,) [s], and of every evaluation total time [s] and value, (evaluations, 2)."""
+    """Durations (legs,) [s], of every evaluation total time [s] and value, (evaluations, 2), and the work of all."""
 
     durations: FloatArray
     history: FloatArray
+    work: float
 
 
 def cost_gradient(
@@ -101,7 +102,13 @@ def best_split(
 
 
 def best_corridor_split(
-    question: CorridorQuestion, first: FloatArray, pieces: int, price: float | None, gap: float, seconds: float = inf
+    question: CorridorQuestion,
+    first: FloatArray,
+    pieces: int,
+    price: float | None,
+    gap: float,
+    seconds: float = inf,
+    effort: float = inf,
 ) -> BestSplit | Status:
     """Durations of least cost inside walls.
 
@@ -117,9 +124,11 @@ def best_corridor_split(
         Share of the cost that an evaluation may give away, and fall of the cost at which the search ends.
     seconds : float
         As for ``best_split``.
+    effort : float
+        Share of the work that a question is worth, after which the best so far is returned.
     """
     first = _floats(first)
-    split = _split_record(len(first), pieces, price, seconds)
+    split = _split_record(len(first), pieces, price, seconds, effort)
     return _found(_CORRIDOR_SPLIT(corridor_record(question, first, gap), split), split)
 
 
@@ -143,10 +152,11 @@ def best_tube_split(
     return _found(_TUBE_SPLIT(*where, points.shape[1], half, widths.ndim == 0, gap, split), split)
 
 
-def _split_record(legs: int, pieces: int, price: float | None, seconds: float) -> SplitRecord:
+def _split_record(legs: int, pieces: int, price: float | None, seconds: float, effort: float = inf) -> SplitRecord:
     """Return a search for the durations of legs, with room for what it finds."""
     return SplitRecord(
         **{"legs": legs, "per_leg": pieces, "capacity": EVALUATIONS, "price": price or 0.0, "seconds": seconds},
+        **{"effort": effort},
         **{"durations": np.empty(legs), "history": np.empty((EVALUATIONS, 2))},
     )
 
@@ -154,7 +164,7 @@ def _split_record(legs: int, pieces: int, price: float | None, seconds: float) -
 def _found(status: int, split: SplitRecord) -> BestSplit | Status:
     if status:
         return Status(status)
-    return BestSplit(split.kept["durations"], split.kept["history"][: split.evaluations].copy())
+    return BestSplit(split.kept["durations"], split.kept["history"][: split.evaluations].copy(), split.work)
 
 
 def _floats(array: FloatArray) -> FloatArray:

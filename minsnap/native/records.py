@@ -160,9 +160,10 @@ class SplitRecord(Record):
 
     _fields_ = (
         *_integers("legs", "per_leg", "capacity"),
-        *_floats("price", "seconds"),
+        *_floats("price", "seconds", "effort"),
         *_numbers("durations", "history"),
         *_integers("evaluations"),
+        *_floats("work"),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import GAP
 from minsnap.native.corridor import CorridorQuestion
 from minsnap.native.durations import BestSplit, best_corridor_split, best_split
@@ -35,9 +36,11 @@ def native_split(task: Task, first: FloatArray, price: float | None) -> BestSpli
     free = _without_walls(task, first, price) if price is None else None
     for start in [first] if free is None else [free.durations, first]:
         task.deadline.check()
-        split = best_corridor_split(question, start, task.pieces, price, GAP, task.deadline.left)
+        left = task.deadline.unspent / WORK.solve
+        split = best_corridor_split(question, start, task.pieces, price, GAP, task.deadline.left, left)
         task.deadline.resume()
         if isinstance(split, BestSplit):
+            task.deadline.spend(WORK.solve * split.work)
             return split
     return None
 

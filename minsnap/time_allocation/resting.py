@@ -54,7 +54,7 @@ def resting_plan(
         split = _best_split(points, times, widths, half)
         if split is None:
             return None
-        times, history = split
+        times, history = split.durations, split.history
     curve = _free if widths is None else partial(_in_tube, widths)
     planned = curve(points, times, half, history, began)
     if planned is not None:

@@ -10,7 +10,7 @@ from oracles.exact import Spline
 from tasks import REFERENCE, random_legs, task_of
 
 import minsnap
-from minsnap.basics.deadline import Deadline, LateError
+from minsnap.basics.deadline import WORK, Deadline, LateError, Work
 from minsnap.native import durations as native
 from minsnap.native.library import core, using
 from minsnap.native.status import Status
@@ -183,6 +183,15 @@ def test_once_the_time_is_over_the_best_so_far_is_returned(corridor):
     if corridor is not None:
         with pytest.raises(LateError):
             native_split(replace(task, deadline=Deadline(-1.0, lambda: 0.0)), durations, 2.0)
+
+
+def test_once_the_work_is_done_the_best_so_far_is_returned():
+    points, durations = random_legs(0)
+    task, deadline = task_of(points, minsnap.Tube(0.3)), Deadline(work=Work(1e9))
+    whole = native_split(replace(task, deadline=deadline), durations, None)
+    ended = native_split(replace(task, deadline=Deadline(work=Work(1e-6))), durations, None)
+    assert len(whole.history) > 2 and deadline.work.done == pytest.approx(WORK.solve * whole.work) and whole.work > 0.0
+    assert len(ended.history) == 1 and whole.history[:, 1].min() < ended.history[0, 1]
 
 
 def test_every_status_of_a_split():

@@ -71,10 +71,11 @@ struct SplitRecord {
     std::int64_t legs, per_leg;  // pieces of each leg
     std::int64_t capacity;       // evaluations at most
     double price;                // of a second; zero for a fixed total
-    double seconds;              // after which it ends
+    double seconds, effort;      // and shares of the work a request is worth, after either of which it ends
     double *durations;           // (legs,) [s]
     double *history;             // (capacity, 2)
     std::int64_t evaluations;
+    double work;  // of all evaluations, as shares
 };
 
 // Many problems, one after the other: problem b has the legs offsets[b] ... offsets[b + 1] - 1, and one knot more. And where their answers are
@@ -251,9 +252,11 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(SplitRecord, capacity),
     MINSNAP_FIELD(SplitRecord, price),
     MINSNAP_FIELD(SplitRecord, seconds),
+    MINSNAP_FIELD(SplitRecord, effort),
     MINSNAP_FIELD(SplitRecord, durations),
     MINSNAP_FIELD(SplitRecord, history),
     MINSNAP_FIELD(SplitRecord, evaluations),
+    MINSNAP_FIELD(SplitRecord, work),
     MINSNAP_FIELD(ManyRecord, count),
     MINSNAP_FIELD(ManyRecord, dim),
     MINSNAP_FIELD(ManyRecord, half),

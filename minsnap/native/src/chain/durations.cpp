@@ -163,11 +163,12 @@ public:
                multiplier_.allocate(most) && direction_.allocate(most * given_.dim) && known_.allocate(most);
     }
 
-    // slopes (pieces,): T dJ/dT of every piece. The contacts of one evaluation are where the next one begins.
-    Status evaluate(const double *durations, double &cost, double *slopes) {
+    // slopes (pieces,): T dJ/dT of every piece. The contacts of one evaluation are where the next one begins; work is counted.
+    Status evaluate(const double *durations, double &cost, double *slopes, double &work) {
         given_.durations = durations;
         Answer answer = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0, direction_.data()};
         const Status status = solve(answer);
+        work += answer.work;
         if (status != Status::done) return status;
         known_count_ = int(answer.rows);
         for (int k = 0; k < known_count_; ++k)
@@ -242,16 +243,16 @@ private:
     int known_count_ = 0;
 };
 
-// Whether time is left for one more evaluation and for one like it after the search, judged by the longest so far.
+// Whether time is left for one more evaluation and for one like it after the search, judged by the longest so far, and work.
 class TimeLeft {
 public:
     explicit TimeLeft(double seconds) : seconds_(seconds) {}
 
-    bool over() {
+    bool over(bool spent) {
         const double now = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
         longest_ = now - last_ > longest_ ? now - last_ : longest_;
         last_ = now;
-        return ended_ = ended_ || now + 2.0 * longest_ > seconds_;
+        return ended_ = ended_ || spent || now + 2.0 * longest_ > seconds_;
     }
     bool ended() const { return ended_; }
 
@@ -285,6 +286,7 @@ Status find_split(const Split &split, double gain, Cost &&evaluate) {
     const bool priced = record.price > 0.0;
     Status last = Status::done;
     TimeLeft left(record.seconds);
+    record.work = 0.0;
     for (Integer i = 0; i < legs; ++i) total += split.first[i];
     auto function = [&](const double *x, double *gradient, double &value) {
         double sum = 0.0, cost = 0.0, all = 0.0;
@@ -294,7 +296,7 @@ Status find_split(const Split &split, double gain, Cost &&evaluate) {
             gradient[i] *= share;
             for (Integer p = 0; p < per_leg; ++p) times[std::size_t(i * per_leg + p)] = gradient[i] / double(per_leg);
         }
-        if (evaluations == record.capacity || (evaluations > 0 && left.over())) return false;
+        if (evaluations == record.capacity || (evaluations > 0 && left.over(record.work > record.effort))) return false;
         last = evaluate(times.data(), cost, slopes.data());
         if (last != Status::done || !(cost > 0.0)) return false;
         cost *= split.unit;
@@ -330,8 +332,9 @@ Status split_in_corridor(const Request &given, const double *first, SplitRecord 
     CorridorCost corridor(given);
     if (!corridor.allocate()) return Status::no_memory;
     const double unit = given.length * given.length / power(given.time, 2 * given.half - 1);
-    return find_split({first, unit, record}, given.gap,
-                      [&](const double *pieces, double &cost, double *slopes) { return corridor.evaluate(pieces, cost, slopes); });
+    return find_split({first, unit, record}, given.gap, [&](const double *pieces, double &cost, double *slopes) {
+        return corridor.evaluate(pieces, cost, slopes, record.work);
+    });
 }
 
 bool well_sized(Integer half, Integer legs, Integer dim, Integer pins) {
