@@ -16,8 +16,8 @@ How to add an area ``xyz``:
 
        status = Status(_SOLVE(len(a), address(a), address(b)))  # UNSUPPORTED where the Python core has to answer
 
-   Arrays must be C-contiguous float64; ``address`` refuses others. More than a few arguments are a ``Record``, declared
-   in ``src/basics/border.hpp`` and ``records.py``, whose layouts are compared when the entry point is first used.
+   Arrays must be C-contiguous float64; ``address`` refuses others. More than a few arguments are a ``Record``: a struct
+   of ``src/basics/border.hpp``, listed in ``border_fields.hpp`` and named in ``records.py``.
 3. A change of the arguments of an entry point raises ``ABI`` here and in ``src/library.cpp``.
 """
 
@@ -41,7 +41,7 @@ KINDS = "dlqLQiIB?"
 FEW = 1 << 14
 """Bytes that are copied faster than the address of an array is read."""
 
-ABI = 14
+ABI = 15
 """What ``minsnap_abi`` of a matching library returns."""
 
 CHOICES = ("auto", "native", "python")
@@ -75,7 +75,7 @@ class Core:
 
 
 @cache
-def _loaded() -> Core:
+def loaded() -> Core:
     """Load the library, once a process."""
     path = os.environ.get("MINSNAP_LIBRARY", "") or str(LIBRARY)
     if not os.path.exists(path):
@@ -121,7 +121,7 @@ def _chosen(choice: str) -> Core:
         raise NativeCoreError(f"MINSNAP_CORE is {choice!r}: it must be one of {', '.join(CHOICES)}")
     if choice == "python":
         return Core(None, "MINSNAP_CORE=python was asked for")
-    core = _loaded()
+    core = loaded()
     if choice == "native" and core.library is None:
         raise NativeCoreError(f"MINSNAP_CORE is native, but {core.reason}")
     return core
@@ -184,10 +184,9 @@ class Entry:
                     f"the native core is older than this minsnap, and has no {self.name}: compile it anew with "
                     "'python -m minsnap.native.build', or set MINSNAP_CORE=python"
                 )
-            function.argtypes, function.restype = (
-                [_passed(kind, library) for kind in self.types] or None,
-                ctypes.c_int32,
-            )
+            records = ctypes.Structure  # which are passed by reference
+            passed = [ctypes.POINTER(kind) if issubclass(kind, records) else kind for kind in self.types]
+            function.argtypes, function.restype = passed or None, ctypes.c_int32
             self.ready = function
         return self.ready
 
@@ -195,14 +194,6 @@ class Entry:
         """Return the status with which the function ends; ``UNSUPPORTED`` where the Python core is in use."""
         function = self.ready or self.function()
         return Status.UNSUPPORTED if function is None else function(*arguments)
-
-
-def _passed(kind: Any, library: ctypes.CDLL) -> Any:
-    """Return how an argument is passed: records, whose layout must be the library's, by reference."""
-    if not issubclass(kind, ctypes.Structure):
-        return kind
-    kind.check(library)
-    return ctypes.POINTER(kind)
 
 
 writable: Callable[[Any], Any] = (ctypes.c_char * 1).from_buffer

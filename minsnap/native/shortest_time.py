@@ -236,11 +236,10 @@ def _request(question: ShortestQuestion, more: int, poll: object) -> ShortestReq
         free=wide(question.free).astype(np.int64),
         norms=np.array(question.norms),
         turned=_turned(question.turned, more),
-        cones=(ConeGroup * len(sets))(*sets),
-        momentary=(MomentaryLimit * len(limits))(*limits),
+        cones=sets,
+        momentary=limits,
         poll=poll,
     )
-    request.kept |= {"groups": sets, "limits": limits}
     if guess is not None:
         request.put(guessed=guess.pieces, slower=guess.slower, guess_knots=wide(guess.knots))
         request.put(guess_durations=guess.durations, least=guess.least)

@@ -57,19 +57,17 @@ class StopFamily:
         unit: float,
     ) -> None:
         (half, dim), legs = state.shape, len(waypoints) - 1
-        groups, sizes = [*walls, *limits], {"half": half, "dim": dim, "walls": len(walls), "limits": len(limits)}
+        sizes = {"half": half, "dim": dim, "walls": len(walls), "limits": len(limits), "legs": legs}
         self._points, self._caps = np.empty((2, 2 * half, dim)), np.full(legs, np.inf)
         self._record = StopRecord(
             **sizes,
-            legs=legs,
             unit=unit,
             state=np.ascontiguousarray(state),
             waypoints=np.ascontiguousarray(waypoints),
-            cones=(ConeGroup * len(groups))(*groups),
+            cones=[*walls, *limits],
             caps=self._caps,
             points=self._points,
         )
-        self._groups = groups  # whose arrays they keep alive
 
     def members(self) -> Iterator[ProvedStop]:
         """Yield the stops of the family in closed form, shortest first."""

@@ -81,11 +81,11 @@ def test_what_is_no_library_of_this_machine_is_not_called(tmp_path, content):
 
 def test_a_library_with_another_interface_is_not_called(monkeypatch):
     monkeypatch.setattr(library, "ABI", library.ABI + 1)
-    library._loaded.cache_clear()
+    library.loaded.cache_clear()
     try:
-        found = library._loaded()
+        found = library.loaded()
     finally:
-        library._loaded.cache_clear()
+        library.loaded.cache_clear()
     if build.LIBRARY.exists():
         assert found.library is None and f"not {library.ABI}" in found.reason
 

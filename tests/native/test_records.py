@@ -1,49 +1,60 @@
-"""The border: layouts of both sides are compared by name, and what is no contiguous array is refused."""
+"""The border: structs have the fields that the library lists, and what does not fit a field is refused."""
 
+import subprocess
+import sys
 from ctypes import Structure, c_double
 
 import numpy as np
 import pytest
 
 from minsnap.native import library, records
-from minsnap.native.library import NativeCoreError, address
-from minsnap.native.records import CorridorRecord, Record, ShortestRequest, SplitRecord, WallsRecord
+from minsnap.native.library import address
+from minsnap.native.records import (
+    ConeGroup,
+    CorridorRecord,
+    ManyRecord,
+    Record,
+    ShortestRequest,
+    SplitRecord,
+    StopRecord,
+    WallsRecord,
+)
 
-EVERY = [value for value in vars(records).values() if isinstance(value, type) and Record in value.__bases__]
+EVERY = Record.__subclasses__()
+native = pytest.mark.skipif(library.loaded().library is None, reason="there is no native core")
 
 
-@pytest.fixture
-def native():
-    with library.using("auto") as core:
-        if core.library is None:
-            pytest.skip("there is no native core")
-        yield core.library
+@native
+def test_every_record_of_the_library_is_named_here():
+    assert set(records.border()) == {record.__name__ for record in EVERY}
 
 
+@native
 @pytest.mark.parametrize("record", EVERY)
-def test_layouts_are_those_of_the_library(native, record):
-    record.check(native)
+def test_structs_have_the_fields_of_the_library(record):
+    record()
+    assert [name for name, *_ in record._fields_] == list(records.border()[record.__name__])
 
 
-def test_every_record_of_the_library_is_declared_here(native):
-    assert set(records.layout(native)) == {record.__name__ for record in EVERY}
+@native
+def test_fields_hold_what_the_header_declares():
+    assert records.border()["MomentaryLimit"] == {"kind": "int64", "parameters": "float64*"}
+    kinds = {"walls": "WallsRecord", "pinned": "uint8*", "length": "float64", "closed": "int64", "values": "float64*"}
+    assert kinds.items() <= records.border()["CorridorRecord"].items()
+    assert records.border()["StopRecord"]["cones"] == "ConeGroup*"
+    assert records.border()["ChainRecord"]["masks"] == "uint32*"
 
 
-def test_swapped_fields_of_the_same_type_are_refused(native):
-    fields = list(CorridorRecord._fields_)
-    length, time = [next(i for i, field in enumerate(fields) if field[0] == name) for name in ("length", "time")]
-    fields[length], fields[time] = fields[time], fields[length]
-    swapped = type("CorridorRecord", (Record,), {"_fields_": fields})
-    with pytest.raises(NativeCoreError, match="another CorridorRecord"):
-        swapped.check(native)
+@native
+@pytest.mark.parametrize("record", [CorridorRecord, StopRecord, ConeGroup])
+def test_a_misspelt_field_is_refused(record):
+    with pytest.raises(TypeError, match=f"{record.__name__} has no field 'durattions': .*native.build"):
+        record(durattions=np.ones(3))
+    with pytest.raises(TypeError, match="no field 'durattions'"):
+        record().put(durattions=np.ones(3))
 
 
-def test_a_field_too_few_is_refused(native):
-    shorter = type("WallsRecord", (Record,), {"_fields_": WallsRecord._fields_[:-1]})
-    with pytest.raises(NativeCoreError, match="another WallsRecord"):
-        shorter.check(native)
-
-
+@native
 @pytest.mark.parametrize(
     "array", [np.zeros((4, 4))[:, ::2], np.zeros((3, 2)).T, np.zeros(3, dtype=np.float32), np.zeros(3, dtype=complex)]
 )
@@ -54,19 +65,55 @@ def test_arrays_that_are_not_contiguous_or_of_another_kind_are_refused(array):
         CorridorRecord(positions=array)
 
 
+@native
 def test_integers_do_not_pass_for_numbers():
     with pytest.raises(TypeError, match="float64, not of int64"):
         SplitRecord(durations=np.ones(3, dtype=np.int64))
+    with pytest.raises(TypeError, match="int32, not of int64"):
+        ManyRecord(statuses=np.ones(3, dtype=np.int64))
 
 
-def test_what_a_request_points_to_is_compared_as_well(native, monkeypatch):
-    fields = [("limits", c_double), *records.MomentaryLimit._fields_]
-    monkeypatch.setattr(records, "MomentaryLimit", type("MomentaryLimit", (Record,), {"_fields_": fields}))
-    with pytest.raises(NativeCoreError, match="another MomentaryLimit"):
-        ShortestRequest.check(native)
+@native
+@pytest.mark.parametrize("value", [np.zeros(3), 1.0, "three", [1.0]])
+def test_what_is_no_list_of_records_does_not_pass_for_one(value):
+    with pytest.raises(TypeError):
+        ShortestRequest(cones=value)
 
 
+@native
+def test_truth_values_pass_for_bytes_alone():
+    flags = np.array([True, False])
+    assert CorridorRecord(pinned=flags).pinned == flags.ctypes.data
+    with pytest.raises(TypeError, match="uint8, not of float64"):
+        CorridorRecord(pinned=flags.astype(float))
+
+
+@native
 def test_arrays_live_as_long_as_their_record():
     record = WallsRecord(count=1, bound=np.array([2.5]))
-    assert c_double.from_address(record.bound.value).value == 2.5
+    assert c_double.from_address(record.bound).value == 2.5
+    stop = StopRecord(cones=[ConeGroup(radius=np.array([0.5])), ConeGroup(radius=np.array([1.5]))])
+    assert [c_double.from_address(stop.cones[i].radius).value for i in range(2)] == [0.5, 1.5]
     assert issubclass(WallsRecord, Structure)
+
+
+THREADS = """
+from concurrent.futures import ThreadPoolExecutor
+from minsnap.native.records import CorridorRecord, WallsRecord
+with ThreadPoolExecutor(8) as pool:
+    made = list(pool.map(lambda count: CorridorRecord(walls=WallsRecord(count=count)), range(64)))
+print([record.walls.count for record in made] == list(range(64)))
+"""
+
+
+@native
+def test_threads_that_make_the_first_records_together_get_one_struct():
+    run = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=False)
+    assert run.stdout == "True\n", run.stderr
+
+
+def test_without_a_library_records_keep_what_they_are_made_from(monkeypatch):
+    blank = type("Blank", (Record,), {})
+    monkeypatch.setattr(records, "border", dict)
+    record = blank(count=3, bound=np.ones(2)[::-1])
+    assert record.kept["count"] == 3

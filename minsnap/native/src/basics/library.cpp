@@ -1,14 +1,14 @@
 // What the library says about itself, so that Python never calls one built from other sources.
 #include <cstdint>
 
-#include "basics/border.hpp"
+#include "basics/border_fields.hpp"
 #include "basics/export.hpp"
 #include "basics/status.hpp"
 
 namespace {
 
 // Raise this number, and ABI in library.py, whenever the arguments or the meaning of an entry point change.
-constexpr std::int32_t abi = 14;
+constexpr std::int32_t abi = 15;
 
 }  // namespace
 
@@ -23,14 +23,14 @@ MINSNAP_EXPORT const char *minsnap_compiler() {
 #endif
 }
 
-// A field of the border: its record's name and its own, its offset and its size; past the last one bad_size.
-MINSNAP_EXPORT std::int32_t minsnap_border_field(std::int64_t index, const char **names, std::int64_t *place) {
+// A field of the border: the names of its record, of itself and of what it holds; past the last one bad_size.
+MINSNAP_EXPORT std::int32_t minsnap_border_field(std::int64_t index, const char **names) {
     using minsnap::border_fields;
     using minsnap::Status;
     if (index < 0 || index >= std::int64_t(sizeof border_fields / sizeof border_fields[0]))
         return static_cast<std::int32_t>(Status::bad_size);
-    names[0] = border_fields[index].record, names[1] = border_fields[index].name;
-    place[0] = border_fields[index].offset, place[1] = border_fields[index].size;
+    const minsnap::BorderField &field = border_fields[index];
+    names[0] = field.record, names[1] = field.name, names[2] = field.kind;
     return static_cast<std::int32_t>(Status::done);
 }
 

@@ -1,4 +1,4 @@
-// What Python asks of the search for the shortest time, and what it gets: plain numbers and pointers, listed in basics/border.hpp.
+// What Python asks of the search for the shortest time, and what it gets: plain numbers and pointers, listed in basics/border_fields.hpp.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +22,8 @@ struct MomentaryLimit {
     const double *parameters;
 };
 
+using Poll = std::int64_t (*)(double, std::int64_t);  // called with the total time [s] and the number of rows; not 0 ends the search
+
 struct ShortestRequest {
     std::int64_t half, dim, legs, closed, groups, limits;
     std::int64_t divisions;     // how many numbers stand in `parts`
@@ -43,7 +45,7 @@ struct ShortestRequest {
     const double *turned;             // (legs + 1, dim, dim) columns are the axes of a waypoint's position, zeros for the world's; or null
     const ConeGroup *cones;           // (groups,)
     const MomentaryLimit *momentary;  // (limits,)
-    std::int64_t (*poll)(double, std::int64_t);  // called with the total time [s] and the number of rows; not 0 ends it
+    Poll poll;
 };
 
 struct ShortestAnswer {
