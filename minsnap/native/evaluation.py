@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-from ctypes import Structure, addressof, c_double, c_int32, c_int64, c_void_p
+from ctypes import addressof, c_double, c_int32, c_int64, c_void_p
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.native.library import Entry, address, writable
-from minsnap.native.records import fields
+from minsnap.native.records import PiecewiseCurve
 
 _MANY = Entry("minsnap_evaluate", c_void_p, c_int32, c_void_p, c_int64, c_void_p)
 _COSTS = Entry("minsnap_costs", *[c_int64] * 4, *[c_void_p] * 3)
 _ONE = Entry("minsnap_evaluate_one")  # converts its own arguments, which takes half as long
-
-
-class _Curve(Structure):
-    _fields_ = (
-        *fields(c_void_p, "points", "durations", "breaks"),
-        ("pieces", c_int64),
-        *fields(c_int32, "degree", "dim"),
-    )
 
 
 class Evaluator:
@@ -36,12 +28,13 @@ class Evaluator:
         Instants of the knots, from 0.
     """
 
-    __slots__ = ("_arrays", "_at", "_curve", "_dim")
+    __slots__ = ("_at", "_curve", "_dim")
 
     def __init__(self, points: FloatArray, durations: FloatArray, breaks: FloatArray) -> None:
-        self._arrays = [np.ascontiguousarray(array) for array in (points, durations, breaks)]
-        pieces, size, self._dim = self._arrays[0].shape
-        self._curve = _Curve(*(array.ctypes.data for array in self._arrays), pieces, size - 1, self._dim)
+        pieces, size, self._dim = points.shape
+        points, durations, breaks = (np.ascontiguousarray(array) for array in (points, durations, breaks))
+        sizes = {"pieces": pieces, "degree": size - 1, "dim": self._dim}
+        self._curve = PiecewiseCurve(points=points, durations=durations, breaks=breaks, **sizes)
         self._at = c_void_p(addressof(self._curve))
 
     def one(self, t: float, order: int) -> FloatArray | None:

@@ -3,50 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from ctypes import Structure, byref, c_double, c_int64, c_void_p, sizeof
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.library import Entry, NativeCoreError, describe
-from minsnap.native.records import fields
+from minsnap.native.records import ClearanceQuestion, FleetCurves, SeparationQuestion
 from minsnap.native.status import Status
 
-_SEPARATION = Entry("minsnap_fleet_separation", c_void_p)
-_CLEARANCE = Entry("minsnap_fleet_clearance", c_void_p)
-
-
-class FleetCurves(Structure):
-    """``FleetCurves`` of ``fleet/curves.hpp``."""
-
-    _fields_ = (
-        *fields(c_void_p, "points", "breaks", "point_start", "break_start", "pieces", "degree"),
-        ("vehicles", c_int64),
-    )
-
-
-class _SeparationQuestion(Structure):
-    _fields_ = (
-        ("size", c_int64),
-        ("fleet", FleetCurves),
-        ("radii", c_void_p),
-        *fields(c_double, "downwash", "reach"),
-        *fields(c_int64, "nearest_only", "threads", "capacity"),
-        *fields(c_void_p, "pairs", "values", "found"),
-    )
-
-
-class _ClearanceQuestion(Structure):
-    _fields_ = (
-        ("size", c_int64),
-        ("fleet", FleetCurves),
-        ("obstacles", c_int64),
-        ("obstacle", c_void_p),
-        ("finest", c_double),
-        ("threads", c_int64),
-        *fields(c_void_p, "values", "nearest"),
-    )
+_SEPARATION = Entry("minsnap_fleet_separation", SeparationQuestion)
+_CLEARANCE = Entry("minsnap_fleet_clearance", ClearanceQuestion)
 
 
 class NearPairs(NamedTuple):
@@ -75,18 +42,18 @@ class FleetArrays:
     def __init__(self, points: Sequence[FloatArray], breaks: Sequence[FloatArray]) -> None:
         sizes = [array.size for array in points]
         self.vehicles = len(points)
-        self._kept = (
-            np.concatenate([array.ravel() for array in points]),
-            np.concatenate(breaks),
-            _starts(sizes),
-            _starts([len(array) for array in breaks]),
-            np.array([len(array) for array in points], dtype=np.int64),
-            np.array([array.shape[1] - 1 for array in points], dtype=np.int64),
-        )
+        self._arrays = {
+            "points": np.concatenate([array.ravel() for array in points]),
+            "breaks": np.concatenate(breaks),
+            "point_start": _starts(sizes),
+            "break_start": _starts([len(array) for array in breaks]),
+            "pieces": np.array([len(array) for array in points], dtype=np.int64),
+            "degree": np.array([array.shape[1] - 1 for array in points], dtype=np.int64),
+        }
 
     def curves(self) -> FleetCurves:
-        """Return the border's view of them, valid as long as this object lives."""
-        return FleetCurves(*(array.ctypes.data for array in self._kept), self.vehicles)
+        """Return them as entry points take them."""
+        return FleetCurves(vehicles=self.vehicles, **self._arrays)
 
 
 def near_pairs(
@@ -106,12 +73,9 @@ def near_pairs(
     while True:
         pairs, values = np.empty((capacity, 2), dtype=np.int64), np.empty((capacity, 3))
         total = np.zeros(1, dtype=np.int64)
-        question = _SeparationQuestion(
-            sizeof(_SeparationQuestion),
-            *(fleet.curves(), radii.ctypes.data, downwash, reach, int(nearest_only), threads, capacity),
-            *(array.ctypes.data for array in (pairs, values, total)),
-        )
-        require(_SEPARATION, byref(question))
+        asked = {"radii": radii, "downwash": downwash, "reach": reach, "nearest_only": nearest_only}
+        places = {"capacity": capacity, "pairs": pairs, "values": values, "found": total}
+        require(_SEPARATION, SeparationQuestion(fleet=fleet.curves(), threads=threads, **asked, **places))
         count = int(total[0])
         if count <= capacity:
             return NearPairs(pairs[:count], *np.ascontiguousarray(values[:count].T))
@@ -134,12 +98,9 @@ def clearances(
     """
     obstacles = np.ascontiguousarray(obstacles)
     values, nearest = np.empty((fleet.vehicles, 3)), np.empty(fleet.vehicles, dtype=np.int64)
-    question = _ClearanceQuestion(
-        sizeof(_ClearanceQuestion),
-        *(fleet.curves(), len(obstacles), obstacles.ctypes.data, finest, threads),
-        *(values.ctypes.data, nearest.ctypes.data),
-    )
-    require(_CLEARANCE, byref(question))
+    asked = {"obstacles": len(obstacles), "obstacle": obstacles, "finest": finest}
+    places = {"values": values, "nearest": nearest}
+    require(_CLEARANCE, ClearanceQuestion(fleet=fleet.curves(), threads=threads, **asked, **places))
     return values[:, 0], values[:, 2], nearest
 
 

@@ -3,46 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from ctypes import Structure, addressof, byref, c_double, c_int32, c_int64, c_void_p, sizeof
+from ctypes import byref, c_void_p
 from dataclasses import dataclass
 from threading import Thread
+from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.native.fleet_border import require
 from minsnap.native.library import Entry
-from minsnap.native.records import fields
+from minsnap.native.records import JointQuestion, JointRun
 
-_BEGIN = Entry("minsnap_fleet_joint_begin", c_void_p, c_void_p)
-_RUN = Entry("minsnap_fleet_joint_run", c_void_p, c_void_p)
+_BEGIN = Entry("minsnap_fleet_joint_begin", JointQuestion, c_void_p)
+_RUN = Entry("minsnap_fleet_joint_run", c_void_p, JointRun)
 _FORGET = Entry("minsnap_fleet_joint_forget", c_void_p)
 _END = Entry("minsnap_fleet_joint_end", c_void_p)
 
 ORDERS, KINDS = 4, 5
 """Limited derivatives, velocity to snap; and what is limited of each: three axes, the norm, the norm of x and y."""
-
-
-class _JointQuestion(Structure):
-    _fields_ = (
-        *fields(c_int64, "size", "vehicles", "pieces", "samples"),
-        *fields(c_void_p, "radii", "limits", "room", "free", "shares"),
-        ("obstacles", c_int64),
-        ("obstacle", c_void_p),
-        *fields(c_double, "downwash", "length"),
-        ("threads", c_int64),
-    )
-
-
-class _JointRun(Structure):
-    _fields_ = (
-        ("size", c_int64),
-        *fields(c_double, "time", "inflation", "smoothness", "rho", "tau"),
-        *fields(c_int64, "iterations", "inner", "patience"),
-        *fields(c_double, "short_by", "over_by"),
-        ("settle", c_int64),
-        *fields(c_void_p, "curves", "stop", "found"),
-    )
 
 
 @dataclass(frozen=True)
@@ -125,13 +104,13 @@ class FleetSearch:
         threads: int,
     ) -> None:
         self._search = c_void_p()
-        self._kept = [np.ascontiguousarray(each) for each in (radii, limits, room, free, shares, obstacles)]
-        where = [each.ctypes.data for each in self._kept]
-        sizes = (len(radii), free.shape[1] - 1, samples)
-        question = _JointQuestion(
-            sizeof(_JointQuestion), *sizes, *where[:5], len(obstacles), where[5], downwash, length, threads
+        arrays = {"radii": radii, "limits": limits, "room": room, "free": free, "shares": shares, "obstacle": obstacles}
+        self._question = JointQuestion(  # whose arrays the search reads
+            **{"vehicles": len(radii), "pieces": free.shape[1] - 1, "samples": samples, "obstacles": len(obstacles)},
+            **{"downwash": downwash, "length": length, "threads": threads},
+            **{name: np.ascontiguousarray(each) for name, each in arrays.items()},
         )
-        require(_BEGIN, byref(question), byref(self._search))
+        require(_BEGIN, self._question, byref(self._search))
         self._shape = free.shape
 
     def __del__(self) -> None:
@@ -166,16 +145,15 @@ class FleetSearch:
         """
         if curves.shape != self._shape or not curves.flags.c_contiguous:
             raise ValueError("the curves of a search are one contiguous array of its shape")
-        stop, figures = c_int32(0), np.zeros(4)
+        stop, figures = np.zeros(1, dtype=np.int32), np.zeros(4)
         weight = settings.smoothness / (unit * (time / (curves.shape[1] - 1)) ** 2) ** 2
-        numbers = (time, settings.inflation, weight, settings.rho, settings.tau, settings.iterations, settings.inner)
-        ends = (settings.patience, settings.short_by, settings.over_by, int(settings.settle))
-        run = _JointRun(sizeof(_JointRun), *numbers, *ends, curves.ctypes.data, addressof(stop), figures.ctypes.data)
+        known = vars(settings) | {"smoothness": weight, "time": time}
+        run = JointRun(**known, curves=curves, stop=stop, found=figures)
         failed: list[BaseException] = []
 
         def work() -> None:
             try:
-                require(_RUN, self._search, byref(run))
+                require(_RUN, self._search, run)
             except BaseException as error:  # handed to the caller's thread
                 failed.append(error)
 
@@ -185,7 +163,7 @@ class FleetSearch:
         return Outcome(float(figures[0]), float(figures[1]), float(figures[2]), int(figures[3]))
 
 
-def _wait(work: Callable[[], None], stop: c_int32, stopped: Callable[[], bool]) -> None:
+def _wait(work: Callable[[], None], stop: np.ndarray[Any, Any], stopped: Callable[[], bool]) -> None:
     """Run in a thread, so that Ctrl-C and deadlines are seen meanwhile."""
     thread = Thread(target=work, daemon=True)
     thread.start()
@@ -193,8 +171,8 @@ def _wait(work: Callable[[], None], stop: c_int32, stopped: Callable[[], bool]) 
         while thread.is_alive():
             thread.join(0.05)  # then look whether it is to stop
             if stopped():
-                stop.value = 1
+                stop[0] = 1
     except KeyboardInterrupt:
-        stop.value = 1
+        stop[0] = 1
         thread.join()
         raise

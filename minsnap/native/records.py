@@ -1,9 +1,9 @@
-"""The structs that entry points take: laid out as the library says that ``src/basics/border.hpp`` declares them."""
+"""The structs that entry points take, laid out as the library tells by its list ``src/basics/border_fields.hpp``."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from ctypes import CFUNCTYPE, POINTER, Structure, c_char_p, c_double, c_int64, c_void_p
+from ctypes import CFUNCTYPE, POINTER, Structure, c_char_p, c_double, c_int32, c_int64, c_void_p
 from functools import cache
 from threading import RLock
 from typing import Any, ClassVar, TypeVar
@@ -18,7 +18,7 @@ R = TypeVar("R", bound="Record")
 POLL = CFUNCTYPE(c_int64, c_double, c_int64)
 """Called during a search; not 0 ends it."""
 
-NUMBERS = {"float64": c_double, "int64": c_int64, "poll": POLL}
+NUMBERS = {"float64": c_double, "int32": c_int32, "int64": c_int64, "poll": POLL}
 """Kinds of fields that hold neither arrays nor records."""
 
 
@@ -115,11 +115,6 @@ def _field(kind: str) -> tuple[Any, Any]:
     return c_void_p, (getattr(np, name), *([np.bool_] if name == "uint8" else ()))
 
 
-def fields(kind: Any, *names: str) -> list[tuple[str, Any]]:
-    """Return fields of one kind."""
-    return [(name, kind) for name in names]
-
-
 class WallsRecord(Record):
     """Walls on pieces; see ``WallArrays``."""
 
@@ -162,6 +157,10 @@ class VehicleRecord(Record):
 
 class SetsRecord(Record):
     """Sets of half-spaces, and where their largest balls or their reach are written; see ``half_space_sets.py``."""
+
+
+class PiecewiseCurve(Record):
+    """A curve to evaluate; see ``Evaluator``."""
 
 
 class PieceRecord(Record):
@@ -211,3 +210,23 @@ class ConeGroup(Record):
     def changed(self, **values: Any) -> ConeGroup:
         """Return the same with other fields."""
         return ConeGroup(**self.kept | values)
+
+
+class FleetCurves(Record):
+    """Curves of several vehicles; see ``FleetArrays``."""
+
+
+class SeparationQuestion(Record):
+    """Which pairs of a fleet come near each other; see ``near_pairs``."""
+
+
+class ClearanceQuestion(Record):
+    """How near vehicles come to obstacles; see ``clearances``."""
+
+
+class JointQuestion(Record):
+    """A search for all curves of a fleet; see ``FleetSearch``."""
+
+
+class JointRun(Record):
+    """One run of such a search."""

@@ -1,4 +1,4 @@
-// The border: structs of plain numbers and pointers that entry points take, declared here and nowhere else.
+// The border: structs of plain numbers and pointers that entry points take, declared here, or in the folder of their method, and nowhere else.
 //
 // ``border_fields.hpp`` lists the fields with their kinds; Python makes its structs from that list. Arrays are contiguous and belong to the caller; null
 // where a comment allows it.

@@ -7,6 +7,9 @@
 #include <cstdint>
 
 #include "basics/border.hpp"
+#include "fleet/joint_question.hpp"
+#include "fleet/questions.hpp"
+#include "polynomials/evaluate.hpp"
 
 namespace minsnap {
 
@@ -18,12 +21,15 @@ struct BorderField {
 
 // What a field holds, told by a pointer to it: a number by its name in NumPy, a record by its own, and an array of them with a star.
 constexpr const char *kind(const std::int64_t *) { return "int64"; }
+constexpr const char *kind(const std::int32_t *) { return "int32"; }
 constexpr const char *kind(const double *) { return "float64"; }
 constexpr const char *kind(const std::int64_t *const *) { return "int64*"; }
 constexpr const char *kind(const double *const *) { return "float64*"; }
-constexpr const char *kind(const std::int32_t *const *) { return "int32*"; }
+constexpr const char *kind(const volatile std::int32_t *const *) { return "int32*"; }
 constexpr const char *kind(const std::uint32_t *const *) { return "uint32*"; }
 constexpr const char *kind(const std::uint8_t *const *) { return "uint8*"; }
+constexpr const char *kind(const Obstacle *const *) { return "float64*"; }
+constexpr const char *kind(const FleetCurves *) { return "FleetCurves"; }
 constexpr const char *kind(const WallsRecord *) { return "WallsRecord"; }
 constexpr const char *kind(const ConeGroup *const *) { return "ConeGroup*"; }
 constexpr const char *kind(const MomentaryLimit *const *) { return "MomentaryLimit*"; }
@@ -253,6 +259,63 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(ShortestAnswer, durations),
     MINSNAP_FIELD(ShortestAnswer, points),
     MINSNAP_FIELD(ShortestAnswer, knots),
+    MINSNAP_FIELD(FleetCurves, points),
+    MINSNAP_FIELD(FleetCurves, breaks),
+    MINSNAP_FIELD(FleetCurves, point_start),
+    MINSNAP_FIELD(FleetCurves, break_start),
+    MINSNAP_FIELD(FleetCurves, pieces),
+    MINSNAP_FIELD(FleetCurves, degree),
+    MINSNAP_FIELD(FleetCurves, vehicles),
+    MINSNAP_FIELD(SeparationQuestion, fleet),
+    MINSNAP_FIELD(SeparationQuestion, radii),
+    MINSNAP_FIELD(SeparationQuestion, downwash),
+    MINSNAP_FIELD(SeparationQuestion, reach),
+    MINSNAP_FIELD(SeparationQuestion, nearest_only),
+    MINSNAP_FIELD(SeparationQuestion, threads),
+    MINSNAP_FIELD(SeparationQuestion, capacity),
+    MINSNAP_FIELD(SeparationQuestion, pairs),
+    MINSNAP_FIELD(SeparationQuestion, values),
+    MINSNAP_FIELD(SeparationQuestion, found),
+    MINSNAP_FIELD(ClearanceQuestion, fleet),
+    MINSNAP_FIELD(ClearanceQuestion, obstacles),
+    MINSNAP_FIELD(ClearanceQuestion, obstacle),
+    MINSNAP_FIELD(ClearanceQuestion, finest),
+    MINSNAP_FIELD(ClearanceQuestion, threads),
+    MINSNAP_FIELD(ClearanceQuestion, values),
+    MINSNAP_FIELD(ClearanceQuestion, nearest),
+    MINSNAP_FIELD(JointQuestion, vehicles),
+    MINSNAP_FIELD(JointQuestion, pieces),
+    MINSNAP_FIELD(JointQuestion, samples),
+    MINSNAP_FIELD(JointQuestion, radii),
+    MINSNAP_FIELD(JointQuestion, limits),
+    MINSNAP_FIELD(JointQuestion, room),
+    MINSNAP_FIELD(JointQuestion, free),
+    MINSNAP_FIELD(JointQuestion, shares),
+    MINSNAP_FIELD(JointQuestion, obstacles),
+    MINSNAP_FIELD(JointQuestion, obstacle),
+    MINSNAP_FIELD(JointQuestion, downwash),
+    MINSNAP_FIELD(JointQuestion, length),
+    MINSNAP_FIELD(JointQuestion, threads),
+    MINSNAP_FIELD(JointRun, time),
+    MINSNAP_FIELD(JointRun, inflation),
+    MINSNAP_FIELD(JointRun, smoothness),
+    MINSNAP_FIELD(JointRun, rho),
+    MINSNAP_FIELD(JointRun, tau),
+    MINSNAP_FIELD(JointRun, iterations),
+    MINSNAP_FIELD(JointRun, inner),
+    MINSNAP_FIELD(JointRun, patience),
+    MINSNAP_FIELD(JointRun, short_by),
+    MINSNAP_FIELD(JointRun, over_by),
+    MINSNAP_FIELD(JointRun, settle),
+    MINSNAP_FIELD(JointRun, curves),
+    MINSNAP_FIELD(JointRun, stop),
+    MINSNAP_FIELD(JointRun, found),
+    MINSNAP_FIELD(PiecewiseCurve, points),
+    MINSNAP_FIELD(PiecewiseCurve, durations),
+    MINSNAP_FIELD(PiecewiseCurve, breaks),
+    MINSNAP_FIELD(PiecewiseCurve, pieces),
+    MINSNAP_FIELD(PiecewiseCurve, degree),
+    MINSNAP_FIELD(PiecewiseCurve, dim),
 };
 
 #undef MINSNAP_FIELD

@@ -5,22 +5,10 @@
 #include "basics/export.hpp"
 #include "basics/status.hpp"
 #include "basics/threads.hpp"
-#include "fleet/obstacles.hpp"
+#include "fleet/questions.hpp"
 
 namespace minsnap {
 namespace {
-
-// What Python asks; fleet_border.py has the same fields.
-struct ClearanceQuestion {
-    Integer size;  // of this struct in bytes, checked
-    FleetCurves fleet;
-    Integer obstacles;
-    const Obstacle *obstacle;
-    double finest;  // how far proof and truth may lie apart [m]
-    Integer threads;
-    double *values;    // (vehicles, 3): never less, attained, instant
-    Integer *nearest;  // (vehicles,)
-};
 
 Clearance clearance_of(const ClearanceQuestion &q, Integer vehicle, ClearanceSearch &search, Curve &arc) {
     const double *t = q.fleet.clock(vehicle);
@@ -39,7 +27,7 @@ using namespace minsnap;
 
 MINSNAP_EXPORT std::int32_t minsnap_fleet_clearance(const ClearanceQuestion *question) {
     const ClearanceQuestion &q = *question;
-    if (q.size != Integer(sizeof q) || q.fleet.vehicles < 1 || q.obstacles < 1 || q.threads < 1) return int(Status::bad_size);
+    if (q.fleet.vehicles < 1 || q.obstacles < 1 || q.threads < 1) return int(Status::bad_size);
     if (!q.fleet.sound() || !(q.finest > 0.0)) return int(Status::bad_number);
     std::atomic<bool> failed{false};
     auto task = [&q, &failed](Integer vehicle) {

@@ -17,7 +17,7 @@ using Integer = std::int64_t;
 constexpr int max_fleet_degree = 15;
 constexpr int fleet_axes = 3;
 
-// What Python hands over; fleet_border.py has the same fields.
+// What Python hands over; listed in basics/border_fields.hpp.
 struct FleetCurves {
     const double *points;        // of all vehicles, one after the other: each (pieces, degree + 1, 3) [m]
     const double *breaks;        // each (pieces + 1,) [s]

@@ -11,8 +11,7 @@ using namespace minsnap;
 MINSNAP_EXPORT std::int32_t minsnap_fleet_joint_begin(const JointQuestion *question, void **search) {
     const JointQuestion &q = *question;
     *search = nullptr;
-    if (q.size != Integer(sizeof q) || q.vehicles < 1 || q.vehicles > 100000 || q.pieces < 2 || q.pieces > 1000)
-        return int(Status::bad_size);
+    if (q.vehicles < 1 || q.vehicles > 100000 || q.pieces < 2 || q.pieces > 1000) return int(Status::bad_size);
     if (q.samples < 2 || q.samples > 100 || q.obstacles < 0 || q.threads < 1) return int(Status::bad_size);
     if (!(q.downwash >= 1.0) || !(q.length > 0.0)) return int(Status::bad_number);
     std::unique_ptr<JointSteps> made(new (std::nothrow) JointSteps(q));
@@ -22,7 +21,6 @@ MINSNAP_EXPORT std::int32_t minsnap_fleet_joint_begin(const JointQuestion *quest
 }
 
 MINSNAP_EXPORT std::int32_t minsnap_fleet_joint_run(void *search, JointRun *run) {
-    if (run->size != Integer(sizeof *run)) return int(Status::bad_size);
     if (!(run->time > 0.0) || !(run->rho > 0.0) || !(run->tau > 0.0)) return int(Status::bad_number);
     return int(static_cast<JointSteps *>(search)->run(*run));
 }

@@ -9,9 +9,8 @@ namespace minsnap {
 constexpr int limit_kinds = 5;   // of each order: three axes, the norm, the norm of x and y
 constexpr int limit_orders = 4;  // velocity to snap
 
-// What does not change during a search; joint_fleet.py has the same fields.
+// What does not change during a search; listed in basics/border_fields.hpp.
 struct JointQuestion {
-    Integer size;                       // of this struct in bytes, checked
     Integer vehicles, pieces, samples;  // samples of a piece
     const double *radii;                // (vehicles,)
     const double *limits;               // (vehicles, limit_orders, limit_kinds), infinite where there is none
@@ -27,7 +26,6 @@ struct JointQuestion {
 
 // One run: the time, how exact, and the curves, which it moves.
 struct JointRun {
-    Integer size;
     double time;        // common flight time [s]
     double inflation;   // pairs are pushed to so many times their separation
     double smoothness;  // weight of the squared fourth derivative in units of the piece's time [1/m^2]

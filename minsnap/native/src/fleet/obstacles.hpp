@@ -8,7 +8,7 @@
 
 namespace minsnap {
 
-// What Python hands over; fleet_border.py has the same fields. A set that there is not has a radius < 0 or infinite bounds.
+// What Python hands over, as 13 numbers. A set that there is not has a radius < 0 or infinite bounds.
 struct Obstacle {
     double center[fleet_axes], scale[fleet_axes], radius;
     double low[fleet_axes], high[fleet_axes];

@@ -11,6 +11,7 @@
 #include "basics/threads.hpp"
 #include "fleet/cells.hpp"
 #include "fleet/growing.hpp"
+#include "fleet/questions.hpp"
 #include "polynomials/extrema.hpp"
 
 namespace minsnap {
@@ -22,21 +23,6 @@ constexpr Integer block = 256;  // vehicles of one chunk's sweep
 struct Near {
     Integer one, two;
     double least, attained, instant;  // never nearer, so near at least, and when; heights divided by the downwash
-};
-
-// What Python asks; fleet_border.py has the same fields.
-struct SeparationQuestion {
-    Integer size;  // of this struct in bytes, checked
-    FleetCurves fleet;
-    const double *radii;  // (vehicles,): a pair is to be apart by the sum of both
-    double downwash;
-    double reach;          // pairs nearer than this many times their separation are returned
-    Integer nearest_only;  // of each chunk only the pair nearest in units of its separation
-    Integer threads;
-    Integer capacity;  // of the arrays below
-    Integer *pairs;    // (capacity, 2)
-    double *values;    // (capacity, 3): least, attained, instant
-    Integer *found;    // as many there are, perhaps more than fit
 };
 
 class PairSearch {
@@ -258,7 +244,7 @@ using namespace minsnap;
 
 MINSNAP_EXPORT std::int32_t minsnap_fleet_separation(const SeparationQuestion *question) {
     const SeparationQuestion &q = *question;
-    if (q.size != Integer(sizeof q) || q.fleet.vehicles < 2 || q.threads < 1 || q.capacity < 0) return int(Status::bad_size);
+    if (q.fleet.vehicles < 2 || q.threads < 1 || q.capacity < 0) return int(Status::bad_size);
     if (!q.fleet.sound() || !(q.downwash >= 1.0) || !(q.reach > 0.0)) return int(Status::bad_number);
     for (Integer v = 0; v < q.fleet.vehicles; ++v)
         if (!(q.radii[v] > 0.0 && q.radii[v] < 0x1p100)) return int(Status::bad_number);
