@@ -3,6 +3,7 @@
 import ast
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tasks import REFERENCE
 
@@ -171,3 +172,14 @@ def test_where_pieces_are_chosen_a_total_of_a_single_leg_is_proved_too_short_by_
     with pytest.raises(InfeasibleError, match=r"the lengths of the legs alone need 1\.8\d* s") as refused:
         minsnap.plan([(0, 0, 0), (5, 0, 0)], total_time=1.6, limits=Limits(speed=6.0, acceleration=6.0), pieces="auto")
     assert refused.value.verify()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_width_named_where_pieces_are_chosen_is_that_of_the_pieces(seed):
+    random = np.random.default_rng(seed)
+    points, durations = 2.0 * random.normal(size=(4, 2)), np.exp(0.4 * random.normal(size=3))
+    known = {"durations": durations, "continuity": 6, "pieces": "auto"}
+    with pytest.raises(InfeasibleError, match="too narrow") as refused:
+        minsnap.plan(points, corridor=1e-3, **known)
+    least = refused.value.smallest_width
+    assert least < 0.03 and minsnap.plan(points, corridor=1.001 * least, **known).pieces == 3

@@ -68,7 +68,7 @@ def main(pipe: int, marker: int, timeout: float) -> None:
     for alarm in ALARMS:
         signal.signal(alarm, signal.SIG_DFL)
     certify(plan(((0.0, 0.0), (1.0, 1.0)), durations=(1.0,), corridor=0.1))  # no problem has to wait for imports
-    with Connection(pipe) as answers, suppress(EOFError, OSError):  # until who asks closes it
+    with Connection(pipe) as answers, suppress(EOFError, ConnectionError):  # until who asks closes it
         while True:
             spec, numbers = answers.recv()
             _answer(spec, numbers, marker, timeout, answers)

@@ -97,9 +97,10 @@ _LAYING_OUT = RLock()
 def _lay_out(record: type[Record]) -> None:
     """Give a struct its fields, once; other threads wait."""
     with _LAYING_OUT:
-        if "_fields_" not in vars(record):
+        if not record.takes:  # empty again where Ctrl-C came between these two
             known = {name: _field(kind) for name, kind in border().get(record.__name__, {}).items()}
-            record._fields_ = [(name, kind) for name, (kind, _) in known.items()]
+            if "_fields_" not in vars(record):
+                record._fields_ = [(name, kind) for name, (kind, _) in known.items()]
             record.takes = {name: taken for name, (_, taken) in known.items()}
 
 

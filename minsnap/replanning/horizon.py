@@ -23,7 +23,7 @@ from minsnap.basics.checks import SHORTEST, check_durations, check_time
 from minsnap.basics.deadline import LateError
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls
-from minsnap.corridors.margins import nearest_wall
+from minsnap.corridors.margins import margin_to
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import KEPT, keeps, kept_from, turns_within
 from minsnap.limits.limits import Limits
@@ -206,6 +206,10 @@ class Aim:
         """Whether the time is what is minimised."""
         return self.durations is None and self.total_time is None
 
+    def like(self, other: Aim) -> bool:
+        """Whether another gives as much: the times of legs, their total, or neither."""
+        return (self.durations is None, self.total_time is None) == (other.durations is None, other.total_time is None)
+
     def value(self, curve: Trajectory) -> float:
         """Objective of a curve: its duration [s], or its cost."""
         return curve.duration if self.timed else curve.cost()
@@ -373,13 +377,24 @@ def _inside_after(curve: Trajectory, task: Task, start: float) -> bool:
 
 def room_of(curve: Trajectory, walls: Sequence[Walls]) -> float:
     """Proved least distance of a curve to the walls of its legs [m], negative outside."""
-    nearest = nearest_wall(curve, walls_from(walls, 0, curve.legs))
-    return inf if nearest is None else nearest.value
+    return room_beside(curve, walls, 0.0)[0]
 
 
-def touching(walls: Sequence[Walls], clearance: float) -> float:
-    """Distance from walls within which a plan touches them, where it was searched with a clearance from them [m]."""
-    return clearance + PATIENCE.touching * min((float(wall.width.min()) for wall in walls), default=0.0)
+def room_beside(curve: Trajectory, walls: Sequence[Walls], clearance: float) -> tuple[float, bool]:
+    """Return the same, and whether a curve touches no wall, from which it was searched with a clearance [m]."""
+    least, free = inf, True
+    for wall in walls_from(walls, 0, curve.legs):
+        if not len(wall.leg):
+            continue
+        room = margin_to(curve, wall).value
+        least, free = min(least, room), free and room > _touching(wall, clearance)
+    return least, free
+
+
+def _touching(wall: Walls, clearance: float) -> float:
+    """Slack up to which a curve touches one of these walls, in the unit of their slopes."""
+    moved = clearance * (float(np.linalg.norm(wall.slope, axis=1).max(initial=0.0)) if wall.flat else 1.0)
+    return moved * (wall.order == 0) + PATIENCE.touching * float(wall.width.min(initial=inf))
 
 
 def within(curve: Trajectory, limits: Limits | None, start: float = 0.0) -> bool:

@@ -13,7 +13,7 @@ from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import InputError, TimingError
 from minsnap.optimisation.task import Task
-from minsnap.replanning.horizon import PATIENCE, walls_from
+from minsnap.replanning.horizon import PATIENCE, Aim, walls_from
 from minsnap.replanning.splice import Splice
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -92,10 +92,12 @@ class Memory:
         Where its first leg begins, for corridors that run along legs [m].
     task : Task
         What it answers.
+    aim : Aim
+        And what was minimised.
     settled : bool
         Whether the search behind it ended by itself.
     since : float
-        Flight since the last search [s].
+        Flight since the last search [s]; infinite where there was none.
     free : bool
         Whether the answer touches no wall.
     guess : Trajectory or None
@@ -105,6 +107,7 @@ class Memory:
     answer: Trajectory
     leg_start: FloatArray
     task: Task
+    aim: Aim
     settled: bool
     since: float
     free: bool

@@ -46,11 +46,10 @@ from minsnap.replanning.horizon import (
     near,
     part_of,
     rest_within,
-    room_of,
+    room_beside,
     search_ahead,
     search_back,
     seen_joined,
-    touching,
     within,
 )
 from minsnap.replanning.memory import UNCHANGED, Change, Memory, Takes, due_of, leg_start_of
@@ -250,25 +249,25 @@ class Replanner:
         if call.aim.timed and self._limits is None:
             raise TimingError("nothing says how fast to fly: give limits to the Replanner, or durations or total_time")
         splice, task = call.splice, call.course.task
-        stops, room = self._stop_first(call)
-        safe, free = room >= 0.0, room > touching(task.walls, self._clearance)
+        stops, (room, free) = self._stop_first(call)
+        safe = room >= 0.0
         rest = splice.rest if call.course.fits(splice.rest) else None
         standing = self._with_angles(call, rest) if rest is not None and safe else None
-        memory, better, settled, since = self._memory, None, True, 0.0
+        memory, better, settled = self._memory, None, True
         reason = "" if standing is None else self._unchanged(call, standing, free)
+        since = inf if memory is None else memory.since + splice.instant
         if not reason:
             better, settled, reason = self._searched(call, rest, standing is not None)
-        elif memory is not None:
-            since = memory.since + splice.instant
+            since = 0.0
         chosen, reason = self._chosen_of(call, standing, better, reason)
         if chosen is None and standing is not None and standing is not rest:
             chosen, reason = Better(standing), ""
         if chosen is not None:
-            free = room_of(chosen.curve, task.walls) > touching(task.walls, self._clearance)
+            free = room_beside(chosen.curve, task.walls, self._clearance)[1]
         change = self._change(call, chosen, stops, safe, reason)
         guess = None if better is None or chosen is not None else better.curve
         start = leg_start_of(splice, memory)
-        self._memory = Memory(change.trajectory, start, task, settled, since, free, guess)
+        self._memory = Memory(change.trajectory, start, task, call.aim, settled, since, free, guess)
         for part, taken in (("check", call.deadline.longest), ("closing", call.deadline.since)):
             self._takes.add(part, taken) if call.deadline.longest else self._takes.skip(part)
         return change
@@ -283,12 +282,12 @@ class Replanner:
                 f"{2.0 * takes:.2g} s"
             )
 
-    def _stop_first(self, call: _Call) -> tuple[tuple[Trajectory | None, str], float]:
-        """Return a way to hover, or None and why there is none; and the room of the rest of the flown plan."""
+    def _stop_first(self, call: _Call) -> tuple[tuple[Trajectory | None, str], tuple[float, bool]]:
+        """Return a way to hover, or None and why there is none; and the room of what is left of the plan."""
         until = Deadline(call.due - AFTER_STOP * call.seconds, self._clock)
         stopping = Stopping(call.course.task, self._limits, until)
-        (stop, no_stop), room = self._stop(call, stopping.braking), self._distance(call)
-        if stop is None and room >= 0.0 and ends_at_rest(call.splice.flown):
+        (stop, no_stop), room = self._stop(call, stopping.braking), self._room_of_rest(call)
+        if stop is None and room[0] >= 0.0 and ends_at_rest(call.splice.flown):
             stop = call.splice.rest
         known, late = self._takes.usual("stop"), stop is None and no_stop == LATE_STOP
         self._takes.add("stop", call.watch.seconds)
@@ -312,12 +311,15 @@ class Replanner:
             return None, NO_STOP
         return stop.with_yaw(spliced(splice.flown, splice.instant, None, None, stop)), ""
 
-    def _distance(self, call: _Call) -> float:
-        """Distance of the rest to all walls ahead, leg by leg, wherever the waypoints are [m]; negative if not safe."""
+    def _room_of_rest(self, call: _Call) -> tuple[float, bool]:
+        """Room of the rest in all walls ahead, leg by leg, wherever the waypoints are; negative if it is not safe.
+
+        And whether it touches none of them.
+        """
         rest, task = call.splice.rest, call.course.task
         if rest is None or rest.legs != task.legs or call.course.outside or not rest_within(call.splice, self._limits):
-            return -inf
-        return room_of(rest, task.walls)
+            return -inf, False
+        return room_beside(rest, task.walls, self._clearance)
 
     def _with_angles(self, call: _Call, rest: Trajectory) -> Trajectory | None:
         """Return a rest with the requested headings at the waypoints; None where it does not keep the limits so."""
@@ -339,7 +341,8 @@ class Replanner:
         memory, legs, known = self._memory, min(self._horizon or rest.legs, rest.legs), call.aim.compares(rest)
         if memory is not None:
             ahead = 0.0 if call.splice.passed and legs < rest.legs else float(rest.leg_breaks[legs])
-            return memory.unchanged(call.splice, call.course.task, free, ahead) if known else ""
+            same = known and memory.aim.like(call.aim)
+            return memory.unchanged(call.splice, call.course.task, free, ahead) if same else ""
         if not call.aim.timed or self._limits is None:
             return UNCHANGED if call.aim.durations is not None and known else ""
         return UNCHANGED if largest_use(self._limits, call.splice.flown) >= FULL else ""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -54,10 +53,10 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
     except (InfeasibleError, SolverError) as refused:
         if not task.explained:
             raise
-        if timing.refine:
-            with suppress(InfeasibleError, SolverError):
-                parted = replace(task, pieces=PARTS, deadline=task.deadline.until(timing.due))
-                return plan_timed(parted, replace(timing, refine=False))
+        if timing.refine:  # a refusal of one piece proves nothing of more
+            refuse_short(task, timing)
+            parted = replace(task, pieces=PARTS, deadline=task.deadline.until(timing.due))
+            return plan_timed(parted, replace(timing, refine=False))
         again = by_necessary_walls(task, timing, refused)
         if isinstance(again, Timed):
             return looked_at(again, task, timing)

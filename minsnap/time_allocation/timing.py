@@ -188,7 +188,7 @@ def solved_or_explained(task: Task, durations: FloatArray) -> SolvedTask:
     except GaveUpError as reason:
         refused = _explained(task, durations)
         if getattr(refused, "contradiction", None) is None:
-            with suppress(GaveUpError):
+            with suppress(InfeasibleRowsError):
                 return solve(task, durations, task.samples, effort=Effort.LAST)
             with suppress(InfeasibleRowsError):
                 return solve_again(task, durations, str(reason))

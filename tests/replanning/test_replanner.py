@@ -9,6 +9,7 @@ import pytest
 import minsnap
 from minsnap import Boxes, Limits, Replanner, TimingError, Tube
 from minsnap.basics.deadline import LateError
+from minsnap.corridors import Walls
 from minsnap.errors import CorridorError, DegreeError, InputError, LimitError, SolverError, WaypointError, YawError
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.horizon import Better, search_ahead
@@ -414,3 +415,47 @@ def test_walls_that_a_plan_does_not_touch_may_shift_for_a_while_without_a_search
         change = next_replan(change.trajectory)
     next_replan(change.trajectory, 0.1)
     assert searches, "a wall has come near"
+
+
+def test_a_rest_that_was_planned_for_another_aim_is_not_kept():
+    points = np.array([(0.0, 0, 1), (4, 0, 1), (8, 1, 1), (12, 0, 1)])
+    slow, replanner = minsnap.plan(points, total_time=16.0), Replanner(LIMITS, corridor=1.0, clock=still)
+    timed = replanner.replan(slow, 0.0, points[1:], 0.01, total_time=15.0, **AMPLE)
+    assert timed.trajectory.duration == pytest.approx(15.0)
+    shortest = replanner.replan(timed.trajectory, 0.0, points[1:], 0.01, **AMPLE)
+    assert not shortest.kept and shortest.trajectory.duration < 6.0
+    total = shortest.trajectory.duration - 0.01
+    cheaper = replanner.replan(shortest.trajectory, 0.0, points[1:], 0.01, total_time=total, **AMPLE)
+    assert not cheaper.kept and cheaper.trajectory.cost() < 0.7 * shortest.trajectory.cost()
+
+
+def test_a_plan_that_was_never_searched_is_searched_once_walls_change():
+    points = np.array([(0.0, 0, 1), (4, 0, 1), (8, 3, 1), (12, 0, 1)])
+    lower, upper = np.minimum(points[:-1], points[1:]), np.maximum(points[:-1], points[1:])
+    flown, replanner = minsnap.plan(points, limits=LIMITS, corridor=0.1), Replanner(LIMITS, clock=still)
+    first = replanner.replan(flown, 0.0, points[1:], 0.01, boxes=Boxes(lower - 2.0, upper + 2.0), **AMPLE)
+    wider = replanner.replan(first.trajectory, 0.0, points[1:], 0.01, boxes=Boxes(lower - 2.1, upper + 2.1), **AMPLE)
+    assert first.kept and not wider.kept and wider.trajectory.duration < first.trajectory.duration - 0.2
+
+
+@pytest.mark.parametrize("slope", (1.0, 10.0))
+def test_whether_a_plan_touches_a_wall_does_not_depend_on_how_its_normal_is_written(slope):
+    class Slab:
+        def __init__(self, beyond):
+            self.beyond = beyond
+
+        def walls(self, waypoints):
+            legs, normal = len(waypoints) - 1, np.array([0.0, slope, 0.0])
+            below, above = -slope * self.beyond, slope * (4.0 + self.beyond)
+            planes = np.tile(normal, (legs, 1)), np.zeros((legs, 3)), np.full(legs, below), np.full(legs, above)
+            return [Walls.planes(np.arange(legs), *planes, np.full(legs, 2.0 * slope))]
+
+    points = np.array([(0.0, 0, 1), (4, 0, 1), (8, 4, 1), (12, 0, 1), (16, 4, 1)])
+    limits = Limits(speed=3.0, acceleration=4.0)
+    replanner, change = Replanner(limits, clearance=0.1, clock=still), None
+    flown = minsnap.plan(points, total_time=20.0)
+    for _ in range(2):
+        change = replanner.replan(flown, 0.0, points[1:], 0.01, corridor=Slab(0.15), **AMPLE)
+        flown = change.trajectory
+    opened = replanner.replan(flown, 0.0, points[1:], 0.01, corridor=Slab(2.0), **AMPLE)
+    assert not opened.kept and opened.trajectory.duration < flown.duration - 0.01
