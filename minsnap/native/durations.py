@@ -154,11 +154,9 @@ def best_tube_split(
 
 def _split_record(legs: int, pieces: int, price: float | None, seconds: float, effort: float = inf) -> SplitRecord:
     """Return a search for the durations of legs, with room for what it finds."""
-    return SplitRecord(
-        **{"legs": legs, "per_leg": pieces, "capacity": EVALUATIONS, "price": price or 0.0, "seconds": seconds},
-        **{"effort": effort},
-        **{"durations": np.empty(legs), "history": np.empty((EVALUATIONS, 2))},
-    )
+    ends = {"capacity": EVALUATIONS, "seconds": seconds, "effort": effort}
+    places = {"durations": np.empty(legs), "history": np.empty((EVALUATIONS, 2))}
+    return SplitRecord(legs=legs, per_leg=pieces, price=price or 0.0, **ends, **places)
 
 
 def _found(status: int, split: SplitRecord) -> BestSplit | Status:

@@ -381,7 +381,7 @@ def room_of(curve: Trajectory, walls: Sequence[Walls]) -> float:
 
 
 def room_beside(curve: Trajectory, walls: Sequence[Walls], clearance: float) -> tuple[float, bool]:
-    """Return the same, and whether a curve touches no wall, from which it was searched with a clearance [m]."""
+    """Room of a curve, and whether it touches no wall, where it was searched with a clearance from walls [m]."""
     least, free = inf, True
     for wall in walls_from(walls, 0, curve.legs):
         if not len(wall.leg):

@@ -338,11 +338,13 @@ class Replanner:
         free : bool
             Whether it touches no wall.
         """
-        memory, legs, known = self._memory, min(self._horizon or rest.legs, rest.legs), call.aim.compares(rest)
+        memory, known = self._memory, call.aim.compares(rest)
         if memory is not None:
+            if not (known and memory.aim.like(call.aim)):
+                return ""
+            legs = min(self._horizon or rest.legs, rest.legs)
             ahead = 0.0 if call.splice.passed and legs < rest.legs else float(rest.leg_breaks[legs])
-            same = known and memory.aim.like(call.aim)
-            return memory.unchanged(call.splice, call.course.task, free, ahead) if same else ""
+            return memory.unchanged(call.splice, call.course.task, free, ahead)
         if not call.aim.timed or self._limits is None:
             return UNCHANGED if call.aim.durations is not None and known else ""
         return UNCHANGED if largest_use(self._limits, call.splice.flown) >= FULL else ""

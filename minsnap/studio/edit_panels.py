@@ -239,8 +239,7 @@ class CorridorPanel:
         return None if box is None else box[side]
 
     def _with_corner(self, side: int, request: PlanRequest, value: Any) -> PlanRequest:
-        moved = lambda box: (value, box[1]) if side == 0 else (box[0], value)  # noqa: E731
-        return change_box(request, self._faces.value, moved)
+        return change_box(request, self._faces.value, lambda box: (value, box[1]) if side == 0 else (box[0], value))
 
 
 MODES = ("durations", "total time", "limits")

@@ -186,8 +186,7 @@ class WallView:
         return self._server.scene.add_transform_controls(f"/faces/{axis}{side}", depth_test=False, **how)
 
     def _moved(self, face: tuple[int, int], place: tuple[float, ...]) -> Change:
-        moved = lambda box: move_face(box, *face, place[face[0]])  # noqa: E731
-        return lambda request: change_box(request, self._chosen, moved)
+        return lambda request: change_box(request, self._chosen, lambda box: move_face(box, *face, place[face[0]]))
 
 
 def _redraw(drawn: dict[Any, tuple[Any, Any]], wanted: dict[Any, Any], draw: Callable[..., Any]) -> None:

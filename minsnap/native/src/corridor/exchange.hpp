@@ -68,6 +68,7 @@ private:
     static constexpr Real most_inward = Real(1e-3);                           // share of their widths by which walls move
     static constexpr double jump = 1e-9, stored = 8e-16;                      // of derivatives at knots, as the certificate judges them
     static constexpr Real narrow = Real(2e-5);                                // of Aim::widened: excess that is none, in widths
+    static constexpr Real held_up = Real(1e-6);                               // excess that rounding in doubles may leave, in widths
     static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);       // of Aim::near: excess, over walls moved so
 
     Status prepare() {
@@ -80,16 +81,15 @@ private:
             if (status != Status::done) return status;
             if (walls_[index].ball >= 0) ++balls;
         }
-        const Real stops = chain.cost();  // of what is pinned alone: straight legs with stops
-        const Real times = given_->effort >= patient ? most_absurd : absurd;
-        most_cost_ = times * stops;
+        Real stops = chain.cost();  // of what is pinned alone: straight legs with stops
         const Status drawn = draw();
         if (drawn != Status::done) return drawn;
         const Status status = factorise();
         if (status != Status::done) return status;
-        if (given_->continuity >= given_->half) most_cost_ += times * free_cost_;
+        if (given_->continuity >= given_->half) stops += free_cost_;
+        most_cost_ = (given_->effort >= patient ? most_absurd : absurd) * stops;
         most_peaks_ = 8 * given_->walls.count + 8;
-        const Real price = sqrt(Real(given_->slacks.price) * (most_cost_ / times + free_cost_));
+        const Real price = sqrt(Real(given_->slacks.price) * (stops + free_cost_));
         if (!active.allocate(given_->slacks.count, price > 0 ? price : Real(1)) || !contacts_.allocate() || !peaks_.allocate(most_peaks_))
             return Status::no_memory;
         return start();
@@ -294,7 +294,7 @@ private:
     // Whether the excess is small and has not been halved for long: rounding holds it up then, but not in the next precision.
     bool stuck() {
         if (worst_ < least_ / 2) least_ = worst_, halved_ = rounds_;
-        return sizeof(Real) == 8 && worst_ < Real(1e-6) && rounds_ - halved_ > most_idle;
+        return sizeof(Real) == 8 && worst_ < held_up && rounds_ - halved_ > most_idle;
     }
 
     // Whether a wall, other than an equality, is active.

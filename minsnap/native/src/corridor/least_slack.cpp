@@ -54,18 +54,18 @@ public:
         double solved = 0.0;
         bool extended = false;
         for (const double price : prices) {
-            if (!(answer_.work < most_effort)) break;
+            if (spent()) break;
             if (price > most_in_double) extended = true;
             status = stage(price, extended);
             // It creeps, which no precision helps; slacks that rounding made are another thing.
             if (status == Status::spent && price == prices[0] &&
                 *std::max_element(answer_.slack, answer_.slack + given_.slacks.count) < absurd)
                 return answer_.rows = 0, status;
-            if (status != Status::done && !extended && answer_.work < most_effort) extended = true, status = stage(price, true);
+            if (status != Status::done && !extended && !spent()) extended = true, status = stage(price, true);
             if (status == Status::no_memory) return status;
             if (status == Status::done)
                 solved = price, count_ = take_contacts(answer_, given_.dim, known_);
-            else if (solved > most_in_double && answer_.work < most_effort)
+            else if (solved > most_in_double && !spent())
                 return stage(solved, true);
         }
         return status;
@@ -77,6 +77,8 @@ private:
     ExchangeSolver quick_;
     Buffer<Contact> known_;
     int count_ = 0;
+
+    bool spent() const { return answer_.work >= most_effort; }
 
     Status stage(double price, bool extended) {
         given_.slacks.price = price;

@@ -187,10 +187,10 @@ private:
             Bends block[ends][ends];
             cross(sums_.bend[r][q], r, q, groups, count, block);
             for (int i = 0; i < ends - q; ++i)
-                for (int j = 0; j < ends - q; ++j) bend[i][j].add(1.0, block[i][j]);
+                for (int j = 0; j < ends - q; ++j) bend[i][j].add(block[i][j]);
             cross(sums_.bend[q][r], r, q, groups, count, block);
             for (int i = 0; i < ends - q; ++i)
-                for (int j = 0; j < ends - q; ++j) bend[j][i].add(1.0, block[i][j]);
+                for (int j = 0; j < ends - q; ++j) bend[j][i].add(block[i][j]);
         }
         return true;
     }
