@@ -171,7 +171,7 @@ def budgeted(seed: int, budget: float, most: int, clock, found: Answers) -> None
             found.late.append(clock() - began - budget)
             found.new += not change.kept
             flown = change.trajectory
-        except minsnap.TimingError:
+        except minsnap.errors.TimingError:
             found.late.append(clock() - began - budget)
             found.refused += 1
             flown = splice.rest

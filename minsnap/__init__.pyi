@@ -19,15 +19,11 @@ from .corridors.occupancy_grid import corridor_from_grid as corridor_from_grid
 from .corridors.tubes import RoundTube as RoundTube
 from .corridors.tubes import Sampled as Sampled
 from .corridors.tubes import Tube as Tube
-from .errors import CorridorError as CorridorError
 from .errors import InfeasibleError as InfeasibleError
 from .errors import InputError as InputError
-from .errors import LimitError as LimitError
 from .errors import MinsnapError as MinsnapError
 from .errors import SolverError as SolverError
-from .errors import TimingError as TimingError
 from .errors import UnprovedError as UnprovedError
-from .errors import WaypointError as WaypointError
 from .files.setpoint_csv import read_csv as read_csv
 from .files.setpoint_csv import write_csv as write_csv
 from .files.waypoints import read_waypoints as read_waypoints

@@ -97,5 +97,5 @@ def test_shapes_name_the_argument_that_is_meant(made, said):
 
 
 def test_a_tilt_in_degrees_is_told_in_radians():
-    with pytest.raises(minsnap.LimitError, match="30 degrees are 0.5236 rad"):
+    with pytest.raises(minsnap.errors.LimitError, match="30 degrees are 0.5236 rad"):
         minsnap.Limits(tilt=30)

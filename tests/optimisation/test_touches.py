@@ -82,5 +82,5 @@ def test_a_slanted_wall_that_waypoints_lie_on_is_planned_or_named(seed):
     wall = minsnap.HalfSpaces(normal, offset)
     try:
         assert minsnap.certify(minsnap.plan(points, [1.0, 1.5, 1.2], corridor=wall), points, wall).ok
-    except minsnap.CorridorError as error:
+    except minsnap.errors.CorridorError as error:
         assert "lies on" in str(error)

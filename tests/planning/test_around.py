@@ -85,9 +85,9 @@ def test_a_way_around_is_little_longer_than_the_bound():
 @pytest.mark.parametrize(
     ("avoid", "error", "words"),
     [
-        (Cylinder((6.0, 0.1), 0.5), minsnap.CorridorError, "waypoint 1, .* is 0.4 m inside obstacle 0"),
+        (Cylinder((6.0, 0.1), 0.5), minsnap.errors.CorridorError, "waypoint 1, .* is 0.4 m inside obstacle 0"),
         (Cuboid((2, -9, -9), (4, 9, 9)), minsnap.UnprovedError, "1 m inside obstacle 0"),
-        ("a pillar", minsnap.CorridorError, "give cylinders"),
+        ("a pillar", minsnap.errors.CorridorError, "give cylinders"),
     ],
 )
 def test_what_cannot_be_is_said_in_a_sentence(avoid, error, words):

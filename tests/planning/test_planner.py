@@ -281,5 +281,5 @@ def test_a_width_that_is_none_is_refused_as_ever(width):
     if width is True or width == "0.3":
         assert minsnap.plan(points, durations=[1, 1], corridor=width).report.corridor_margin >= 0.0
     else:
-        with pytest.raises(minsnap.CorridorError):
+        with pytest.raises(minsnap.errors.CorridorError):
             minsnap.plan(points, durations=[1, 1], corridor=width)

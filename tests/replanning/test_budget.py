@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap import Boxes, Limits, Replanner, TimingError
+from minsnap import Boxes, Limits, Replanner
 from minsnap.basics import deadline
 from minsnap.basics.deadline import Deadline, LateError
-from minsnap.errors import SolverError
+from minsnap.errors import SolverError, TimingError
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.course_ahead import course_ahead
 from minsnap.replanning.horizon import Aim, NotShorterError, search_ahead
@@ -158,7 +158,7 @@ def test_no_garbage_is_collected_within_an_answer(flown):
     try:
         replanner.replan(flown, 0.3, POINTS[1:], 10.0, began=monotonic())
         assert len(collected) <= 1, "the first objects after the answer"
-        with pytest.raises(minsnap.WaypointError):
+        with pytest.raises(minsnap.errors.WaypointError):
             replanner.replan(flown, 0.3, [[1.0, 2.0]], 10.0, began=monotonic())
         assert gc.isenabled()
         gc.disable()

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap import Boxes, CorridorError, Limits, Replanner
+from minsnap import Boxes, Limits, Replanner
+from minsnap.errors import CorridorError
 from minsnap.replanning import horizon
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.horizon import LegEnd

@@ -7,10 +7,19 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap import Boxes, Limits, Replanner, TimingError, Tube
+from minsnap import Boxes, Limits, Replanner, Tube
 from minsnap.basics.deadline import LateError
 from minsnap.corridors import Walls
-from minsnap.errors import CorridorError, DegreeError, InputError, LimitError, SolverError, WaypointError, YawError
+from minsnap.errors import (
+    CorridorError,
+    DegreeError,
+    InputError,
+    LimitError,
+    SolverError,
+    TimingError,
+    WaypointError,
+    YawError,
+)
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.horizon import Better, search_ahead
 from minsnap.replanning.splice import splice_of

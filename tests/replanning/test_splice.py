@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap import TimingError
-from minsnap.errors import InputError
+from minsnap.errors import InputError, TimingError
 from minsnap.polynomials.bernstein import split
 from minsnap.replanning.splice import divided, ends_at_rest, splice_of
 

@@ -275,7 +275,7 @@ def test_an_interrupt_is_the_callers_own_unless_asked_for(asked):
 
 
 def test_an_unknown_answer_to_interrupts_is_refused():
-    with pytest.raises(minsnap.TimingError, match="'raise' or 'return'"):
+    with pytest.raises(minsnap.errors.TimingError, match="'raise' or 'return'"):
         minsnap.plan(REFERENCE, total_time=12.0, search=minsnap.Search(on_interrupt="ignore"))
 
 

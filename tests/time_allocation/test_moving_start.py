@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap import Boxes, LimitError, Limits
+from minsnap import Boxes, Limits
+from minsnap.errors import LimitError
 from minsnap.time_allocation.ways import joined
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1), (8, 1, 1)], dtype=float)

@@ -64,7 +64,7 @@ def test_a_start_too_fast_to_stop_at_the_goal_flies_past_it_and_comes_back():
 
 def test_a_least_thrust_alone_and_a_climb_alone_are_left_to_the_other_search():
     for limits in (Limits(min_thrust=0.8), Limits(climb_speed=1.0)):
-        with pytest.raises(minsnap.LimitError, match="nothing limits the time"):
+        with pytest.raises(minsnap.errors.LimitError, match="nothing limits the time"):
             minsnap.plan(RECTANGLE, limits=limits)
 
 
