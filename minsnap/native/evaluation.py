@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from ctypes import addressof, c_double, c_int32, c_int64, c_void_p
+from ctypes import addressof, byref, c_double, c_int32, c_int64, c_void_p
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, numbers
-from minsnap.native.library import Entry, address, writable
+from minsnap.native.library import FEW, Entry, address, writable
 from minsnap.native.records import PiecewiseCurve
 
 _MANY = Entry("minsnap_evaluate", c_void_p, c_int32, c_void_p, c_int64, c_void_p)
-_COSTS = Entry("minsnap_costs", *[c_int64] * 4, *[c_void_p] * 3)
 _ONE = Entry("minsnap_evaluate_one")  # converts its own arguments, which takes half as long
+_COSTS = Entry("minsnap_costs")  # the same
 
 
 class Evaluator:
@@ -54,10 +54,11 @@ class Evaluator:
         return None if _MANY(self._at, order, address(instants), instants.size, address(values)) else values
 
 
-def costs(points: FloatArray, durations: FloatArray, order: int) -> FloatArray | None:
-    """Integral of the squared norm of a derivative over each piece, shape (pieces,).
+class PieceCosts:
+    """What the pieces of a curve cost: integrals of the squared norm of a derivative.
 
-    None where the Python core has to answer: for positions, and for degrees and coordinates beyond those of plans.
+    None comes back where the Python core has to answer: for positions, and for degrees and coordinates beyond those of
+    plans.
 
     Parameters
     ----------
@@ -65,8 +66,21 @@ def costs(points: FloatArray, durations: FloatArray, order: int) -> FloatArray |
         Bernstein control points.
     durations : ndarray, shape (pieces,)
     """
-    if not points.size:
-        return None
-    arrays = np.ascontiguousarray(points), np.ascontiguousarray(durations)
-    values, (pieces, count, dim) = np.empty(len(points)), points.shape
-    return None if _COSTS(pieces, count - 1, dim, order, *map(address, (*arrays, values))) else values
+
+    __slots__ = ("_arrays", "_question")
+
+    def __init__(self, points: FloatArray, durations: FloatArray) -> None:
+        self._arrays = points, durations = np.ascontiguousarray(points), np.ascontiguousarray(durations)
+        pieces, count, dim = points.shape
+        times = durations.tobytes() if durations.nbytes <= FEW else c_void_p(durations.ctypes.data)
+        self._question = pieces, count - 1, dim, c_void_p(points.ctypes.data), times
+
+    def total(self, order: int) -> float | None:
+        """Return the sum of all costs."""
+        total = c_double()
+        return None if _COSTS(*self._question, order, None, byref(total)) else total.value
+
+    def each(self, order: int) -> FloatArray | None:
+        """Return the costs of all pieces, shape (pieces,)."""
+        costs = np.empty(len(self._arrays[1]))
+        return None if _COSTS(*self._question, order, address(costs), byref(c_double())) else costs

@@ -15,8 +15,7 @@ from minsnap.basics.checks import check_number, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
-from minsnap.native.evaluation import Evaluator
-from minsnap.native.evaluation import costs as native_costs
+from minsnap.native.evaluation import Evaluator, PieceCosts
 from minsnap.polynomials.bernstein import basis, careful_differences, differentiate, gram_root
 from minsnap.trajectory.heading import ConstantHeading, Heading, YawFunction, as_heading
 from minsnap.trajectory.instants import check_order
@@ -205,6 +204,11 @@ class Trajectory(ReadOnly, Path):
         """The curve in the native core; orders and instants that it refuses go to ``Path`` and ``_evaluate``."""
         return Evaluator(*self._polynomials)
 
+    @cached_property
+    def _costs(self) -> PieceCosts:
+        """The same for costs, which are those of this curve where it is the rest of one."""
+        return PieceCosts(self.control_points, self.durations)
+
     @property
     def _polynomials(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Control points, durations and breaks of what is evaluated: the whole curve where this is the rest of one."""
@@ -246,7 +250,8 @@ class Trajectory(ReadOnly, Path):
     @property
     def cost_order(self) -> int:
         """Order k of the derivative that a plan of this degree minimises: degree 2k - 1; 4 (snap) for other degrees."""
-        return (self.degree + 1) // 2 if self.degree in PLANNED_DEGREES else 4
+        degree = self.degree
+        return (degree + 1) // 2 if degree in PLANNED_DEGREES else 4
 
     def cost(self, order: int | None = None) -> float:
         r"""Integral of the squared norm of a derivative, :math:`\int \|r^{(p)}\|^2 dt`, without a factor 1/2.
@@ -261,7 +266,9 @@ class Trajectory(ReadOnly, Path):
         float
             [m^2 / s^(2p - 1)]
         """
-        return float(self.piece_costs(order).sum())
+        order = self.cost_order if order is None else check_order(order)
+        total = self._costs.total(order) if order <= self.degree else 0.0
+        return float(self.piece_costs(order).sum()) if total is None else total
 
     def piece_costs(self, order: int | None = None) -> FloatArray:
         """Contribution of each piece to ``cost(order)``, shape (pieces in all,) [m^2 / s^(2 order - 1)]."""
@@ -403,7 +410,7 @@ class Trajectory(ReadOnly, Path):
 
 def costs_of_pieces(points: FloatArray, durations: FloatArray, order: int) -> FloatArray:
     """Integral of the squared norm of a derivative over each piece, from a sum of squares: shape (pieces,)."""
-    costs = native_costs(points, durations, order)
+    costs = PieceCosts(points, durations).each(order)
     if costs is not None:
         return costs
     degree = points.shape[1] - 1
