@@ -9,6 +9,7 @@ import numpy as np
 
 from minsnap.basics.limit_kinds import KIND, Kind
 from minsnap.limits.measures import MEASURES, Motion, exact_motion
+from minsnap.native.thrust_axis import thrust_peaks
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -17,20 +18,24 @@ def measured(bounds: Mapping[str, float], traj: Trajectory, norm: str, gravity: 
     """Measure limits, by name, over all time of a trajectory; exactly, but for the drag."""
     orders = [KIND[name].order for name in bounds if KIND[name].measure == "norm"] if norm == "euclidean" else []
     norms = dict(zip(orders, traj.max_norms([min(p, traj.degree + 1) for p in orders]) if orders else [], strict=True))
+    measures = {KIND[name].measure for name in bounds}
+    peaks = thrust_peaks(traj.control_points, traj.durations, gravity, measures)
     motion: Motion | None = None
     used = []
     for name, limit in bounds.items():
         kind = KIND[name]
         if kind.measure == "yaw_rate":
             used.append(used_at(traj, name, limit, *largest_yaw_rate(traj)))
-            continue
-        if kind.order in norms and kind.measure == "norm":
+        elif kind.order in norms and kind.measure == "norm":
             used.append(used_at(traj, name, limit, *norms[kind.order]))
-            continue
-        motion = motion or exact_motion(traj, norm, gravity)
-        value, piece, s = MEASURES[kind.measure].largest(motion, kind.order)
-        instant = float(traj.breaks[piece] + s * traj.durations[piece])
-        used.append(Utilisation(name, value, limit, _share(kind, value, limit), piece // traj.pieces, instant))
+        else:
+            peak = peaks.get(kind.measure)
+            if peak is None:
+                motion = motion or exact_motion(traj, norm, gravity)
+                peak = MEASURES[kind.measure].largest(motion, kind.order)
+            value, piece, s = peak
+            instant = float(traj.breaks[piece] + s * traj.durations[piece])
+            used.append(Utilisation(name, value, limit, _share(kind, value, limit), piece // traj.pieces, instant))
     return tuple(used)
 
 

@@ -129,7 +129,11 @@ class VehicleBound:
         ]
 
     def sampled(self, samples: int = VEHICLE_USE.samples) -> tuple[FloatArray, FloatArray]:
-        """Return many instants (m,) [s] and the quantities there, (count, m)."""
+        """Return many instants (m,) [s] and the quantities there, (count, m); the same curve is sampled once."""
+        what = f"{samples} samples a piece of {self.names}"
+        return self.traj.remembered(what, self.vehicle, lambda: self._sampled(samples))
+
+    def _sampled(self, samples: int) -> tuple[FloatArray, FloatArray]:
         from minsnap.vehicle import flatness_of
 
         inner = np.linspace(0.0, 1.0, samples, endpoint=False)

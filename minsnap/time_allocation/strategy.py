@@ -16,9 +16,10 @@ waypoint will do.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -50,6 +51,7 @@ from minsnap.time_allocation.shortest_question import (
     with_rates,
 )
 from minsnap.time_allocation.time_stretch import (
+    grained,
     nearby_factor,
     nothing_limits,
     paced,
@@ -88,8 +90,6 @@ class StrategySettings:
         Excess of a limit beyond which the search has not seen it, and by how many of them it is tightened.
     not_longer : float
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
-    grain : float
-        Factors on time are rounded up to its fractions, so that the last bits of exact extrema do not decide a plan.
     """
 
     vanishing: float = 1e-6
@@ -104,7 +104,6 @@ class StrategySettings:
     seen: float = 0.05
     enough: float = 2.0
     not_longer: float = 1e-3
-    grain: float = 2.0**32
 
 
 SETTINGS = StrategySettings()
@@ -282,34 +281,33 @@ class Strategy:
         excess : float
             Of the most used limit, relative.
         """
-        curve, answer = solved.flown, self.answer
+        curve, answer, at = solved.flown, self.answer, cache(partial(slowed, solved))
         assert answer is not None
         if not scales(self.task, limits):
             use = largest_use(limits, curve, proved=False)
             if use <= 1.0 + KEPT:
-                quick = solved if priced else self._hastened(solved, limits, use)
+                quick = solved if priced else self._hastened(at, limits)
                 kept = next((one for one in (quick, solved) if keeps(limits, one.flown)), None)
                 return kept, largest_use(limits, curve) - 1.0 if kept is None else 0.0
             excess = use - 1.0
             if far == SETTINGS.not_longer or not self.task.still:
                 return None, excess
-        factor = _rounded(
-            powers_factor(limits, curve) or nearby_factor(limits, curve) or touching_factor(limits, curve)
-        )
+        factor = powers_factor(limits, curve) or nearby_factor(limits, lambda factor: at(factor).flown)
+        factor = grained(factor or touching_factor(limits, curve))
         if priced or self.walled:
             factor = max(factor, 1.0)
         elif factor < (SETTINGS.nearly if answer.slack > SETTINGS.far else SETTINGS.idle) and not answer.stopped:
             raise nothing_limits(list(limits.given()))
-        slower = slowed(solved, factor) if factor <= 1.0 + far or answer.stopped else None
+        slower = at(factor) if factor <= 1.0 + far or answer.stopped else None
         unknown = far == np.inf and isinstance(limits, VehicleLimits)  # a yaw in time turns as fast on a slower curve
         return None if slower and unknown and not keeps(limits, slower.flown) else slower, factor - 1.0
 
-    def _hastened(self, solved: SolvedTask, limits: Limits, use: float) -> SolvedTask:
+    def _hastened(self, at: Callable[[float], SolvedTask], limits: Limits) -> SolvedTask:
         """Touch limits of rotors that the last barrier has kept away from; of others that costs more than it gains."""
         if not self.task.still or self.walled or not isinstance(limits, VehicleLimits):
-            return solved
-        factor = _rounded(nearby_factor(limits, solved.flown, use, proved=False) or 1.0)
-        return solved if factor >= 1.0 else slowed(solved, factor)
+            return at(1.0)
+        factor = nearby_factor(limits, lambda factor: at(factor).flown, proved=False)
+        return at(min(factor or 1.0, 1.0))
 
     def _slowed(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:
         """Fly the same path as much more slowly as the limits ask for."""
@@ -454,12 +452,10 @@ class Strategy:
         return used if used.fraction > 1.0 + KEPT else None
 
 
-def _rounded(factor: float) -> float:
-    return float(np.ceil(factor * SETTINGS.grain)) / SETTINGS.grain
-
-
 def slowed(solved: SolvedTask, factor: float) -> SolvedTask:
     """Return the same path flown more slowly."""
+    if factor == 1.0:
+        return solved
     durations = solved.durations * factor
     return SolvedTask(solved.task, durations, solved.task.units(durations), solved.optimum, faster=solved)
 

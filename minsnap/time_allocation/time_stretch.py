@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from math import ceil, exp
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,9 +19,10 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import LimitError, SolverError
-from minsnap.limits.compliance import KEPT, largest_use
+from minsnap.limits.compliance import KEPT
 from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import largest_yaw_rate
+from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -39,6 +41,8 @@ class StretchSettings:
         The first step of the bracket, and the bound at which nothing limits.
     met, secants, secant_step : float, int, float
         How near to 1 a use is brought by the secant method, in how many steps, each how far at most.
+    grain : float
+        Factors on time are rounded up to its fractions.
     crossing_steps : int
         Steps in which a least thrust is looked for beyond the speed at which its vertical part is kept.
     overused : float
@@ -57,6 +61,7 @@ class StretchSettings:
     met: float = 2e-7
     secants: int = 6
     secant_step: float = 0.05
+    grain: float = 2.0**32
     crossing_steps: int = 100
     overused: float = 1e6
     wall_precision: float = 1e-10
@@ -94,7 +99,7 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None 
         raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
     powers = powers_factor(limits, trajectory)
     if guess is not None and powers is None:
-        nearby = nearby_factor(limits, trajectory.stretched(guess), proved=not roughly)
+        nearby = nearby_factor(limits, trajectory.stretched(guess).stretched, proved=not roughly)
         if nearby is not None:
             return guess * nearby
     if powers is not None and powers <= np.exp(-STRETCH.slowest):
@@ -102,7 +107,7 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None 
     sampled, start = partial(over, proved=False), float(np.log(guess or 1.0))
     root = _by_bracket(sampled, limits, start, roughly) if powers is None else float(np.log(powers))
     if powers is None and not roughly and over(root, True) > STRETCH.met:  # what is between the samples is more
-        nearby = nearby_factor(limits, trajectory.stretched(float(np.exp(root))))
+        nearby = nearby_factor(limits, trajectory.stretched(float(np.exp(root))).stretched)
         root = _by_bracket(over, limits, root) if nearby is None else root + float(np.log(nearby))
     while not roughly and over(root, True) > 0.0:
         root += STRETCH.precision + abs(root) * 1e-12
@@ -135,38 +140,59 @@ def _by_bracket(over: Callable[..., float], limits: Limits, start: float, roughl
     return root
 
 
-def nearby_factor(
-    limits: Limits, trajectory: Trajectory, use: float | None = None, proved: bool = True
-) -> float | None:
+def nearby_factor(limits: Limits, flown: Callable[[float], Trajectory], proved: bool = True) -> float | None:
     """Return the same factor where it is near one, by a few steps of the secant method; None if they do not find it.
 
     They end where more time means more use.
 
     Parameters
     ----------
-    use : float, optional
-        Share of the most used limit as the trajectory is, where it is known.
+    flown : callable
+        The path flown more slowly by a factor, each of which is a grained one.
     proved : bool
         Whether uses between samples count, where limits are proved by bounds.
     """
-    place, slope, best, last = 0.0, -2.0, np.inf, (np.nan, np.nan)
+    place, best, last = 1.0, np.inf, (np.nan, np.nan)
     for _ in range(STRETCH.secants):
-        if use is None:
-            use = largest_use(limits, trajectory.stretched(float(np.exp(place))), proved)
-        excess, use = float(np.log(np.clip(use, 1e-3, 1e3))), None
+        curve = flown(place)
+        used = max(limits.utilisation(curve, proved), key=lambda entry: entry.fraction)
+        excess = float(np.log(np.clip(used.fraction, 1e-3, 1e3)))
         if excess <= KEPT:
             best = min(best, place)
             if excess >= -STRETCH.met:
                 break
         if place > last[0] and excess > max(last[1], 0.0) + STRETCH.met:
             break
-        if place != last[0] and np.isfinite(last[0]):
-            slope = float(np.clip((excess - last[1]) / (place - last[0]), -10.0, -0.2))
-        step = np.clip((excess + 0.5 * STRETCH.met) / slope, -STRETCH.secant_step, STRETCH.secant_step)
-        last, place = (place, excess), float(place - step)
+        known = np.isfinite(last[0]) and place != last[0]
+        slope = (excess - last[1]) / np.log(place / last[0]) if known else _slope(used, curve, limits.gravity)
+        step = float(
+            np.clip(
+                (excess + 0.5 * STRETCH.met) / np.clip(slope, -10.0, -0.2), -STRETCH.secant_step, STRETCH.secant_step
+            )
+        )
+        last, place = (place, excess), grained(place * exp(-step))
     else:
         return None
-    return float(np.exp(best)) if np.isfinite(best) else None
+    return best if np.isfinite(best) else None
+
+
+def _slope(used: Utilisation, curve: Trajectory, gravity: float) -> float:
+    """Slope of the logarithm of a use in that of the factor on time: where it is largest, others need not be looked at.
+
+    It is exact for limits on a derivative, and for thrusts without drag.
+    """
+    kind = KIND[used.name]
+    if kind.order or kind.measure not in ("thrust", "least_thrust"):
+        return -(kind.order or 2.0)
+    acceleration = curve(used.instant, 2)
+    force = acceleration + (0.0, 0.0, gravity)
+    slope = -2.0 * float((acceleration * force).sum() / (force * force).sum())
+    return -slope if kind.least else slope
+
+
+def grained(factor: float) -> float:
+    """Round a factor up, so that the last bits of exact extrema do not decide a plan."""
+    return ceil(factor * STRETCH.grain) / STRETCH.grain
 
 
 def nothing_limits(names: Sequence[str]) -> LimitError:

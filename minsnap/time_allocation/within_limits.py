@@ -309,7 +309,8 @@ def check_pinned_limits(task: Task, limits: Limits, mended: bool = False) -> Non
         Whether a start on or outside its limits, and an end on them, is left to ways back and out.
     """
     mended = mended and not task.closed
-    at_rest = limits.max_thrust is None and limits.min_thrust is None  # then rest uses no limit
+    thrusts = 1.0 / (limits.max_thrust or np.inf), limits.min_thrust or 0.0  # what rest uses of limits, if anything
+    at_rest = max(thrusts) <= 1.0 - AT_LIMIT
     for waypoint, state in task.pins.items():
         if (at_rest and waypoint not in task.moving) or (mended and waypoint == 0):
             continue

@@ -192,7 +192,7 @@ def _within_limits(course: Course, flown: list[_Flown], curve: Trajectory) -> tu
             return flown, curve
         if course.start or course.end:
             break
-        factor = nearby_factor(course.bounds, curve) or touching_factor(course.bounds, curve)
+        factor = nearby_factor(course.bounds, curve.stretched) or touching_factor(course.bounds, curve)
         flown = [part.slower(factor) for part in flown]
         curve = _headed(course, flown)
     used = most_used(course.bounds, curve)

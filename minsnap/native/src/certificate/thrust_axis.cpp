@@ -1,0 +1,181 @@
+// The greatest and the least thrust over weight of a path without drag, its greatest tilt and body rate: with f = a / g + e3 and h = j / g the
+// greatest |f|^2, -|f|^2, (fx^2 + fy^2) / fz^2 and |h x f|^2 / |f|^4, polynomials or quotients of polynomials on every piece.
+//
+// The greatest quotient p / q is the root t of max(p - t q) = 0; each step sets t to p / q where p - t q is greatest (W. Dinkelbach, "On nonlinear
+// fractional programming", Management Science 13, 1967). Control points times binomial coefficients multiply as coefficients of powers do
+// (R. T. Farouki and V. T. Rajan, "Algorithms for polynomials in Bernstein form", Computer Aided Geometric Design 5, 1988).
+#include <algorithm>
+#include <new>
+
+// As in certificate.cpp: short loops are slower when gcc vectorises them.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("no-tree-vectorize")
+#endif
+
+#include "basics/buffer.hpp"
+#include "basics/export.hpp"
+#include "basics/status.hpp"
+#include "polynomials/enclosure.hpp"
+
+namespace minsnap {
+namespace {
+
+enum class ThrustMeasure : std::int64_t { greatest, least, tilt, body_rate };
+
+constexpr int most_degree = 64;  // of a quotient
+constexpr double infinity = __builtin_huge_val();
+constexpr double largest_force = 0x1p60;  // over weight, so that no product overflows
+constexpr double least_square = 1e-24;    // of the force over weight: below it thrust has no direction
+
+// Control points times binomial coefficients.
+struct Scaled {
+    int degree = 0;
+    double values[most_degree + 1] = {};
+
+    void add_product(const Scaled &a, const Scaled &b, double sign = 1.0) {
+        degree = a.degree + b.degree;
+        for (int i = 0; i <= a.degree; ++i)
+            for (int j = 0; j <= b.degree; ++j) values[i + j] += sign * a.values[i] * b.values[j];
+    }
+
+    double at(double s) const {
+        double rest[most_degree + 1] = {1.0}, power = 1.0, sum = 0.0;
+        for (int k = 1; k <= degree; ++k) rest[k] = rest[k - 1] * (1.0 - s);
+        for (int k = 0; k <= degree; ++k, power *= s) sum += values[k] * (power * rest[degree - k]);
+        return sum;
+    }
+};
+
+Scaled one(int degree) {
+    Scaled made;
+    made.degree = degree;
+    binomial_row(degree, made.values);
+    return made;
+}
+
+// On one piece, with what must be positive for it to be a number; of a polynomial the top alone.
+struct Quotient {
+    Scaled top, bottom, positive;
+};
+
+class ThrustAxis {
+public:
+    ThrustAxis(const Pieces &pieces, double gravity) : pieces_(pieces), gravity_(gravity) {}
+
+    // Per measure the greatest value, the piece and the place on [0, 1].
+    Status run(std::int64_t count, const std::int64_t *measures, double *found) {
+        if (!quotients_.allocate(std::size_t(pieces_.count)) || !memory_.allocate(1)) return Status::no_memory;
+        climb_ = new (memory_.data()) Climb<-1, most_degree>(0);
+        for (std::int64_t k = 0; k < count; ++k) {
+            if (measures[k] < 0 || measures[k] > std::int64_t(ThrustMeasure::body_rate)) return Status::unsupported;
+            for (std::int64_t piece = 0; piece < pieces_.count; ++piece)
+                if (!lay_out(piece, ThrustMeasure(measures[k]), *new (quotients_.data() + piece) Quotient)) return Status::unsupported;
+            const bool plain = ThrustMeasure(measures[k]) <= ThrustMeasure::least;
+            const auto top = [](const Quotient &one, int j) { return one.top.values[j]; };
+            const auto missing = [](const Quotient &one, int j) { return -one.positive.values[j]; };
+            const bool whole = plain || greatest(quotients_[0].positive.degree, missing).bound < -least_square;
+            if (!whole) return Status::unsupported;
+            const Greatest best = plain ? greatest(quotients_[0].top.degree, top) : greatest_quotient();
+            found[3 * k] = best.bound, found[3 * k + 1] = double(best.row), found[3 * k + 2] = best.s;
+        }
+        return Status::done;
+    }
+
+private:
+    // False where the force is too large.
+    bool lay_out(std::int64_t piece, ThrustMeasure measure, Quotient &made) const {
+        Scaled force[3], square;
+        if (!derivatives(piece, 2, force)) return false;
+        const Scaled up = one(force[2].degree);
+        for (int k = 0; k <= up.degree; ++k) force[2].values[k] += up.values[k];
+        for (const Scaled &part : force) square.add_product(part, part);
+        switch (measure) {
+            case ThrustMeasure::greatest: made.top = square; break;
+            case ThrustMeasure::least: made.top.add_product(square, one(0), -1.0); break;
+            case ThrustMeasure::tilt:
+                made.positive = force[2];
+                made.top.add_product(force[0], force[0]);
+                made.top.add_product(force[1], force[1]);
+                made.bottom.add_product(force[2], force[2]);
+                break;
+            case ThrustMeasure::body_rate: {
+                Scaled change[3], turning;
+                if (!derivatives(piece, 3, change)) return false;
+                for (int d = 0; d < 3; ++d) {
+                    const int next = (d + 1) % 3, last = (d + 2) % 3;
+                    Scaled cross;
+                    cross.add_product(change[next], force[last]);
+                    cross.add_product(change[last], force[next], -1.0);
+                    turning.add_product(cross, cross);
+                }
+                made.positive = square;
+                made.bottom.add_product(square, square);
+                made.top.add_product(turning, one(made.bottom.degree - turning.degree));
+            }
+        }
+        return true;
+    }
+
+    // Derivatives over gravity.
+    bool derivatives(std::int64_t piece, int order, Scaled *made) const {
+        Curve curve;
+        derivative(pieces_, piece, order, curve);
+        const Scaled weights = one(curve.degree);
+        for (int d = 0; d < 3; ++d) {
+            made[d].degree = curve.degree;
+            for (int k = 0; k <= curve.degree; ++k) {
+                const double value = curve.value[d][k] / gravity_;
+                if (!(std::fabs(value) < largest_force)) return false;
+                made[d].values[k] = weights.values[k] * value;
+            }
+        }
+        return true;
+    }
+
+    Greatest greatest_quotient() {
+        const int degree = quotients_[0].bottom.degree;
+        Greatest best{-infinity, -infinity, 0.0, 0};
+        for (std::int64_t piece = 0; piece < pieces_.count; ++piece)
+            best.attain(quotients_[piece].top.values[0] / quotients_[piece].bottom.values[0], 0.0, piece);
+        for (double trial = best.attained;;) {
+            best = greatest(degree, [trial](const Quotient &one, int j) { return one.top.values[j] - trial * one.bottom.values[j]; });
+            const double ratio = quotients_[best.row].top.at(best.s) / quotients_[best.row].bottom.at(best.s);
+            best.bound = std::max(ratio, trial);
+            if (!(ratio > trial + 8.0 * unit * std::fabs(trial))) return best;
+            trial = ratio;
+        }
+    }
+
+    // Greatest of a polynomial on all pieces, from its control points times binomial coefficients.
+    template <class Value>
+    Greatest greatest(int degree, const Value &value) {
+        static constexpr double exact[most_degree + 1] = {};
+        const Scaled weights = one(degree);
+        Greatest best{-infinity, -infinity, 0.0, 0};
+        *climb_ = Climb<-1, most_degree>(degree);
+        for (std::int64_t piece = 0; piece < pieces_.count; ++piece) {
+            double points[most_degree + 1];
+            for (int j = 0; j <= degree; ++j) points[j] = value(quotients_[piece], j) / weights.values[j];
+            climb_->raise(best, points, exact, piece);
+        }
+        return best;
+    }
+
+    const Pieces pieces_;
+    double gravity_;
+    Buffer<Quotient> quotients_;
+    Buffer<Climb<-1, most_degree>> memory_;
+    Climb<-1, most_degree> *climb_ = nullptr;
+};
+
+}  // namespace
+}  // namespace minsnap
+
+// The greatest values of `count` measures of a path in space: per measure (value, piece, s). Unsupported where the thrust has no direction.
+MINSNAP_EXPORT std::int32_t minsnap_thrust_axis(std::int64_t pieces, std::int64_t degree, const double *points, const double *durations,
+                                                double gravity, std::int64_t count, const std::int64_t *measures, double *found) {
+    using namespace minsnap;
+    const Pieces path{points, durations, pieces, static_cast<int>(degree), 3};
+    if (pieces < 1 || degree < 0 || 4 * (degree - 2) > most_degree || !path.sound()) return static_cast<std::int32_t>(Status::unsupported);
+    return static_cast<std::int32_t>(ThrustAxis(path, gravity).run(count, measures, found));
+}

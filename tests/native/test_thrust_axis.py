@@ -1,0 +1,32 @@
+"""Peaks of thrust, tilt and body rate: the native core finds those of the reference."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.limits.limits import Limits
+from minsnap.native.library import using
+from minsnap.native.thrust_axis import thrust_peaks
+
+LIMITS = Limits(max_thrust=1.5, min_thrust=0.5, tilt=0.5, body_rate=2.0)
+MEASURES = ("thrust", "least_thrust", "tilt", "body_rate")
+
+
+@pytest.mark.parametrize("degree", [3, 5, 7, 9, 11])
+@pytest.mark.parametrize("slower", [0.4, 1.0, 5.0])
+def test_native_peaks_are_those_of_the_reference(degree, slower):
+    points = np.random.default_rng(degree).normal(size=(6, 3))
+    path = minsnap.plan(points, durations=slower * np.array([1.0, 0.7, 1.3, 1.0, 2.0]), degree=degree)
+    native = LIMITS.utilisation(path)
+    with using("python"):
+        expected = LIMITS.utilisation(path.stretched(1.0))
+    for ours, theirs in zip(native, expected, strict=True):
+        assert ours.value == pytest.approx(theirs.value, rel=1e-11), ours.name
+
+
+@pytest.mark.parametrize(("fall", "known"), [(0.0, set(MEASURES)), (9.80665, set()), (20.0, set())])
+def test_a_thrust_without_direction_is_left_to_the_reference(fall, known):
+    """In free fall, or upside down, no quotient of polynomials says how the thrust is tilted, nor how it turns."""
+    parabola = np.zeros((1, 3, 3))
+    parabola[0, 2, 2] = -0.5 * fall
+    assert set(thrust_peaks(parabola, np.ones(1), 9.80665, MEASURES)) == known
