@@ -113,8 +113,9 @@ def of_unit_length(normal: FloatArray, offset: FloatArray) -> tuple[FloatArray, 
 
 
 def one_sided(leg: IntArray, normal: FloatArray, upper: FloatArray, width: FloatArray, order: int, name: str) -> Walls:
-    """Return the planes normal . derivative <= upper, each on one leg; arrays as of ``Walls.planes``."""
-    return Walls.planes(leg, normal, np.zeros(normal.shape), np.full(len(leg), -np.inf), upper, width, order, name)
+    """Return the planes normal . derivative <= upper, each on one leg, of arrays of their own as of ``Walls.pairs``."""
+    none = np.zeros((len(leg), 0, normal.shape[1]))
+    return Walls.unchecked(leg, none, np.zeros(normal.shape), -normal, upper, width, order, name)
 
 
 HalfSpaceRows = tuple[FloatArray, FloatArray]

@@ -8,14 +8,15 @@ axis, which unequal inertias ask for.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.checks import SHORTEST
 from minsnap.corridors.constraint import Walls
-from minsnap.corridors.knot_regions import KnotRegion
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.vehicle_use import VEHICLE_USE, medium_of
 from minsnap.native.records import ConeGroup
@@ -94,9 +95,10 @@ def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | Non
     )
 
 
-def with_rates(question: ShortestQuestion, limits: Limits, heading: Heading | None) -> ShortestQuestion:
-    """Return a question with other limits on the rates of body and yaw, which are in no set."""
-    return replace(question, norms=norm_limits(limits), limits=instant_limits(limits, heading, question.lengths))
+def with_rates(question: ShortestQuestion, limits: Limits, heading: Heading | None, **others: Any) -> ShortestQuestion:
+    """Return a question with other limits on the rates of body and yaw, which are in no set, and what else changes."""
+    rates = instant_limits(limits, heading, question.lengths)
+    return replace(question, norms=norm_limits(limits), limits=rates, **others)
 
 
 def begun_from(question: ShortestQuestion, guess: Guess | None) -> ShortestQuestion:
@@ -191,44 +193,44 @@ def _least_thrust(task: Task, limits: Limits) -> list[ConeGroup]:
     return [ConeGroup.of(np.arange(legs), matrix, fall, slope, radius, width, order=2, outside=True)]
 
 
-def _regions(task: Task) -> dict[int, KnotRegion]:
-    """Regions of all waypoints that are free, boxes among them; of a lap only that of its first waypoint."""
-    regions = dict(task.own_regions)
-    for waypoint in np.flatnonzero((task.upper > task.lower).any(axis=1)).tolist():
-        if waypoint not in regions and not (task.closed and waypoint == task.legs):
-            lower, upper = task.lower[waypoint], task.upper[waypoint]
-            regions[waypoint] = KnotRegion(lower, upper, np.inf, np.zeros((0, task.dim)), np.zeros(0), what="box")
-    return regions
-
-
 def _region_sets(task: Task) -> list[ConeGroup]:
-    """Return the flat sides of all regions, then their balls, then the directions in which they are crossed."""
-    flat: list[tuple[int, list[float], float, float]] = []
-    balls, crossed = flat.copy(), flat.copy()
-    for waypoint, region in _regions(task).items():
-        width = float((region.upper - region.lower).max()) / 2.0
-        sides = [(-region.normals, region.bounds)]
-        if np.isinf(region.radius):
-            wide = region.upper > region.lower
-            axes = np.eye(task.dim)[wide]
-            sides = [(-axes, region.upper[wide]), (axes, -region.lower[wide]), *sides]
-        else:
-            balls.append((waypoint, [0.0] * task.dim, region.radius, region.radius))
-        for slopes, bounds in sides:
-            flat += [(waypoint, *side, width) for side in zip(slopes.tolist(), bounds.tolist(), strict=True)]
-        if region.crossing is not None:
-            crossed.append((waypoint, region.crossing.tolist(), 0.0, 1.0))
-    kinds = (flat, 0, 0), (balls, task.dim, 0), (crossed, 0, 1)
-    return [_at_knots(task, *kind) for kind in kinds if kind[0]]
+    """Return flat sides of all regions, boxes among them, then balls, then the directions in which they are crossed.
+
+    Of a lap only those of its first waypoint.
+    """
+    boxed, regions = task.upper > task.lower, task.own_regions
+    if not boxed.any():
+        return []
+    width = (task.upper - task.lower).max(axis=1) / 2.0
+    balls = [waypoint for waypoint, region in regions.items() if np.isfinite(region.radius)]
+    boxed[balls] = False
+    boxed[-1] &= not task.closed
+    place, axis = np.nonzero(boxed)
+    axes = np.eye(task.dim)[axis]
+    sides = [(place, -axes, task.upper[boxed]), (place, axes, -task.lower[boxed])]
+    sides += [(np.full(len(one.bounds), waypoint), -one.normals, one.bounds) for waypoint, one in regions.items()]
+    place, slope, bound = (np.concatenate(part) for part in zip(*sides, strict=True))
+    order = place.argsort(kind="stable")
+    place = place[order]
+    sets = [_at_knots(task, place, slope[order], bound[order], width[place])]
+    if balls:
+        radius = np.array([regions[waypoint].radius for waypoint in balls])
+        sets.append(_at_knots(task, balls, np.zeros((len(balls), task.dim)), radius, radius, size=task.dim))
+    crossed = {waypoint: one.crossing for waypoint, one in regions.items() if one.crossing is not None}
+    if crossed:
+        bounds = np.zeros(len(crossed)), np.ones(len(crossed))
+        sets.append(_at_knots(task, list(crossed), np.array(list(crossed.values())), *bounds, order=1))
+    return sets
 
 
-def _at_knots(task: Task, rows: list[tuple[int, list[float], float, float]], size: int, order: int) -> ConeGroup:
-    """Return sets from waypoint, slope, radius and width of each, with so many rows of the identity."""
-    place, slope, radius, width = (np.array([row[k] for row in rows]) for k in range(4))
-    place = place.astype(np.intp)
-    anchor = task.waypoints[place] if order == 0 else np.zeros((len(rows), task.dim))
-    matrix = np.tile(np.eye(size, task.dim), (len(rows), 1, 1))
-    return ConeGroup.of(place, matrix, anchor, slope, radius, width, order=order, at_knots=True)
+def _at_knots(
+    task: Task, waypoints: Sequence[int] | IntArray, *sides: FloatArray, size: int = 0, order: int = 0
+) -> ConeGroup:
+    """Return sets from slopes, radii and widths, with so many rows of the identity."""
+    place = np.array(waypoints)
+    anchor = task.waypoints[place] if order == 0 else np.zeros((len(place), task.dim))
+    matrix = np.tile(np.eye(size, task.dim), (len(place), 1, 1))
+    return ConeGroup.of(place, matrix, anchor, *sides, order=order, at_knots=True)
 
 
 def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray) -> list[InstantLimit]:

@@ -231,8 +231,7 @@ class Strategy:
         if not names:
             return None
         limits = replace(limits, **{name: SETTINGS.softer * getattr(limits, name) for name in names})
-        question = replace(with_rates(self._question, limits, heading), parts=(), rough=True)
-        answer = self._searched(question)
+        answer = self._searched(with_rates(self._question, limits, heading, parts=(), rough=True))
         if answer is None or not answer.kept or answer.stopped:
             return None
         return Guess(1, answer.durations, answer.knots, SETTINGS.slower)
