@@ -3,7 +3,8 @@ r"""The quantities that limits bound, each in three forms: exact over all time, 
 With gravity g up against :math:`e_3`, :math:`f = \ddot r + g e_3` is the thrust per mass (D. Mellinger and V. Kumar,
 ICRA 2011): its norm over g is the thrust-to-weight ratio, its angle to the vertical the tilt, and
 :math:`\|\dddot r \times f\| / \|f\|^2` the rate at which the thrust direction turns, the roll and pitch body rate.
-All are polynomials or quotients of polynomials on every piece, so all maxima are exact.
+All are polynomials or quotients of polynomials on every piece, so all maxima are exact. Those of thrust, tilt and body
+rate come from :mod:`minsnap.native.thrust_axis` where it knows them.
 """
 
 from __future__ import annotations
