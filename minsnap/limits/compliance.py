@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from minsnap.basics.tolerances import EXACT
@@ -35,12 +36,15 @@ def kept_from(limits: Limits, trajectory: Trajectory) -> float:
     float
         By bisection, to a billionth of the duration, never too early; the duration where they are not kept at the end.
     """
-    if keeps(limits, trajectory):
-        return 0.0
-    low, high = 0.0, trajectory.duration
-    while high - low > 1e-9 * trajectory.duration:
+    return first_from(lambda start: keeps(limits, trajectory, start), trajectory.duration, 1e-9 * trajectory.duration)
+
+
+def first_from(holds: Callable[[float], bool], latest: float, precision: float) -> float:
+    """First instant from which something holds to the end, by bisection to a precision, never too early [s]."""
+    low, high = 0.0, 0.0 if holds(0.0) else latest
+    while high - low > precision:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if keeps(limits, trajectory, middle) else (middle, high)
+        low, high = (low, middle) if holds(middle) else (middle, high)
     return high
 
 
@@ -55,9 +59,9 @@ def turns_within(limits: Limits | None, trajectory: Trajectory) -> bool:
     return most is None or largest_yaw_rate(trajectory)[0] <= most * (1.0 + KEPT)
 
 
-def most_used(limits: Limits, trajectory: Trajectory) -> Utilisation:
-    """Return the limit that is used most over all time."""
-    return max(limits.utilisation(trajectory), key=lambda used: used.fraction)
+def most_used(limits: Limits, trajectory: Trajectory, proved: bool = True) -> Utilisation:
+    """Return the limit that is used most over all time; see ``Limits.utilisation``."""
+    return max(limits.utilisation(trajectory, proved), key=lambda used: used.fraction)
 
 
 def largest_use(limits: Limits, trajectory: Trajectory, proved: bool = True) -> float:

@@ -19,7 +19,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.native.proved_extrema import maximum
-from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
+from minsnap.polynomials.bernstein import elevate, multiply, squared_norm
 from minsnap.polynomials.enclosures import Enclosure, derivative
 from minsnap.polynomials.extrema import largest_ratio
 from minsnap.trajectory.medium import Medium, norm
@@ -76,12 +76,8 @@ class Motion:
 
 def exact_motion(traj: Trajectory, norm: str, gravity: float) -> Motion:
     """Return control points of a trajectory's derivatives, (pieces, n + 1, dim); without drag."""
-
-    def order(number: int) -> FloatArray:
-        points = differentiate(traj.control_points, number)
-        return np.asarray(points / traj.durations[:, None, None] ** number)
-
-    return Motion(order, norm, Medium(gravity), partial(derivative, traj.control_points, traj.durations))
+    enclosed = cache(partial(derivative, traj.control_points, traj.durations))
+    return Motion(lambda order: enclosed(order).points, norm, Medium(gravity), enclosed)
 
 
 def sampled_motion(samples: Samples, norm: str, medium: Medium) -> Motion:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import takewhile
 from math import inf
 from typing import Any
@@ -25,7 +26,7 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import margin_to
 from minsnap.errors import SolverError, TimingError
-from minsnap.limits.compliance import KEPT, keeps, kept_from, turns_within
+from minsnap.limits.compliance import KEPT, first_from, keeps, kept_from, turns_within
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.replanning.splice import Splice, divided
@@ -360,13 +361,7 @@ def seen_joined(better: Better, task: Task, aim: Aim) -> Better:
 
 def inside_from(curve: Trajectory, task: Task) -> float:
     """First instant from which a curve is inside all walls to the end [s], by bisection on its first leg."""
-    low, high = 0.0, float(curve.leg_breaks[1])
-    if _inside_after(curve, task, 0.0):
-        return 0.0
-    while high - low > 1e-9 * curve.duration:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if _inside_after(curve, task, middle) else (middle, high)
-    return high
+    return first_from(partial(_inside_after, curve, task), float(curve.leg_breaks[1]), 1e-9 * curve.duration)
 
 
 def _inside_after(curve: Trajectory, task: Task, start: float) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from math import ceil, exp
+from math import ceil, exp, inf, isfinite, log, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +19,7 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import LimitError, SolverError
-from minsnap.limits.compliance import KEPT
+from minsnap.limits.compliance import KEPT, most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.trajectory.report import Utilisation
@@ -152,28 +152,25 @@ def nearby_factor(limits: Limits, flown: Callable[[float], Trajectory], proved: 
     proved : bool
         Whether uses between samples count, where limits are proved by bounds.
     """
-    place, best, last = 1.0, np.inf, (np.nan, np.nan)
+    place, best, last = 1.0, inf, (nan, nan)
     for _ in range(STRETCH.secants):
         curve = flown(place)
-        used = max(limits.utilisation(curve, proved), key=lambda entry: entry.fraction)
-        excess = float(np.log(np.clip(used.fraction, 1e-3, 1e3)))
+        used = most_used(limits, curve, proved)
+        excess = log(min(max(used.fraction, 1e-3), 1e3))
         if excess <= KEPT:
             best = min(best, place)
             if excess >= -STRETCH.met:
                 break
         if place > last[0] and excess > max(last[1], 0.0) + STRETCH.met:
             break
-        known = np.isfinite(last[0]) and place != last[0]
-        slope = (excess - last[1]) / np.log(place / last[0]) if known else _slope(used, curve, limits.gravity)
-        step = float(
-            np.clip(
-                (excess + 0.5 * STRETCH.met) / np.clip(slope, -10.0, -0.2), -STRETCH.secant_step, STRETCH.secant_step
-            )
-        )
+        known = isfinite(last[0]) and place != last[0]
+        slope = (excess - last[1]) / log(place / last[0]) if known else _slope(used, curve, limits.gravity)
+        step = (excess + 0.5 * STRETCH.met) / min(max(slope, -10.0), -0.2)
+        step = min(max(step, -STRETCH.secant_step), STRETCH.secant_step)
         last, place = (place, excess), grained(place * exp(-step))
     else:
         return None
-    return best if np.isfinite(best) else None
+    return best if isfinite(best) else None
 
 
 def _slope(used: Utilisation, curve: Trajectory, gravity: float) -> float:
@@ -186,7 +183,7 @@ def _slope(used: Utilisation, curve: Trajectory, gravity: float) -> float:
         return -(kind.order or 2.0)
     acceleration = curve(used.instant, 2)
     force = acceleration + (0.0, 0.0, gravity)
-    slope = -2.0 * float((acceleration * force).sum() / (force * force).sum())
+    slope = -2.0 * float((acceleration * force).sum()) / (float((force * force).sum()) or 1.0)
     return -slope if kind.least else slope
 
 

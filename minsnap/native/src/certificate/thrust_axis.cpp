@@ -25,7 +25,7 @@ enum class ThrustMeasure : std::int64_t { greatest, least, tilt, body_rate };
 constexpr int most_degree = 64;  // of a quotient
 constexpr double infinity = __builtin_huge_val();
 constexpr double largest_force = 0x1p60;  // over weight, so that no product overflows
-constexpr double least_square = 1e-24;    // of the force over weight: below it thrust has no direction
+constexpr double least_bottom = 1e-48;    // of a quotient: below it thrust has no direction
 
 // Control points times binomial coefficients.
 struct Scaled {
@@ -53,9 +53,9 @@ Scaled one(int degree) {
     return made;
 }
 
-// On one piece, with what must be positive for it to be a number; of a polynomial the top alone.
+// On one piece; of a polynomial the top alone.
 struct Quotient {
-    Scaled top, bottom, positive;
+    Scaled top, bottom;
 };
 
 class ThrustAxis {
@@ -72,17 +72,17 @@ public:
                 if (!lay_out(piece, ThrustMeasure(measures[k]), *new (quotients_.data() + piece) Quotient)) return Status::unsupported;
             const bool plain = ThrustMeasure(measures[k]) <= ThrustMeasure::least;
             const auto top = [](const Quotient &one, int j) { return one.top.values[j]; };
-            const auto missing = [](const Quotient &one, int j) { return -one.positive.values[j]; };
-            const bool whole = plain || greatest(quotients_[0].positive.degree, missing).bound < -least_square;
-            if (!whole) return Status::unsupported;
-            const Greatest best = plain ? greatest(quotients_[0].top.degree, top) : greatest_quotient();
+            const auto missing = [](const Quotient &one, int j) { return -one.bottom.values[j]; };
+            const int degree = quotients_[0].top.degree;
+            if (!plain && !(greatest(degree, missing).bound < -least_bottom)) return Status::unsupported;
+            const Greatest best = plain ? greatest(degree, top) : greatest_quotient(degree);
             found[3 * k] = best.bound, found[3 * k + 1] = double(best.row), found[3 * k + 2] = best.s;
         }
         return Status::done;
     }
 
 private:
-    // False where the force is too large.
+    // False where the force is too large, or points down where its tilt is asked for.
     bool lay_out(std::int64_t piece, ThrustMeasure measure, Quotient &made) const {
         Scaled force[3], square;
         if (!derivatives(piece, 2, force)) return false;
@@ -93,7 +93,7 @@ private:
             case ThrustMeasure::greatest: made.top = square; break;
             case ThrustMeasure::least: made.top.add_product(square, one(0), -1.0); break;
             case ThrustMeasure::tilt:
-                made.positive = force[2];
+                if (!(force[2].values[0] > 0.0)) return false;
                 made.top.add_product(force[0], force[0]);
                 made.top.add_product(force[1], force[1]);
                 made.bottom.add_product(force[2], force[2]);
@@ -108,7 +108,6 @@ private:
                     cross.add_product(change[last], force[next], -1.0);
                     turning.add_product(cross, cross);
                 }
-                made.positive = square;
                 made.bottom.add_product(square, square);
                 made.top.add_product(turning, one(made.bottom.degree - turning.degree));
             }
@@ -132,8 +131,7 @@ private:
         return true;
     }
 
-    Greatest greatest_quotient() {
-        const int degree = quotients_[0].bottom.degree;
+    Greatest greatest_quotient(int degree) {
         Greatest best{-infinity, -infinity, 0.0, 0};
         for (std::int64_t piece = 0; piece < pieces_.count; ++piece)
             best.attain(quotients_[piece].top.values[0] / quotients_[piece].bottom.values[0], 0.0, piece);
