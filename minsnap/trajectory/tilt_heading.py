@@ -101,12 +101,13 @@ class Transport:
     series: FloatArray
     angle: FloatArray
 
-    def frame(self, t: FloatArray) -> Frame:
-        """Body axes at instants (m,)."""
+    def frame(self, t: FloatArray, thrust: FloatArray | None = None) -> Frame:
+        """Body axes at instants (m,), where the thrust (3, m) may be known."""
         cell = self._cell_of(t)
         share = (t - self.start[cell]) / self.width[cell]
         angle = self.angle[cell] + self.width[cell] * _integral(self.series[cell], 2.0 * share - 1.0)
-        return turned_frame(lift_of(self.path, self.medium, t)[0], angle, self.below[cell])
+        thrust = lift_of(self.path, self.medium, t)[0] if thrust is None else thrust
+        return turned_frame(thrust, angle, self.below[cell])
 
     def grid(self, count: int) -> FloatArray:
         """``count`` equally spaced instants a cell, and the end."""
@@ -177,8 +178,8 @@ def _angles(
 def lift_of(path: Path, medium: Medium, t: FloatArray, derivatives: int = 0) -> list[FloatArray]:
     """Vector along the thrust axis and its derivatives, each (3, m) [m/s^2], ...; upright where there is no thrust."""
     motion = np.zeros((2 + derivatives, len(t), 3))
-    for order, columns in enumerate(motion, 1):
-        columns[:, : path.dim] = path(t, order)
+    for order in range(1 if medium.drags else 2, 3 + derivatives):  # without drag the velocity does not matter
+        motion[order - 1, :, : path.dim] = path(t, order)
     forces = [part.T.copy() for part in medium.lift(*motion)]
     forces[0][:, np.linalg.norm(forces[0], axis=0) <= FREE_FALL * medium.gravity] = [[0.0], [0.0], [medium.gravity]]
     return forces
@@ -300,8 +301,8 @@ class TiltHeading(RuledHeading):
 
     def _turning(self, t: FloatArray) -> tuple[Frame, FloatArray, FloatArray]:
         """Axes, rates (roll, pitch) and their derivatives, (2, m) each, from x . f = y . f = 0 differentiated."""
-        x, y, z = self.axes(t)
         thrust, jerk, snap = lift_of(self.path, self.medium, t, 2)
+        x, y, z = self._transport.frame(t, thrust)
         size, across = np.linalg.norm(thrust, axis=0), np.stack([-y, x])
         rates = (across * jerk).sum(axis=1) / size
         pull = (z * jerk).sum(axis=0) / size
