@@ -68,7 +68,13 @@ private:
         found[0] = root(square);
         for (int t = 1; t < count; ++t) found[t] *= inverse;
         InstantTerms own;
-        sum<count>([this](const auto *x, auto *out) MINSNAP_INLINED { limit.of_products(x + 1, x[0], out); }, found, own);
+        const auto function = [this](const auto *x, auto *out) MINSNAP_INLINED {
+            if constexpr (vectors == 2)
+                body_rate(limit.parameters, x + 1, out);
+            else
+                unspun_rotors(limit.parameters, x + 1, x[0], out);
+        };
+        sum<count>(function, found, own);
         to_products<count>(found, inverse, own);
         const auto turned = [&f](const auto &value, int a, int c) MINSNAP_INLINED {
             Quad total{};

@@ -64,7 +64,7 @@ inline void products_of(const Lift<Real> &f, const Real &square, int derivatives
 
 // Parameters: medium, limit. From the first two products.
 template <class Real>
-inline void body_rate(const double *p, const Real *products, Real *out) {
+MINSNAP_INLINE void body_rate(const double *p, const Real *products, Real *out) {
     const double limit = p[Medium::values];
     out[0] = (0.5 / (limit * limit)) * (products[1] - products[0] * products[0]) - 0.5;
 }
@@ -72,7 +72,7 @@ inline void body_rate(const double *p, const Real *products, Real *out) {
 // Parameters: medium, mass, least and most thrust of a rotor, its most thrust for an angular acceleration and for a rate of one.
 // The rotor with most to do has at most the mean thrust, its share of the torque, and that of unequal inertias.
 template <class Real>
-inline void unspun_rotors(const double *p, const Real *products, const Real &thrust, Real *out) {
+MINSNAP_INLINE void unspun_rotors(const double *p, const Real *products, const Real &thrust, Real *out) {
     const double *rest = p + Medium::values;
     constexpr double rounded = 3e-4;  // thrust by which the norm of the torque is rounded at its tip
     const double mass = rest[0], least = rest[1], most = rest[2], share = rest[3] / most;
