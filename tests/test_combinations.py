@@ -6,6 +6,8 @@ from combination_oracle import Judge, greatest, squared
 from random_combinations import judged, outcome, planted, question
 
 import minsnap
+from minsnap.optimisation.solve import Effort
+from minsnap.time_allocation import timing
 
 KEPT = (
     *[5, 6, 7, 9, 11, 13, 14, 15, 19, 21, 23, 24, 26, 29, 30, 32, 34, 37],
@@ -87,6 +89,20 @@ def test_what_was_refused_without_a_proof_has_a_plan(seed):
     """
     _, kind, said, _ = outcome(seed)
     assert kind == "planned", said
+
+
+@pytest.mark.slow
+def test_a_leg_whose_length_alone_is_too_much_is_refused_before_the_last_attempts(monkeypatch):
+    """They took two thirds of 6.5 s."""
+    solve = timing.solve
+    monkeypatch.setattr(timing, "solve_again", lambda *given: pytest.fail("the reference was asked"))
+    monkeypatch.setattr(
+        timing,
+        "solve",
+        lambda *given, effort: pytest.fail("last") if effort is Effort.LAST else solve(*given, effort=effort),
+    )
+    _, kind, said, _ = outcome(91000543)
+    assert kind == "proved" and "its length alone needs" in said
 
 
 @pytest.mark.slow

@@ -79,29 +79,6 @@ def solve_again(
     return _handed_over(_solved_in_python(task, durations, units, None, GAP, prove), reason)
 
 
-class Patience:
-    """Solves the problems of one search; those that the native core gives up need up to seconds in the Python core.
-
-    Parameters
-    ----------
-    left : int
-        How many of them the Python core takes over.
-    """
-
-    def __init__(self, left: int = 2) -> None:
-        self.left = left
-
-    def solve(self, task: Task, durations: FloatArray, units: Units | None = None, prove: bool = True) -> SolvedTask:
-        """Solve as :func:`solve` does, or raise a GaveUpError."""
-        try:
-            return solve(task, durations, units=units, prove=prove, effort=Effort.WHOLE if self.left else Effort.TRY)
-        except GaveUpError as reason:
-            if not self.left:
-                raise
-            self.left -= 1
-            return solve_again(task, durations, str(reason), units, prove)
-
-
 def _handed_over(solved: SolvedTask, reason: str) -> SolvedTask:
     """Return an answer of the Python core with the reason of the native one."""
     return replace(solved, optimum=replace(solved.optimum, handed_over=reason))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -16,7 +17,7 @@ from minsnap.time_allocation.initial_guess import priced_first_guess
 from minsnap.time_allocation.last_look import fault
 from minsnap.time_allocation.least_cost import CostSearch, distance_split
 from minsnap.time_allocation.refused_times import by_necessary_walls, explained_by_times, in_other_times, refuse_short
-from minsnap.time_allocation.timing import Timed, Timing, searched, solved_or_explained, timed
+from minsnap.time_allocation.timing import Timed, Timing, nothing, searched, solved_or_explained, timed
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
@@ -45,7 +46,7 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
         If nothing fits, with the reason.
     """
     try:
-        return looked_at(_timed(task, timing), task, timing)
+        return looked_at(_timed(task, timing, partial(refuse_short, task, timing)), task, timing)
     except LateError:
         if not task.deadline.late:
             refuse_short(task, timing)  # what is proved at no cost is said, although the work is spent
@@ -80,7 +81,7 @@ def looked_at(planned: Timed, task: Task, timing: Timing) -> Timed:
     return planned
 
 
-def _timed(task: Task, timing: Timing) -> Timed:
+def _timed(task: Task, timing: Timing, refuse: Callable[[], None] = nothing) -> Timed:
     if timing.limits is None:
         return _unlimited(task, timing)
     from minsnap.time_allocation.ways import end_on_limit, start_on_limit
@@ -95,15 +96,16 @@ def _timed(task: Task, timing: Timing) -> Timed:
         if started or (mended and not shortest and end_on_limit(task, limits)):
             return _from_limits(task, timing, limits, started)
         if timing.durations is not None:
-            return _in_durations(task, timing)
+            return _in_durations(task, timing, refuse)
         refuse_repeated(task.waypoints, EACH)
         return (shortest_plan if shortest else limited_plan)(task, timing)
 
 
-def _in_durations(task: Task, timing: Timing) -> Timed:
+def _in_durations(task: Task, timing: Timing, refuse: Callable[[], None]) -> Timed:
     from minsnap.time_allocation.within_limits import require_limits_kept
 
-    solved = solved_or_explained(timing.bounded(task), task.piece_durations(timing.checked(task.legs)))
+    durations = task.piece_durations(timing.checked(task.legs))
+    solved = solved_or_explained(timing.bounded(task), durations, refuse)
     return require_limits_kept(timed(solved), timing.bounds)
 
 
@@ -118,8 +120,7 @@ def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> Tim
         free = _timed(task, replace(timing, limits=None, enforce=None))
         if keeps(limits, free.trajectory):
             return free
-    ways = connect_ends(task, limits, start)
-    return ways.planned(partial(_timed, timing=ways.between(timing)), limits)
+    return connect_ends(task, limits, start).in_time(_timed, timing)
 
 
 def _shortest(timing: Timing) -> bool:

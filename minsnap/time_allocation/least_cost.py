@@ -9,8 +9,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import LateError
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import Patience
-from minsnap.optimisation.solved_task import NATIVE
+from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.native_split import native_split
 from minsnap.trajectory.report import Progress, Step
@@ -118,7 +117,6 @@ class CostSearch:
         self.task, self.first, self.price = task, first, price
         self.units = task.units(task.piece_durations(first))
         self.best = (np.inf, first)
-        self.patience = Patience()
         self.log = Log(progress)
 
     def run(self) -> FloatArray:
@@ -157,15 +155,14 @@ class CostSearch:
         durations = self._durations(logarithms)
         try:
             times = self.task.piece_durations(durations)
-            solved = self.patience.solve(self.task, times, self.units, prove=False)
+            effort = Effort.TRY if np.isfinite(self.best[0]) else Effort.WHOLE
+            solved = solve(self.task, times, units=self.units, prove=False, effort=effort)
         except InfeasibleRowsError:
             return float(np.log(self.best[0])) + SPLITS.barred, np.zeros(len(durations))
         from minsnap.optimisation.gradient import cost_gradient
 
         relative = leg_sums(cost_gradient(solved) * solved.problem.durations * self.units.time, self.task.pieces)
         value = solved.cost
-        if solved.optimum.core == NATIVE:
-            self.patience.left = 0
         if self.price is None:
             relative = relative - durations / durations.sum() * relative.sum()
         else:

@@ -1,9 +1,7 @@
 """Plans in longer times, where a search for the time has ended without one.
 
 What is refused at durations that the plan itself chose may have a plan in others.  Some proportions of the durations
-are tried at many scales with the limits as walls; the first that has a plan is shortened as far as it keeps one.  The
-native core alone answers most of these in milliseconds; only where it finds nothing at any scale, some are tried with
-the reference too, which takes seconds to give up.
+are tried at many scales with the limits as walls; the first that has a plan is shortened as far as it keeps one.
 """
 
 from __future__ import annotations
@@ -23,16 +21,11 @@ RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
 LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)
 """The same where a plan is wanted, however long it takes."""
 
-SOME = LONGER[2::3]
-"""Those tried where each takes long."""
-
 Attempt = Callable[[FloatArray], Timed | None]
 """Plans for piece durations [s]; None where there is no plan, or it is not certified."""
 
 
-def least_longer(
-    attempt: Attempt, durations: FloatArray, still: bool, deadline: Deadline, thorough: Attempt | None = None
-) -> Timed | None:
+def least_longer(attempt: Attempt, durations: FloatArray, still: bool, deadline: Deadline) -> Timed | None:
     """Return the plan of the least factor on durations, from one on; None where no factor has one.
 
     Parameters
@@ -44,12 +37,8 @@ def least_longer(
         Whether what has a plan in some time has one in more, so that the longest decides whether there is one.
     deadline : Deadline
         From which a plan that was found is not shortened any more, and no other is sought.
-    thorough : callable, optional
-        The same where more work finds more plans.
     """
-    first = _first(attempt, durations, LONGER, still)
-    if first is None and thorough is not None and not deadline.passed:
-        attempt, first = thorough, _first(thorough, durations, SOME, still)
+    first = _first(attempt, durations, still)
     if first is None:
         return None
     low, high, shortest = first
@@ -61,12 +50,10 @@ def least_longer(
     return shortest
 
 
-def _first(
-    attempt: Attempt, durations: FloatArray, shares: tuple[float, ...], still: bool
-) -> tuple[float, float, Timed] | None:
+def _first(attempt: Attempt, durations: FloatArray, still: bool) -> tuple[float, float, Timed] | None:
     """Return the last factor without a plan, the first with one, and the plan."""
     low, high = 1.0, 1.0
-    for share in shares:
+    for share in LONGER:
         low, high = high, 1.0 + share
         planned = _attempted(attempt, durations * high)
         if planned is not None:

@@ -16,7 +16,7 @@ from minsnap.basics.checks import LONGEST, check_durations
 from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
-from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.still_direction import still_direction
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.fitting_durations import fitting_durations
@@ -54,20 +54,17 @@ def in_other_times(task: Task, timing: Timing, refused: Refused) -> Timed | None
         refuse_short(task, timing, getattr(refused, "shortest", None))
     if not mine or task.samples is not None or task.lengths.min() <= 0.0 or _for_all_times(task, timing, refused):
         return None
-    bounded, rest = _bounded(task, timing), Run(())
-    if timing.total_time is not None:
-        attempt = partial(plans_for(bounded, task, timing, rest, exact=True), natively=True)
-        splits = (timing.total_time / one.sum() * one for one in _proportions(task, timing, refused))
-        planned = next((planned for planned in map(attempt, splits) if planned is not None), None)
-        return planned or _where_free_curves_fit(task, bounded, timing, refused)
-    plan = plans_for(bounded, task, timing, rest)
-    attempt = partial(plan, natively=True)
-    slows, deadline = task.still and not any(wall.order for wall in task.walls), bounded.deadline
-    *others, last = _proportions(task, timing, refused)
-    tried = (least_longer(attempt, durations, slows, deadline) for durations in others)
+    bounded, total = _bounded(task, timing), timing.total_time
+    attempt = partial(plans_for(bounded, task, timing, Run(()), exact=total is not None), effort=Effort.TRY)
+    slows = task.still and not any(wall.order for wall in task.walls)
+    tried = (
+        least_longer(attempt, durations, slows, bounded.deadline)
+        if total is None
+        else attempt(total / durations.sum() * durations)
+        for durations in _proportions(task, timing, refused)
+    )
     planned = next((one for one in tried if one is not None), None)
-    planned = planned or _where_free_curves_fit(task, bounded, timing, refused)
-    return planned or least_longer(attempt, last, slows, deadline, plan)
+    return planned or _where_free_curves_fit(task, bounded, timing, refused)
 
 
 def _where_free_curves_fit(task: Task, bounded: Task, timing: Timing, refused: Refused) -> Timed | None:
@@ -145,6 +142,8 @@ def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Calla
         Plans the same with another timing.
     """
     proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
+    if proof is not None and not hasattr(proof, "rows"):
+        return refused  # of all times, or of those of the request
     own, own_times = _own_times(task, timing), proof is not None and _of_these_times(proof, task, timing)
     again: MinsnapError | None = None
     if timing.total_time is not None and own is not None and isinstance(refused, InfeasibleError) and not own_times:
@@ -184,7 +183,7 @@ def _stretch_tried(
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
     bounded = _bounded(task, timing)
-    attempt = partial(plans_for(bounded, task, timing, Run(()), exact=True), natively=True)
+    attempt = partial(plans_for(bounded, task, timing, Run(()), exact=True), effort=Effort.TRY)
     total = float(durations.sum()) if timing.durations is not None else timing.total
     try:
         longer = least_longer(attempt, total / durations.sum() * durations, False, bounded.deadline)

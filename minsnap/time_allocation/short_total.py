@@ -15,7 +15,7 @@ which has the least norm in L1.  That a move is not made in a time is proved in 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -26,7 +26,6 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import EXACT
-from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.task import Task
 
 
@@ -167,6 +166,10 @@ def _covered(most: dict[int, Any], known: list[Any], time: Any) -> list[Any]:
     return distances
 
 
+WallRow = tuple[tuple[tuple[float, ...], ...], tuple[float, ...], tuple[float, ...], float]
+"""Matrix, slope, anchor and radius of one of ``Walls``."""
+
+
 @dataclass(frozen=True, eq=False)
 class MoveBounds:
     """What a task asks of the velocity along a direction.
@@ -194,12 +197,13 @@ class MoveBounds:
         """Return what is known of one of the moves, in numbers of a kind."""
         move, task = moves[number], self.task
         g = [real(x) for x in move.direction.tolist()]
-        turns = self._turns(moves, number - 1), self._turns(moves, number)
+        turns = self._turns(moves, number - 1, real), self._turns(moves, number, real)
         legs = range(task.legs) if any(turns) else [leg % task.legs for leg in range(move.start, move.end)]
         smooth = task.pieces == 1 and len(legs) == 1 and not any(turns)  # within one polynomial
         orders = range(1, (SETTINGS.highest if smooth else min(SETTINGS.highest, task.continuity + 1)) + 1)
         ways = g, [-x for x in g]
-        most = {order: tuple(max(self._most(leg, order, way) for leg in legs) for way in ways) for order in orders}
+        rows = {order: {self._rows.get((leg, order), ()) for leg in legs} for order in orders}
+        most = {order: tuple(max(_most(row, way) for row in rows[order]) for way in ways) for order in orders}
         ends = zip(turns, (move.start, move.end), strict=True)
         left, right = ([real(0)] if turn else self._pinned(waypoint, g) for turn, waypoint in ends)
         return VelocityBounds(self._reach(move, g), most, left, [-((-1) ** i) * x for i, x in enumerate(right, 1)])
@@ -215,14 +219,14 @@ class MoveBounds:
             )
         return far
 
-    def _turns(self, moves: Moves, number: int) -> bool:
+    def _turns(self, moves: Moves, number: int, real: Any) -> bool:
         """Whether the way goes back after a move, the last of a lap before the first."""
         move, after = moves[number], moves[(number + 1) % len(moves)]
         around = self.task.legs if number in (-1, len(moves) - 1) else 0
         if after.start + around != move.end or (around and not self.task.closed):
             return False
-        both = all(self._reach(one, [Fraction(x) for x in one.direction.tolist()]) > 0 for one in (move, after))
-        return both and bool((move.direction == -after.direction).all())
+        opposite = bool((move.direction == -after.direction).all())
+        return opposite and all(self._reach(one, list(map(real, one.direction.tolist()))) > 0 for one in (move, after))
 
     def _pinned(self, waypoint: int, g: list[Any]) -> list[Any]:
         """Return the known derivatives along a direction at a waypoint, from order 1 on."""
@@ -233,17 +237,17 @@ class MoveBounds:
         return known
 
     @cached_property
-    def _rows(self) -> dict[tuple[int, int], list[tuple[Walls, int]]]:
-        """Walls on derivatives and their rows by leg and order."""
-        rows: dict[tuple[int, int], list[tuple[Walls, int]]] = {}
+    def _rows(self) -> dict[tuple[int, int], tuple[WallRow, ...]]:
+        """Walls on derivatives by leg and order; those of legs with the same walls are equal."""
+        rows: dict[tuple[int, int], tuple[WallRow, ...]] = {}
         for walls in (one for one in self.task.walls if one.order and one.at is None):
-            for row, leg in enumerate(walls.leg.tolist()):
-                rows.setdefault((leg, walls.order), []).append((walls, row))
+            for leg, matrix, slope, anchor, radius in zip(
+                *(values.tolist() for values in (walls.leg, walls.matrix, walls.slope, walls.anchor, walls.radius)),
+                strict=True,
+            ):
+                row = tuple(map(tuple, matrix)), tuple(slope), tuple(anchor), radius
+                rows[leg, walls.order] = (*rows.get((leg, walls.order), ()), row)
         return rows
-
-    def _most(self, leg: int, order: int, g: list[Any]) -> Any:
-        """Return how far a derivative on a leg may go along a direction."""
-        return min((_support(walls, row, g) for walls, row in self._rows.get((leg, order), ())), default=inf)
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,22 +285,27 @@ class ShortTotal:
         return all(not least or velocity.farthest(Fraction(least)) < velocity.reach > 0 for least, velocity in known)
 
 
-def _product(g: list[Any], values: list[float]) -> Any:
+def _product(g: list[Any], values: Sequence[float]) -> Any:
     real = type(g[0])
     return sum((a * real(x) for a, x in zip(g, values, strict=True)), real(0))
 
 
-def _support(walls: Walls, row: int, g: list[Any]) -> Any:
+def _most(rows: tuple[WallRow, ...], g: list[Any]) -> Any:
+    """Return how far a derivative may go along a direction."""
+    return min((_support(row, g) for row in rows), default=inf)
+
+
+def _support(row: WallRow, g: list[Any]) -> Any:
     """Return how far a wall lets a derivative go along a direction; infinity where that is not known at once."""
-    real, slope, middle = type(g[0]), walls.slope[row].tolist(), _product(g, walls.anchor[row].tolist())
-    radius = real(float(walls.radius[row]))
-    if walls.flat:
-        return radius + middle if g == [-x for x in slope] else inf
-    image = [_product(g, line) for line in walls.matrix[row].tolist()]
+    real, (matrix, slope, anchor, radius) = type(g[0]), row
+    if not matrix:
+        return real(radius) + _product(g, anchor) if g == [-x for x in slope] else inf
+    image = [_product(g, line) for line in matrix]
     squared = _product(image, image)
     size = real(sqrt(squared) * (1.0 + EXACT))
-    back = [_product(image, column) for column in walls.matrix[row].T.tolist()]
-    return inf if any(slope) or back != g or size * size < squared else size * radius + middle
+    back = [_product(image, column) for column in zip(*matrix, strict=True)]
+    known = back == g and squared <= size * size and not any(slope)
+    return size * real(radius) + _product(g, anchor) if known else inf
 
 
 def short_total(bounded: Task, total: float, any_time: bool = False) -> ShortTotal | None:

@@ -13,7 +13,7 @@ from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import keeps, largest_use
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import Patience, solve
+from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
@@ -93,7 +93,6 @@ class _ScaledSearch:
         self.first, self.most, self.shape = first, most, without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
         self.log = Log(timing.progress)
-        self.patience = Patience()
 
     def run(self) -> FloatArray:
         """Return the best durations (proportions matter), shape (pieces in all,)."""
@@ -113,7 +112,8 @@ class _ScaledSearch:
             return barred
         self.deadline.spend(WORK.measuring(self.limits.given()))
         try:
-            trajectory = self.patience.solve(self.shape, durations).flown
+            effort = Effort.TRY if np.isfinite(barred) else Effort.WHOLE
+            trajectory = solve(self.shape, durations, effort=effort).flown
             factor = np.exp(self.best[0]) / trajectory.duration if np.isfinite(barred) else None
             if factor is not None:
                 used = largest_use(self.limits, trajectory.stretched(factor), proved=False)

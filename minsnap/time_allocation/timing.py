@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from math import inf
@@ -181,13 +182,24 @@ def timed(solved: SolvedTask, search: Run | None = None, factor: float = 1.0) ->
     return Timed(solved, curve) if search is None else Timed(solved, curve, search.steps, search.interrupted)
 
 
-def solved_or_explained(task: Task, durations: FloatArray) -> SolvedTask:
-    """Solve, with walls at samples only if there are any, or raise the reason why nothing fits."""
+def nothing() -> None:
+    """Refuse nothing."""
+
+
+def solved_or_explained(task: Task, durations: FloatArray, refuse: Callable[[], None] = nothing) -> SolvedTask:
+    """Solve, with walls at samples only if there are any, or raise the reason why nothing fits.
+
+    Parameters
+    ----------
+    refuse : callable, optional
+        Raises what is proved besides, which is asked before the most work is tried.
+    """
     try:
         return solve(task, durations, task.samples, effort=Effort.WHOLE)
     except GaveUpError as reason:
         refused = _explained(task, durations)
         if getattr(refused, "contradiction", None) is None:
+            refuse()
             with suppress(InfeasibleRowsError):
                 return solve(task, durations, task.samples, effort=Effort.LAST)
             with suppress(InfeasibleRowsError):

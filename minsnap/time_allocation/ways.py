@@ -68,7 +68,7 @@ class EndConnectors:
         UnprovedError
             If that leaves a leg no time; another way might.
         """
-        first, last = (0.0 if way is None else way.duration for way in (self.before, self.after))
+        first, last = self._taken
         if timing.total_time is not None:
             return replace(timing, total_time=_left(float(timing.total_time), first + last, None))
         if timing.durations is None:
@@ -94,6 +94,36 @@ class EndConnectors:
             except (InfeasibleError, SolverError):
                 return self.around(plan(replace(self.task, pieces=RECOVERY.pieces)), limits)
         return self.around(plan(self.task), limits)
+
+    def in_time(self, plan: Callable[[Task, Timing], Timed], timing: Timing) -> Timed:
+        """Plan as :meth:`planned` does in the times of a request, of which a refusal speaks too.
+
+        Raises
+        ------
+        InfeasibleError, SolverError
+            As there.
+        """
+        between = self.between(timing)
+        try:
+            return self.planned(lambda task: plan(task, between), timing.bounds)
+        except LateError:
+            raise
+        except (InfeasibleError, SolverError) as refused:
+            first, last = self._taken
+            asked = timing.total_time if timing.durations is None else float(np.sum(timing.durations))
+            if asked is not None:
+                ways = f"the ways between limits and states with room take {first + last:.4g} s"
+                refused.args = (f"of {asked:.6g} s {ways}, and in the rest {refused}",)
+            for name, taken in (("instant", first), ("shortest", first + last)):
+                if getattr(refused, name, None) is not None:
+                    setattr(refused, name, getattr(refused, name) + taken)
+            raise
+
+    @property
+    def _taken(self) -> tuple[float, float]:
+        """Durations of the ways before and after [s]."""
+        first, last = (0.0 if way is None else way.duration for way in (self.before, self.after))
+        return first, last
 
     def around(self, planned: Timed, limits: Limits) -> Timed:
         """Fly the ways before and after a plan between them.

@@ -16,7 +16,7 @@ from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import Patience, solve
+from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, priced_first_guess, stop_and_go_times
@@ -85,10 +85,10 @@ def _smoother(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> T
     durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
     bounded = replace(timing.bounded(task), pieces=pieces, deadline=task.deadline.until(timing.due))
     plan = plans_for(bounded, task, timing, search)
-    natively, deadline = partial(plan, natively=True), bounded.deadline
+    attempt, deadline = partial(plan, effort=Effort.TRY), bounded.deadline
     resting = bounded.piece_durations(stop_and_go_times(guessed_lengths(task), timing.bounds))
-    longer = least_longer(natively, durations, False, deadline)
-    tried = [longer or least_longer(natively, resting, False, deadline)]
+    longer = least_longer(attempt, durations, False, deadline)
+    tried = [longer or least_longer(attempt, resting, False, deadline)]
     if task.still and not (tried[0] and deadline.passed):
         tried.append(shortest_scaled(replace(task, pieces=pieces), timing, durations))
     shortest = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
@@ -113,17 +113,17 @@ def plans_for(
     Returns
     -------
     callable
-        Of durations, and of ``natively``: whether to end where the native core finds none.
+        Of durations, and of the effort after which the native core gives up.
     """
-    patience, limits = Patience(), timing.limits
+    limits = timing.limits
 
-    def plan(durations: FloatArray, natively: bool = False) -> Timed | None:
+    def plan(durations: FloatArray, effort: Effort = Effort.WHOLE) -> Timed | None:
         work = 0.0 if limits is None else WORK.measuring(limits.given())
         if not bounded.deadline.affords(work):
             return None
         bounded.deadline.spend(work)
         try:
-            solved = (Patience(0) if natively else patience).solve(bounded, durations)
+            solved = solve(bounded, durations, effort=effort)
             if limits is not None and bounded.still and not exact:
                 return flown_fastest(solved, limits, task.walls, search)
         except (InfeasibleRowsError, SolverError):
