@@ -22,9 +22,6 @@ class GaveUpError(InfeasibleRowsError):
     """The native core gave up, for the reason that is the argument, and no other core tried."""
 
 
-BLEND, ONE_PIECE = "blend", "one polynomial per leg"
-"""Names of fallbacks: with another curve that has room to all walls, and the optimum of fewer pieces."""
-
 NO_KNOTS = np.zeros((0, 0, 0))
 """Those of a curve that was searched together with its durations."""
 

@@ -9,11 +9,10 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import GAP
-from minsnap.errors import MinsnapError
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.native.status import GAVE_UP
-from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
-from minsnap.optimisation.optimum import BLEND, ONE_PIECE, GaveUpError, InfeasibleRowsError, Optimum
+from minsnap.optimisation.native_solve import solve_natively, solve_without_walls
+from minsnap.optimisation.optimum import GaveUpError, Optimum
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
@@ -120,22 +119,4 @@ def _solved_in_python(
 ) -> SolvedTask:
     from minsnap.optimisation.reference_core import ReferenceCore
 
-    solved = ReferenceCore(task, durations, units, gap, prove).run(samples)
-    if task.pieces == 1 or task.jumps or BLEND not in solved.optimum.rungs:
-        return solved
-    whole = _in_one_piece(task, durations, units, gap)
-    return whole if whole is not None and whole.inside and whole.cost < solved.cost else solved
-
-
-def _in_one_piece(task: Task, durations: FloatArray, units: Units, gap: float) -> SolvedTask | None:
-    """Return the optimum of one polynomial per leg, cut into the task's pieces; None where there is none."""
-    try:
-        whole = solve(replace(task, pieces=1), durations.reshape(task.legs, task.pieces).sum(axis=1), gap=gap)
-    except (InfeasibleRowsError, MinsnapError):
-        return None
-    orders = range(task.half)
-    scale = np.array([whole.units.of_order(order) / units.of_order(order) for order in orders])
-    curve, knots = whole.trajectory.control_points, whole.optimum.knots[:, : task.half] * scale[:, None]
-    points, knots = in_pieces(task, durations, units, curve, knots)
-    how = whole.optimum.rounds, whole.optimum.solver, (), (ONE_PIECE,)
-    return SolvedTask(task, durations, units, Optimum(knots, None, np.zeros(0), *how, points=points))
+    return ReferenceCore(task, durations, units, gap, prove).run(samples)
