@@ -6,36 +6,79 @@ the multipliers held: no finite differences, no second solve (J. M. Danskin, "Th
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
-from minsnap.optimisation.normalised_constraints import WallRows
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.optimisation.knot_walls import walls_on_pieces
 from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.polynomials.bernstein import ends_to_highest, gram_root
+from minsnap.polynomials.bernstein import basis, differentiate, ends_to_highest, gram_root
+
+
+class PressingRows(NamedTuple):
+    """Contacts of a block of walls that hold a curve back: normal . r^(order)(s) <= bound on pieces.
+
+    Parameters
+    ----------
+    block : int
+        Which of ``walls_on_pieces``.
+    order : int
+    wall : ndarray of int, shape (r,)
+        In its block.
+    piece : ndarray of int, shape (r,)
+    s : ndarray, shape (r,)
+    normal : ndarray, shape (r, dim)
+    multiplier : ndarray, shape (r,)
+        Positive, for the normalised cost without 1/2.
+    """
+
+    block: int
+    order: int
+    wall: IntArray
+    piece: IntArray
+    s: FloatArray
+    normal: FloatArray
+    multiplier: FloatArray
+
+
+def pressing_rows(solved: SolvedTask) -> list[PressingRows]:
+    """Return the contacts with positive multipliers of all blocks that have some."""
+    (wall, s, multiplier), curve, first, pressing = solved.optimum.contacts, solved.trajectory, 0, []
+    for block, walls in enumerate(walls_on_pieces(solved.task)):
+        mine = (wall >= first) & (wall < first + len(walls.leg)) & (multiplier > 0.0)
+        if mine.any():
+            index, order = wall[mine] - first, walls.order
+            own = walls.chosen(index)
+            places = s[mine] if own.at is None else own.at.astype(np.float64)
+            points = differentiate(curve.control_points[own.leg], order)
+            values = np.einsum("rj,rjd->rd", basis(curve.degree - order, places), points)
+            normal, _ = own.tangents_at(values / curve.durations[own.leg, None] ** order)
+            pressing.append(PressingRows(block, order, index, own.leg, places, normal, multiplier[mine]))
+        first += len(walls.leg)
+    return pressing
 
 
 def cost_gradient(solved: SolvedTask) -> FloatArray:
     r"""Return the derivative of the optimal cost in each piece's duration, shape (pieces in all,) [cost/s].
 
     With :math:`c_i = T_i^{1-2k} e_i^\top Q e_i` and :math:`A` the orders of the end derivatives,
-    :math:`T_i \, \partial c_i / \partial T_i = (1 - 2k) c_i + 2 T_i^{1-2k} e_i^\top A Q e_i`; every active row adds
-    its multiplier times its own derivative.
+    :math:`T_i \, \partial c_i / \partial T_i = (1 - 2k) c_i + 2 T_i^{1-2k} e_i^\top A Q e_i`; every contact adds
+    its multiplier times its own derivative, in which each end derivative of order a counts (a - order) times.
     """
     problem, knots = solved.problem, solved.optimum.knots
-    relative = _cost_slopes(problem, knots)
-    rows, multipliers = solved.active
-    if rows is not None and len(multipliers):
-        relative += row_slopes(problem, knots, rows, multipliers)
+    slopes, ends, orders = (
+        np.zeros(len(problem.durations)),
+        problem.plain_ends(knots),
+        np.tile(np.arange(problem.half), 2),
+    )
+    for rows in pressing_rows(solved):
+        factors = problem.row_factors(rows.piece, rows.s, rows.order) * (orders - rows.order)
+        values = np.einsum("rj,rjd,rd->r", factors, ends[rows.piece], rows.normal)
+        np.add.at(slopes, rows.piece, rows.multiplier * values)
     unit = solved.units.length**2 * solved.units.time ** (-2.0 * problem.half)
-    return np.asarray(relative / problem.durations * unit)
-
-
-def row_slopes(problem: ReducedProblem, knots: FloatArray, rows: WallRows, multipliers: FloatArray) -> FloatArray:
-    """Sum over rows of multiplier times T dg/dT, by piece: shape (pieces in all,), normalised."""
-    used = np.flatnonzero(multipliers > 0.0)
-    slopes = multipliers[used] * _row_values(problem, knots, rows, used)
-    return np.bincount(rows.piece[used], slopes, len(problem.durations)).astype(np.float64)
+    return np.asarray((_cost_slopes(problem, knots) + slopes) / problem.durations * unit)
 
 
 def _cost_slopes(problem: ReducedProblem, knots: FloatArray) -> FloatArray:
@@ -47,16 +90,3 @@ def _cost_slopes(problem: ReducedProblem, knots: FloatArray) -> FloatArray:
     value = np.matmul(root, np.matmul(highest, ends))
     slope = np.matmul(root, np.matmul(highest, ((1.0 - 2.0 * k) + 2.0 * orders) * ends))
     return np.asarray((value * slope).sum(axis=(1, 2)) * problem.durations ** (1.0 - 2.0 * k))
-
-
-def _row_values(problem: ReducedProblem, knots: FloatArray, rows: WallRows, used: np.ndarray) -> FloatArray:
-    """T dg/dT of the rows used: each end derivative of order a counts (a - order) times."""
-    orders = np.tile(np.arange(problem.half), 2)
-    values, plain = np.empty(len(used)), problem.plain_ends(knots)
-    for order in np.unique(rows.order[used]):
-        chosen = rows.order[used] == order
-        index = used[chosen]
-        factors = problem.row_factors(rows.piece[index], rows.s[index], int(order)) * (orders - order)
-        ends = plain[rows.piece[index]]
-        values[chosen] = np.einsum("rj,rjd,rd->r", factors, ends, rows.normal[index])
-    return values

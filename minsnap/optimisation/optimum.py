@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
-from minsnap.native.corridor import CorridorAnswer
-
-if TYPE_CHECKING:
-    from minsnap.optimisation.normalised_constraints import WallRows
+from minsnap.basics.arrays import FloatArray, IntArray
 
 
 class InfeasibleRowsError(Exception):
@@ -21,6 +17,26 @@ class InfeasibleRowsError(Exception):
 class GaveUpError(InfeasibleRowsError):
     """The native core gave up, for the reason that is the argument, and no other core tried."""
 
+
+class Contacts(NamedTuple):
+    """Where a curve touches its walls, or has rows of the last QP.
+
+    Parameters
+    ----------
+    wall : ndarray of int, shape (r,)
+        Counted over the blocks of ``walls_on_pieces``; what comes after them is no wall, but part of the problem.
+    s : ndarray, shape (r,)
+        Where on its piece, in [0, 1].
+    multiplier : ndarray, shape (r,)
+        For the normalised cost without 1/2.
+    """
+
+    wall: IntArray
+    s: FloatArray
+    multiplier: FloatArray
+
+
+NO_CONTACTS = Contacts(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0))
 
 NO_KNOTS = np.zeros((0, 0, 0))
 """Those of a curve that was searched together with its durations."""
@@ -33,18 +49,13 @@ class Optimum:
     Parameters
     ----------
     knots : ndarray, shape (knots, slots, dim)
-    rows : WallRows or None
-        Rows of the last QP of the Python core.
-    multipliers : ndarray, shape (r,)
-        Of these rows, for the normalised cost without 1/2.
     rounds : int
     solver : str
+    contacts : Contacts
     fallback : tuple of str
         Solvers that failed on the way.
     rungs : tuple of str
         Names of the fallbacks taken.
-    native : CorridorAnswer or None
-        What the native core returned, with the contacts that take the place of rows.
     core : str
         Core that solved it, ``"native"`` or ``"python"``.
     handed_over : str
@@ -54,20 +65,11 @@ class Optimum:
     """
 
     knots: FloatArray
-    rows: WallRows | None
-    multipliers: FloatArray
     rounds: int
     solver: str
+    contacts: Contacts = NO_CONTACTS
     fallback: tuple[str, ...] = ()
     rungs: tuple[str, ...] = ()
     core: str = "python"
     handed_over: str = ""
     points: FloatArray | None = None
-    native: CorridorAnswer | None = None
-
-    @property
-    def active(self) -> int:
-        """Number of rows, or of contacts with walls."""
-        if self.native is not None:
-            return len(self.native.wall)
-        return 0 if self.rows is None else len(self.rows.wall)

@@ -22,7 +22,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.named_constraints import TUBES
 from minsnap.corridors.tubes import RoundTube, across, leg_projections
-from minsnap.optimisation.normalised_constraints import WallRows
+from minsnap.optimisation.gradient import PressingRows, pressing_rows
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.polynomials.bernstein import basis
 from minsnap.trajectory.trajectories import free_slopes
@@ -58,25 +58,17 @@ def place_gradient(solved: SolvedTask, constraints: Sequence[Constraint]) -> Pla
     forces = free_slopes(curve.control_points, curve.durations)[1]
     slopes.waypoints[:-1] -= forces
     slopes.waypoints[1:] += forces
-    known, multipliers = solved.active
-    used = np.flatnonzero(multipliers > 0.0)
-    if known is None or not len(used):
-        return slopes
-    rows = known.chosen(used)
-    pushes = multipliers[used] * solved.units.length * solved.units.time ** (1.0 - 2.0 * task.half)
-    _add_curve(slopes, solved, rows, pushes)
-    first = 0
-    for constraint in constraints:
-        for walls in constraint.walls(task.waypoints):
-            mine = (rows.wall >= first) & (rows.wall < first + len(walls.leg))
-            if isinstance(constraint, TUBES) and mine.any():
-                chosen = rows.chosen(mine)
-                _add_tube(slopes, solved, chosen, _directions(constraint, task.waypoints, chosen, first), pushes[mine])
-            first += len(walls.leg)
+    unit = solved.units.length * solved.units.time ** (1.0 - 2.0 * task.half)
+    owners = [one for one in constraints for walls in one.walls(task.waypoints) if len(walls.leg)]
+    for rows in pressing_rows(solved):
+        pushes, owner = rows.multiplier * unit, owners[rows.block]
+        _add_curve(slopes, solved, rows, pushes)
+        if isinstance(owner, TUBES):
+            _add_tube(slopes, solved, rows, _directions(owner, task.waypoints, rows), pushes)
     return slopes
 
 
-def _add_curve(slopes: PlaceSlopes, solved: SolvedTask, rows: WallRows, pushes: FloatArray) -> None:
+def _add_curve(slopes: PlaceSlopes, solved: SolvedTask, rows: PressingRows, pushes: FloatArray) -> None:
     """Add what the contacts change because the points of the curve move with the waypoints."""
     factors = solved.problem.row_factors(rows.piece, rows.s, 0)
     forces = pushes[:, None] * rows.normal
@@ -84,17 +76,17 @@ def _add_curve(slopes: PlaceSlopes, solved: SolvedTask, rows: WallRows, pushes: 
     np.add.at(slopes.waypoints, rows.piece + 1, factors[:, solved.task.half, None] * forces)
 
 
-def _directions(constraint: Constraint, waypoints: FloatArray, rows: WallRows, first: int) -> FloatArray:
+def _directions(constraint: Constraint, waypoints: FloatArray, rows: PressingRows) -> FloatArray:
     """Return e of every row of a tube: a world axis, or the direction of the contact."""
     if isinstance(constraint, RoundTube):
         return rows.normal
     axis = across(leg_projections(waypoints))[1]
-    side, face = np.divmod(rows.wall - first, len(axis))  # upper walls first
+    side, face = np.divmod(rows.wall, len(axis))  # upper walls first
     return np.asarray(np.eye(waypoints.shape[1])[axis[face]] * np.where(side == 0, 1.0, -1.0)[:, None])
 
 
 def _add_tube(
-    slopes: PlaceSlopes, solved: SolvedTask, rows: WallRows, directions: FloatArray, pushes: FloatArray
+    slopes: PlaceSlopes, solved: SolvedTask, rows: PressingRows, directions: FloatArray, pushes: FloatArray
 ) -> None:
     """Add what the contacts change because the walls move with the waypoints, and with the half-widths."""
     task, curve = solved.task, solved.trajectory

@@ -33,7 +33,7 @@ from minsnap.certificate import continuity
 from minsnap.errors import SolverError
 from minsnap.optimisation.linear_rows import DENSE, equations, joined_exactly, of_unit_length
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
-from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
+from minsnap.optimisation.optimum import NO_CONTACTS, Contacts, InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import solve_qp
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, proved_rows, rows_in_unknowns, rows_outside
 from minsnap.optimisation.solved_task import SolvedTask
@@ -170,11 +170,12 @@ class ReferenceCore:
         return told.inside and (not self.task.jumps or continuity(told.trajectory) >= self.task.continuity)
 
     def _told(self, answer: Answer, *rungs: str) -> SolvedTask:
-        known = len(answer.multipliers)
-        rows = answer.rows.source.chosen(slice(known)) if answer.rows and known else None
+        contacts, known = NO_CONTACTS, len(answer.multipliers)
+        if answer.rows and known:
+            contacts = Contacts(answer.rows.source.wall[:known], answer.rows.source.s[:known], answer.multipliers)
         rungs = ("next solver", *rungs) if self.failed else rungs
-        told = answer.multipliers, answer.rounds, answer.solver, tuple(self.failed), rungs
-        return SolvedTask(self.task, self.durations, self.units, Optimum(answer.curve.knots, rows, *told), self.problem)
+        told = answer.rounds, answer.solver, contacts, tuple(self.failed), rungs
+        return SolvedTask(self.task, self.durations, self.units, Optimum(answer.curve.knots, *told), self.problem)
 
     def _affordable(self, answer: Answer) -> float:
         """Widths by which walls may move inwards for the share ``gap`` of the cost; none before the first QP."""

@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from enum import Enum
 
-import numpy as np
-
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import GAP
-from minsnap.native.corridor import CorridorAnswer
 from minsnap.native.status import GAVE_UP
 from minsnap.optimisation.native_solve import solve_natively, solve_without_walls
-from minsnap.optimisation.optimum import GaveUpError, Optimum
+from minsnap.optimisation.optimum import Contacts, GaveUpError, Optimum
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
@@ -90,7 +87,9 @@ def _solved_natively(
     answer = solve_natively(task, durations, units, gap, effort.value)
     if isinstance(answer, str):
         return answer
-    solved = SolvedTask(task, durations, units, _native_outcome(answer))
+    contacts = Contacts(answer.wall, answer.s, answer.multiplier)
+    optimum = Optimum(answer.knots, answer.rounds, NATIVE, contacts, core=NATIVE, points=answer.points)
+    solved = SolvedTask(task, durations, units, optimum)
     refused = prove and not solved.inside
     return "the certificate finds the native core's answer outside of a wall" if refused else solved
 
@@ -103,15 +102,10 @@ def _solved_without_walls(task: Task, units: Units, durations: FloatArray) -> So
 
         problem = task.problem(durations, units)
         knots = joined_exactly(problem, unbounded_optimum(problem))
-        optimum = Optimum(knots, None, np.zeros(0), 0, "banded", handed_over=answer)
+        optimum = Optimum(knots, 0, "banded", handed_over=answer)
         return SolvedTask(task, durations, units, optimum, problem)
-    optimum = Optimum(answer[1], None, np.zeros(0), 0, "banded", core=NATIVE, points=answer[0])
+    optimum = Optimum(answer[1], 0, "banded", core=NATIVE, points=answer[0])
     return SolvedTask(task, durations, units, optimum)
-
-
-def _native_outcome(answer: CorridorAnswer) -> Optimum:
-    nothing = np.zeros(0)
-    return Optimum(answer.knots, None, nothing, answer.rounds, NATIVE, core=NATIVE, points=answer.points, native=answer)
 
 
 def _solved_in_python(

@@ -1,26 +1,19 @@
-"""A task solved for given durations: its curve, its distance to the walls, its active rows."""
+"""A task solved for given durations: its curve and its distance to the walls."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
-from typing import TYPE_CHECKING
-
-import numpy as np
+from functools import cached_property
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.knot_regions import Placement
 from minsnap.corridors.margins import Margin, margin_to
 from minsnap.corridors.passing import passing
-from minsnap.native.corridor import CorridorAnswer
 from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
 from minsnap.trajectory.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from minsnap.optimisation.normalised_constraints import WallRows
 
 NATIVE = "native"
 """What reports call the native core, as a core and as a solver."""
@@ -112,31 +105,3 @@ class SolvedTask:
         """Exact least distance to the walls on positions [m]; None where there are none."""
         pairs = zip(self.task.walls, self.margins, strict=True)
         return min((margin.value for wall, margin in pairs if wall.order == 0), default=None)
-
-    @cached_property
-    def active(self) -> tuple[WallRows | None, FloatArray]:
-        """Active rows of the optimum, and their multipliers for the normalised cost without 1/2."""
-        if self.optimum.native is None:
-            return self.optimum.rows, self.optimum.multipliers
-        return _contact_rows(self, self.optimum.native)
-
-
-def _contact_rows(solved: SolvedTask, answer: CorridorAnswer) -> tuple[WallRows | None, FloatArray]:
-    """Convert the contacts of the native core to rows; the planes of gates are none, but part of the problem.
-
-    The native core has these planes where ``compile_walls`` has touched walls.
-    """
-    from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
-    from minsnap.optimisation.rows import Curve
-
-    compiled = compile_walls(replace(solved.task, touching=False), solved.problem, solved.units)
-    curve = Curve(solved.problem, compiled, answer.knots)
-    block = np.searchsorted(compiled.first, answer.wall, "right") - 1
-    chosen = [np.flatnonzero(block == number) for number in range(len(compiled.blocks))]
-    rows = [
-        curve.rows(number, answer.wall[mine] - compiled.first[number], answer.s[mine])
-        for number, mine in enumerate(chosen)
-        if len(mine)
-    ]
-    known = answer.multiplier[np.concatenate(chosen)] if rows else np.zeros(0)
-    return reduce(WallRows.joined, rows) if rows else None, known

@@ -465,6 +465,5 @@ def solved_at(task: Task, answer: ShortestCurve) -> SolvedTask:
     continuity = max(task.continuity, task.half - 1)
     if (pieces, continuity) != (task.pieces, task.continuity):
         task = replace(task, pieces=pieces, continuity=continuity)
-    rounds, nothing = answer.iterations, np.zeros(0)
-    optimum = Optimum(NO_KNOTS, None, nothing, rounds, "interior point", core=NATIVE, points=answer.points)
+    optimum = Optimum(NO_KNOTS, answer.iterations, "interior point", core=NATIVE, points=answer.points)
     return SolvedTask(task, answer.durations, task.units(answer.durations), optimum)

@@ -173,7 +173,7 @@ class Timed:
         names = "solver", "rounds", "fallback", "core", "handed_over", "rungs"
         known = {name: getattr(self.solved.optimum, name) for name in names}
         own = {name: getattr(self, name) for name in ("corridor_margin", "steps", "interrupted", "limits_from")}
-        return {**known, **own, "rows": self.solved.optimum.active}
+        return {**known, **own, "rows": len(self.solved.optimum.contacts.wall)}
 
 
 def timed(solved: SolvedTask, search: Run | None = None, factor: float = 1.0) -> Timed:

@@ -6,6 +6,7 @@ from helpers.tasks import REFERENCE
 
 import minsnap
 from minsnap.native.library import core, using
+from minsnap.optimisation.gradient import pressing_rows
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.planning.planner import task_of
@@ -170,9 +171,8 @@ def test_the_plane_of_a_gate_is_not_taken_for_a_wall_that_a_waypoint_touches():
     task = task_of(PlanRequest(points, corridor=room))
     assert task.touches.any()
     solved = solve(task, np.array([1.5, 1.3, 1.4]))
-    assert solved.optimum.native is not None and len(solved.optimum.native.multiplier)
-    rows, multipliers = solved.active
-    assert rows is None and not len(multipliers)
+    assert solved.optimum.core == "native" and len(solved.optimum.contacts.multiplier)
+    assert pressing_rows(solved) == []
 
 
 def test_pieces_that_are_too_hard_cost_no_more_than_one_polynomial_per_leg():
