@@ -1,4 +1,4 @@
-"""Durations in the native core: the optimal cost with its exact gradient, and the split of a time that costs least."""
+"""Durations in the native core: the split of a time that costs least."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from minsnap.native.library import Entry, address
 from minsnap.native.records import ChainRecord, CorridorRecord, SplitRecord
 from minsnap.native.status import Status
 
-_GRADIENT = Entry("minsnap_cost_gradient", ChainRecord, *[c_void_p] * 3)
 _SPLIT = Entry("minsnap_best_split", ChainRecord, SplitRecord)
 _CORRIDOR_SPLIT = Entry("minsnap_best_corridor_split", CorridorRecord, SplitRecord)
 _TUBE_SPLIT = Entry("minsnap_best_tube_split", *[c_void_p] * 3, *[c_int32] * 3, c_double, SplitRecord)
@@ -25,53 +24,12 @@ EVALUATIONS = 2000
 """Evaluations after which a search is given up."""
 
 
-class CostGradient(NamedTuple):
-    """Optimal cost, its derivatives in the durations (legs,) and in the waypoints (legs + 1, dim)."""
-
-    cost: float
-    durations: FloatArray
-    waypoints: FloatArray
-
-
 class BestSplit(NamedTuple):
     """Durations (legs,) [s], of every evaluation total time [s] and value, (evaluations, 2), and the work of all."""
 
     durations: FloatArray
     history: FloatArray
     work: float
-
-
-def cost_gradient(
-    points: FloatArray, durations: FloatArray, half: int, pins: Pins | None = None, closed: bool = False
-) -> CostGradient | Status:
-    """Least integral of the squared k-th derivative through points, and how it changes with durations and points.
-
-    Derivatives by the envelope theorem, from the same elimination as the curve: exact but for rounding, which grows
-    with the ratio of the durations (six digits are left at 50, 15 and 6 for degrees 7, 9 and 11).
-
-    Parameters
-    ----------
-    points : ndarray, shape (legs + 1, dim)
-        [m].
-    durations : ndarray, shape (legs,)
-        [s].
-    half : int
-        k, for degree 2k - 1.
-    pins : mapping, optional
-        By default at rest at both ends.
-    closed : bool
-        The state at the end is the state at the start, and free.
-
-    Returns
-    -------
-    CostGradient or Status
-        A status says why the native core does not answer.
-    """
-    points, durations = _floats(points), _floats(durations)
-    cost, slopes, forces = np.zeros(1), np.empty(len(durations)), np.empty(points.shape)
-    chain = chain_record(points, durations, half, pins or {}, closed)
-    status = _GRADIENT(chain, address(cost), address(slopes), address(forces))
-    return Status(status) if status else CostGradient(float(cost[0]), slopes, forces)
 
 
 def best_split(
@@ -87,8 +45,14 @@ def best_split(
 
     Parameters
     ----------
-    points, half, pins, closed
-        As for ``cost_gradient``.
+    points : ndarray, shape (legs + 1, dim)
+        [m].
+    half : int
+        k, for degree 2k - 1.
+    pins : mapping
+        At rest at both ends where they say nothing else.
+    closed : bool
+        The state at the end is the state at the start, and free.
     first : ndarray, shape (legs,)
         Durations to begin with [s].
     price : float or None

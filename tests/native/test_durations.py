@@ -13,12 +13,25 @@ import minsnap
 from minsnap.basics.deadline import WORK, Deadline, LateError, Work
 from minsnap.native import durations as native
 from minsnap.native.library import core, using
+from minsnap.native.plan_batches import ManyChains, many_gradients
 from minsnap.native.status import Status
 from minsnap.optimisation.gradient import cost_gradient as python_gradient
 from minsnap.optimisation.solve import solve
 from minsnap.time_allocation.native_split import native_split
 
 pytestmark = pytest.mark.skipif(core().library is None, reason="the native core is not in use")
+
+
+def gradient(points, durations, half, start=None, end=None):
+    """Gradient of the optimal cost in the durations, and in the waypoints."""
+    chain = ManyChains(points, durations, np.array([0, len(durations)]), half, 1)
+    slopes = many_gradients(chain, (start, end))
+    return slopes.durations, np.diff(-slopes.displacements, axis=0, prepend=0.0, append=0.0)
+
+
+def cost(points, durations, half, pins=None):
+    """Return the optimal cost, with which a search for the best split begins."""
+    return native.best_split(points, durations, half, None, pins or {}).history[0, 1]
 
 
 def central(function, values, index, step):
@@ -32,42 +45,38 @@ def central(function, values, index, step):
 @pytest.mark.parametrize("half", (2, 3, 4, 5, 6))
 def test_cost_and_gradients_are_those_of_exact_splines(half):
     points, durations = random_legs(half, legs=4)
-    found = native.cost_gradient(points, durations, half)
-    degree = 2 * half - 1
-    assert found.cost == pytest.approx(Spline(points, durations, degree).cost(), rel=1e-10)
+    degree, found = 2 * half - 1, cost(points, durations, half)
+    slopes, forces = gradient(points, durations, half)
+    assert found == pytest.approx(Spline(points, durations, degree).cost(), rel=1e-10)
     for leg in range(4):
         exact = central(lambda T: Spline(points, T, degree).cost(), durations, leg, 1e-5)
-        assert found.durations[leg] == pytest.approx(exact, rel=1e-6, abs=1e-7 * found.cost)
+        assert slopes[leg] == pytest.approx(exact, rel=1e-6, abs=1e-7 * found)
     for place in ((0, 0), (2, 1), (4, 2)):
         exact = central(lambda X: Spline(X, durations, degree).cost(), points, place, 1e-5)
-        assert found.waypoints[place] == pytest.approx(exact, rel=1e-6, abs=1e-7 * found.cost)
+        assert forces[place] == pytest.approx(exact, rel=1e-6, abs=1e-7 * found)
 
 
 @pytest.mark.parametrize("dim", (1, 2, 3, 5, 7))
-@pytest.mark.parametrize("closed", (False, True))
-def test_the_gradient_is_that_of_the_python_core(dim, closed):
+def test_the_gradient_is_that_of_the_python_core(dim):
     points, durations = random_legs(dim, legs=6, dim=dim)
-    pins = {3: {1: np.linspace(0.1, 0.4, dim)}}
-    if closed:
-        points[-1], pins = points[0], {}
     with using("python"):
-        solved = solve(task_of(points, closed=closed, pins=pins), durations)
+        solved = solve(task_of(points), durations)
         expected = python_gradient(solved)
-    found = native.cost_gradient(points, durations, 4, pins, closed)
-    assert found.cost == pytest.approx(solved.cost, rel=1e-9)
-    assert found.durations == pytest.approx(expected, rel=1e-6, abs=1e-7 * np.abs(expected).max())
-    assert found.waypoints.sum(axis=0) == pytest.approx(np.zeros(dim), abs=1e-9 * np.abs(found.waypoints).max())
+    slopes, forces = gradient(points, durations, 4)
+    assert cost(points, durations, 4) == pytest.approx(solved.cost, rel=1e-9)
+    assert slopes == pytest.approx(expected, rel=1e-6, abs=1e-7 * np.abs(expected).max())
+    assert forces.sum(axis=0) == pytest.approx(np.zeros(dim), abs=1e-9 * np.abs(forces).max())
 
 
 def test_moving_ends_have_their_gradient_too():
     points, durations = random_legs(3, legs=5)
     pins = {0: {1: np.array([1.0, 0.2, -0.3])}, 5: {2: np.array([0.1, 0.0, 0.5])}}
-    found = native.cost_gradient(points, durations, 4, pins)
     rest = {order: np.zeros(3) for order in (1, 2, 3)}
     states = {0: rest | pins[0], 5: rest | pins[5]}
-    assert found.cost == pytest.approx(Spline(points, durations, states=states).cost(), rel=1e-10)
+    start, end = (np.array([[state[order] for order in (1, 2, 3)]]) for state in states.values())
+    assert cost(points, durations, 4, pins) == pytest.approx(Spline(points, durations, states=states).cost(), rel=1e-10)
     exact = central(lambda T: Spline(points, T, states=states).cost(), durations, 0, 1e-5)
-    assert found.durations[0] == pytest.approx(exact, rel=1e-6)
+    assert gradient(points, durations, 4, start, end)[0][0] == pytest.approx(exact, rel=1e-6)
 
 
 KINDS = (
@@ -145,30 +154,19 @@ def test_tasks_of_other_kinds_are_left_to_python():
         assert native_split(task_of(points), durations, None) is None
 
 
-def test_every_status_of_a_gradient():
-    points, durations = random_legs(0)
-    assert native.cost_gradient(points, durations, 7) is Status.BAD_SIZE
-    assert native.cost_gradient(np.where(points == points[1], np.nan, points), durations, 4) is Status.BAD_NUMBER
-    assert native.cost_gradient(points, -durations, 4) is Status.BAD_NUMBER
-    assert native.cost_gradient(points, durations * np.geomspace(1e-12, 1.0, len(durations)), 4) is Status.UNSUPPORTED
-    closed = np.concatenate((points, points[:1])), np.append(durations, 1e-6)
-    assert native.cost_gradient(*closed, 4, closed=True) is Status.UNSUPPORTED
-
-
 @pytest.mark.parametrize(("half", "ratio"), ((4, 1e4), (5, 300.0), (6, 50.0)))
 def test_the_cost_of_durations_far_apart_is_that_of_the_optimum(half, ratio):
     points, durations = random_legs(half, legs=3)
     durations[1] = durations[0] / ratio
-    found = native.cost_gradient(points, durations, half)
-    assert found.cost == pytest.approx(Spline(points, durations, 2 * half - 1).cost(), rel=1e-6)
+    assert cost(points, durations, half) == pytest.approx(Spline(points, durations, 2 * half - 1).cost(), rel=1e-6)
 
 
 @pytest.mark.parametrize(("half", "ratio"), ((4, 50.0), (5, 15.0), (6, 6.0)))
 def test_the_gradient_of_durations_far_apart_obeys_euler(half, ratio):
     points, durations = random_legs(half, legs=3)
     durations[1] = durations[0] / ratio
-    found = native.cost_gradient(points, durations, half)
-    assert durations @ found.durations == pytest.approx((1 - 2 * half) * found.cost, rel=1e-6)
+    slopes, _ = gradient(points, durations, half)
+    assert durations @ slopes == pytest.approx((1 - 2 * half) * cost(points, durations, half), rel=1e-6)
 
 
 @pytest.mark.parametrize("corridor", (None, minsnap.Tube(0.3)))
@@ -198,8 +196,15 @@ def test_every_status_of_a_split():
     points, durations = random_legs(0)
     still = np.repeat(points[:1], len(points), axis=0)
     assert native.best_split(still, durations, 4, None, {}) is Status.INFEASIBLE
-    assert native.best_split(points, durations, 1, None, {}) is Status.BAD_SIZE
-    assert native.best_split(points, durations * np.inf, 4, None, {}) is Status.BAD_NUMBER
+    for half in (1, 7):
+        assert native.best_split(points, durations, half, None, {}) is Status.BAD_SIZE
+    for wrong in (durations * np.inf, -durations):
+        assert native.best_split(points, wrong, 4, None, {}) is Status.BAD_NUMBER
+    assert native.best_split(np.where(points == points[1], np.nan, points), durations, 4, None, {}) is Status.BAD_NUMBER
+    apart = durations * np.geomspace(1e-12, 1.0, len(durations))
+    assert native.best_split(points, apart, 4, None, {}) is Status.UNSUPPORTED
+    closed = np.concatenate((points, points[:1])), np.append(durations, 1e-6)
+    assert native.best_split(*closed, 4, None, {}, True) is Status.UNSUPPORTED
 
 
 @given(
@@ -216,7 +221,6 @@ def test_no_argument_breaks_the_core(half, legs, dim, seed, bad):
         points.reshape(-1)[seed % points.size] = bad
     elif seed % 3 == 1:
         durations[seed % legs] = bad
-    for found in (native.cost_gradient(points, durations, half), native.best_split(points, durations, half, None, {})):
-        assert isinstance(found, (Status, native.CostGradient, native.BestSplit))
-        if not isinstance(found, Status):
-            assert np.isfinite(found.durations).all()
+    found = native.best_split(points, durations, half, None, {})
+    assert isinstance(found, (Status, native.BestSplit))
+    assert isinstance(found, Status) or np.isfinite(found.durations).all()

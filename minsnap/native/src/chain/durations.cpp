@@ -347,28 +347,7 @@ bool well_sized(Integer half, Integer legs, Integer dim, Integer pins) {
 
 using namespace minsnap;
 
-// Optimal cost of a chain and its exact gradient in the durations (legs,) and the points (legs + 1, dim).
-MINSNAP_EXPORT std::int32_t minsnap_cost_gradient(const ChainRecord *given, double *cost, double *gradient, double *point_gradient) {
-    const Integer legs = given->legs, dim = given->dim;
-    if (!well_sized(given->half, legs, dim, given->pins)) return int(Status::bad_size);
-    Pins pins;
-    ChainProblem chain;
-    Status status = read_chain(*given, pins, chain);
-    if (status != Status::done) return int(status);
-    Buffer<double> forces;
-    if (!forces.allocate(std::size_t(legs * dim))) return int(Status::no_memory);
-    FreeCost free(chain, int(given->half), given->closed != 0);
-    status = free.evaluate(chain.durations, *cost, gradient, forces.data());
-    if (status != Status::done) return int(status);
-    for (Integer leg = 0; leg < legs; ++leg) gradient[leg] /= chain.durations[leg];
-    for (Integer i = 0; i < (legs + 1) * dim; ++i) {
-        const double before = i >= dim ? forces[std::size_t(i - dim)] : 0.0;
-        point_gradient[i] = before - (i < legs * dim ? forces[std::size_t(i)] : 0.0);
-    }
-    return int(Status::done);
-}
-
-// The same for many chains without pins over threads: costs, slopes, displacements and statuses.
+// Optimal costs of many chains without pins over threads, and their exact gradients: costs, slopes, displacements and statuses.
 MINSNAP_EXPORT std::int32_t minsnap_many_gradients(const ManyRecord *many) {
     if (!many_fit(*many)) return int(Status::bad_size);
     for_all(many->count, 8, int(many->threads), many->statuses, [=](Integer b) {
