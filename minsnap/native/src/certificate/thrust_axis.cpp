@@ -2,7 +2,7 @@
 // greatest |f|^2, -|f|^2, (fx^2 + fy^2) / fz^2 and |h x f|^2 / |f|^4, polynomials or quotients of polynomials on every piece.
 //
 // The greatest quotient p / q is the root t of max(p - t q) = 0; each step sets t to p / q where p - t q is greatest (W. Dinkelbach, "On nonlinear
-// fractional programming", Management Science 13, 1967). Control points times binomial coefficients multiply as coefficients of powers do
+// fractional programming", Management Science 13, 1967), at last p - t (1 + proved) q is proved to be nowhere positive. Control points times binomial coefficients multiply as coefficients of powers do
 // (R. T. Farouki and V. T. Rajan, "Algorithms for polynomials in Bernstein form", Computer Aided Geometric Design 5, 1988).
 #include <algorithm>
 #include <new>
@@ -26,6 +26,7 @@ constexpr int most_degree = 64;  // of a quotient
 constexpr double infinity = __builtin_huge_val();
 constexpr double largest_force = 0x1p60;  // over weight, so that no product overflows
 constexpr double least_bottom = 1e-48;    // of a quotient: below it thrust has no direction
+constexpr double proved = 1e-9;           // share above a greatest quotient that none is proved to exceed
 
 // Control points times binomial coefficients.
 struct Scaled {
@@ -62,22 +63,21 @@ class ThrustAxis {
 public:
     ThrustAxis(const Pieces &pieces, double gravity) : pieces_(pieces), gravity_(gravity) {}
 
-    // Per measure the greatest value, the piece and the place on [0, 1].
-    Status run(std::int64_t count, const std::int64_t *measures, double *found) {
-        if (!quotients_.allocate(std::size_t(pieces_.count)) || !memory_.allocate(1)) return Status::no_memory;
-        climb_ = new (memory_.data()) Climb<-1, most_degree>(0);
-        for (std::int64_t k = 0; k < count; ++k) {
-            if (measures[k] < 0 || measures[k] > std::int64_t(ThrustMeasure::body_rate)) return Status::unsupported;
-            for (std::int64_t piece = 0; piece < pieces_.count; ++piece)
-                if (!lay_out(piece, ThrustMeasure(measures[k]), *new (quotients_.data() + piece) Quotient)) return Status::unsupported;
-            const bool plain = ThrustMeasure(measures[k]) <= ThrustMeasure::least;
-            const auto top = [](const Quotient &one, int j) { return one.top.values[j]; };
-            const auto missing = [](const Quotient &one, int j) { return -one.bottom.values[j]; };
-            const int degree = quotients_[0].top.degree;
-            if (!plain && !(greatest(degree, missing).bound < -least_bottom)) return Status::unsupported;
-            const Greatest best = plain ? greatest(degree, top) : greatest_quotient(degree);
-            found[3 * k] = best.bound, found[3 * k + 1] = double(best.row), found[3 * k + 2] = best.s;
+    // The greatest value, the piece and the place on [0, 1].
+    Status measure(ThrustMeasure what, double *found) {
+        if (!memory_.allocate(1)) return Status::no_memory;
+        const bool plain = what <= ThrustMeasure::least;
+        Greatest best{-infinity, -infinity, 0.0, 0};
+        for (std::int64_t piece = 0; piece < pieces_.count; ++piece) {
+            Quotient own;
+            if (!lay_out(piece, what, own)) return Status::unsupported;
+            climb_ = new (memory_.data()) Climb<-1, most_degree>(own.top.degree);
+            if (plain)
+                raise(best, own.top, piece);
+            else if (!raise_quotient(best, own, piece))
+                return Status::unsupported;
         }
+        found[0] = plain ? best.bound : best.attained, found[1] = double(best.row), found[2] = best.s;
         return Status::done;
     }
 
@@ -131,37 +131,40 @@ private:
         return true;
     }
 
-    Greatest greatest_quotient(int degree) {
-        Greatest best{-infinity, -infinity, 0.0, 0};
-        for (std::int64_t piece = 0; piece < pieces_.count; ++piece)
-            best.attain(quotients_[piece].top.values[0] / quotients_[piece].bottom.values[0], 0.0, piece);
-        for (double trial = best.attained;;) {
-            best = greatest(degree, [trial](const Quotient &one, int j) { return one.top.values[j] - trial * one.bottom.values[j]; });
-            const double ratio = quotients_[best.row].top.at(best.s) / quotients_[best.row].bottom.at(best.s);
-            best.bound = std::max(ratio, trial);
-            if (!(ratio > trial + 8.0 * unit * std::fabs(trial))) return best;
-            trial = ratio;
+    // False where the thrust has no direction, or rounding hides which value is the greatest: those of other pieces are not mixed in.
+    bool raise_quotient(Greatest &best, const Quotient &own, std::int64_t piece) {
+        const Quotient missing{{own.bottom.degree}, own.bottom};
+        if (!(greatest(missing, 1.0).bound < -least_bottom)) return false;
+        best.attain(own.top.values[0] / own.bottom.values[0], 0.0, piece);
+        for (;;) {
+            const double trial = best.attained;
+            const Greatest here = greatest(own, trial);
+            if (here.bound <= 0.0) return true;
+            const double ratio = own.top.at(here.s) / own.bottom.at(here.s);
+            if (!(ratio > trial + 8.0 * unit * trial)) return greatest(own, trial * (1.0 + proved)).bound <= 0.0;
+            best.attain(ratio, here.s, piece);
         }
     }
 
-    // Greatest of a polynomial on all pieces, from its control points times binomial coefficients.
-    template <class Value>
-    Greatest greatest(int degree, const Value &value) {
-        static constexpr double exact[most_degree + 1] = {};
-        const Scaled weights = one(degree);
+    // Of top - factor bottom.
+    Greatest greatest(const Quotient &own, double factor) {
+        Scaled sum = own.top;
+        for (int j = 0; j <= sum.degree; ++j) sum.values[j] -= factor * own.bottom.values[j];
         Greatest best{-infinity, -infinity, 0.0, 0};
-        *climb_ = Climb<-1, most_degree>(degree);
-        for (std::int64_t piece = 0; piece < pieces_.count; ++piece) {
-            double points[most_degree + 1];
-            for (int j = 0; j <= degree; ++j) points[j] = value(quotients_[piece], j) / weights.values[j];
-            climb_->raise(best, points, exact, piece);
-        }
+        raise(best, sum, 0);
         return best;
+    }
+
+    // Raise what is known by a polynomial.
+    void raise(Greatest &best, Scaled polynomial, std::int64_t piece) {
+        static constexpr double exact[most_degree + 1] = {};
+        const Scaled weights = one(polynomial.degree);
+        for (int j = 0; j <= polynomial.degree; ++j) polynomial.values[j] /= weights.values[j];
+        climb_->raise(best, polynomial.values, exact, piece);
     }
 
     const Pieces pieces_;
     double gravity_;
-    Buffer<Quotient> quotients_;
     Buffer<Climb<-1, most_degree>> memory_;
     Climb<-1, most_degree> *climb_ = nullptr;
 };
@@ -175,5 +178,8 @@ MINSNAP_EXPORT std::int32_t minsnap_thrust_axis(std::int64_t pieces, std::int64_
     using namespace minsnap;
     const Pieces path{points, durations, pieces, static_cast<int>(degree), 3};
     if (pieces < 1 || degree < 0 || 4 * (degree - 2) > most_degree || !path.sound()) return static_cast<std::int32_t>(Status::unsupported);
-    return static_cast<std::int32_t>(ThrustAxis(path, gravity).run(count, measures, found));
+    ThrustAxis axis(path, gravity);
+    Status status = Status::done;
+    for (std::int64_t k = 0; k < count && status == Status::done; ++k) status = axis.measure(ThrustMeasure(measures[k]), found + 3 * k);
+    return static_cast<std::int32_t>(status);
 }
