@@ -159,6 +159,8 @@ def largest_ratio(top: FloatArray, bottom: FloatArray, largest: Maximum = maximu
     where : float
         Instant in [0, 1].
     """
+    size = np.ldexp(1.0, np.frexp(np.abs(bottom).max(axis=1, keepdims=True))[1])  # rounding of one pair hides no other
+    top, bottom = top / size, bottom / size
     with np.errstate(over="ignore"):
         first = top[:, 0] / np.maximum(bottom[:, 0], np.finfo(np.float64).tiny)
     row, where = int(np.argmax(first)), 0.0

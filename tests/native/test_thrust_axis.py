@@ -7,6 +7,7 @@ import minsnap
 from minsnap.limits.limits import Limits
 from minsnap.native.library import using
 from minsnap.native.thrust_axis import thrust_peaks
+from minsnap.trajectory.trajectory import Trajectory
 
 LIMITS = Limits(max_thrust=1.5, min_thrust=0.5, tilt=0.5, body_rate=2.0)
 MEASURES = ("thrust", "least_thrust", "tilt", "body_rate")
@@ -30,3 +31,16 @@ def test_a_thrust_without_direction_is_left_to_the_reference(fall, known):
     parabola = np.zeros((1, 3, 3))
     parabola[0, 2, 2] = -0.5 * fall
     assert set(thrust_peaks(parabola, np.ones(1), 9.80665, MEASURES)) == known
+
+
+@pytest.mark.parametrize("core", ["native", "python"])
+@pytest.mark.parametrize("seed", [2, 11, 21, 30, 58])
+def test_the_peak_of_a_path_is_that_of_one_of_its_pieces(seed, core):
+    """However much faster the others are: rounding of large accelerations hides no small one."""
+    draw = np.random.default_rng(seed)
+    points = draw.normal(size=(12, 6, 3)) * 10.0 ** draw.uniform(-1.0, 7.0, (12, 1, 1))
+    limits = Limits(body_rate=2.0)
+    with using(core):
+        (whole,) = limits.utilisation(Trajectory(points, np.ones(12)))
+        alone = [limits.utilisation(Trajectory(piece[None], np.ones(1)))[0].value for piece in points]
+    assert whole.value == pytest.approx(max(alone), rel=1e-8)
