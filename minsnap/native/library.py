@@ -211,7 +211,7 @@ def address(array: Any) -> Any:
     flags = array.flags
     if array.dtype.char not in KINDS or not flags.c_contiguous:
         raise TypeError(f"the native core takes contiguous float64 or integers, not {array.dtype} of {array.strides}")
-    return writable(array) if flags.writeable and array.size else array.ctypes.data
+    return writable(array) if flags.writeable and array.size else ctypes.c_void_p(array.ctypes.data)
 
 
 def readable(array: Any) -> Any:
