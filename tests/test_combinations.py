@@ -95,7 +95,7 @@ def test_what_was_refused_without_a_proof_has_a_plan(seed):
 def test_a_leg_whose_length_alone_is_too_much_is_refused_before_the_last_attempts(monkeypatch):
     """They took two thirds of 6.5 s."""
     solve = timing.solve
-    monkeypatch.setattr(timing, "solve_again", lambda *given: pytest.fail("the reference was asked"))
+    monkeypatch.setattr(timing, "solve_by_reference", lambda *given: pytest.fail("the reference was asked"))
     monkeypatch.setattr(
         timing,
         "solve",

@@ -35,7 +35,15 @@ from minsnap.optimisation.linear_rows import DENSE, equations, joined_exactly, o
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
 from minsnap.optimisation.optimum import NO_CONTACTS, Contacts, InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import solve_qp
-from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, proved_rows, rows_in_unknowns, rows_outside
+from minsnap.optimisation.rows import (
+    Curve,
+    RowSet,
+    momentary_rows,
+    proved_rows,
+    rows_in_unknowns,
+    rows_outside,
+    sampled_rows,
+)
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.stop_and_go import straight_inside
 from minsnap.optimisation.task import Task
@@ -124,7 +132,7 @@ class ReferenceCore:
         """
         start = Curve(self.problem, self.compiled, self.base)
         if samples is not None:
-            rows = self._in_unknowns(_sampled(start, samples))
+            rows = self._in_unknowns(sampled_rows(start, np.arange(1, samples + 1) / (samples + 1)))
             return self._told(Answer(start) if rows is None else self._solved(Answer(start, rows), 0.0))
         answer = nearest = Answer(start, self._in_unknowns(momentary_rows(start)))
         inward, least, idle, floor = 0.0, np.inf, 0, 0.0
@@ -250,15 +258,6 @@ class ReferenceCore:
         if self.task.deadline.passed:
             raise self.task.deadline.error()
         raise InfeasibleRowsError
-
-
-def _sampled(curve: Curve, instants: int) -> list[WallRows]:
-    """Rows of every wall at equally spaced inner instants of its pieces."""
-    s = np.arange(1, instants + 1) / (instants + 1)
-    return [
-        curve.rows(number, np.repeat(np.arange(len(block.leg)), instants), np.tile(s, len(block.leg)))
-        for number, block in enumerate(curve.compiled.blocks)
-    ]
 
 
 def _whitening(hessian: Any) -> FloatArray | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -132,30 +133,35 @@ def momentary_rows(curve: Curve) -> list[WallRows]:
     return rows
 
 
+def sampled_rows(curve: Curve, s: FloatArray) -> list[WallRows]:
+    """Rows of every wall at places (m,) of its piece, or at its knot."""
+    return [curve.rows(number, index, places) for number, index, places in _at_places(curve, s)]
+
+
 def all_walls_rows(curve: Curve) -> list[WallRows]:
     """Rows of every wall: at its knot, or at as many Chebyshev points as a piece has control points.
 
     Balls and cones have the tangent planes of both directions of every row of their matrix there.
     """
     count = curve.problem.degree + 1
-    s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
     rows = []
-    for number, block in enumerate(curve.compiled.blocks):
-        walls = np.arange(len(block.leg))
-        if block.at is None:
-            index, places = np.repeat(walls, count), np.tile(s, len(walls))
-        else:
-            index, places = walls, block.at.astype(np.float64)
-        rows += _both_directions(curve, number, index, places)
+    for number, index, places in _at_places(curve, 0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)):
+        walls = curve.compiled.blocks[number].chosen(index)
+        along = np.eye(walls.matrix.shape[1])
+        for direction in np.vstack((along, -along)) if len(along) else np.zeros((1, 0)):
+            planes = walls.tangents(np.broadcast_to(direction, (len(index), len(along))))
+            rows.append(curve.of(number, index, places, planes))
     return rows
 
 
-def _both_directions(curve: Curve, number: int, index: IntArray, s: FloatArray) -> list[WallRows]:
-    walls = curve.compiled.blocks[number].chosen(index)
-    along = np.eye(walls.matrix.shape[1])
-    directions = np.vstack((along, -along)) if len(along) else np.zeros((1, 0))
-    every = (np.broadcast_to(direction, (len(s), len(along))) for direction in directions)
-    return [curve.of(number, index, s, walls.tangents(direction)) for direction in every]
+def _at_places(curve: Curve, s: FloatArray) -> Iterator[tuple[int, IntArray, FloatArray]]:
+    """Yield the number of each block, walls of it, and where each has a row."""
+    for number, block in enumerate(curve.compiled.blocks):
+        walls = np.arange(len(block.leg))
+        if block.at is None:
+            yield number, np.repeat(walls, len(s)), np.tile(s, len(walls))
+        else:
+            yield number, walls, block.at.astype(np.float64)
 
 
 def rows_outside(curve: Curve, floor: float = 0.0) -> tuple[list[WallRows], float]:

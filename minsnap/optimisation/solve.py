@@ -58,25 +58,28 @@ def solve(
     if not task.constrained and not (task.jumps and task.pins):
         return _solved_without_walls(task, units, durations)
     if samples is not None:
-        return _solved_in_python(task, durations, units, samples, gap, prove)
+        return solve_by_reference(task, durations, "", units, samples, gap, prove)
     native = _solved_natively(task, units, durations, gap, prove, effort or Effort.WHOLE)
     if isinstance(native, SolvedTask):
         return native
     if effort is not None and native in GAVE_UP:
         raise GaveUpError(native)
-    return _handed_over(_solved_in_python(task, durations, units, None, gap, prove), native)
+    return solve_by_reference(task, durations, native, units, None, gap, prove)
 
 
-def solve_again(
-    task: Task, durations: FloatArray, reason: str, units: Units | None = None, prove: bool = True
+def solve_by_reference(
+    task: Task,
+    durations: FloatArray,
+    reason: str = "",
+    units: Units | None = None,
+    samples: int | None = None,
+    gap: float = GAP,
+    prove: bool = True,
 ) -> SolvedTask:
-    """Find the same curve by the Python core, where the native one gave up for a reason."""
-    units = units or task.units(durations)
-    return _handed_over(_solved_in_python(task, durations, units, None, GAP, prove), reason)
+    """Find the same curve by the Python core, where the native one does not for a reason; parameters as above."""
+    from minsnap.optimisation.reference_core import ReferenceCore
 
-
-def _handed_over(solved: SolvedTask, reason: str) -> SolvedTask:
-    """Return an answer of the Python core with the reason of the native one."""
+    solved = ReferenceCore(task, durations, units or task.units(durations), gap, prove).run(samples)
     return replace(solved, optimum=replace(solved.optimum, handed_over=reason))
 
 
@@ -106,11 +109,3 @@ def _solved_without_walls(task: Task, units: Units, durations: FloatArray) -> So
         return SolvedTask(task, durations, units, optimum, problem)
     optimum = Optimum(answer[1], 0, "banded", core=NATIVE, points=answer[0])
     return SolvedTask(task, durations, units, optimum)
-
-
-def _solved_in_python(
-    task: Task, durations: FloatArray, units: Units, samples: int | None, gap: float, prove: bool
-) -> SolvedTask:
-    from minsnap.optimisation.reference_core import ReferenceCore
-
-    return ReferenceCore(task, durations, units, gap, prove).run(samples)

@@ -17,7 +17,7 @@ from minsnap.basics.checks import check_durations, check_time
 from minsnap.basics.messages import shown
 from minsnap.errors import LimitError, MinsnapError, SolverError, TimingError
 from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
-from minsnap.optimisation.solve import Effort, solve, solve_again
+from minsnap.optimisation.solve import Effort, solve, solve_by_reference
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.report import Progress, Step
@@ -203,7 +203,7 @@ def solved_or_explained(task: Task, durations: FloatArray, refuse: Callable[[], 
             with suppress(InfeasibleRowsError):
                 return solve(task, durations, task.samples, effort=Effort.LAST)
             with suppress(InfeasibleRowsError):
-                return solve_again(task, durations, str(reason))
+                return solve_by_reference(task, durations, str(reason))
     except InfeasibleRowsError:
         refused = _explained(task, durations)
     raise refused
