@@ -11,8 +11,9 @@ applications", SIAM Review 35, 1993).  So:
    multipliers tell: a curve that breaks moved walls by less than that is inside the true ones.
 5. The curve ends it where exact extrema prove it inside.
 
-Where that fails the nearest curve is blended with stop-and-go along the legs, if that has room to all walls.  The
-native core does the same with an active set of its own, and asks here where it does not end.
+Where that fails the nearest curve is blended with stop-and-go along the legs, if that has room to all walls.  Walls are
+convex, so that the least share of it follows from the extrema of both.  The native core does the same with an active
+set of its own, and asks here where it does not end.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from minsnap.certificate import continuity
 from minsnap.errors import SolverError
 from minsnap.optimisation.linear_rows import DENSE, equations, joined_exactly, of_unit_length
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
-from minsnap.optimisation.optimum import NO_CONTACTS, Contacts, InfeasibleRowsError, Optimum
+from minsnap.optimisation.optimum import BLEND, NO_CONTACTS, Contacts, InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import solve_qp
 from minsnap.optimisation.rows import (
     Curve,
@@ -45,7 +46,7 @@ from minsnap.optimisation.rows import (
     sampled_rows,
 )
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.optimisation.stop_and_go import straight_inside
+from minsnap.optimisation.stop_and_go import least_share, straight, straight_inside
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
@@ -58,9 +59,6 @@ MOST_INWARD = 1e-3
 
 ROUNDS = 80
 """Solves at most."""
-
-BLENDED = 4.0 ** np.arange(-16, 1)
-"""Shares of stop-and-go that are tried, from the least."""
 
 STALLED = 10
 """Rounds without a quarter less excess after which walls move inwards: the solver's accuracy is reached."""
@@ -250,11 +248,12 @@ class ReferenceCore:
             If it has none, or time ran out.
         """
         curve = nearest.curve
-        if straight_inside(curve):
-            for share in BLENDED:
-                blend = replace(nearest, curve=replace(curve, knots=curve.knots * (1.0 - share)))
-                if self._inside(blend):
-                    return self._told(blend, "blend")
+        share = least_share(curve, straight(curve)) if straight_inside(curve) else 2.0
+        while share <= 1.0:
+            answer = replace(nearest, curve=replace(curve, knots=curve.knots * (1.0 - share)))
+            if self._inside(answer):
+                return self._told(answer, BLEND)
+            share = 2.0 if share == 1.0 else min(1.0, 2.0 * share + EXACT)
         if self.task.deadline.passed:
             raise self.task.deadline.error()
         raise InfeasibleRowsError

@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from enum import Enum
 
+import numpy as np
+
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import GAP
+from minsnap.errors import MinsnapError
 from minsnap.native.status import GAVE_UP
-from minsnap.optimisation.native_solve import solve_natively, solve_without_walls
-from minsnap.optimisation.optimum import Contacts, GaveUpError, Optimum
+from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
+from minsnap.optimisation.optimum import BLEND, ONE_PIECE, Contacts, GaveUpError, InfeasibleRowsError, Optimum
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
@@ -79,8 +82,26 @@ def solve_by_reference(
     """Find the same curve by the Python core, where the native one does not for a reason; parameters as above."""
     from minsnap.optimisation.reference_core import ReferenceCore
 
-    solved = ReferenceCore(task, durations, units or task.units(durations), gap, prove).run(samples)
+    units = units or task.units(durations)
+    solved = ReferenceCore(task, durations, units, gap, prove).run(samples)
+    if task.pieces > 1 and not task.jumps and BLEND in solved.optimum.rungs:
+        whole = _in_one_piece(task, durations, units, gap)
+        solved = whole if whole is not None and whole.inside and whole.cost < solved.cost else solved
     return replace(solved, optimum=replace(solved.optimum, handed_over=reason))
+
+
+def _in_one_piece(task: Task, durations: FloatArray, units: Units, gap: float) -> SolvedTask | None:
+    """Return the optimum of one polynomial per leg, cut into the task's pieces; None where there is none."""
+    try:
+        whole = solve(replace(task, pieces=1), durations.reshape(task.legs, task.pieces).sum(axis=1), gap=gap)
+    except (InfeasibleRowsError, MinsnapError):
+        return None
+    orders = range(task.half)
+    scale = np.array([whole.units.of_order(order) / units.of_order(order) for order in orders])
+    curve, knots = whole.trajectory.control_points, whole.optimum.knots[:, : task.half] * scale[:, None]
+    points, knots = in_pieces(task, durations, units, curve, knots)
+    optimum = Optimum(knots, whole.optimum.rounds, whole.optimum.solver, rungs=(ONE_PIECE,), points=points)
+    return SolvedTask(task, durations, units, optimum)
 
 
 def _solved_natively(

@@ -18,18 +18,33 @@ def straight_inside(curve: Curve) -> bool:
     """Whether stop-and-go satisfies every pin and stays strictly inside the walls of a curve."""
     problem = curve.problem
     bounded = problem.values.any() or problem.jumps or any(block.order for block in curve.compiled.blocks)
-    return not bounded and all((excess < 0.0).all() for excess in _excess(curve))
+    return not bounded and all((excess < 0.0).all() for excess in _heights(straight(curve)))
 
 
-def _excess(curve: Curve) -> list[FloatArray]:
-    """Largest excess of stop-and-go over each wall of a curve, in widths, block by block."""
-    straight = replace(curve, knots=np.zeros_like(curve.knots))
-    return [maxima(points).values for points in straight.excess]
+def straight(curve: Curve) -> Curve:
+    """Return stop-and-go between the same walls."""
+    return replace(curve, knots=np.zeros_like(curve.knots))
+
+
+def _heights(curve: Curve) -> list[FloatArray]:
+    """Largest excess over each wall, in widths, block by block."""
+    return [maxima(points).values for points in curve.excess]
+
+
+def least_share(curve: Curve, inner: Curve) -> float:
+    """Least share of a curve with room to all walls that brings every exact extremum inside, up to rounding."""
+    share = 0.0
+    for bent, still in zip(_heights(curve), _heights(inner), strict=True):
+        out = bent > 0.0
+        if (still[out] >= 0.0).any():
+            return 1.0
+        share = max(share, float((bent[out] / (bent[out] - still[out])).max(initial=0.0)))
+    return share
 
 
 def leg_on_wall(task: Task, curve: Curve) -> CorridorError | None:
     """Return the error that names the first leg whose straight line touches a wall; None where none does."""
-    for block, excess in zip(curve.compiled.blocks, _excess(curve), strict=True):
+    for block, excess in zip(curve.compiled.blocks, _heights(straight(curve)), strict=True):
         for wall in np.flatnonzero((excess >= -EXACT) & (block.order == 0)):
             leg = int(block.leg[wall]) // task.pieces
             return CorridorError(

@@ -183,3 +183,13 @@ def test_pieces_that_are_too_hard_cost_no_more_than_one_polynomial_per_leg():
     whole, pieces = minsnap.plan(points, **asked), minsnap.plan(points, **asked, pieces=4)
     assert minsnap.certify(pieces, points, 0.01).ok
     assert pieces.cost() <= whole.cost() * (1.0 + 1e-6)
+
+
+@pytest.mark.slow
+def test_pieces_that_only_a_blend_keeps_inside_give_way_to_one_polynomial_per_leg():
+    points, durations = [(0.0, 0.0, 0.0), (0.879, -0.329, -0.527), (5.723, 4.206, -3.07)], [168.0, 0.0238]
+    asked = {"durations": durations, "corridor": 0.0598, "degree": 11}
+    whole, pieces = minsnap.plan(points, **asked), minsnap.plan(points, **asked, pieces=2)
+    assert minsnap.certify(pieces, points, 0.0598).ok
+    assert pieces.report.rungs == ("one polynomial per leg",)
+    assert pieces.cost() <= whole.cost() * (1.0 + 1e-6)
