@@ -39,7 +39,7 @@ class Contacts(NamedTuple):
 NO_CONTACTS = Contacts(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0))
 
 BLEND, ONE_PIECE = "blend", "one polynomial per leg"
-"""Names of fallbacks: with stop-and-go, which has room to all walls, and the optimum of fewer pieces."""
+"""Names of fallbacks: with another curve that has room to all walls, and the optimum of fewer pieces."""
 
 NO_KNOTS = np.zeros((0, 0, 0))
 """Those of a curve that was searched together with its durations."""

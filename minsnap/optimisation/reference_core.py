@@ -11,9 +11,9 @@ applications", SIAM Review 35, 1993).  So:
    multipliers tell: a curve that breaks moved walls by less than that is inside the true ones.
 5. The curve ends it where exact extrema prove it inside.
 
-Where that fails the nearest curve is blended with stop-and-go along the legs, if that has room to all walls.  Walls are
-convex, so that the least share of it follows from the extrema of both.  The native core does the same with an active
-set of its own, and asks here where it does not end.
+Where that fails the nearest curve is blended with one that has room to all walls: stop-and-go along the legs, or what
+least slacks below zero find.  Walls are convex, so that the least share of it follows from the extrema of both.  The
+native core does the same with an active set of its own, and asks here where it does not end.
 """
 
 from __future__ import annotations
@@ -32,7 +32,10 @@ from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.errors import SolverError
+from minsnap.native.status import Status
+from minsnap.optimisation.least_slacks import SlackProgramme, common_slack, native_slacks
 from minsnap.optimisation.linear_rows import DENSE, equations, joined_exactly, of_unit_length
+from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
 from minsnap.optimisation.optimum import BLEND, NO_CONTACTS, Contacts, InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import solve_qp
@@ -52,7 +55,7 @@ from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
 
 NEARLY_INSIDE = 0.3
-"""Excess, in widths, below which walls are moved inwards."""
+"""Excess, in widths, below which walls are moved inwards, and room that a curve to blend with has at most."""
 
 MOST_INWARD = 1e-3
 """Share of their width by which walls are moved at most, where moving them costs nothing."""
@@ -240,23 +243,44 @@ class ReferenceCore:
         return rows if self.basis is None else csr_matrix(rows @ self.basis)
 
     def _blended(self, nearest: Answer) -> SolvedTask:
-        """Blend the curve nearest to the walls with stop-and-go, where that has room to all of them.
+        """Blend the curve nearest to the walls with one that has room to all of them.
 
         Raises
         ------
         InfeasibleRowsError, LateError
-            If it has none, or time ran out.
+            If there is none, or time ran out.
         """
         curve = nearest.curve
-        share = least_share(curve, straight(curve)) if straight_inside(curve) else 2.0
+        inner = straight(curve) if straight_inside(curve) else self._with_room(curve)
+        share = least_share(curve, inner)
         while share <= 1.0:
-            answer = replace(nearest, curve=replace(curve, knots=curve.knots * (1.0 - share)))
+            blend = replace(curve, knots=curve.knots * (1.0 - share) + share * inner.knots)
+            answer = replace(nearest, curve=blend)
             if self._inside(answer):
                 return self._told(answer, BLEND)
             share = 2.0 if share == 1.0 else min(1.0, 2.0 * share + EXACT)
         if self.task.deadline.passed:
             raise self.task.deadline.error()
         raise InfeasibleRowsError
+
+    def _with_room(self, curve: Curve) -> Curve:
+        """Return a curve with room to all walls, at most ``NEARLY_INSIDE`` widths.
+
+        Raises
+        ------
+        InfeasibleRowsError
+            If there is none.
+        """
+        if not len(self.compiled.widths):
+            raise InfeasibleRowsError
+        task = replace(self.task, touching=False)
+        asked = task, self.durations, common_slack(native_walls(task)), -NEARLY_INSIDE
+        least = native_slacks(*asked)
+        if least is None or least.status is not Status.DONE:
+            least = SlackProgramme(*asked).run(sign=True)
+        if least.slacks[0] >= 0.0:
+            raise InfeasibleRowsError
+        return replace(curve, knots=joined_exactly(self.problem, least.knots))
 
 
 def _whitening(hessian: Any) -> FloatArray | None:
