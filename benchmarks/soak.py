@@ -161,16 +161,17 @@ def _around(outcome, what, changed):
     """Try 1.001 and 0.97 times the figure that is named."""
     if changed(1.0) is None:
         return outcome
-    if not _fits(changed(1.001)):
+    if not _fits(changed, 1.001):
         return f"refused, and the {what} named does not do"
     if changed(1.0)["waypoints"] is None:  # wider sets overlap in more, so that the figure is sufficient only
         return outcome
-    return f"refused, and less than the {what} named does" if _fits(changed(0.97)) else outcome
+    return f"refused, and less than the {what} named does" if _fits(changed, 0.97) else outcome
 
 
-def _fits(asked):
+def _fits(changed, factor):
+    """Whether the question of that factor has a plan; boxes that are narrower may no longer overlap."""
     try:
-        minsnap.plan(**asked)
+        minsnap.plan(**changed(factor))
     except MinsnapError:
         return False
     return True
