@@ -32,7 +32,7 @@ def thrust_peaks(
 ) -> dict[str, tuple[float, int, float]]:
     """Return the largest value, its piece and its place on [0, 1] of those measures that the native core knows.
 
-    There is none where the Python core has to answer: there is no native one, or the thrust has no direction.
+    There is none where the Python core has to answer: there is no native one, or the thrust points down.
 
     Parameters
     ----------

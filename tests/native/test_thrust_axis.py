@@ -44,3 +44,16 @@ def test_the_peak_of_a_path_is_that_of_one_of_its_pieces(seed, core):
         (whole,) = limits.utilisation(Trajectory(points, np.ones(12)))
         alone = [limits.utilisation(Trajectory(piece[None], np.ones(1)))[0].value for piece in points]
     assert whole.value == pytest.approx(max(alone), rel=1e-8)
+
+
+@pytest.mark.parametrize("least", [1e-3, 1e-5, 1e-7])
+def test_a_thrust_that_nearly_vanishes_for_an_instant_turns_and_tilts_as_it_does(least):
+    """Over weight (least, 0, 2 s - 1), and (3 least, 0, (2 s - 1)^2 + least): rounding elsewhere hides neither."""
+    turning, tilting = np.zeros((1, 4, 3)), np.zeros((1, 5, 3))
+    turning[0, :, 0], turning[0, :, 2] = least * np.array([0, 0, 1, 3]) / 6, np.array([0, 0, -2, -4]) / 6
+    tilting[0, :, 0], tilting[0, :, 2] = least * np.array([0, 0, 1, 3, 6]) / 4, np.array([0, 0, 0, -2, -4]) / 12
+    tilting[0, :, 2] += least * np.array([0, 0, 1, 3, 6]) / 12
+    value, _, s = thrust_peaks(turning, np.ones(1), 1.0, ["body_rate"])["body_rate"]
+    assert (value, s) == (pytest.approx(2.0 / least, rel=1e-8), pytest.approx(0.5, abs=least))
+    value, _, s = thrust_peaks(tilting, np.ones(1), 1.0, ["tilt"])["tilt"]
+    assert np.tan(value) == pytest.approx(3.0, rel=1e-6)
