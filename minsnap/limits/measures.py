@@ -21,7 +21,7 @@ from minsnap.corridors.constraint import Walls
 from minsnap.native.proved_extrema import maximum
 from minsnap.polynomials.bernstein import elevate, multiply, squared_norm
 from minsnap.polynomials.enclosures import Enclosure, derivative
-from minsnap.polynomials.extrema import largest_ratio
+from minsnap.polynomials.extrema import halved_to_like_sizes, largest_ratio
 from minsnap.trajectory.medium import Medium, norm
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
@@ -191,7 +191,12 @@ class _BodyRate:
     """Rate at which the thrust direction turns, squared |j x f|^2 over |f|^4; not convex: linearised in searches."""
 
     def largest(self, motion: Motion, order: int) -> Peak:
-        thrust, jerk = motion.axis(1)
+        parts = halved_to_like_sizes(*motion.axis(1))
+        value, part, s = self._largest_on(*parts.curves)
+        return value, int(parts.row[part]), float(parts.low[part] + s * parts.width[part])
+
+    @staticmethod
+    def _largest_on(thrust: FloatArray, jerk: FloatArray) -> Peak:
         square = squared_norm(thrust)
         highest, piece, s = maximum(-square)
         if highest >= -(ROUNDING**2):

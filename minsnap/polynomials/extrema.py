@@ -12,11 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from math import factorial
+from typing import NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
-from minsnap.polynomials.bernstein import basis, derivative_basis_map, rising_powers, subdivision
+from minsnap.basics.tolerances import ROUNDING
+from minsnap.polynomials.bernstein import basis, derivative_basis_map, rising_powers, split, squared_norm, subdivision
 from minsnap.polynomials.enclosures import UNIT, Enclosure, above, below
 
 PARTS = 8
@@ -135,6 +137,46 @@ class _Search:
 def _as_good(attained: FloatArray, upper: FloatArray) -> BoolArray:
     """Whether upper bounds are as good as attained: what is left comes from rounding."""
     return np.asarray(upper <= attained + 16.0 * UNIT * np.abs(attained))
+
+
+LIKE_SIZE, MOST_HALVINGS, MOST_PARTS = 3e-3, 44, 4096
+"""Least share of a curve's greatest squared norm on a part; how often, and up to how many, parts are halved."""
+
+
+class CurveParts(NamedTuple):
+    """Parts of curves, each (m, n + 1, dim), and of each its row (m,), where on [0, 1] it begins, and its width."""
+
+    curves: list[FloatArray]
+    row: IntArray
+    low: FloatArray
+    width: FloatArray
+
+
+def halved_to_like_sizes(*curves: FloatArray) -> CurveParts:
+    """Halve curves where the first one nearly vanishes, so that rounding of its large values hides no small ones."""
+    count, done = len(curves[0]), []
+    rest = CurveParts([*curves], np.arange(count), np.zeros(count), np.ones(count))
+    for halving in range(MOST_HALVINGS + 1):
+        square = squared_norm(rest.curves[0])
+        most = square.max(axis=1)
+        unlike = (square.min(axis=1) < LIKE_SIZE * most) & (most > ROUNDING**2)
+        unlike &= halving < MOST_HALVINGS and len(square) < MOST_PARTS
+        if unlike.any():
+            unlike[unlike] = -maxima(-square[unlike]).bounds < LIKE_SIZE * most[unlike]
+        done.append(_chosen(rest, ~unlike))
+        if not unlike.any():
+            break
+        whole = _chosen(rest, unlike)
+        halves = [np.concatenate(split(curve, 0.5)) for curve in whole.curves]
+        width = 0.5 * whole.width
+        low = np.concatenate((whole.low, whole.low + width))
+        rest = CurveParts(halves, np.tile(whole.row, 2), low, np.tile(width, 2))
+    all_curves, *others = zip(*done, strict=True)
+    return CurveParts([np.concatenate(one) for one in zip(*all_curves, strict=True)], *map(np.concatenate, others))
+
+
+def _chosen(parts: CurveParts, which: BoolArray) -> CurveParts:
+    return CurveParts([curve[which] for curve in parts.curves], parts.row[which], parts.low[which], parts.width[which])
 
 
 def largest_ratio(top: FloatArray, bottom: FloatArray, largest: Maximum = maximum) -> tuple[float, int, float]:
