@@ -139,8 +139,26 @@ def _as_good(attained: FloatArray, upper: FloatArray) -> BoolArray:
     return np.asarray(upper <= attained + 16.0 * UNIT * np.abs(attained))
 
 
-LIKE_SIZE, MOST_HALVINGS, MOST_PARTS = 3e-3, 44, 4096
-"""Least share of a curve's greatest squared norm on a part; how often, and up to how many, parts are halved."""
+@dataclass(frozen=True)
+class HalvingSettings:
+    """How far curves are halved.
+
+    Parameters
+    ----------
+    like : float
+        Least share of a curve's greatest squared norm on a part: below it rounding hides what is small.
+    times : int
+        How often at most: then a part is shorter than what rounding tells apart.
+    parts : int
+        How many at most, so that memory stays small.
+    """
+
+    like: float = 3e-3
+    times: int = 44
+    parts: int = 4096
+
+
+HALVING = HalvingSettings()
 
 
 class CurveParts(NamedTuple):
@@ -156,13 +174,13 @@ def halved_to_like_sizes(*curves: FloatArray) -> CurveParts:
     """Halve curves where the first one nearly vanishes, so that rounding of its large values hides no small ones."""
     count, done = len(curves[0]), []
     rest = CurveParts([*curves], np.arange(count), np.zeros(count), np.ones(count))
-    for halving in range(MOST_HALVINGS + 1):
+    for halving in range(HALVING.times + 1):
         square = squared_norm(rest.curves[0])
         most = square.max(axis=1)
-        unlike = (square.min(axis=1) < LIKE_SIZE * most) & (most > ROUNDING**2)
-        unlike &= halving < MOST_HALVINGS and len(square) < MOST_PARTS
+        unlike = (square.min(axis=1) < HALVING.like * most) & (most > ROUNDING**2)
+        unlike &= halving < HALVING.times and len(square) < HALVING.parts
         if unlike.any():
-            unlike[unlike] = -maxima(-square[unlike]).bounds < LIKE_SIZE * most[unlike]
+            unlike[unlike] = -maxima(-square[unlike]).bounds < HALVING.like * most[unlike]
         done.append(_chosen(rest, ~unlike))
         if not unlike.any():
             break

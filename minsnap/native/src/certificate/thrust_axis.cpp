@@ -3,8 +3,9 @@
 // where a bottom is near zero beside its greatest value, so that rounding of large forces hides no quotient of small ones.
 //
 // The greatest quotient p / q is the root t of max(p - t q) = 0; each step sets t to p / q where p - t q is greatest (W. Dinkelbach, "On nonlinear
-// fractional programming", Management Science 13, 1967), at last p - t (1 + proved) q is proved to be nowhere positive. Control points times binomial coefficients multiply as coefficients of powers do
-// (R. T. Farouki and V. T. Rajan, "Algorithms for polynomials in Bernstein form", Computer Aided Geometric Design 5, 1988).
+// fractional programming", Management Science 13, 1967). At last p - t (1 + proved) q is proved to be nowhere positive. Control points times
+// binomial coefficients multiply as coefficients of powers do (R. T. Farouki and V. T. Rajan, "Algorithms for polynomials in Bernstein form",
+// Computer Aided Geometric Design 5, 1988).
 #include <algorithm>
 #include <new>
 
