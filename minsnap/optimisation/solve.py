@@ -84,7 +84,8 @@ def solve_by_reference(
 
     units = units or task.units(durations)
     solved = ReferenceCore(task, durations, units, gap, prove).run(samples)
-    if task.pieces > 1 and not task.jumps and BLEND in solved.optimum.rungs:
+    alike = task.continuity == task.half - 1  # then a knot has the same values for both of its pieces
+    if task.pieces > 1 and alike and BLEND in solved.optimum.rungs:
         whole = _in_one_piece(task, durations, units, gap)
         solved = whole if whole is not None and whole.inside and whole.cost < solved.cost else solved
     return replace(solved, optimum=replace(solved.optimum, handed_over=reason))
