@@ -68,11 +68,8 @@ def cost_gradient(solved: SolvedTask) -> FloatArray:
     its multiplier times its own derivative, in which each end derivative of order a counts (a - order) times.
     """
     problem, knots = solved.problem, solved.optimum.knots
-    slopes, ends, orders = (
-        np.zeros(len(problem.durations)),
-        problem.plain_ends(knots),
-        np.tile(np.arange(problem.half), 2),
-    )
+    slopes, ends = np.zeros(len(problem.durations)), problem.plain_ends(knots)
+    orders = np.tile(np.arange(problem.half), 2)
     for rows in pressing_rows(solved):
         factors = problem.row_factors(rows.piece, rows.s, rows.order) * (orders - rows.order)
         values = np.einsum("rj,rjd,rd->r", factors, ends[rows.piece], rows.normal)

@@ -99,7 +99,7 @@ def _in_one_piece(task: Task, durations: FloatArray, units: Units, gap: float) -
         return None
     orders = range(task.half)
     scale = np.array([whole.units.of_order(order) / units.of_order(order) for order in orders])
-    curve, knots = whole.trajectory.control_points, whole.optimum.knots[:, : task.half] * scale[:, None]
+    curve, knots = whole.trajectory.control_points, whole.optimum.knots * scale[:, None]
     points, knots = in_pieces(task, durations, units, curve, knots)
     optimum = Optimum(knots, whole.optimum.rounds, whole.optimum.solver, rungs=(ONE_PIECE,), points=points)
     return SolvedTask(task, durations, units, optimum)
