@@ -109,7 +109,7 @@ def _through(task: FleetTask, vehicle: int, pieces: int) -> FloatArray:
         here[0, 0], here[-1, 1] = first, last
         curve = plan(points[one : two + 1], durations=np.diff(instants[here[:, 0]]))
         passed = np.minimum(instants[first : last + 1] - instants[first], curve.duration)
-        data[first : last + 1] = np.stack([curve(passed, order) for order in range(4)], axis=1)
+        data[first : last + 1] = curve.states(passed, 4)
     for (arrives, leaves), point in zip(knots, points, strict=True):
         data[arrives : leaves + 1, 0] = point
         data[arrives : leaves + 1, 1:] *= leaves == arrives

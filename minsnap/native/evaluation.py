@@ -13,6 +13,7 @@ from minsnap.native.records import PiecewiseCurve
 
 _MANY = Entry("minsnap_evaluate", c_void_p, c_int32, c_void_p, c_int64, c_void_p)
 _ONE = Entry("minsnap_evaluate_one")  # converts its own arguments, which takes half as long
+_STATES = Entry("minsnap_evaluate_states", c_void_p, c_int32, c_void_p, c_int64, c_void_p)
 _COSTS = Entry("minsnap_costs")  # the same
 
 
@@ -47,11 +48,18 @@ class Evaluator:
 
     def many(self, t: Any, order: int) -> FloatArray | None:
         """Return a derivative at instants of any shape: t.shape + (dim,); None where the Python core has to answer."""
+        return self._filled(_MANY, t, order, ())
+
+    def states(self, t: Any, orders: int) -> FloatArray | None:
+        """Return the derivatives 0 ... orders - 1 at instants: t.shape + (orders, dim); None as for others."""
+        return self._filled(_STATES, t, orders, (orders,))
+
+    def _filled(self, entry: Entry, t: Any, asked: int, shape: tuple[int, ...]) -> FloatArray | None:
         instants = numbers(t, copy=False)
         if instants is None:
             return None
-        values = np.empty((*instants.shape, self._dim))
-        return None if _MANY(self._at, order, address(instants), instants.size, address(values)) else values
+        values = np.empty((*instants.shape, *shape, self._dim))
+        return None if entry(self._at, asked, address(instants), instants.size, address(values)) else values
 
 
 class PieceCosts:

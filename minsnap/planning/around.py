@@ -226,7 +226,7 @@ def _ways(task: Task, curve: Trajectory, obstacles: Sequence[Obstacle], parts: i
     knots = np.concatenate(([0.0], np.cumsum(durations)))
     h, time = curve.duration / pieces, curve.duration
     scale = np.array([1.0, h, h * h, h * h * h])
-    data = np.stack([_in_space(curve(np.minimum(knots, time), order)) for order in range(ORDERS)], axis=1)
+    data = _in_space(curve.states(np.minimum(knots, time), ORDERS))
     free = np.ones((1, pieces + 1, ORDERS, 3))
     free[0, [0, -1]] = 0.0
     free[0, :: parts * task.pieces, 0, : task.dim] = task.upper > task.lower

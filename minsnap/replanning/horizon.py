@@ -32,7 +32,7 @@ from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.replanning.splice import Splice, divided
 from minsnap.time_allocation.allocate import looked_at, plan_timed
 from minsnap.time_allocation.last_look import fault
-from minsnap.time_allocation.recovery import RECOVERY, connect_start, pinned_state, state_at, state_use
+from minsnap.time_allocation.recovery import RECOVERY, connect_start, pinned_state, state_use
 from minsnap.time_allocation.timing import Timing
 from minsnap.time_allocation.ways import from_end, joined, shortest_from
 from minsnap.trajectory.report import Progress, Step
@@ -88,7 +88,7 @@ def near(
         What is flown, wherever it passes: the first guess.
     """
     if legs is not None and rest is not None and limits is not None:
-        states = (state_at(rest, float(rest.leg_breaks[leg]), task.half) for leg in range(legs, rest.legs))
+        states = (rest.states(float(rest.leg_breaks[leg]), task.half) for leg in range(legs, rest.legs))
         uses = (state_use(state, limits) for state in states)
         legs += sum(1 for _ in takewhile(lambda use: 1.0 - RECOVERY.on_limit < use <= 1.0 + KEPT, uses))
     if legs is None or task.legs <= legs:
@@ -106,7 +106,7 @@ def _first(task: Task, legs: int, tail: Trajectory | None) -> Task:
     if tail is None:
         state = np.concatenate((task.waypoints[legs : legs + 1], np.zeros((task.half - 1, task.dim))))
     else:
-        state = np.stack((tail.control_points[0, 0], *(tail(0.0, order) for order in range(1, task.half))))
+        state = tail.states(0.0, task.half)
     return part_of(task, 0, legs, {legs: state})
 
 
@@ -273,7 +273,7 @@ class SearchPatience:
     """
 
     touching: float = 0.01
-    recent: float = 0.1
+    recent: float = 0.15
     least: int = 8
     most: int = 20
     each: float = 2e-5

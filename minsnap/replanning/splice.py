@@ -15,7 +15,6 @@ from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, TimingError
 from minsnap.optimisation.planned_yaw import ChosenHeading, smooth_yaw
 from minsnap.polynomials.bernstein import powers_to_points, split
-from minsnap.time_allocation.recovery import state_at
 from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, wrap
 from minsnap.trajectory.instants import check_order
 from minsnap.trajectory.planned_heading import PlannedHeading
@@ -57,7 +56,7 @@ class Splice:
     def state(self) -> FloatArray:
         """Derivatives 0 ... k - 1, (k, dim)."""
         whole, at = self.source
-        return state_at(whole, at, self.half)
+        return whole.states(at, self.half)
 
     @property
     def passed(self) -> int:

@@ -20,7 +20,7 @@ from minsnap.limits.limits import Limits
 from minsnap.native.stops import ProvedStop, StopFamily
 from minsnap.optimisation.task import Task
 from minsnap.replanning.horizon import within
-from minsnap.time_allocation.recovery import piece_demands, pinned_state, state_at, state_use, typical
+from minsnap.time_allocation.recovery import piece_demands, pinned_state, state_use, typical
 from minsnap.time_allocation.single_piece import SinglePiece, conditions_of, walls_on
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -134,5 +134,5 @@ def back_within(curve: Trajectory, limits: Limits | None) -> bool:
     """Whether a curve keeps all limits, or comes back to them where it starts outside of one."""
     if limits is None or within(curve, limits):
         return True
-    state = state_at(curve, 0.0, 4)
+    state = curve.states(0.0, 4)
     return state_use(state, limits) > 1.0 - STOPS.on_limit and kept_from(limits, curve) < 0.9 * curve.duration

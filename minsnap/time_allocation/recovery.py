@@ -65,11 +65,6 @@ class RecoverySettings:
 RECOVERY = RecoverySettings()
 
 
-def state_at(curve: Trajectory, instant: float | FloatArray, half: int) -> FloatArray:
-    """Return the derivatives 0 ... k - 1 of a curve at instants (...) [s], (..., k, dim)."""
-    return np.stack([curve(instant, order) for order in range(half)], axis=-2)
-
-
 def pinned_state(task: Task, waypoint: int = 0) -> FloatArray:
     """Position and pinned derivatives of a waypoint, (k, dim)."""
     pinned, zero = task.pins.get(waypoint, {}), np.zeros(task.dim)

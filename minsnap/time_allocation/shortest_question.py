@@ -24,7 +24,6 @@ from minsnap.native.shortest_time import Guess, InstantKind, InstantLimit, Short
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits, stop_and_go_times
-from minsnap.time_allocation.recovery import state_at
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import Quadrotor
@@ -126,7 +125,7 @@ def coasting_guess(task: Task, times: FloatArray) -> Guess:
     pinned = np.zeros(task.waypoints.shape)
     free = replace(task, pieces=1, walls=(), regions={}, lower=pinned, upper=pinned, continuity=task.half - 1)
     curve = solve(free, durations).trajectory
-    return Guess(1, durations, state_at(curve, curve.breaks, task.half), 1.0)
+    return Guess(1, durations, curve.states(curve.breaks, task.half), 1.0)
 
 
 def scales(task: Task, limits: Limits) -> bool:
@@ -139,7 +138,7 @@ def guess_of(curve: Trajectory, task: Task, slower: float = 1.0) -> Guess | None
     if curve.legs != task.legs or task.pieces not in (1, curve.pieces):
         return None
     instants = curve.leg_breaks if task.pieces == 1 else curve.breaks
-    return Guess(task.pieces, np.diff(instants), state_at(curve, instants, task.half), slower)
+    return Guess(task.pieces, np.diff(instants), curve.states(instants, task.half), slower)
 
 
 def _waypoints(task: Task) -> tuple[FloatArray, BoolArray, FloatArray | None]:

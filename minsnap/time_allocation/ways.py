@@ -19,7 +19,7 @@ from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import split
-from minsnap.time_allocation.recovery import RECOVERY, connect_start, pinned_state, pinned_use, state_at
+from minsnap.time_allocation.recovery import RECOVERY, connect_start, pinned_state, pinned_use
 from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.timing import Timed, Timing, timed
 from minsnap.trajectory.trajectory import Trajectory
@@ -229,7 +229,7 @@ def connect_ends(task: Task, limits: Limits, start: bool) -> EndConnectors:
         if way is None:
             raise no_connector(task, limits, task.legs)
         after = way.reversed()
-        task = _moved(task, task.legs, state_at(after, 0.0, task.half))
+        task = _moved(task, task.legs, after.states(0.0, task.half))
     return EndConnectors(task, before, after)
 
 
@@ -262,7 +262,7 @@ def no_connector(task: Task, limits: Limits, waypoint: int) -> LimitError:
 
 def from_end(task: Task, way: Trajectory) -> Task:
     """Return the same task from the end of a way back; its walls are the same."""
-    return _moved(task, 0, state_at(way, way.duration, task.half))
+    return _moved(task, 0, way.states(way.duration, task.half))
 
 
 def _moved(task: Task, waypoint: int, state: FloatArray) -> Task:

@@ -66,6 +66,27 @@ class Path(ABC):
         inside = np.clip(flat, 0.0, self.duration)
         return self._evaluate(inside, check_order(order)).reshape(*instants.shape, self.dim)
 
+    def states(self, t: ArrayLike, orders: int) -> FloatArray:
+        """Position and its derivatives below an order, at any instants.
+
+        Parameters
+        ----------
+        t : array_like, any shape
+            Instants [s] in [0, duration].
+        orders : int
+            Number of them: with 3 position, velocity and acceleration.
+
+        Returns
+        -------
+        ndarray, shape t.shape + (orders, dim)
+
+        Raises
+        ------
+        IntervalError
+            If an instant is outside [0, duration] or not a number.
+        """
+        return np.stack([self(t, order) for order in range(orders)], axis=-2)
+
     def is_like(self, other: Path) -> bool:
         """Whether another path is this one."""
         return other is self

@@ -338,7 +338,7 @@ def _through(path: PhasePath, knots: FloatArray) -> Trajectory:
     """Return the polynomials of degree 7 with the path's first derivatives at both ends of each piece."""
     durations = np.diff(knots)
     inside = np.minimum(knots, path.duration)
-    states = np.stack([path(inside, order) for order in range(4)], axis=1)
+    states = path.states(inside, 4)
     powers = durations[:, None, None] ** np.arange(4)[None, :, None]
     ends = np.concatenate([states[:-1] * powers, states[1:] * powers], axis=1)
     return Trajectory(np.einsum("ij,mjd->mid", ends_to_points(SHAPE.degree), ends), durations)

@@ -199,6 +199,11 @@ class Trajectory(ReadOnly, Path):
                 return values
         return super().__call__(t, order)
 
+    def states(self, t: ArrayLike, orders: int) -> FloatArray:
+        """Position and its derivatives below an order, at any instants; see ``Path``."""
+        values = self._native.states(t, orders) if orders <= self.degree else None
+        return super().states(t, orders) if values is None else values
+
     @cached_property
     def _native(self) -> Evaluator:
         """The curve in the native core; orders and instants that it refuses go to ``Path`` and ``_evaluate``."""

@@ -43,6 +43,17 @@ def test_one_instant_is_the_same_as_many():
             assert one.shape == (3,) and (one == many).all()
 
 
+@pytest.mark.parametrize("orders", [1, 4, 9])
+@pytest.mark.parametrize("t", [0.4, [0.0, 0.4, 0.8], np.linspace(0.0, 0.8, 60).reshape(3, 4, 5), np.zeros((0, 2))])
+def test_states_are_the_derivatives_one_by_one(t, orders):
+    traj = minsnap.Trajectory(random_curve(9, 4, 7, 3).control_points, np.full(4, 0.2))
+    expected = np.stack([traj(t, order) for order in range(orders)], axis=-2)
+    assert traj.states(t, orders).shape == (*np.shape(t), orders, 3)
+    assert (traj.states(t, orders) == expected).all()
+    with pytest.raises(IntervalError, match="outside the path's interval"):
+        traj.states([0.1, 0.9], orders)
+
+
 def test_wide_registers_give_the_same_bits_as_one_instant():
     traj = random_curve(2, 3, 7, 3)
     t = np.linspace(0.0, traj.duration, 1001)

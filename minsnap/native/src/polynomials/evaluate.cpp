@@ -210,3 +210,14 @@ MINSNAP_EXPORT std::int32_t minsnap_evaluate(const void *curve, std::int32_t ord
 MINSNAP_EXPORT std::int32_t minsnap_evaluate_one(const void *curve, std::int32_t order, double t, double *out) {
     return minsnap_evaluate(curve, order, &t, 1, out);
 }
+
+// The derivatives 0 ... orders - 1 at instants (count,) [s]: (count, orders, dim).
+MINSNAP_EXPORT std::int32_t minsnap_evaluate_states(const void *curve, std::int32_t orders, const double *t, std::int64_t count,
+                                                    double *out) {
+    const std::int32_t dim = static_cast<const minsnap::PiecewiseCurve *>(curve)->dim;
+    std::int32_t status = 0;
+    for (std::int64_t i = 0; i < count && status == 0; ++i)
+        for (std::int32_t order = 0; order < orders && status == 0; ++order, out += dim)
+            status = minsnap_evaluate(curve, order, t + i, 1, out);
+    return status;
+}
