@@ -36,25 +36,17 @@ def staircase(count, seed):
     return np.array(lower), np.array(upper), np.zeros(3), at
 
 
-class TimeBoxes:
-    """What asv calls: one plan through that many boxes."""
+class Staircase:
+    """One question, for both."""
 
-    params = SIZES
-
-    def setup(self, count):
-        self.lower, self.upper, self.start, self.end = staircase(count, count)
+    def __init__(self, count, seed):
+        self.lower, self.upper, self.start, self.end = staircase(count, seed)
         self.durations = np.full(count, 2.0)
         self.boxes = Boxes(self.lower, self.upper)
-
-    def time_minsnap(self, count):
-        return self.plan()
 
     def plan(self, **rest):
         ends = {"start": {"position": self.start}, "end": {"position": self.end}}
         return minsnap.plan(None, self.durations, corridor=self.boxes, **ends, **rest)
-
-    def time_fastpathplanning(self, count):
-        return self.hull(10)
 
     def hull(self, points):
         from fastpathplanning.smooth import optimize_bezier
@@ -74,10 +66,7 @@ class TimeBoxes:
 
 
 def compare(count, seed):
-    case = TimeBoxes()
-    case.setup(count)
-    case.lower, case.upper, case.start, case.end = staircase(count, seed)
-    case.boxes = Boxes(case.lower, case.upper)
+    case = Staircase(count, seed)
     (mine, theirs), (traj, nine) = least_times([case.plan, lambda: case.hull(10)], 0.0, 5, time.perf_counter)
     smooth = case.plan(continuity=4, pieces=2)
     if not min(traj.report.corridor_margin, smooth.report.corridor_margin) >= 0.0:
@@ -94,7 +83,6 @@ def compare(count, seed):
 
 
 def main():
-    TimeBoxes().setup(2)
     compare(2, 0)
     print(
         "| boxes | cost, degree 9 / ours | cost, degree 7 / ours | cost, degree 9 / ours at C4, 2 pieces | ours | "

@@ -31,20 +31,6 @@ def curved(vehicles, pieces, span, seed=0):
     return minsnap.Fleet([minsnap.Trajectory(each[parts], durations) for each in places])
 
 
-class TimeFleets:
-    """What asv calls: a plan of 16 vehicles, and the certificate of 1,000."""
-
-    def setup(self):
-        self.mission = missions()["LSC, 16 across a square"]
-        self.fleet = curved(1000, 10, 60.0)
-
-    def time_plan(self):
-        minsnap.plan_fleet(**self.mission.asked, threads=1)
-
-    def time_certify(self):
-        minsnap.certify_fleet(self.fleet, 0.3, threads=1)
-
-
 def planned(mission):
     """Print the row of one mission."""
     began, first = time.process_time(), []

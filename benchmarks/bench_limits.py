@@ -36,9 +36,9 @@ SPANS = {
 }
 WAYS = {
     "limits": {},
-    "scaling": {"enforce": "scaling"},
-    "distance": {"split": "distance"},
-    "time_weight": {"time_weight": 100.0},
+    "scaling": {"search": minsnap.Search(enforce="scaling")},
+    "distance": {"search": minsnap.Search(split="distance")},
+    "time_weight": {"search": minsnap.Search(time_weight=100.0)},
 }
 GRID = 20001
 

@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
@@ -27,22 +28,6 @@ from minsnap.batch.solving import Solving
 
 RECTANGLE = np.array([(0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0)])
 WALKS = {"generator": "walks", "seed": 7, "legs": [4, 10], "corridor": [0.2, 0.5]}
-
-
-class TimeMany:
-    """What asv calls: all problems of one kind in one call, on one thread."""
-
-    def setup(self):
-        rng = np.random.default_rng(0)
-        self.free = rng.normal(size=(100_000, 11, 3)), rng.uniform(0.7, 1.4, (100_000, 10))
-        self.corners, self.widths = np.broadcast_to(RECTANGLE, (10_000, 5, 3)), rng.uniform(0.05, 1.0, 10_000)
-
-    def time_free(self, gradients=False):
-        return minsnap.plan_many(*self.free, threads=1, gradients=gradients)
-
-    def time_rectangles(self, gradients=False):
-        asked = self.corners, np.array([4.0, 2.0, 4.0, 2.0])
-        return minsnap.plan_many(*asked, corridor=self.widths, threads=1, gradients=gradients)
 
 
 def spent():
@@ -62,20 +47,20 @@ def measured(call, repeats=1):
 
 
 def in_one_call():
-    case = TimeMany()
-    case.setup()
-    rows = []
+    rng, rows = np.random.default_rng(0), []
+    free = rng.normal(size=(100_000, 11, 3)), rng.uniform(0.7, 1.4, (100_000, 10))
+    corners = np.broadcast_to(RECTANGLE, (10_000, 5, 3)), np.array([4.0, 2.0, 4.0, 2.0])
+    many = partial(minsnap.plan_many, threads=1)
+    tubes = partial(many, *corners, corridor=rng.uniform(0.05, 1.0, 10_000))
     for name, call, count in (
-        ("10 legs, free", case.time_free, 100_000),
-        ("10 legs, free, gradients", lambda: case.time_free(True), 100_000),
-        ("rectangle, random width, certified", case.time_rectangles, 10_000),
-        ("the same, gradients", lambda: case.time_rectangles(True), 10_000),
+        ("10 legs, free", partial(many, *free), 100_000),
+        ("10 legs, free, gradients", partial(many, *free, gradients=True), 100_000),
+        ("rectangle, random width, certified", tubes, 10_000),
+        ("the same, gradients", partial(tubes, gradients=True), 10_000),
     ):
         wall, cpu = measured(call, 3)
         rows.append((name, count, f"{wall:.3f} s", f"{cpu:.3f} s", f"{1e6 * cpu / count:.1f} us"))
-    looped = measured(
-        lambda: [minsnap.plan(p, durations=t) for p, t in zip(*(a[:5000] for a in case.free), strict=True)]
-    )
+    looped = measured(lambda: [minsnap.plan(p, durations=t) for p, t in zip(*(a[:5000] for a in free), strict=True)])
     rows.append(
         ("10 legs, free, a loop over plan", 5000, *(f"{t:.3f} s" for t in looped), f"{200.0 * looped[1]:.1f} us")
     )

@@ -25,23 +25,6 @@ DIRECTIONS = 400
 """Half-spaces in place of a ball of accelerations or thrusts: they hold more than the ball, by less than 1 %."""
 
 
-class TimeCourses:
-    """What asv calls: the search on one course, and the time that it finds."""
-
-    params = (tuple(names()), (1, 2))
-    param_names = ("course", "pieces")
-
-    def setup(self, course, pieces):
-        self.asked = dict(read_course(course).arguments, pieces=pieces)
-
-    def time_search(self, course, pieces):
-        return minsnap.plan(**self.asked)
-
-    def track_flown(self, course, pieces):
-        """Seconds of flight."""
-        return minsnap.plan(**self.asked).duration
-
-
 def profile(course: Course, path: minsnap.Trajectory) -> float:
     """Least time along a path's curve within speed, acceleration and thrust alone, by TOPP-RA; nan where it fails."""
     import toppra
