@@ -25,10 +25,13 @@ from minsnap.basics.checks import DEGREES
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
 from minsnap.native.proved_extrema import MeasuredWalls
-from minsnap.native.records import ConeGroup
+from minsnap.native.records import WallsRecord
 from minsnap.polynomials.bernstein import squared_norm
 from minsnap.polynomials.enclosures import Enclosure, derivative
 from minsnap.trajectory.trajectory import Trajectory
+
+_NUMBERS = ("matrix", "anchor", "slope", "radius", "width")
+"""Fields with a number or more for each wall."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +53,8 @@ class Walls(ReadOnly):
         What messages call it.
     at : ndarray of int, shape (m,), optional
         Where on its leg each holds: 0 at the start alone, 1 at the end alone. By default at every instant.
+    equal : bool
+        Whether they are planes on which the curve lies there.
     """
 
     leg: IntArray
@@ -61,6 +66,7 @@ class Walls(ReadOnly):
     order: int = 0
     name: str = "corridor"
     at: IntArray | None = None
+    equal: bool = False
 
     @classmethod
     def planes(
@@ -194,10 +200,12 @@ class Walls(ReadOnly):
         return MeasuredWalls.balls(self.leg, (self.matrix, self.anchor, self.radius), self.order)
 
     @cached_property
-    def group(self) -> ConeGroup:
-        """The same for the search for the shortest time, and for ways to come to rest."""
-        arrays = self.leg, self.matrix, self.anchor, self.slope, self.radius, self.width
-        return ConeGroup.of(*arrays, order=self.order)
+    def record(self) -> WallsRecord:
+        """The same for the native core."""
+        at = None if self.at is None else np.ascontiguousarray(self.at, dtype=np.int64)
+        known = {"count": len(self.leg), "rows": self.matrix.shape[1], "order": self.order, "equal": self.equal}
+        numbers = {name: np.ascontiguousarray(getattr(self, name), dtype=np.float64) for name in _NUMBERS}
+        return WallsRecord(**known, **numbers, leg=np.ascontiguousarray(self.leg, dtype=np.int64), at=at)
 
     def _paired(self, half: int) -> bool:
         """Whether planes are pairs, the upper ones first."""
@@ -244,9 +252,8 @@ class Walls(ReadOnly):
 
     def chosen(self, index: NDArray[Any]) -> Walls:
         """Return some of the walls, by indices or a mask."""
-        names = ("leg", "matrix", "anchor", "slope", "radius", "width")
         at = None if self.at is None else self.at[index]
-        return Walls(**{name: getattr(self, name)[index] for name in names}, order=self.order, name=self.name, at=at)
+        return replace(self, leg=self.leg[index], **{name: getattr(self, name)[index] for name in _NUMBERS}, at=at)
 
     def from_origin(self, origin: FloatArray) -> Walls:
         """Return the walls with positions counted from an origin, shape (dim,) [m]; derivatives stay as they are."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Any
@@ -19,39 +20,6 @@ _SLACK = Entry("minsnap_least_slack", CorridorRecord, SlackRecord, CorridorAnswe
 
 
 @dataclass(frozen=True, eq=False)
-class WallArrays:
-    """Walls, m of them, each on one piece; C-contiguous arrays.
-
-    For ``x = r^(order)(t) - anchor``: planes ``normal . x <= bound``, round walls ``|matrix x| + normal . x <= bound``,
-    balls where the normal is zero and else cones.
-
-    Parameters
-    ----------
-    piece, order : ndarray of int64, shape (m,)
-        Where, and which derivative.
-    normal, anchor : ndarray, shape (m, dim)
-    bound, width : ndarray, shape (m,)
-        Right-hand side, and the positive length by which an excess is judged, both [m/s^order].
-    when : ndarray of int64, shape (m,), or None
-        -1 for every instant of the piece, 0 for its start, 1 for its end; 2 and 3 for a plane on which the curve lies
-        at its start or end. None is -1 for all.
-    ball : ndarray of int64, shape (m,), or None
-        Which matrix each round wall has, -1 for planes; None where all are planes.
-    matrix : ndarray, shape (balls, dim, dim), or None
-    """
-
-    piece: IntArray
-    order: IntArray
-    normal: FloatArray
-    anchor: FloatArray
-    bound: FloatArray
-    width: FloatArray
-    when: IntArray | None = None
-    ball: IntArray | None = None
-    matrix: FloatArray | None = None
-
-
-@dataclass(frozen=True, eq=False)
 class CorridorQuestion:
     """A chain of pieces through nominal positions, and the walls it must stay inside.
 
@@ -63,7 +31,8 @@ class CorridorQuestion:
         Nominal positions of the knots [m].
     durations : ndarray, shape (pieces,)
         [s].
-    walls : WallArrays
+    walls : sequence of WallsRecord
+        Each wall on a piece.
     length, time : float
         What normalised lengths and times are worth [m], [s]; typical ones of the question.
     pinned : ndarray of bool, shape (pieces + 1, k, dim), or None
@@ -79,7 +48,7 @@ class CorridorQuestion:
     half: int
     positions: FloatArray
     durations: FloatArray
-    walls: WallArrays
+    walls: Sequence[WallsRecord]
     length: float
     time: float
     pinned: BoolArray | None = None
@@ -231,11 +200,5 @@ def corridor_record(
         **{"half": q.half, "pieces": len(durations), "dim": q.positions.shape[1], "continuity": q.continuity},
         **{"closed": q.closed, "length": q.length, "time": q.time, "gap": gap, "positions": q.positions},
         **{"effort": effort, "seconds": seconds},
-        **{"durations": durations, "pinned": q.pinned, "values": q.values, "walls": wall_record(q.walls)},
+        **{"durations": durations, "pinned": q.pinned, "values": q.values, "walls": q.walls, "groups": len(q.walls)},
     )
-
-
-def wall_record(walls: WallArrays) -> WallsRecord:
-    """Return the walls as entry points take them."""
-    balls = 0 if walls.matrix is None else len(walls.matrix)
-    return WallsRecord(count=len(walls.piece), balls=balls, **vars(walls))

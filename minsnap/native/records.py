@@ -10,7 +10,6 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.library import loaded
 
 R = TypeVar("R", bound="Record")
@@ -116,10 +115,6 @@ def _field(kind: str) -> tuple[Any, Any]:
     return c_void_p, (getattr(np, name), *([np.bool_] if name == "uint8" else ()))
 
 
-class WallsRecord(Record):
-    """Walls on pieces; see ``WallArrays``."""
-
-
 class CorridorRecord(Record):
     """A chain of pieces inside walls; see ``CorridorQuestion``."""
 
@@ -184,33 +179,12 @@ class ShortestAnswer(Record):
     """Where a search for the shortest time writes what it finds."""
 
 
-class ConeGroup(Record):
-    """Sets that a derivative stays in, in a search for the shortest time and in stops; see :meth:`of`."""
+class WallsRecord(Record):
+    """Walls of one kind; see ``src/basics/walls_record.hpp``, and ``Walls``, whose form it has."""
 
-    @classmethod
-    def of(cls, leg: IntArray, matrix: FloatArray, *others: FloatArray, **kind: int) -> ConeGroup:
-        """Return sets: norm of A (x - a) <= radius + slope . (x - a), in the form of ``Walls``.
-
-        Parameters
-        ----------
-        leg : ndarray of int, shape (m,)
-            Or waypoints with ``at_knots``.
-        matrix : ndarray, shape (m, q, dim)
-        *others : ndarray
-            Anchors and slopes (m, dim), radii and widths (m,).
-        **kind
-            Which derivative ``order`` is, whether sets are ``at_knots``, and whether the norm must be at least the
-            radius instead, ``outside``; then without slope.
-        """
-        numbers = (np.ascontiguousarray(one, dtype=np.float64) for one in (matrix, *others))
-        arrays = dict(zip(("matrix", "anchor", "slope", "radius", "width"), numbers, strict=True))
-        return cls(
-            count=len(leg), rows=matrix.shape[1], leg=np.ascontiguousarray(leg, dtype=np.int64), **arrays, **kind
-        )
-
-    def changed(self, **values: Any) -> ConeGroup:
+    def changed(self, **values: Any) -> WallsRecord:
         """Return the same with other fields."""
-        return ConeGroup(**self.kept | values)
+        return WallsRecord(**self.kept | values)
 
 
 class FleetCurves(Record):

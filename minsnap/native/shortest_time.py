@@ -15,7 +15,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.native.library import Entry
-from minsnap.native.records import POLL, ConeGroup, MomentaryLimit, ShortestAnswer, ShortestRequest
+from minsnap.native.records import POLL, MomentaryLimit, ShortestAnswer, ShortestRequest, WallsRecord
 from minsnap.native.status import Status
 
 _SEARCH = Entry("minsnap_shortest_time", ShortestRequest, ShortestAnswer)
@@ -80,7 +80,7 @@ class ShortestQuestion:
         Of the legs, none very short [m].
     norms : tuple of float
         Speed, acceleration, jerk and snap that a motion in any direction may reach; infinite where free.
-    sets : sequence of ConeGroup
+    sets : sequence of WallsRecord
     limits : sequence of InstantLimit
     parts : tuple of int
         Into how many each piece is divided, one time after another.
@@ -104,7 +104,7 @@ class ShortestQuestion:
     free: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
     lengths: FloatArray
     norms: tuple[float, ...]
-    sets: Sequence[ConeGroup]
+    sets: Sequence[WallsRecord]
     limits: Sequence[InstantLimit]
     parts: tuple[int, ...]
     closed: bool

@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.native.library import Entry
-from minsnap.native.records import ConeGroup, StopRecord
+from minsnap.native.records import StopRecord, WallsRecord
 
 _STOP = Entry("minsnap_stop", StopRecord)
 
@@ -42,7 +42,7 @@ class StopFamily:
         Derivatives 0 ... k - 1 at the start [m/s^order].
     waypoints : ndarray, shape (legs + 1, dim)
         [m].
-    walls, limits : sequence of ConeGroup
+    walls, limits : sequence of WallsRecord
         Of legs, and of limits for one leg.
     unit : float
         Time that stopping takes at a large acceleration [s].
@@ -52,8 +52,8 @@ class StopFamily:
         self,
         state: FloatArray,
         waypoints: FloatArray,
-        walls: Sequence[ConeGroup],
-        limits: Sequence[ConeGroup],
+        walls: Sequence[WallsRecord],
+        limits: Sequence[WallsRecord],
         unit: float,
     ) -> None:
         (half, dim), legs = state.shape, len(waypoints) - 1

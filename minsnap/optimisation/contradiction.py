@@ -21,13 +21,12 @@ from math import comb, perm
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import EXACT, ROUNDING
-from minsnap.native.corridor import LeastSlack, WallArrays
-from minsnap.optimisation.native_walls import native_walls
+from minsnap.native.corridor import LeastSlack
 from minsnap.optimisation.task import Task
-from minsnap.optimisation.units import Units
+from minsnap.optimisation.task_walls import AllWalls, all_walls
 from minsnap.polynomials.enclosures import UNIT
 
 Unknown = tuple[int, int, int]
@@ -40,48 +39,6 @@ Row = tuple[dict[Unknown, Fraction], Fraction]
 
 
 @dataclass(frozen=True, eq=False)
-class PressedRow:
-    """A wall at an instant: norm of M x + n . x <= bound, with x the derivative minus the anchor.
-
-    Parameters
-    ----------
-    piece : int
-    s : float
-        Where on the piece, in [0, 1].
-    order : int
-        Derivative that is bounded.
-    normal, anchor : ndarray, shape (dim,)
-    bound : float
-    matrix : ndarray, shape (q, dim)
-        M; q is 0 for a plane.
-    direction : ndarray, shape (q,)
-        Of the tangent plane, no longer than 1.
-    multiplier : Fraction
-    equal : bool
-        Whether it is a plane on which the curve lies, with a multiplier of any sign.
-    """
-
-    piece: int
-    s: float
-    order: int
-    normal: FloatArray
-    anchor: FloatArray
-    bound: float
-    matrix: FloatArray
-    direction: FloatArray
-    multiplier: Fraction = Fraction(1)
-    equal: bool = False
-
-    def exact(self) -> tuple[list[Fraction], Fraction]:
-        """Return normal and bound of the row, without rounding."""
-        u = _fractions(self.direction)
-        matrix = [_fractions(row) for row in self.matrix]
-        own = _fractions(self.normal)
-        normal = [n + sum(a * row[j] for a, row in zip(u, matrix, strict=True)) for j, n in enumerate(own)]
-        return normal, Fraction(self.bound) + _dot(normal, _fractions(self.anchor))
-
-
-@dataclass(frozen=True, eq=False)
 class Contradiction:
     """Walls at instants that no curve satisfies together: multipliers show it.
 
@@ -91,46 +48,52 @@ class Contradiction:
         What is asked of the curve.
     durations : ndarray, shape (pieces,)
         [s].
-    rows : tuple of PressedRow
-    joints : tuple of ((int, int, int), Fraction)
-        Piece, order and axis of the continuity rows that take part, above order k - 1 at the end of the piece, and
-        their multipliers.
+    walls : AllWalls
+        Those of the task.
+    wall : ndarray of int, shape (r,)
+        Which of them take part.
+    s : ndarray, shape (r,)
+        Where on their pieces, in [0, 1].
+    direction : ndarray, shape (r, dim)
+        Of tangent planes of round walls, no longer than 1; the first q components count where a matrix has q rows.
+    joints : tuple of (int, int, int)
+        Piece, order and axis of the continuity rows that take part, above order k - 1 at the end of the piece.
+    multipliers : tuple of Fraction
+        Of the walls, then of the joints; those of joints, and of planes on which the curve lies, have any sign.
     """
 
     task: Task
     durations: FloatArray
-    rows: tuple[PressedRow, ...]
-    joints: tuple[tuple[Joint, Fraction], ...] = ()
+    walls: AllWalls
+    wall: IntArray
+    s: FloatArray
+    direction: FloatArray
+    joints: tuple[Joint, ...]
+    multipliers: tuple[Fraction, ...]
 
     @property
     def legs(self) -> tuple[int, ...]:
         """Legs whose walls contradict each other."""
-        return tuple(sorted({row.piece // self.task.pieces for row in self.rows}))
+        return tuple(np.unique(self.walls.piece[self.wall] // self.task.pieces).tolist())
 
     @property
     def instants(self) -> FloatArray:
-        """Instants of the rows [s]."""
-        breaks = np.append(0.0, np.cumsum(self.durations))
-        return np.array([breaks[row.piece] + row.s * self.durations[row.piece] for row in self.rows])
+        """Instants of the walls [s]."""
+        breaks, piece = np.append(0.0, np.cumsum(self.durations)), self.walls.piece[self.wall]
+        return np.asarray(breaks[piece] + self.s * self.durations[piece])
+
+    @property
+    def orders(self) -> IntArray:
+        """Orders of the derivatives that the walls bound."""
+        return self.walls.order[self.wall]
 
     def verify(self) -> bool:
         """Prove the contradiction in exact rational arithmetic on the stored numbers."""
-        if any(_dot(u, u) > 1 for u in (_fractions(row.direction) for row in self.rows)):
+        if any(_dot(u, u) > 1 for u in map(self._direction, range(len(self.wall)))):
             return False
-        if any(row.multiplier < 0 and not row.equal for row in self.rows):
+        if any(m < 0 and not free for m, free in zip(self.multipliers, self.free, strict=True)):
             return False
-        return ExactRows(self.task, self.durations, self.rows, self.joints).contradict(self._multipliers)
-
-    @property
-    def _multipliers(self) -> list[Fraction]:
-        return [*(row.multiplier for row in self.rows), *(multiplier for _, multiplier in self.joints)]
-
-    def with_multipliers(self, multipliers: list[Fraction]) -> Contradiction:
-        """Return it with other multipliers, those of the joints last, without rows that have no part in it then."""
-        count = len(self.rows)
-        rows = tuple(replace(row, multiplier=m) for row, m in zip(self.rows, multipliers[:count], strict=True) if m)
-        joints = tuple((joint, m) for (joint, _), m in zip(self.joints, multipliers[count:], strict=True) if m)
-        return replace(self, rows=rows, joints=joints)
+        return sum(self.sum_of(self.multipliers)) < 0
 
     def refined(self) -> Contradiction | None:
         """Return it with multipliers with which it verifies, its own or refined ones; None where steps do not help.
@@ -138,41 +101,43 @@ class Contradiction:
         Those of continuity and planes are refined alone at first.  No more steps are taken than needed: each may also
         take away from the contradiction.  Late, LateError is raised.
         """
-        exact, multipliers = ExactRows(self.task, self.durations, self.rows, self.joints), self._multipliers
-        for alone in (True, False) if exact.free.any() else (False,):
+        multipliers = self.multipliers
+        for alone in (True, False) if self.free.any() else (False,):
             before: Fraction | None = None
             for _ in range(5):
                 self.task.deadline.require()
-                left, side = exact.sum_of(multipliers)
+                left, side = self.sum_of(multipliers)
                 if side + left < 0:
                     return self.with_multipliers(multipliers)
                 if before is not None and 2 * left > before:
                     break
-                before, multipliers = left, exact.refined(multipliers, alone)
+                before, multipliers = left, self.less_left(multipliers, alone)
         return None
 
+    def with_multipliers(self, multipliers: Sequence[Fraction]) -> Contradiction:
+        """Return it with other multipliers, without what has no part in it then."""
+        count = len(self.wall)
+        used, chosen = [i for i, m in enumerate(multipliers[:count]) if m], tuple(m for m in multipliers if m)
+        joints = tuple(joint for joint, m in zip(self.joints, multipliers[count:], strict=True) if m)
+        wall, s, direction = self.wall[used], self.s[used], self.direction[used]
+        return replace(self, wall=wall, s=s, direction=direction, joints=joints, multipliers=chosen)
 
-class ExactRows:
-    """Rows of a contradiction over the free derivatives without rounding, those of the joints last."""
+    @cached_property
+    def free(self) -> BoolArray:
+        """Which multipliers may have any sign, (rows,)."""
+        return np.append(self.walls.equal[self.wall], np.ones(len(self.joints), dtype=bool))
 
-    def __init__(
-        self,
-        task: Task,
-        durations: FloatArray,
-        rows: Sequence[PressedRow],
-        joints: Sequence[tuple[Joint, Fraction]],
-    ) -> None:
-        self.task, self.durations, self._pinned = task, durations, task.pinned.copy()
-        self._pinned[:: task.pieces, 0] = task.waypoints
-        self.rows = [*(self._wall(row) for row in rows), *(self._joint(*joint) for joint, _ in joints)]
-        self.free = np.array([*(row.equal for row in rows), *(True for _ in joints)])
-        self.places = sorted({place for row, _ in self.rows for place in row})
+    @cached_property
+    def rows(self) -> list[Row]:
+        """Rows over the free derivatives without rounding, those of the joints last."""
+        return [*map(self._wall_row, range(len(self.wall))), *(self._joint_row(*joint) for joint in self.joints)]
 
-    def contradict(self, multipliers: list[Fraction]) -> bool:
-        """Whether the sum of the rows is below 0 for every curve that is ruled out."""
-        return sum(self.sum_of(multipliers)) < 0
+    @cached_property
+    def places(self) -> list[Unknown]:
+        """Unknowns of the rows."""
+        return sorted({place for row, _ in self.rows for place in row})
 
-    def sum_of(self, multipliers: list[Fraction]) -> tuple[Fraction, Fraction]:
+    def sum_of(self, multipliers: Sequence[Fraction]) -> tuple[Fraction, Fraction]:
         """Return the most that the coefficients of the sum of the rows may come to, and the sum of their bounds."""
         left, side = self._sum(multipliers)
         return sum((abs(value) * self.largest(place) for place, value in left.items()), Fraction(0)), side
@@ -203,7 +168,7 @@ class ExactRows:
                 return multipliers if side < 0 else [-m for m in multipliers]
         return None
 
-    def refined(self, multipliers: list[Fraction], alone: bool = False) -> list[Fraction]:
+    def less_left(self, multipliers: Sequence[Fraction], alone: bool = False) -> tuple[Fraction, ...]:
         """Return multipliers of which less is left, by least squares relative to them; a sum below 0 stays.
 
         Parameters
@@ -215,7 +180,7 @@ class ExactRows:
         left, side = self._sum(multipliers)
         matrix, free = self.matrix[:, chosen], self.free[chosen]
         right = -np.array([float(left.get(place, 0) * self.largest(place)) for place in self.places])
-        weights, sizes = np.abs([float(multipliers[row]) for row in chosen]), np.linalg.norm(matrix, axis=0)
+        weights, sizes = np.abs([float(multipliers[row]) for row in chosen.tolist()]), np.linalg.norm(matrix, axis=0)
         weights[free] = (1.0 if alone else (weights * sizes).max()) / np.where(sizes, sizes, 1.0)[free]
         matrix *= weights
         if side < 0 and not alone:
@@ -225,7 +190,7 @@ class ExactRows:
         sums = list(multipliers)
         for row, more in zip(chosen.tolist(), weights * np.linalg.lstsq(matrix, right, rcond=UNIT)[0], strict=True):
             sums[row] += Fraction(float(more))
-        return [m if free else max(m, Fraction(0)) for m, free in zip(sums, self.free, strict=True)]
+        return tuple(m if free else max(m, Fraction(0)) for m, free in zip(sums, self.free, strict=True))
 
     @cached_property
     def matrix(self) -> FloatArray:
@@ -237,7 +202,7 @@ class ExactRows:
                 matrix[known[place][0], column] = float(value) * known[place][1]
         return matrix
 
-    def _sum(self, multipliers: list[Fraction]) -> Row:
+    def _sum(self, multipliers: Sequence[Fraction]) -> Row:
         """Return what is left of the sum of all rows: coefficients, and the bound."""
         left: dict[Unknown, Fraction] = {}
         side = Fraction(0)
@@ -255,13 +220,33 @@ class ExactRows:
         longest = max(float(T[max(knot - 1, 0)]), float(T[min(knot, len(T) - 1)]))
         return Fraction(self.task.length / EXACT) * perm(2 * self.task.half - 1, order) / Fraction(longest) ** order
 
-    def _wall(self, row: PressedRow) -> Row:
-        normal, bound = row.exact()
-        return self._row([(row.piece, Fraction(row.s), row.order, axis, n) for axis, n in enumerate(normal)], bound)
+    def _direction(self, row: int) -> list[Fraction]:
+        block, _ = self.walls.place(int(self.wall[row]))
+        return _fractions(self.direction[row, : block.matrix.shape[1]])
 
-    def _joint(self, piece: int, order: int, axis: int) -> Row:
+    def exact_plane(self, row: int) -> tuple[list[Fraction], Fraction]:
+        """Return the normal and the bound of a wall's plane, without rounding."""
+        block, wall = self.walls.place(int(self.wall[row]))
+        u, matrix = self._direction(row), [_fractions(one) for one in block.matrix[wall]]
+        own = enumerate(_fractions(block.slope[wall]))
+        normal = [sum((a * one[j] for a, one in zip(u, matrix, strict=True)), -n) for j, n in own]
+        return normal, Fraction(float(block.radius[wall])) + _dot(normal, _fractions(block.anchor[wall]))
+
+    def _wall_row(self, row: int) -> Row:
+        normal, bound = self.exact_plane(row)
+        place = int(self.walls.piece[self.wall[row]]), Fraction(float(self.s[row])), int(self.orders[row])
+        return self._row([(*place, axis, n) for axis, n in enumerate(normal)], bound)
+
+    def _joint_row(self, piece: int, order: int, axis: int) -> Row:
         after, one = (piece + 1) % len(self.durations), Fraction(1)
         return self._row([(piece, one, order, axis, one), (after, 0 * one, order, axis, -one)], 0 * one)
+
+    @cached_property
+    def _known(self) -> FloatArray:
+        """Pinned derivatives and positions of the knots, (knots, slots, dim)."""
+        known = self.task.pinned.copy()
+        known[:: self.task.pieces, 0] = self.task.waypoints
+        return known
 
     def _row(self, terms: list[tuple[int, Fraction, int, int, Fraction]], bound: Fraction) -> Row:
         """Return the row of a sum of terms: piece, place on it, order and axis of a derivative, and its factor."""
@@ -274,7 +259,7 @@ class ExactRows:
                 if task.free[place]:
                     unknowns[place] = unknowns.get(place, Fraction(0)) + factor * weight
                 else:
-                    bound -= factor * weight * Fraction(float(self._pinned[place]))
+                    bound -= factor * weight * Fraction(float(self._known[place]))
         return unknowns, bound
 
 
@@ -302,7 +287,7 @@ def _dot(left: list[Fraction], right: list[Fraction]) -> Fraction:
     return sum((a * b for a, b in zip(left, right, strict=True)), Fraction(0))
 
 
-def find_contradiction(task: Task, durations: FloatArray, walls: WallArrays, least: LeastSlack) -> Contradiction | None:
+def find_contradiction(task: Task, durations: FloatArray, walls: AllWalls, least: LeastSlack) -> Contradiction | None:
     """Prove that the rows that press at the least slacks contradict each other; None where that fails.
 
     Parameters
@@ -311,15 +296,25 @@ def find_contradiction(task: Task, durations: FloatArray, walls: WallArrays, lea
         Without what follows where waypoints lie on walls (``touching``).
     durations : ndarray, shape (pieces,)
         [s].
-    walls : WallArrays
+    walls : AllWalls
         Those of the task.
     """
-    pressing, units = np.flatnonzero(least.multiplier), task.units(durations)
-    rows = [_pressed(walls, least, row, units) for row in pressing.tolist()]
-    if not rows:
+    pressing = np.flatnonzero(least.multiplier)
+    if not len(pressing):
         return None
-    planes = (plane for wall, plane in _planes(walls) if wall not in least.wall[pressing])
-    return Contradiction(task, durations, (*rows, *planes), _joints(task, durations)).refined()
+    wall, units = least.wall[pressing], task.units(durations)
+    factors = (Fraction(units.time) ** order / Fraction(units.length) for order in walls.order[wall].tolist())
+    numbers = zip(least.multiplier[pressing].tolist(), least.remainder[pressing].tolist(), factors, strict=True)
+    multipliers = [(Fraction(m) + Fraction(rest)) * factor for m, rest, factor in numbers]
+    more = _of_planes_and_joints(task, durations, walls)
+    others = ~np.isin(more.wall, wall)
+    return replace(
+        more,
+        wall=np.append(wall, more.wall[others]),
+        s=np.append(least.s[pressing], more.s[others]),
+        direction=np.concatenate((least.direction[pressing], more.direction[others])),
+        multipliers=(*multipliers, *(Fraction(0) for _ in range(int(others.sum()) + len(more.joints)))),
+    ).refined()
 
 
 def contradicting_joints(task: Task, durations: FloatArray, exactly: bool = False) -> Contradiction | None:
@@ -330,15 +325,13 @@ def contradicting_joints(task: Task, durations: FloatArray, exactly: bool = Fals
     exactly : bool
         Whether by exact elimination, which finds what least squares leave open; it takes longer.
     """
-    joints = _joints(task, durations)
-    if not joints:
+    asked = _of_planes_and_joints(task, durations, all_walls(task))
+    if not asked.joints:
         return None
-    planes = tuple(plane for _, plane in _planes(native_walls(task)))
-    exact, asked = ExactRows(task, durations, planes, joints), Contradiction(task, durations, planes, joints)
     if exactly:
-        found = exact.eliminated()
+        found = asked.eliminated()
         return None if found is None else asked.with_multipliers(found)
-    matrix, sides = exact.matrix.T, np.array([float(side) for _, side in exact.rows])
+    matrix, sides = asked.matrix.T, np.array([float(side) for _, side in asked.rows])
     sizes = np.linalg.norm(matrix, axis=1)
     alone = sizes == 0.0
     sizes[alone] = np.abs(sides[alone]).max(initial=0.0) or 1.0
@@ -351,37 +344,10 @@ def contradicting_joints(task: Task, durations: FloatArray, exactly: bool = Fals
     return asked.with_multipliers([Fraction(-value) for value in (left / sizes).tolist()]).refined()
 
 
-def _planes(walls: WallArrays) -> list[tuple[int, PressedRow]]:
-    """Planes in which waypoints lie, by the numbers of their walls, with multipliers of 0."""
-    when = np.zeros(0) if walls.when is None else walls.when
-    return [
-        (wall, _row(walls, wall, float(when[wall] - 2), Fraction(0))) for wall in np.flatnonzero(when >= 2).tolist()
-    ]
-
-
-def _joints(task: Task, durations: FloatArray) -> tuple[tuple[Joint, Fraction], ...]:
-    """Piece, order and axis of the continuity rows, with multipliers of 0."""
-    inner = range(len(durations) - (not task.closed))
-    return tuple(
-        ((piece, order, axis), Fraction(0)) for order in task.jumps for axis in range(task.dim) for piece in inner
-    )
-
-
-def _pressed(walls: WallArrays, least: LeastSlack, row: int, units: Units) -> PressedRow:
-    """Return a row with its multiplier in metres and seconds, without rounding."""
-    wall = int(least.wall[row])
-    multiplier = Fraction(float(least.multiplier[row])) + Fraction(float(least.remainder[row]))
-    multiplier *= Fraction(units.time) ** int(walls.order[wall]) / Fraction(units.length)
-    return _row(walls, wall, float(least.s[row]), multiplier, least.direction[row])
-
-
-def _row(
-    walls: WallArrays, wall: int, s: float, multiplier: Fraction, direction: FloatArray | None = None
-) -> PressedRow:
-    place, anchor = (int(walls.piece[wall]), s, int(walls.order[wall])), walls.anchor[wall]
-    equal = walls.when is not None and bool(walls.when[wall] >= 2)
-    ball = -1 if walls.ball is None else int(walls.ball[wall])
-    round_wall = np.zeros((0, len(anchor))), np.zeros(0)
-    if walls.matrix is not None and direction is not None and ball >= 0:
-        round_wall = walls.matrix[ball], direction
-    return PressedRow(*place, walls.normal[wall], anchor, float(walls.bound[wall]), *round_wall, multiplier, equal)
+def _of_planes_and_joints(task: Task, durations: FloatArray, walls: AllWalls) -> Contradiction:
+    """Return all planes in which waypoints lie and all continuity rows, with multipliers of 0."""
+    wall, inner = np.flatnonzero(walls.equal), range(len(durations) - (not task.closed))
+    s = np.concatenate([np.zeros(0), *(block.at for block in walls.blocks if block.equal and block.at is not None)])
+    joints = tuple((piece, order, axis) for order in task.jumps for axis in range(task.dim) for piece in inner)
+    none = (Fraction(0),) * (len(wall) + len(joints))
+    return Contradiction(task, durations, walls, wall, s, np.zeros((len(wall), task.dim)), joints, none)

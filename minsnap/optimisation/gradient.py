@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.optimisation.knot_walls import walls_on_pieces
 from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.solved_task import SolvedTask
+from minsnap.optimisation.task_walls import all_walls
 from minsnap.polynomials.bernstein import basis, differentiate, ends_to_highest, gram_root
 
 
@@ -23,7 +23,7 @@ class PressingRows(NamedTuple):
     Parameters
     ----------
     block : int
-        Which of ``walls_on_pieces``.
+        Which of ``all_walls``.
     order : int
     wall : ndarray of int, shape (r,)
         In its block.
@@ -45,10 +45,11 @@ class PressingRows(NamedTuple):
 
 def pressing_rows(solved: SolvedTask) -> list[PressingRows]:
     """Return the contacts with positive multipliers of all blocks that have some."""
-    (wall, s, multiplier), curve, first, pressing = solved.optimum.contacts, solved.trajectory, 0, []
-    for block, walls in enumerate(walls_on_pieces(solved.task)):
+    (wall, s, multiplier), curve, every = solved.optimum.contacts, solved.trajectory, all_walls(solved.task)
+    pressing = []
+    for block, (walls, first) in enumerate(zip(every.blocks, every.first[:-1], strict=True)):
         mine = (wall >= first) & (wall < first + len(walls.leg)) & (multiplier > 0.0)
-        if mine.any():
+        if mine.any() and not walls.equal:
             index, order = wall[mine] - first, walls.order
             own = walls.chosen(index)
             places = s[mine] if own.at is None else own.at.astype(np.float64)
@@ -56,7 +57,6 @@ def pressing_rows(solved: SolvedTask) -> list[PressingRows]:
             values = np.einsum("rj,rjd->rd", basis(curve.degree - order, places), points)
             normal, _ = own.tangents_at(values / curve.durations[own.leg, None] ** order)
             pressing.append(PressingRows(block, order, index, own.leg, places, normal, multiplier[mine]))
-        first += len(walls.leg)
     return pressing
 
 

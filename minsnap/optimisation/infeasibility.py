@@ -11,14 +11,14 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
-from minsnap.native.corridor import Give, WallArrays
+from minsnap.native.corridor import Give
 from minsnap.native.status import Status
 from minsnap.optimisation.contradiction import Contradiction, find_contradiction
 from minsnap.optimisation.least_slacks import SlackProgramme, common_slack, native_slacks
-from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
+from minsnap.optimisation.task_walls import AllWalls, all_walls
 
 NOTICEABLE = 1e-6
 """Slack, in widths, below which a problem counts as solvable after all."""
@@ -39,14 +39,14 @@ class Pressed:
         Without what follows where waypoints lie on walls (``touching``).
     durations : ndarray, shape (pieces,)
         [s].
-    walls : WallArrays
+    walls : AllWalls
         Those of the task.
     give : Give
     sign : bool
         Whether it is sufficient to know that they must give way.
     """
 
-    def __init__(self, task: Task, durations: FloatArray, walls: WallArrays, give: Give, sign: bool = False) -> None:
+    def __init__(self, task: Task, durations: FloatArray, walls: AllWalls, give: Give, sign: bool = False) -> None:
         self.task, self.durations, self.walls = task, durations, walls
         self.give, self.sign, self._proved = give, sign, None
         native = native_slacks(task, durations, give)
@@ -105,8 +105,8 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
         that has no proof; None where the walls on positions leave a curve inside.
     """
     corridor = replace(task, walls=[wall for wall in task.walls if wall.order == 0], touching=False)
-    walls = native_walls(corridor)
-    if not len(walls.piece):
+    walls = all_walls(corridor)
+    if not len(walls):
         return None
     give, names = _leg_groups(corridor, walls)
     pressed = Pressed(corridor, durations, walls, give)
@@ -167,7 +167,7 @@ def _sufficient(width: float, everywhere: bool, others: Mapping[int, float], tri
     return f"{what}, together with {wider}" if wider else what
 
 
-def _standing(task: Task, durations: FloatArray, walls: WallArrays) -> InfeasibleError | None:
+def _standing(task: Task, durations: FloatArray, walls: AllWalls) -> InfeasibleError | None:
     """Return the error where walls contradict each other at waypoints, which widths of a corridor do not help."""
     pressed = Pressed(task, durations, walls, common_slack(walls), sign=True)
     proof = pressed.proof() if pressed.noticeable else None
@@ -185,10 +185,9 @@ def _too_near(task: Task, leg: int, instant: float, proof: Contradiction) -> Inf
     )
 
 
-def _leg_groups(task: Task, walls: WallArrays) -> tuple[Give, list[int | None]]:
+def _leg_groups(task: Task, walls: AllWalls) -> tuple[Give, list[int | None]]:
     """One common slack if all walls are equally wide, else one per leg; and the leg of each slack."""
-    leg, when = walls.piece // task.pieces, walls.when
-    stands = np.zeros(len(leg), dtype=bool) if when is None else when >= 0  # what holds at one instant never gives way
+    leg, stands = walls.piece // task.pieces, walls.momentary  # what holds at one instant never gives way
     width, weight = walls.width[~stands], np.ones(len(leg))
     if len(width) and np.ptp(width) <= 1e-9 * width.max():
         return Give(np.where(stands, -1, 0), weight, 1), [None]

@@ -17,13 +17,14 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import EXACT, ROUNDING
-from minsnap.native.corridor import Give, LeastSlack, WallArrays, least_slack
+from minsnap.native.corridor import Give, LeastSlack, least_slack
 from minsnap.native.status import Status
 from minsnap.optimisation.linear_rows import equations, point_scale
 from minsnap.optimisation.native_solve import corridor_question
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
 from minsnap.optimisation.rows import Curve, RowSet, all_walls_rows, rows_in_unknowns, rows_outside
 from minsnap.optimisation.task import Task
+from minsnap.optimisation.task_walls import AllWalls, all_walls
 
 ROUNDS = 20
 """Linear programmes at most; the slacks are then from below, and what presses may prove that they are not zero."""
@@ -35,12 +36,9 @@ STALLED = 1e-4
 """Share by which the sum of the slacks must grow in a round, once it is above zero."""
 
 
-def common_slack(walls: WallArrays) -> Give:
+def common_slack(walls: AllWalls) -> Give:
     """Return one slack for all walls but the planes on which the curve lies."""
-    group = np.zeros(len(walls.piece), dtype=np.int64)
-    if walls.when is not None:
-        group[walls.when >= 2] = -1
-    return Give(group, np.ones(len(group)), 1)
+    return Give(np.where(walls.equal, -1, 0), np.ones(len(walls)), 1)
 
 
 def native_slacks(task: Task, durations: FloatArray, give: Give, lowest: float = 0.0) -> LeastSlack | None:
@@ -51,12 +49,13 @@ def native_slacks(task: Task, durations: FloatArray, give: Give, lowest: float =
     LateError
         Where time or work are over.
     """
-    question = corridor_question(replace(task, solver="auto"), durations, task.units(durations))
+    walls = all_walls(task)
+    if lowest:
+        walls = walls.relaxed(lowest * np.where(give.group < 0, 0.0, give.weight))
+    question = corridor_question(replace(task, solver="auto"), durations, task.units(durations), walls)
     if isinstance(question, str):
         return None
-    walls = question.walls
-    bound = walls.bound + lowest * np.where(give.group < 0, 0.0, give.weight * walls.width)
-    least = least_slack(replace(question, walls=replace(walls, bound=bound)), give, task.deadline.left)
+    least = least_slack(question, give, task.deadline.left)
     task.deadline.spend(WORK.solve * least.work)
     task.deadline.require()
     return replace(least, slacks=least.slacks + lowest)
@@ -79,7 +78,7 @@ class SlackProgramme:
         units, self.deadline, self.lowest = task.units(durations), task.deadline, lowest
         self.problem = problem = task.problem(durations, units)
         self.compiled = compiled = compile_walls(task, problem, units)
-        count = len(compiled.widths)  # planes of gates, which come after them, are equations here
+        count = len(compiled)  # planes of gates, which come after them, are equations here
         self.give = replace(give, group=give.group[:count], weight=give.weight[:count])
         self.base = problem.values
         self.scale, self.ends = point_scale(problem), problem.plain_ends(self.base)
@@ -115,7 +114,7 @@ class SlackProgramme:
             known = sign and (total > ACCURACY or excess < -total / 2.0)
             if not outside or stays or known:
                 break
-            moved = amounts * self.compiled.widths
+            moved = amounts * self.compiled.width
             rows = rows.joined(self._in_unknowns([replace(one, bound=one.bound - moved[one.wall]) for one in outside]))
         self._last = last
         return self._pressed(*last) if last else self._nothing()
@@ -133,7 +132,7 @@ class SlackProgramme:
             return self._nothing()
         self.deadline.require()
         rows, knots, slacks, multipliers = self._last
-        width = self.compiled.widths[rows.source.wall]
+        width = self.compiled.width[rows.source.wall]
         chosen = np.sort(np.argsort(-multipliers * width, kind="stable")[: 8 * (self.problem.size + 1)])
         matrix = rows.matrix[chosen].multiply(self.scale).toarray() / width[chosen, None]
         right = (rows.bound / width)[chosen]
@@ -162,7 +161,7 @@ class SlackProgramme:
         from scipy.optimize import linprog
         from scipy.sparse import coo_matrix, csr_matrix, diags, hstack
 
-        width, wall, slacks = self.compiled.widths[rows.source.wall], rows.source.wall, self.give.slacks
+        width, wall, slacks = self.compiled.width[rows.source.wall], rows.source.wall, self.give.slacks
         matrix = diags(1.0 / width) @ rows.matrix.multiply(self.scale)
         gives = np.flatnonzero(self.give.group[wall] >= 0)
         places = gives, self.give.group[wall[gives]]

@@ -12,8 +12,8 @@ from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, solve_corr
 from minsnap.native.free_optimum import pinned_optimum
 from minsnap.native.library import core
 from minsnap.native.status import Status
-from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.task import Task
+from minsnap.optimisation.task_walls import AllWalls, all_walls
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import parted
 
@@ -33,15 +33,21 @@ def solve_natively(
     return answer if answer.status is Status.DONE else answer.status.reason
 
 
-def corridor_question(task: Task, durations: FloatArray, units: Units) -> CorridorQuestion | str:
-    """Return the input of the native core for piece durations (pieces in all,) [s], or why it is not used."""
+def corridor_question(
+    task: Task, durations: FloatArray, units: Units, walls: AllWalls | None = None
+) -> CorridorQuestion | str:
+    """Return the input of the native core for piece durations (pieces in all,) [s], or why it is not used.
+
+    The walls are by default those of the task.
+    """
     reason = core().reason or _unsupported(task)
     if reason:
         return reason
     positions, pinned = np.ascontiguousarray(task.positions), np.ascontiguousarray(~task.free)
     known = (pinned, None if task.still else task.pinned, task.closed, task.continuity)
+    records = [block.record for block in (walls or all_walls(task)).blocks]
     return CorridorQuestion(
-        task.half, positions, np.ascontiguousarray(durations), native_walls(task), units.length, units.time, *known
+        task.half, positions, np.ascontiguousarray(durations), records, units.length, units.time, *known
     )
 
 

@@ -6,7 +6,6 @@ Positions are counted from the nominal start of each piece, as control points ar
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,9 +13,9 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray, NDArray
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
-from minsnap.optimisation.knot_walls import walls_on_pieces
 from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.task import Task
+from minsnap.optimisation.task_walls import AllWalls, all_walls
 from minsnap.optimisation.touches import Side
 from minsnap.optimisation.units import Units
 
@@ -54,37 +53,10 @@ class WallRows:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class Compiled:
-    """All walls of a problem.
-
-    Parameters
-    ----------
-    blocks : tuple of Walls
-        In the order of those they came from; ``leg`` is the piece.
-    first : ndarray of int
-        Where each block's walls begin in the common count.
-    """
-
-    blocks: tuple[Walls, ...]
-    first: IntArray
-
-    @cached_property
-    def widths(self) -> FloatArray:
-        """Widths of all walls, in their common numbering."""
-        return np.concatenate([block.width for block in self.blocks]) if self.blocks else np.zeros(0)
-
-    def relaxed(self, amounts: FloatArray) -> Compiled:
-        """Return the same walls, each moved outwards by so many of its widths."""
-        parts = np.split(amounts, self.first[1:-1])
-        return replace(self, blocks=tuple(b.moved(part * b.width) for b, part in zip(self.blocks, parts, strict=True)))
-
-
-def compile_walls(task: Task, problem: ReducedProblem, units: Units) -> Compiled:
-    """Convert a task's walls and the bounds of its waypoints to a problem's units, pieces and origins."""
-    blocks = [*(_normalised(walls, problem, units) for walls in walls_on_pieces(task)), *_touching(task)]
-    sizes = [len(block.leg) for block in blocks]
-    return Compiled(tuple(blocks), np.concatenate(([0], np.cumsum(sizes))).astype(np.intp))
+def compile_walls(task: Task, problem: ReducedProblem, units: Units) -> AllWalls:
+    """Convert a task's walls, but for planes of gates, to a problem's units and origins; those of touches follow."""
+    known = [_normalised(walls, problem, units) for walls in all_walls(task).blocks if not walls.equal]
+    return AllWalls((*known, *_touching(task)))
 
 
 def _normalised(walls: Walls, problem: ReducedProblem, units: Units) -> Walls:

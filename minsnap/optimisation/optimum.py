@@ -24,7 +24,7 @@ class Contacts(NamedTuple):
     Parameters
     ----------
     wall : ndarray of int, shape (r,)
-        Counted over the blocks of ``walls_on_pieces``; what comes after them is no wall, but part of the problem.
+        Counted over ``all_walls``; planes of gates and what comes after them are no walls, but parts of the problem.
     s : ndarray, shape (r,)
         Where on its piece, in [0, 1].
     multiplier : ndarray, shape (r,)

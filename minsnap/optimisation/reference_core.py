@@ -35,7 +35,6 @@ from minsnap.errors import SolverError
 from minsnap.native.status import Status
 from minsnap.optimisation.least_slacks import SlackProgramme, common_slack, native_slacks
 from minsnap.optimisation.linear_rows import DENSE, equations, joined_exactly, of_unit_length
-from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
 from minsnap.optimisation.optimum import BLEND, NO_CONTACTS, Contacts, InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import solve_qp
@@ -51,6 +50,7 @@ from minsnap.optimisation.rows import (
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.stop_and_go import least_share, straight, straight_inside
 from minsnap.optimisation.task import Task
+from minsnap.optimisation.task_walls import all_walls
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
 
@@ -271,10 +271,10 @@ class ReferenceCore:
         InfeasibleRowsError
             If there is none.
         """
-        if not len(self.compiled.widths):
+        if not len(self.compiled):
             raise InfeasibleRowsError
         task = replace(self.task, touching=False)
-        asked = task, self.durations, common_slack(native_walls(task)), -NEARLY_INSIDE
+        asked = task, self.durations, common_slack(all_walls(task)), -NEARLY_INSIDE
         least = native_slacks(*asked)
         if least is None or least.status is not Status.DONE:
             least = SlackProgramme(*asked).run(sign=True)

@@ -13,8 +13,9 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.linear_rows import rows_on_pieces
-from minsnap.optimisation.normalised_constraints import Compiled, WallRows
+from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.reduced_qp import ReducedProblem
+from minsnap.optimisation.task_walls import AllWalls
 from minsnap.polynomials.bernstein import basis, differentiate
 from minsnap.polynomials.extrema import maxima, peaks
 
@@ -50,9 +51,9 @@ class RowSet:
         return RowSet(self.source.joined(other.source), vstack((self.matrix, other.matrix), "csr"), bound, width)
 
 
-def rows_in_unknowns(problem: ReducedProblem, ends: FloatArray, compiled: Compiled, rows: WallRows) -> RowSet:
+def rows_in_unknowns(problem: ReducedProblem, ends: FloatArray, compiled: AllWalls, rows: WallRows) -> RowSet:
     """Express rows in the deviations from a base with these plain end derivatives (pieces, 2k, dim)."""
-    factors, widths = _factors(problem, rows), compiled.widths[rows.wall]
+    factors, widths = _factors(problem, rows), compiled.width[rows.wall]
     present = np.einsum("rd,rj,rjd->r", rows.normal, factors, ends[rows.piece])
     width = np.where(rows.order == 0, np.minimum(widths, _room(problem, rows, factors, widths)), widths)
     matrix = rows_on_pieces(problem, rows.piece, factors, rows.normal)
@@ -86,12 +87,12 @@ class Curve:
     Parameters
     ----------
     problem : ReducedProblem
-    compiled : Compiled
+    compiled : AllWalls
     knots : ndarray, shape (knots, slots, dim)
     """
 
     problem: ReducedProblem
-    compiled: Compiled
+    compiled: AllWalls
     knots: FloatArray
 
     @cached_property

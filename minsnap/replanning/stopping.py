@@ -82,7 +82,7 @@ class Stopping:
 
     @cached_property
     def _stops(self) -> StopFamily:
-        walls, bounds = ([wall.group for wall in walls] for walls in (self.task.walls, self._bounds))
+        walls, bounds = ([wall.record for wall in walls] for walls in (self.task.walls, self._bounds))
         return StopFamily(self._state, self.task.waypoints, walls, bounds, self._scales[2])
 
     def braking(self) -> Trajectory | None:

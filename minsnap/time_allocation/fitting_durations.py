@@ -18,10 +18,10 @@ from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError
 from minsnap.native.status import Status
 from minsnap.optimisation.least_slacks import common_slack, native_slacks
-from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
+from minsnap.optimisation.task_walls import all_walls
 from minsnap.polynomials.bernstein import basis, differentiate
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -70,7 +70,7 @@ class _LeastExcess:
 
     def __init__(self, task: Task, first: FloatArray, total: float | None, deadline: Deadline) -> None:
         self.task = replace(task, touching=False, deadline=deadline)
-        self.free, self.give = replace(self.task, walls=()), common_slack(native_walls(self.task))
+        self.free, self.give = replace(self.task, walls=()), common_slack(all_walls(self.task))
         self.first, self.total, self.deadline = first, total, deadline
         self.best = (np.inf, np.zeros(len(first)))
 

@@ -12,12 +12,12 @@ from minsnap.native.corridor import Give
 from minsnap.optimisation.contradiction import Contradiction, contradicting_joints
 from minsnap.optimisation.infeasibility import UNPROVED, Pressed, explain_corridor
 from minsnap.optimisation.linear_rows import DENSE
-from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.normalised_constraints import compile_walls
 from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.still_direction import StillDirection
 from minsnap.optimisation.stop_and_go import leg_on_wall
 from minsnap.optimisation.task import Task
+from minsnap.optimisation.task_walls import all_walls
 
 
 def explain(task: Task, durations: FloatArray) -> MinsnapError:
@@ -68,7 +68,7 @@ def overdetermined(task: Task, proof: Contradiction | StillDirection, when: str 
 def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverError:
     """Say where limits press hardest when the corridor would do."""
     task = replace(task, touching=False)
-    walls = native_walls(task)
+    walls = all_walls(task)
     order = walls.order  # a limit gives way as it does where time is stretched
     give = Give(np.where(order > 0, 0, -1), order.astype(np.float64), 1)
     pressed = Pressed(task, durations, walls, give, sign=True)

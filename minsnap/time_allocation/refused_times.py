@@ -97,7 +97,7 @@ def by_necessary_walls(task: Task, timing: Timing, refused: Refused) -> Timed | 
     walls = limits.necessary_walls(task.waypoints)
     others = [wall for wall in limits.walls(task.waypoints) if wall not in walls]
     doubtful = {(wall.order, radius) for wall in others for radius in wall.radius.tolist()}
-    if not any((row.order, row.bound) in doubtful for row in proof.rows):
+    if doubtful.isdisjoint(zip(proof.orders.tolist(), proof.walls.radius[proof.wall].tolist(), strict=True)):
         return refused
     try:
         planned = timed(solved_or_explained(task.with_walls(walls), proof.durations))
@@ -118,7 +118,7 @@ def _for_all_times(task: Task, timing: Timing, refused: Refused) -> bool:
         return False
     if timing.total_time is not None:
         return _of_these_times(proof, task, timing)
-    return task.still and not any(row.order for row in proof.rows)
+    return task.still and not proof.orders.any()
 
 
 def _proportions(task: Task, timing: Timing, refused: Refused) -> Iterator[FloatArray]:
@@ -142,7 +142,7 @@ def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Calla
         Plans the same with another timing.
     """
     proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
-    if proof is not None and not hasattr(proof, "rows"):
+    if proof is not None and not hasattr(proof, "orders"):
         return refused  # of all times, or of those of the request
     own, own_times = _own_times(task, timing), proof is not None and _of_these_times(proof, task, timing)
     again: MinsnapError | None = None
@@ -176,7 +176,7 @@ def _stretch_tried(
     refused: InfeasibleError, task: Task, timing: Timing, plan: Callable[[Timing], Timed]
 ) -> float | None:
     """Return a factor on the times of the request that has a plan, where a hundredth less has none."""
-    pressing = any(row.order for row in getattr(refused.contradiction, "rows", ()))
+    pressing = np.any(getattr(refused.contradiction, "orders", 0))
     if not pressing or refused.shortest is not None or (timing.durations is None and timing.total_time is None):
         return None
     durations = next(_proportions(task, timing, refused))

@@ -19,7 +19,7 @@ from minsnap.basics.checks import SHORTEST
 from minsnap.corridors.constraint import Walls
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.vehicle_use import VEHICLE_USE, medium_of
-from minsnap.native.records import ConeGroup
+from minsnap.native.records import WallsRecord
 from minsnap.native.shortest_time import Guess, InstantKind, InstantLimit, ShortestQuestion
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
@@ -74,7 +74,7 @@ def question_of(task: Task, limits: Limits, refine: bool, heading: Heading | Non
         Of any curve of the task, where limits depend on it.
     """
     pinned, free, turned = _waypoints(task)
-    sets = [*(wall.group for wall in _walls(task, limits)), *_least_thrust(task, limits), *_region_sets(task)]
+    sets = [*(wall.record for wall in _walls(task, limits)), *_least_thrust(task, limits), *_region_sets(task)]
     lengths = guessed_lengths(task)
     divisions = QUESTION.divisions if task.legs > 1 else QUESTION.alone
     return ShortestQuestion(
@@ -178,7 +178,7 @@ def _bounded(limits: Limits) -> bool:
     return limits.max_thrust is not None or limits.acceleration is not None
 
 
-def _least_thrust(task: Task, limits: Limits) -> list[ConeGroup]:
+def _least_thrust(task: Task, limits: Limits) -> list[WallsRecord]:
     """Accelerations no nearer to free fall than the least thrust."""
     turned = limits.body_rate is not None or isinstance(limits, VehicleLimits)
     directed = turned and (limits.min_thrust is None or limits.min_thrust < QUESTION.directed)
@@ -189,10 +189,10 @@ def _least_thrust(task: Task, limits: Limits) -> list[ConeGroup]:
     width = np.full(task.legs, limits.gravity) if directed else radius
     fall = np.tile((0.0, 0.0, -limits.gravity), (legs, 1))
     matrix, slope = np.tile(np.eye(3), (legs, 1, 1)), np.zeros((legs, 3))
-    return [ConeGroup.of(np.arange(legs), matrix, fall, slope, radius, width, order=2, outside=True)]
+    return [Walls(np.arange(legs), matrix, fall, slope, radius, width, order=2).record.changed(outside=True)]
 
 
-def _region_sets(task: Task) -> list[ConeGroup]:
+def _region_sets(task: Task) -> list[WallsRecord]:
     """Return flat sides of all regions, boxes among them, then balls, then the directions in which they are crossed.
 
     Of a lap only those of its first waypoint.
@@ -223,13 +223,19 @@ def _region_sets(task: Task) -> list[ConeGroup]:
 
 
 def _at_knots(
-    task: Task, waypoints: Sequence[int] | IntArray, *sides: FloatArray, size: int = 0, order: int = 0
-) -> ConeGroup:
+    task: Task,
+    waypoints: Sequence[int] | IntArray,
+    slope: FloatArray,
+    radius: FloatArray,
+    width: FloatArray,
+    size: int = 0,
+    order: int = 0,
+) -> WallsRecord:
     """Return sets from slopes, radii and widths, with so many rows of the identity."""
     place = np.array(waypoints)
     anchor = task.waypoints[place] if order == 0 else np.zeros((len(place), task.dim))
     matrix = np.tile(np.eye(size, task.dim), (len(place), 1, 1))
-    return ConeGroup.of(place, matrix, anchor, *sides, order=order, at_knots=True)
+    return Walls(place, matrix, anchor, slope, radius, width, order).record.changed(at_knots=True)
 
 
 def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray) -> list[InstantLimit]:

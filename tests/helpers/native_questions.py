@@ -4,7 +4,6 @@ from ctypes import c_double, c_int64, c_void_p
 
 import numpy as np
 
-from minsnap.native.corridor import wall_record
 from minsnap.native.library import Entry, address
 from minsnap.native.records import WallsRecord
 from minsnap.native.status import Status
@@ -14,10 +13,10 @@ _SUMMITS = Entry("minsnap_local_maxima", *[c_int64] * 2, c_void_p, c_double, c_i
 
 
 def walls_kept(points, durations, walls):
-    """Which walls a curve is proved to keep at every instant, rounding included: bool (m,)."""
+    """Which of some ``Walls`` on pieces a curve is proved to keep at every instant, rounding included: bool (m,)."""
     pieces, count, dim = points.shape
-    kept = np.zeros(len(walls.piece), dtype=np.uint8)
-    known = (address(points), address(durations), wall_record(walls), address(kept))
+    kept = np.zeros(len(walls.leg), dtype=np.uint8)
+    known = (address(points), address(durations), walls.record, address(kept))
     status = Status(_KEPT.function()(count // 2, pieces, dim, *known))
     if status is not Status.DONE:
         raise ValueError(f"the walls cannot be checked: {status.reason}")

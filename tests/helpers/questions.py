@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from minsnap.native.corridor import CorridorQuestion, WallArrays
+from minsnap.corridors.constraint import Walls
+from minsnap.native.corridor import CorridorQuestion
 
 
 def tube_planes(points, half_widths):
@@ -13,9 +14,7 @@ def tube_planes(points, half_widths):
     normal = np.eye(dim) - along[:, :, None] * along[:, None, :]
     leg, axis = np.nonzero(np.abs(normal).max(axis=2) > 1e-12)
     rows, width = normal[leg, axis], np.broadcast_to(half_widths, legs)[leg].astype(float)
-    both = [np.concatenate((part, part)) for part in (leg, np.zeros_like(leg), points[leg], width, width)]
-    piece, order, anchor, bound, width = both
-    return WallArrays(piece, order, np.concatenate((rows, -rows)), anchor, bound, width)
+    return Walls.planes(leg, rows, points[leg], -width, width, width)
 
 
 def tube_question(points, durations, half_widths, half=4, **others):
@@ -23,7 +22,8 @@ def tube_question(points, durations, half_widths, half=4, **others):
     points, durations = np.array(points, float), np.array(durations, float)
     length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).mean())
     time = float(np.exp(np.log(durations).mean()))
-    return CorridorQuestion(half, points, durations, tube_planes(points, half_widths), length, time, **others)
+    walls = [tube_planes(points, half_widths).record]
+    return CorridorQuestion(half, points, durations, walls, length, time, **others)
 
 
 def real_cost(question, cost):

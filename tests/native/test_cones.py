@@ -1,5 +1,7 @@
 """Walls in the native core, of the tilt and of a corridor: plans equal to those of the Python core, and their proof."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.tasks import REFERENCE, many_legs, random_legs
@@ -11,7 +13,6 @@ from minsnap.basics.arrays import GRAVITY
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import margin_holds
 from minsnap.native import library
-from minsnap.native.corridor import WallArrays
 from minsnap.native.library import using
 
 pytestmark = pytest.mark.skipif(library.core().library is None, reason="there is no native core")
@@ -117,10 +118,5 @@ def test_a_curve_in_the_opposite_half_of_a_cone_is_outside():
 
 def kept(curve, cone, radius):
     """Whether the native core proves that a curve's first piece is in the first of some cones, of another radius."""
-    place, ball = np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)
-    given = -cone.slope[:1], cone.anchor[:1].copy(), radius, np.ones(1)
-    matrix = np.zeros((1, curve.dim, curve.dim))
-    matrix[0, : cone.matrix.shape[1]] = cone.matrix[0]
-    return bool(
-        walls_kept(curve.control_points, curve.durations, WallArrays(place, place, *given, ball=ball, matrix=matrix))[0]
-    )
+    first = replace(cone.chosen(np.array([0])), leg=np.zeros(1, dtype=np.int64), radius=radius)
+    return bool(walls_kept(curve.control_points, curve.durations, first)[0])

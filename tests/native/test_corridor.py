@@ -9,6 +9,7 @@ from helpers.questions import real_cost, tube_planes, tube_question
 from helpers.tasks import REFERENCE, random_legs
 
 from minsnap.certificate import certify
+from minsnap.corridors.constraint import Walls
 from minsnap.corridors.tubes import Tube
 from minsnap.native import library
 from minsnap.native.corridor import solve_corridor
@@ -60,10 +61,10 @@ def test_contacts_are_where_the_curve_touches():
     answer = solve_corridor(tube_question(REFERENCE, DURATIONS, 0.3))
     planes = tube_planes(REFERENCE, 0.3)
     curve = Trajectory(answer.points, DURATIONS)
-    instants = curve.breaks[planes.piece[answer.wall]] + answer.s * DURATIONS[planes.piece[answer.wall]]
+    instants = curve.breaks[planes.leg[answer.wall]] + answer.s * DURATIONS[planes.leg[answer.wall]]
     offset = curve(instants) - planes.anchor[answer.wall]
     assert len(answer.wall) >= 4
-    assert np.einsum("rd,rd->r", planes.normal[answer.wall], offset) == pytest.approx(0.3, rel=1e-6)
+    assert np.einsum("rd,rd->r", -planes.slope[answer.wall], offset) == pytest.approx(0.3, rel=1e-6)
     assert (answer.multiplier > 0.0).all()
 
 
@@ -149,18 +150,10 @@ def test_velocity_is_kept_below_a_limit():
     free = solve_corridor(tube_question(REFERENCE, DURATIONS, 100.0))
     fastest = np.abs(Trajectory(free.points, DURATIONS)(np.linspace(0.0, 12.0, 2001), 1)).max()
     question = tube_question(REFERENCE, DURATIONS, 100.0)
-    normal = np.tile(np.concatenate((np.eye(3), -np.eye(3))), (4, 1))
-    count, limit = len(normal), 0.9 * fastest
-    planes = replace(
-        question.walls,
-        piece=np.repeat(np.arange(4), 6),
-        order=np.ones(count, dtype=np.int64),
-        normal=normal,
-        anchor=np.zeros((count, 3)),
-        bound=np.full(count, limit),
-        width=np.full(count, limit),
-    )
-    answer = solve_corridor(replace(question, walls=planes))
+    slope, limit = np.tile(np.concatenate((np.eye(3), -np.eye(3))), (4, 1)), 0.9 * fastest
+    numbers = np.zeros((24, 0, 3)), np.zeros((24, 3)), slope, np.full(24, limit), np.full(24, limit)
+    planes = Walls(np.repeat(np.arange(4), 6), *numbers, order=1)
+    answer = solve_corridor(replace(question, walls=[planes.record]))
     assert answer.status is Status.DONE
     speed = np.abs(Trajectory(answer.points, DURATIONS)(np.linspace(0.0, 12.0, 20001), 1)).max()
     assert 0.999 * limit < speed <= limit
@@ -168,18 +161,17 @@ def test_velocity_is_kept_below_a_limit():
 
 def test_walls_that_leave_no_room_are_called_infeasible():
     planes = tube_planes(REFERENCE, 0.3)
-    outside = replace(planes, bound=np.where(np.arange(len(planes.bound)) == 3, -0.1, planes.bound))
-    assert solve_corridor(replace(tube_question(REFERENCE, DURATIONS, 0.3), walls=outside)).status is Status.INFEASIBLE
+    outside = replace(planes, radius=np.where(np.arange(len(planes.leg)) == 3, -0.1, planes.radius))
+    question = replace(tube_question(REFERENCE, DURATIONS, 0.3), walls=[outside.record])
+    assert solve_corridor(question).status is Status.INFEASIBLE
 
 
 def test_velocity_limits_that_no_curve_keeps_are_called_infeasible():
     question = tube_question(REFERENCE[:3], DURATIONS[:2], 0.3)
-    planes = replace(
-        question.walls, order=np.ones_like(question.walls.order), anchor=np.zeros_like(question.walls.anchor)
-    )
-    axes = np.where(np.arange(len(planes.piece))[:, None] % 2 == 0, np.eye(3)[0], -np.eye(3)[0])
-    slow = replace(planes, normal=axes, bound=np.full(len(axes), 0.5))
-    assert solve_corridor(replace(question, walls=slow)).status is Status.INFEASIBLE
+    planes = tube_planes(REFERENCE[:3], 0.3)
+    axes = np.where(np.arange(len(planes.leg))[:, None] % 2 == 0, np.eye(3)[0], -np.eye(3)[0])
+    slow = replace(planes, order=1, anchor=0.0 * planes.anchor, slope=axes, radius=np.full(len(axes), 0.5))
+    assert solve_corridor(replace(question, walls=[slow.record])).status is Status.INFEASIBLE
 
 
 def test_where_rounding_is_coarser_than_the_corridor_nothing_is_claimed():
@@ -217,8 +209,9 @@ def test_sizes_beyond_the_bounds_are_refused():
     assert solve_corridor(tube_question(points, durations, 0.3)).status is Status.BAD_SIZE
     question = tube_question(REFERENCE, DURATIONS, 0.3)
     assert solve_corridor(replace(question, half=7)).status is Status.BAD_SIZE
-    astray = replace(question.walls, piece=question.walls.piece + 1)
-    assert solve_corridor(replace(question, walls=astray)).status is Status.BAD_SIZE
+    planes = tube_planes(REFERENCE, 0.3)
+    astray = replace(planes, leg=planes.leg + 1)
+    assert solve_corridor(replace(question, walls=[astray.record])).status is Status.BAD_SIZE
 
 
 def test_eight_threads_at_once_give_the_same_bytes():
@@ -243,5 +236,5 @@ def test_a_python_core_in_use_is_not_gone_round():
 def test_the_tube_of_the_helper_is_the_tube_of_the_library():
     cones = Tube(0.3).walls(REFERENCE)[0]
     planes = tube_planes(REFERENCE, 0.3)
-    assert planes.normal == pytest.approx(-cones.slope)
-    assert planes.bound == pytest.approx(cones.radius)
+    assert planes.slope == pytest.approx(cones.slope)
+    assert planes.radius == pytest.approx(cones.radius)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from native_questions import walls_kept
 
+from minsnap.corridors.constraint import Walls
 from minsnap.native import library
-from minsnap.native.corridor import WallArrays
 
 GRID = 1024
 
@@ -55,15 +55,9 @@ def highest_step(points, normal, order):
 
 
 def kept(points, duration, normal, anchor, order, bound, when=None):
-    one = WallArrays(
-        np.zeros(1, dtype=np.int64),
-        np.full(1, order),
-        np.array([normal]),
-        np.array([anchor]),
-        np.array([bound]),
-        np.ones(1),
-        None if when is None else np.full(1, when),
-    )
+    matrix, at = np.zeros((1, 0, len(normal))), None if when is None else np.full(1, when)
+    numbers = np.array([anchor]), -np.array([normal]), np.array([bound]), np.ones(1)
+    one = Walls(np.zeros(1, dtype=np.int64), matrix, *numbers, order, at=at)
     return bool(walls_kept(points[None], np.array([duration]), one)[0])
 
 

@@ -10,7 +10,6 @@ import pytest
 from minsnap.native import library, records
 from minsnap.native.library import address
 from minsnap.native.records import (
-    ConeGroup,
     CorridorRecord,
     ManyRecord,
     Record,
@@ -39,14 +38,14 @@ def test_structs_have_the_fields_of_the_library(record):
 @native
 def test_fields_hold_what_the_header_declares():
     assert records.border()["MomentaryLimit"] == {"kind": "int64", "parameters": "float64*"}
-    kinds = {"walls": "WallsRecord", "pinned": "uint8*", "length": "float64", "closed": "int64", "values": "float64*"}
+    kinds = {"walls": "WallsRecord*", "pinned": "uint8*", "length": "float64", "closed": "int64", "values": "float64*"}
     assert kinds.items() <= records.border()["CorridorRecord"].items()
-    assert records.border()["StopRecord"]["cones"] == "ConeGroup*"
+    assert records.border()["StopRecord"]["cones"] == "WallsRecord*"
     assert records.border()["ChainRecord"]["masks"] == "uint32*"
 
 
 @native
-@pytest.mark.parametrize("record", [CorridorRecord, StopRecord, ConeGroup])
+@pytest.mark.parametrize("record", [CorridorRecord, StopRecord, WallsRecord])
 def test_a_misspelt_field_is_refused(record):
     with pytest.raises(TypeError, match=f"{record.__name__} has no field 'durattions': .*native.build"):
         record(durattions=np.ones(3))
@@ -90,9 +89,9 @@ def test_truth_values_pass_for_bytes_alone():
 
 @native
 def test_arrays_live_as_long_as_their_record():
-    record = WallsRecord(count=1, bound=np.array([2.5]))
-    assert c_double.from_address(record.bound).value == 2.5
-    stop = StopRecord(cones=[ConeGroup(radius=np.array([0.5])), ConeGroup(radius=np.array([1.5]))])
+    record = WallsRecord(count=1, width=np.array([2.5]))
+    assert c_double.from_address(record.width).value == 2.5
+    stop = StopRecord(cones=[WallsRecord(radius=np.array([0.5])), WallsRecord(radius=np.array([1.5]))])
     assert [c_double.from_address(stop.cones[i].radius).value for i in range(2)] == [0.5, 1.5]
     assert issubclass(WallsRecord, Structure)
 
@@ -101,8 +100,8 @@ THREADS = """
 from concurrent.futures import ThreadPoolExecutor
 from minsnap.native.records import CorridorRecord, WallsRecord
 with ThreadPoolExecutor(8) as pool:
-    made = list(pool.map(lambda count: CorridorRecord(walls=WallsRecord(count=count)), range(64)))
-print([record.walls.count for record in made] == list(range(64)))
+    made = list(pool.map(lambda count: CorridorRecord(walls=[WallsRecord(count=count)]), range(64)))
+print([record.walls[0].count for record in made] == list(range(64)))
 """
 
 

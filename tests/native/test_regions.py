@@ -9,8 +9,9 @@ from helpers.tasks import REFERENCE, random_legs
 
 import minsnap
 from minsnap import Ball, Gate
+from minsnap.corridors.constraint import Walls
 from minsnap.native import library
-from minsnap.native.corridor import WallArrays, solve_corridor
+from minsnap.native.corridor import solve_corridor
 from minsnap.native.library import using
 from minsnap.native.status import Status
 
@@ -85,13 +86,11 @@ def test_the_best_split_through_gates():
 
 def test_a_fixed_knot_beside_the_plane_on_which_it_is_to_lie_is_not_an_answer():
     question = tube_question(REFERENCE, [4.0, 2.0, 4.0, 2.0], 100.0)
-    plane = WallArrays(
-        *(np.ones(1, dtype=np.int64), np.zeros(1, dtype=np.int64), np.eye(3)[:1], REFERENCE[1:2] + 0.1),
-        *(np.zeros(1), np.ones(1), np.full(1, 2)),
-    )
-    assert solve_corridor(replace(question, walls=plane)).status is not Status.DONE
+    numbers = REFERENCE[1:2] + 0.1, np.eye(3)[:1], np.zeros(1), np.ones(1)
+    plane = Walls(np.ones(1, dtype=np.int64), np.zeros((1, 0, 3)), *numbers, at=np.zeros(1, dtype=np.int64), equal=True)
+    assert solve_corridor(replace(question, walls=[plane.record])).status is not Status.DONE
     met = replace(plane, anchor=REFERENCE[1:2].copy())
-    assert solve_corridor(replace(question, walls=met)).status is Status.DONE
+    assert solve_corridor(replace(question, walls=[met.record])).status is Status.DONE
 
 
 def test_waypoints_of_which_none_is_fixed_may_move_together():

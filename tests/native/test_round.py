@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.questions import tube_question
 from helpers.tasks import REFERENCE, many_legs, random_legs, task_of
 from native_questions import walls_kept
 
 import minsnap
 from minsnap import RoundTube
+from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import margin_holds
 from minsnap.native import library
-from minsnap.native.corridor import WallArrays, solve_corridor
+from minsnap.native.corridor import solve_corridor
 from minsnap.native.library import using
 from minsnap.native.status import Status
 from minsnap.optimisation.native_solve import corridor_question
@@ -93,14 +93,8 @@ def test_the_proof_of_a_ball_is_true_in_exact_numbers(seed):
     wall = RoundTube(1.0).walls(points)[0]
     offset = curve(np.linspace(curve.breaks[0], curve.breaks[1], 100_001)) - points[0]
     reach = np.linalg.norm(offset @ wall.matrix[0].T, axis=1).max()
-    zeros = np.zeros((1, 3))
     for share, inside in ((1.0 - 1e-6, False), (1.0 + 1e-6, True)):
-        walls = WallArrays(
-            *(np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64), zeros, points[:1].copy()),
-            *(np.array([reach * share]), np.ones(1)),
-            ball=np.zeros(1, dtype=np.int64),
-            matrix=wall.matrix[:1].copy(),
-        )
+        walls = Walls.balls([0], wall.matrix[:1], points[:1], [reach * share])
         assert walls_kept(curve.control_points, curve.durations, walls).tolist() == [inside]
         exact = RoundTube(np.array([reach * share, 100.0, 100.0])).walls(points)[0]
         assert margin_holds(curve, exact, 0.0) is inside
@@ -109,11 +103,10 @@ def test_the_proof_of_a_ball_is_true_in_exact_numbers(seed):
 def test_malformed_balls_have_a_status():
     task = task_of(REFERENCE, RoundTube(0.3))
     question = corridor_question(task, DURATIONS, task.units(DURATIONS))
-    walls = question.walls
+    (walls,) = task.walls
     for wrong, status in (
-        (replace(walls, ball=walls.ball + 1), Status.BAD_SIZE),
-        (replace(walls, bound=-walls.bound), Status.BAD_NUMBER),
-        (replace(walls, matrix=walls.matrix * np.nan), Status.BAD_NUMBER),
+        (walls.record.changed(rows=4), Status.BAD_SIZE),
+        (replace(walls, radius=-walls.radius).record, Status.BAD_NUMBER),
+        (replace(walls, matrix=walls.matrix * np.nan).record, Status.BAD_NUMBER),
     ):
-        assert solve_corridor(replace(question, walls=wrong)).status is status
-    assert tube_question(REFERENCE, DURATIONS, 0.3).walls.ball is None
+        assert solve_corridor(replace(question, walls=[wrong])).status is status

@@ -10,13 +10,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from corners import problem
-from helpers.questions import tube_question
+from helpers.questions import tube_planes, tube_question
 from helpers.tasks import REFERENCE
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import minsnap
-from minsnap.native.corridor import CorridorQuestion, WallArrays, solve_corridor
+from minsnap.corridors.constraint import Walls
+from minsnap.native.corridor import CorridorQuestion, solve_corridor
 from minsnap.native.library import core
 from minsnap.native.status import Status
 from minsnap.native.tube import tube_optimum
@@ -33,16 +34,15 @@ ODD = st.one_of(
 ALLOCATE = """
 import resource, sys
 import numpy as np
-from minsnap.native.corridor import CorridorQuestion, WallArrays, solve_corridor
+from minsnap.corridors.constraint import Walls
+from minsnap.native.corridor import CorridorQuestion, solve_corridor
 from minsnap.native.free_optimum import pinned_optimum
 legs = 100_000
 points, durations = np.random.default_rng(0).normal(size=(legs + 1, 3)), np.ones(legs)
 points[-1] = points[0]
-piece, normal = np.arange(legs), np.tile((1.0, 0.0, 0.0), (legs, 1))
-walls = WallArrays(piece, np.zeros_like(piece), normal, points[:-1].copy(), np.full(legs, 9.0), np.ones(legs))
-question = CorridorQuestion(4, points, durations, walls, 1.0, 1.0)
-small = CorridorQuestion(4, points[:41].copy(), durations[:40].copy(), WallArrays(*(a[:40].copy() for a in (
-    piece, np.zeros_like(piece), normal, points[:-1], np.full(legs, 0.01), np.ones(legs)))), 1.0, 1.0)
+slope = np.tile((-1.0, 0.0, 0.0), (legs, 1))
+walls = Walls(np.arange(legs), np.zeros((legs, 0, 3)), points[:-1], slope, np.full(legs, 9.0), np.ones(legs))
+question = CorridorQuestion(4, points, durations, [walls.record], 1.0, 1.0)
 pinned_optimum(points[:5], durations[:4], 4, {}, False), solve_corridor(question)
 with open("/proc/self/statm") as file:
     used = int(file.read().split()[0]) * resource.getpagesize()
@@ -68,9 +68,9 @@ def test_a_gap_below_what_numbers_resolve_is_given_up():
 
 
 def test_a_wall_on_a_high_derivative_that_no_curve_can_change_is_no_progress():
-    walls = tube_question(REFERENCE, DURATIONS, 0.3).walls
-    planes = replace(walls, order=np.full_like(walls.order, 4), normal=np.zeros_like(walls.normal), bound=-walls.width)
-    question = replace(tube_question(REFERENCE, DURATIONS, 0.3), walls=planes)
+    walls = tube_planes(REFERENCE, 0.3)
+    planes = replace(walls, order=4, slope=np.zeros_like(walls.slope), radius=-walls.width)
+    question = replace(tube_question(REFERENCE, DURATIONS, 0.3), walls=[planes.record])
     assert solve_corridor(question).status is Status.NO_PROGRESS
 
 
@@ -96,13 +96,15 @@ def drawn(data, *shape):
 @given(st.integers(1, 4), st.integers(1, 3), st.integers(2, 6), st.integers(0, 5), st.data())
 def test_any_numbers_in_a_corridor_end_in_a_status(pieces, dim, half, walls, data):
     piece = np.array(data.draw(st.lists(st.integers(-1, pieces), min_size=walls, max_size=walls)), dtype=np.int64)
-    order = np.array(data.draw(st.lists(st.integers(-1, 2 * half), min_size=walls, max_size=walls)), dtype=np.int64)
-    when = np.array(data.draw(st.lists(st.integers(-2, 2), min_size=walls, max_size=walls)), dtype=np.int64)
-    planes = WallArrays(
-        piece, order, drawn(data, walls, dim), drawn(data, walls, dim), drawn(data, walls), drawn(data, walls)
-    )
-    question = CorridorQuestion(half, drawn(data, pieces + 1, dim), drawn(data, pieces), planes, 1.0, 1.0)
-    question = replace(question, closed=data.draw(st.booleans()), walls=replace(planes, when=when))
+    at = np.array(data.draw(st.lists(st.integers(-2, 2), min_size=walls, max_size=walls)), dtype=np.int64)
+    numbers = drawn(data, walls, dim), drawn(data, walls, dim), drawn(data, walls), drawn(data, walls)
+    kind = {"at": data.draw(st.sampled_from([None, at])), "equal": data.draw(st.booleans())}
+    order, rows = data.draw(st.integers(-1, 2 * half)), data.draw(st.integers(0, dim + 1))
+    one = Walls(piece, drawn(data, walls, rows, dim), *numbers, order, **kind)
+    other = replace(one, order=0, matrix=np.zeros((walls, 0, dim)))
+    known = [one.record, other.record]
+    question = CorridorQuestion(half, drawn(data, pieces + 1, dim), drawn(data, pieces), known, 1.0, 1.0)
+    question = replace(question, closed=data.draw(st.booleans()))
     if data.draw(st.booleans()):
         known = np.array(
             data.draw(st.lists(st.booleans(), min_size=(pieces + 1) * half * dim, max_size=(pieces + 1) * half * dim))
@@ -112,7 +114,7 @@ def test_any_numbers_in_a_corridor_end_in_a_status(pieces, dim, half, walls, dat
     answer = solve_corridor(question)
     if answer.status is Status.DONE:
         assert np.isfinite(answer.points).all() and answer.cost >= answer.bound - 1e-6 * abs(answer.cost)
-    numbers = (question.positions, question.durations, planes.normal, planes.anchor, planes.bound, planes.width)
+    numbers = (question.positions, question.durations, *numbers, one.matrix)
     if not all(np.isfinite(array).all() for array in numbers):
         assert answer.status in (Status.BAD_NUMBER, Status.BAD_SIZE)
 

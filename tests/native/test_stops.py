@@ -40,7 +40,7 @@ def start(seed, half):
 
 
 def stops_of(state, walls, unit, limits=LIMITS):
-    groups = [wall.group for wall in walls], [wall.group for wall in limits.walls(WAYPOINTS[:2])]
+    groups = [wall.record for wall in walls], [wall.record for wall in limits.walls(WAYPOINTS[:2])]
     return StopFamily(state, WAYPOINTS, *groups, unit)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers.questions import real_cost, tube_question
+from helpers.questions import real_cost, tube_planes, tube_question
 from helpers.tasks import many_legs
 
 import minsnap
@@ -155,7 +155,6 @@ def test_states_and_contacts_of_windows_are_those_of_the_whole_curve():
         assert answer.knots[1:, order] * unit == pytest.approx(
             curve(curve.breaks[1:], order) - (points[1:] if order == 0 else 0.0), abs=1e-9 * unit
         )
-    instants = curve.breaks[question.walls.piece[answer.wall]] + answer.s * durations[question.walls.piece[answer.wall]]
-    offset = curve(instants) - question.walls.anchor[answer.wall]
-    along = np.einsum("rd,rd->r", question.walls.normal[answer.wall], offset)
-    assert along == pytest.approx(question.walls.bound[answer.wall], rel=1e-3)
+    walls = tube_planes(points, widths).chosen(answer.wall)
+    offset = curve(curve.breaks[walls.leg] + answer.s * durations[walls.leg]) - walls.anchor
+    assert np.einsum("rd,rd->r", -walls.slope, offset) == pytest.approx(walls.radius, rel=1e-3)

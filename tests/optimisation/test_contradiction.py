@@ -14,7 +14,6 @@ from minsnap.basics.deadline import Deadline, LateError
 from minsnap.errors import InfeasibleError
 from minsnap.native.library import using
 from minsnap.optimisation import infeasibility
-from minsnap.optimisation.contradiction import ExactRows
 from minsnap.time_allocation.refusal import explain
 
 SIDEWAYS = {"velocity": (0.0, 3.0, 0.0)}
@@ -81,9 +80,10 @@ def power_basis_programme(proof):
                 equal.append(functional((piece, 1.0, order, axis, 1.0), (piece + 1, 0.0, order, axis, -1.0)))
                 sides.append(0.0)
     rows, bounds = [], []
-    for row in proof.rows:
-        normal, bound = row.exact()
-        parts = [(row.piece, row.s, row.order, axis, float(factor)) for axis, factor in enumerate(normal)]
+    places = zip(proof.walls.piece[proof.wall], proof.s, proof.orders, strict=True)
+    for row, place in enumerate(places):
+        normal, bound = proof.exact_plane(row)
+        parts = [(*place, axis, float(factor)) for axis, factor in enumerate(normal)]
         rows.append(functional(*parts))
         bounds.append(float(bound))
     return np.array(equal), np.array(sides), np.array(rows), np.array(bounds)
@@ -116,25 +116,30 @@ def test_another_programme_finds_no_curve_either_but_one_where_the_walls_are_wid
     assert wider.success
 
 
-def by_part(proof):
-    """Rows, those with the largest part in the sum first."""
-    exact = ExactRows(proof.task, proof.durations, proof.rows, ())
-    parts = [abs(bound * row.multiplier) for (_, bound), row in zip(exact.rows, proof.rows, strict=True)]
-    return [proof.rows[i] for i in sorted(range(len(parts)), key=parts.__getitem__, reverse=True)]
+def largest(proof):
+    """Return which wall has the largest part in the sum."""
+    parts = [abs(bound * m) for (_, bound), m in zip(proof.rows, proof.multipliers, strict=True)]
+    return max(range(len(proof.wall)), key=parts.__getitem__)
+
+
+def times(proof, row, factor):
+    """The same proof with another multiplier of a wall."""
+    return proof.with_multipliers([m * factor if i == row else m for i, m in enumerate(proof.multipliers)])
 
 
 def test_a_proof_that_was_changed_does_not_hold(refused):
     proof = refused.contradiction
-    first, *others = by_part(proof)
-    assert not replace(proof, rows=(replace(first, bound=first.bound + 100.0), *others)).verify()
-    assert not replace(proof, rows=tuple(others)).verify()
-    if first.direction.size:
-        long = replace(first, direction=first.direction * 1.001)
-        assert not replace(proof, rows=(long, *others)).verify()
-        turned = replace(first, direction=-first.direction)
-        assert not replace(proof, rows=(turned, *others)).verify()
+    first, one = largest(proof), np.zeros(len(proof.walls))
+    one[proof.wall[first]] = 100.0 / proof.walls.width[proof.wall[first]]
+    assert not replace(proof, walls=proof.walls.relaxed(one)).verify()
+    assert not times(proof, first, 0).verify()
+    if not proof.walls.place(proof.wall[first])[0].flat:
+        for factor in (1.001, -1.0):
+            direction = proof.direction.copy()
+            direction[first] *= factor
+            assert not replace(proof, direction=direction).verify()
     if proof.joints:
-        assert not replace(proof, joints=()).verify()
+        assert not replace(proof, joints=(), multipliers=proof.multipliers[: len(proof.wall)]).verify()
 
 
 def test_a_wider_corridor_has_no_proof_because_it_has_a_plan():
@@ -158,7 +163,7 @@ def test_laps_free_waypoints_and_limits_have_proofs(asked):
     square = [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0), (0, 0, 0)]
     refused = refusal(square, [1, 9, 1, 9], **asked)
     assert refused.verify()
-    assert not replace(refused.contradiction, rows=tuple(by_part(refused.contradiction)[1:])).verify()
+    assert not times(refused.contradiction, largest(refused.contradiction), 0).verify()
 
 
 def test_pins_that_break_a_continuity_have_a_proof():
@@ -178,12 +183,10 @@ def test_multipliers_that_prove_enough_are_not_refined():
 
 def test_refined_multipliers_keep_what_they_contradict():
     proof = CASES["degree 5"]().contradiction
-    exact = ExactRows(proof.task, proof.durations, proof.rows, proof.joints)
-    multipliers = [part.multiplier for part in proof.rows] + [multiplier for _, multiplier in proof.joints]
-    multipliers[0] *= Fraction(1001, 1000)
-    refined = exact.refined(multipliers)
-    assert sum_of_bounds(exact, refined) == pytest.approx(sum_of_bounds(exact, multipliers), rel=1e-9)
-    assert exact.contradict(refined)
+    off = times(proof, 0, Fraction(1001, 1000))
+    refined = off.less_left(off.multipliers)
+    assert sum_of_bounds(off, refined) == pytest.approx(sum_of_bounds(off, off.multipliers), rel=1e-9)
+    assert replace(off, multipliers=refined).verify()
 
 
 def test_a_joint_whose_sides_are_both_known_has_a_multiplier_too():
@@ -199,8 +202,8 @@ def test_a_joint_whose_sides_are_both_known_has_a_multiplier_too():
     assert error.verify() and error.contradiction.joints
 
 
-def sum_of_bounds(exact, multipliers):
-    return float(sum(m * bound for m, (_, bound) in zip(multipliers, exact.rows, strict=True)))
+def sum_of_bounds(proof, multipliers):
+    return float(sum(m * bound for m, (_, bound) in zip(multipliers, proof.rows, strict=True)))
 
 
 def test_continuity_that_least_squares_cannot_tell_from_a_solution_is_refused_by_elimination():
@@ -210,7 +213,7 @@ def test_continuity_that_least_squares_cannot_tell_from_a_solution_is_refused_by
     asked = {"end": {"jerk": [-0.87198031]}, "pins": {4: {"velocity": [0.0022526]}}}
     error = refusal(np.reshape(points, (6, 1)), durations, degree=11, continuity=10, **asked)
     assert "pins and continuity ask for more" in str(error) and error.verify()
-    assert not error.contradiction.rows and len(error.contradiction.joints) == 20
+    assert not len(error.contradiction.wall) and len(error.contradiction.joints) == 20
 
 
 def test_the_proof_of_a_refusal_ends_at_the_deadline():
@@ -232,9 +235,7 @@ def test_without_a_proof_nothing_is_called_infeasible(monkeypatch):
 def test_what_multipliers_leave_over_is_counted():
     """A multiplier that is off by a part in a thousand proves nothing: curves of a billion legs are ruled out too."""
     proof = CASES["degree 5"]().contradiction
-    first, *others = by_part(proof)
-    off = replace(first, multiplier=first.multiplier * 1001 / 1000)
-    assert not replace(proof, rows=(off, *others)).verify()
-    assert replace(proof, rows=(off, *others)).refined().verify()
-    negative = replace(first, multiplier=-first.multiplier)
-    assert not replace(proof, rows=(negative, *others)).verify()
+    off = times(proof, largest(proof), Fraction(1001, 1000))
+    assert not off.verify()
+    assert off.refined().verify()
+    assert not times(proof, largest(proof), -1).verify()

@@ -6,23 +6,14 @@
 
 #include <cstdint>
 
+#include "basics/walls_record.hpp"
 #include "shortest_time/border.hpp"
 
 namespace minsnap {
 
-// Walls on pieces, as in walls.hpp.
-struct WallsRecord {
-    std::int64_t count, balls;
-    const std::int64_t *piece, *order;  // (count,)
-    const double *normal, *anchor;      // (count, dim)
-    const double *bound, *width;        // (count,)
-    const std::int64_t *when, *ball;    // (count,), or null
-    const double *matrix;               // (balls, dim, dim), or null
-};
-
 // A chain of pieces through nominal positions, inside walls, as in request.hpp.
 struct CorridorRecord {
-    std::int64_t half, pieces, dim, continuity, closed;
+    std::int64_t half, pieces, dim, continuity, closed, groups;
     double length, time;         // what normalised units are worth [m], [s]
     double gap;                  // share of the cost that may be given away
     double effort, seconds;      // share of the work a request is worth, and time [s], after either of which it gives up
@@ -30,7 +21,7 @@ struct CorridorRecord {
     const double *durations;     // (pieces,) [s]; of a search (legs,), to begin with
     const std::uint8_t *pinned;  // (pieces + 1, k, dim), or null
     const double *values;        // (pieces + 1, k, dim) [m/s^order], or null
-    WallsRecord walls;
+    const WallsRecord *walls;    // (groups,)
 };
 
 // What is written for the caller, as in exchange_solver.hpp.
@@ -170,15 +161,15 @@ struct PieceRecord {
 struct StopRecord {
     std::int64_t half, dim, walls, limits;  // groups
     std::int64_t legs;                      // within which it ends, 1 or 2
-    std::int64_t member;      // of the family, from which on one is looked for, and which one was found; -1 to prove one polynomial
-    double unit;              // time that stopping takes at a large acceleration [s]
-    const double *state;      // (k, dim) at the start [m/s^order]
-    const double *waypoints;  // (legs + 1, dim) [m]
-    const ConeGroup *cones;   // (walls + limits,)
-    double *caps;             // (legs,) how far beyond the waypoint at its end a leg goes on, infinite where that is not bounded [m]
-    double *points;           // (2, 2k, dim) control points [m]; one polynomial to prove is counted from the start
-    double duration, change;  // [s]; share of the duration after which the second leg is entered, 0 where it is not
-    std::int64_t limited;     // whether it is proved to keep the sets of the limits
+    std::int64_t member;       // of the family, from which on one is looked for, and which one was found; -1 to prove one polynomial
+    double unit;               // time that stopping takes at a large acceleration [s]
+    const double *state;       // (k, dim) at the start [m/s^order]
+    const double *waypoints;   // (legs + 1, dim) [m]
+    const WallsRecord *cones;  // (walls + limits,)
+    double *caps;              // (legs,) how far beyond the waypoint at its end a leg goes on, infinite where that is not bounded [m]
+    double *points;            // (2, 2k, dim) control points [m]; one polynomial to prove is counted from the start
+    double duration, change;   // [s]; share of the duration after which the second leg is entered, 0 where it is not
+    std::int64_t limited;      // whether it is proved to keep the sets of the limits
 };
 
 }  // namespace minsnap

@@ -30,8 +30,7 @@ constexpr const char *kind(const std::uint32_t *const *) { return "uint32*"; }
 constexpr const char *kind(const std::uint8_t *const *) { return "uint8*"; }
 constexpr const char *kind(const Obstacle *const *) { return "float64*"; }
 constexpr const char *kind(const FleetCurves *) { return "FleetCurves"; }
-constexpr const char *kind(const WallsRecord *) { return "WallsRecord"; }
-constexpr const char *kind(const ConeGroup *const *) { return "ConeGroup*"; }
+constexpr const char *kind(const WallsRecord *const *) { return "WallsRecord*"; }
 constexpr const char *kind(const MomentaryLimit *const *) { return "MomentaryLimit*"; }
 constexpr const char *kind(const Poll *) { return "poll"; }
 
@@ -39,22 +38,12 @@ constexpr const char *kind(const Poll *) { return "poll"; }
     {#record, #name, kind(static_cast<decltype(record::name) *>(nullptr)), offsetof(record, name), sizeof(record::name), sizeof(record)}
 
 constexpr BorderField border_fields[] = {
-    MINSNAP_FIELD(WallsRecord, count),
-    MINSNAP_FIELD(WallsRecord, balls),
-    MINSNAP_FIELD(WallsRecord, piece),
-    MINSNAP_FIELD(WallsRecord, order),
-    MINSNAP_FIELD(WallsRecord, normal),
-    MINSNAP_FIELD(WallsRecord, anchor),
-    MINSNAP_FIELD(WallsRecord, bound),
-    MINSNAP_FIELD(WallsRecord, width),
-    MINSNAP_FIELD(WallsRecord, when),
-    MINSNAP_FIELD(WallsRecord, ball),
-    MINSNAP_FIELD(WallsRecord, matrix),
     MINSNAP_FIELD(CorridorRecord, half),
     MINSNAP_FIELD(CorridorRecord, pieces),
     MINSNAP_FIELD(CorridorRecord, dim),
     MINSNAP_FIELD(CorridorRecord, continuity),
     MINSNAP_FIELD(CorridorRecord, closed),
+    MINSNAP_FIELD(CorridorRecord, groups),
     MINSNAP_FIELD(CorridorRecord, length),
     MINSNAP_FIELD(CorridorRecord, time),
     MINSNAP_FIELD(CorridorRecord, gap),
@@ -211,17 +200,19 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(StopRecord, duration),
     MINSNAP_FIELD(StopRecord, change),
     MINSNAP_FIELD(StopRecord, limited),
-    MINSNAP_FIELD(ConeGroup, count),
-    MINSNAP_FIELD(ConeGroup, rows),
-    MINSNAP_FIELD(ConeGroup, order),
-    MINSNAP_FIELD(ConeGroup, outside),
-    MINSNAP_FIELD(ConeGroup, at_knots),
-    MINSNAP_FIELD(ConeGroup, leg),
-    MINSNAP_FIELD(ConeGroup, matrix),
-    MINSNAP_FIELD(ConeGroup, anchor),
-    MINSNAP_FIELD(ConeGroup, slope),
-    MINSNAP_FIELD(ConeGroup, radius),
-    MINSNAP_FIELD(ConeGroup, width),
+    MINSNAP_FIELD(WallsRecord, count),
+    MINSNAP_FIELD(WallsRecord, rows),
+    MINSNAP_FIELD(WallsRecord, order),
+    MINSNAP_FIELD(WallsRecord, equal),
+    MINSNAP_FIELD(WallsRecord, outside),
+    MINSNAP_FIELD(WallsRecord, at_knots),
+    MINSNAP_FIELD(WallsRecord, leg),
+    MINSNAP_FIELD(WallsRecord, at),
+    MINSNAP_FIELD(WallsRecord, matrix),
+    MINSNAP_FIELD(WallsRecord, anchor),
+    MINSNAP_FIELD(WallsRecord, slope),
+    MINSNAP_FIELD(WallsRecord, radius),
+    MINSNAP_FIELD(WallsRecord, width),
     MINSNAP_FIELD(MomentaryLimit, kind),
     MINSNAP_FIELD(MomentaryLimit, parameters),
     MINSNAP_FIELD(ShortestRequest, half),

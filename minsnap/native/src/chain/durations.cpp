@@ -383,13 +383,14 @@ MINSNAP_EXPORT std::int32_t minsnap_best_corridor_split(const CorridorRecord *as
     if (legs < 1 || per_leg < 1 || found->capacity < 1) return int(Status::bad_size);
     if (per_leg > most_split_pieces || legs > most_split_pieces / per_leg) return int(Status::unsupported);
     const Integer pieces = legs * per_leg;
-    if (!corridor_sizes_fit(asked->half, pieces, asked->dim, asked->walls.count)) return int(Status::bad_size);
+    if (!corridor_sizes_fit(asked->half, pieces, asked->dim, asked->groups)) return int(Status::bad_size);
     Buffer<double> times;
     if (!times.allocate(std::size_t(pieces))) return int(Status::no_memory);
     for (Integer i = 0; i < pieces; ++i) times[std::size_t(i)] = asked->durations[i / per_leg] / double(per_leg);
-    const Request given = request_of(*asked, pieces, times.data());
-    const Status checked = check_request(given);
-    if (checked != Status::done) return int(checked);
+    FlatWalls walls;
+    Request given = {};
+    const Status taken = take_request(*asked, pieces, times.data(), walls, given);
+    if (taken != Status::done) return int(taken);
     return int(split_in_corridor(given, asked->durations, *found));
 }
 

@@ -9,7 +9,7 @@
 namespace minsnap {
 namespace {
 
-constexpr std::int64_t most_pieces = 200'000, most_walls = 10'000'000;
+constexpr std::int64_t most_pieces = 200'000;
 
 bool all_positive(const double *values, std::int64_t count) {
     for (std::int64_t i = 0; i < count; ++i)
@@ -51,13 +51,25 @@ bool numbers_fit(const Request &given) {
 
 bool corridor_sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim, std::int64_t walls) {
     return half >= 2 && half <= max_half && pieces >= 1 && pieces <= most_pieces && dim >= 1 && dim <= max_dim && walls >= 0 &&
-           walls <= most_walls;
+           walls <= FlatWalls::most;
 }
 
 Status check_request(const Request &given) {
     if (given.continuity < 0 || given.continuity > 2 * given.half - 2) return Status::bad_size;
     if (!corridor_sizes_fit(given.half, given.pieces, given.dim, given.walls.count) || !walls_fit(given)) return Status::bad_size;
     return numbers_fit(given) ? Status::done : Status::bad_number;
+}
+
+Status take_request(const CorridorRecord &asked, std::int64_t pieces, const double *durations, FlatWalls &walls, Request &given) {
+    if (!corridor_sizes_fit(asked.half, pieces, asked.dim, asked.groups)) return Status::bad_size;
+    const Status taken = walls.take(asked.walls, asked.groups, int(asked.dim));
+    if (taken != Status::done) return taken;
+    given = {int(asked.half),       int(pieces),   int(asked.dim),
+             asked.closed != 0,     asked.length,  asked.time,
+             asked.positions,       durations,     asked.pinned,
+             asked.values,          walls.walls(), asked.gap,
+             int(asked.continuity), asked.effort,  instant_in(asked.seconds)};
+    return check_request(given);
 }
 
 Status solve_in_double(const Request &given, Answer &answer) {
@@ -84,10 +96,10 @@ Status solve_request(const Request &given, Answer &answer, std::int64_t &attempt
 // Least cost inside walls that hold at every instant, proved.
 MINSNAP_EXPORT std::int32_t minsnap_corridor(const minsnap::CorridorRecord *asked, minsnap::CorridorAnswerRecord *found) {
     using namespace minsnap;
-    if (!corridor_sizes_fit(asked->half, asked->pieces, asked->dim, asked->walls.count)) return std::int32_t(Status::bad_size);
-    const Request given = request_of(*asked, asked->pieces, asked->durations);
-    const Status checked = check_request(given);
-    if (checked != Status::done) return std::int32_t(checked);
+    FlatWalls walls;
+    Request given = {};
+    const Status taken = take_request(*asked, asked->pieces, asked->durations, walls, given);
+    if (taken != Status::done) return std::int32_t(taken);
     Answer answer = {found->points, found->knots, found->wall, found->s, found->multiplier, 0.0, 0.0, 0.0, 0, 0, found->direction};
     const Status status = solve_request(given, answer, found->attempts);
     found->cost = answer.cost, found->bound = answer.bound, found->share = answer.share;
@@ -101,7 +113,9 @@ MINSNAP_EXPORT std::int32_t minsnap_walls_kept(std::int64_t half, std::int64_t p
                                                const double *durations, const minsnap::WallsRecord *walls, std::uint8_t *kept) {
     using namespace minsnap;
     if (!corridor_sizes_fit(half, pieces, dim, walls->count)) return std::int32_t(Status::bad_size);
-    const GivenWalls given = walls_of(*walls);
+    FlatWalls flat;
+    if (const Status taken = flat.take(walls, 1, int(dim)); taken != Status::done) return std::int32_t(taken);
+    const GivenWalls given = flat.walls();
     const Request request = {int(half), int(pieces), int(dim), false, 1.0, 1.0, points, durations, nullptr, nullptr, given, 1.0};
     if (!walls_fit(request)) return std::int32_t(Status::bad_size);
     if (!all_finite(points, pieces * 2 * half * dim) || !numbers_fit(request)) return std::int32_t(Status::bad_number);

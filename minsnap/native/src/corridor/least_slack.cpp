@@ -96,10 +96,10 @@ private:
 MINSNAP_EXPORT std::int32_t minsnap_least_slack(const minsnap::CorridorRecord *asked, const minsnap::SlackRecord *slacks,
                                                 minsnap::CorridorAnswerRecord *found) {
     using namespace minsnap;
-    if (!corridor_sizes_fit(asked->half, asked->pieces, asked->dim, asked->walls.count)) return std::int32_t(Status::bad_size);
-    Request given = request_of(*asked, asked->pieces, asked->durations);
-    const Status checked = check_request(given);
-    if (checked != Status::done) return std::int32_t(checked);
+    FlatWalls walls;
+    Request given = {};
+    const Status taken = take_request(*asked, asked->pieces, asked->durations, walls, given);
+    if (taken != Status::done) return std::int32_t(taken);
     if (!slacks_fit(*slacks, given)) return std::int32_t(Status::bad_size);
     given.slacks = {int(slacks->count), slacks->group, slacks->weight};
     Answer answer = {found->points, found->knots, found->wall, found->s, found->multiplier, 0.0, 0.0, 0.0, 0, 0, found->direction};

@@ -8,6 +8,7 @@
 #include "corridor/balls.hpp"
 #include "basics/border.hpp"
 #include "basics/status.hpp"
+#include "corridor/flat_walls.hpp"
 
 namespace minsnap {
 
@@ -46,19 +47,6 @@ struct Request {
     Slacks slacks = {};
 };
 
-// What records of the border say; durations are one of each piece.
-inline GivenWalls walls_of(const WallsRecord &walls) {
-    return {walls.count, walls.piece, walls.order, walls.normal, walls.anchor, walls.bound,
-            walls.width, walls.when,  0,           walls.ball,   walls.matrix, walls.balls};
-}
-
-inline Request request_of(const CorridorRecord &asked, std::int64_t pieces, const double *durations) {
-    return {int(asked.half),       int(pieces),  int(asked.dim),           asked.closed != 0,
-            asked.length,          asked.time,   asked.positions,          durations,
-            asked.pinned,          asked.values, walls_of(asked.walls),    asked.gap,
-            int(asked.continuity), asked.effort, instant_in(asked.seconds)};
-}
-
 inline bool all_finite(const double *values, std::int64_t count) {
     for (std::int64_t i = 0; i < count; ++i)
         if (!std::isfinite(values[i])) return false;
@@ -70,6 +58,9 @@ bool corridor_sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim
 
 // Whether the sizes of a request are within their bounds and its numbers are finite; done, or why not.
 Status check_request(const Request &given);
+
+// Make what a record of the border says a request that passes this check, with one duration of each piece; ``walls`` has its walls.
+Status take_request(const CorridorRecord &asked, std::int64_t pieces, const double *durations, FlatWalls &walls, Request &given);
 
 inline bool is_pinned(const Request &given, int knot, int order, int axis) {
     if (given.pinned == nullptr) return order == 0 || (!given.closed && (knot == 0 || knot == given.pieces));

@@ -3,18 +3,9 @@
 
 #include <cstdint>
 
-namespace minsnap {
+#include "basics/walls_record.hpp"
 
-// Sets |A (x - a)| <= radius + slope . (x - a) of a derivative x, or with `outside` |x - a| >= radius; planes have no rows in A.
-struct ConeGroup {
-    std::int64_t count, rows, order, outside, at_knots;
-    const std::int64_t *leg;  // (count,) the leg, or the waypoint with `at_knots`
-    const double *matrix;     // (count, rows, dim)
-    const double *anchor;     // (count, dim)
-    const double *slope;      // (count, dim)
-    const double *radius;     // (count,)
-    const double *width;      // (count,) by which an excess is judged
-};
+namespace minsnap {
 
 // A limit on several derivatives at an instant, on every leg: a `LimitKind` of `instant_limits.hpp` and its parameters.
 struct MomentaryLimit {
@@ -43,7 +34,7 @@ struct ShortestRequest {
     const double *guess_durations, *guess_knots;  // (pieces,) [s], (pieces + 1, half, dim) [m/s^order]
     const double *least;                          // (pieces,) durations of a guess that none goes below, or null [s]
     const double *turned;             // (legs + 1, dim, dim) columns are the axes of a waypoint's position, zeros for the world's; or null
-    const ConeGroup *cones;           // (groups,)
+    const WallsRecord *cones;         // (groups,)
     const MomentaryLimit *momentary;  // (limits,)
     Poll poll;
 };

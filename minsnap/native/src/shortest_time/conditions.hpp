@@ -48,14 +48,15 @@ struct ConditionTable {
         const int places = static_cast<int>(request.legs) + (at_knots ? 1 : 0);
         if (!first.allocate(places + 1)) return false;
         for (int k = 0; k <= places; ++k) first[k] = 0;
-        each(request, at_knots, [&](const ConeGroup &group, std::int64_t row) { first[group.leg[row] + 1] += sloped(group, row) ? 2 : 1; });
+        each(request, at_knots,
+             [&](const WallsRecord &group, std::int64_t row) { first[group.leg[row] + 1] += sloped(group, row) ? 2 : 1; });
         for (int k = 0; k < places; ++k) first[k + 1] += first[k];
         if (!entries.allocate(first[places])) return false;
         Buffer<std::int32_t> place;
         if (!place.allocate(places + 1)) return false;
         for (int k = 0; k <= places; ++k) place[k] = first[k];
         for (int order = 0; order < condition_orders; ++order)
-            each(request, at_knots, [&](const ConeGroup &group, std::int64_t row) {
+            each(request, at_knots, [&](const WallsRecord &group, std::int64_t row) {
                 if (group.order != order) return;
                 std::int32_t &next = place[group.leg[row]];
                 entries[next++] = cone(group, row, request.inwards);
@@ -72,13 +73,13 @@ private:
                 for (std::int64_t row = 0; row < request.cones[k].count; ++row) action(request.cones[k], row);
     }
 
-    static bool sloped(const ConeGroup &group, std::int64_t row) {
+    static bool sloped(const WallsRecord &group, std::int64_t row) {
         bool found = false;
         for (int c = 0; c < dim; ++c) found = found || group.slope[row * dim + c] != 0.0;
         return found && group.rows > 0;
     }
 
-    static Condition<dim> plane(const ConeGroup &group, std::int64_t row, double inwards) {
+    static Condition<dim> plane(const WallsRecord &group, std::int64_t row, double inwards) {
         Condition<dim> made{};
         const double width = group.width[row];
         made.order = static_cast<std::int32_t>(group.order);
@@ -90,7 +91,7 @@ private:
         return made;
     }
 
-    static Condition<dim> cone(const ConeGroup &group, std::int64_t row, double inwards) {
+    static Condition<dim> cone(const WallsRecord &group, std::int64_t row, double inwards) {
         if (group.rows == 0) return plane(group, row, inwards);
         Condition<dim> made = plane(group, row, inwards);
         const double width = group.width[row], radius = group.radius[row] / width, sign = group.outside ? -1.0 : 1.0;

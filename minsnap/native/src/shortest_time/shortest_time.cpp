@@ -23,7 +23,7 @@ Status checked(const ShortestRequest &request) {
         if (pieces > most_pieces) return Status::bad_size;
     }
     for (std::int64_t k = 0; k < request.groups; ++k) {
-        const ConeGroup &group = request.cones[k];
+        const WallsRecord &group = request.cones[k];
         if (group.order < 0 || group.order >= condition_orders || group.count < 0 || group.rows < 0) return Status::unsupported;
         if (group.at_knots != 0 && group.order >= request.half) return Status::unsupported;
         rows += group.count;

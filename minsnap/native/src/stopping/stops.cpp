@@ -9,11 +9,11 @@
 #include <cstdlib>
 
 #include "basics/border.hpp"
-#include "basics/buffer.hpp"
 #include "basics/export.hpp"
 #include "basics/status.hpp"
 #include "certificate/last_look.hpp"
 #include "certificate/proof.hpp"
+#include "corridor/flat_walls.hpp"
 #include "corridor/request.hpp"
 #include "polynomials/leg.hpp"
 #include "stopping/settings.hpp"
@@ -25,82 +25,6 @@ using Settings = StopSettings;
 
 constexpr int most_values = max_points * max_curve_dim;
 
-// Walls of some groups on one leg, as the proof takes them.
-class Held {
-public:
-    // Balls are larger by the share ``kept``. One more wall than the groups have may be added.
-    [[nodiscard]] bool take(const ConeGroup *groups, std::int64_t count, std::int64_t leg, int dim, double kept) {
-        dim_ = dim;
-        std::int64_t rows = 1;
-        for (std::int64_t g = 0; g < count; ++g)
-            for (std::int64_t i = 0; i < groups[g].count; ++i) rows += groups[g].leg[i] == leg;
-        const auto room = std::size_t(rows), wide = room * std::size_t(dim);
-        if (!piece_.allocate(room) || !order_.allocate(room) || !ball_.allocate(room) || !normal_.allocate(wide) ||
-            !anchor_.allocate(wide) || !bound_.allocate(room) || !width_.allocate(room) || !matrix_.allocate(wide * std::size_t(dim)))
-            return false;
-        for (std::int64_t g = 0; g < count; ++g)
-            for (std::int64_t i = 0; i < groups[g].count; ++i)
-                if (groups[g].leg[i] == leg) add(groups[g], i, kept);
-        return true;
-    }
-
-    // The plane normal . (x - anchor) <= width.
-    void cap(const double *normal, const double *anchor, double width) {
-        for (int d = 0; d < dim_; ++d) normal_[count_ * dim_ + d] = normal[d], anchor_[count_ * dim_ + d] = anchor[d];
-        put(0, -1, width, width);
-    }
-
-    GivenWalls walls() const {
-        return {count_, piece_.data(), order_.data(),  normal_.data(), anchor_.data(), bound_.data(), width_.data(), nullptr,
-                0,      ball_.data(),  matrix_.data(), balls_};
-    }
-
-    std::int64_t count() const { return count_; }
-    int order(std::int64_t wall) const { return int(order_[wall]); }
-
-    // By how many widths a value of the derivative is outside.
-    double excess(std::int64_t wall, const double *value) const {
-        const double *const normal = normal_.data() + wall * dim_, *const anchor = anchor_.data() + wall * dim_;
-        double offset[max_curve_dim], along = 0.0, squares = 0.0;
-        for (int d = 0; d < dim_; ++d) offset[d] = value[d] - anchor[d], along += normal[d] * offset[d];
-        if (ball_[wall] >= 0) {
-            const double *row = matrix_.data() + ball_[wall] * dim_ * dim_;
-            for (int q = 0; q < dim_; ++q, row += dim_) {
-                double sum = 0.0;
-                for (int d = 0; d < dim_; ++d) sum += row[d] * offset[d];
-                squares += sum * sum;
-            }
-        }
-        return (std::sqrt(squares) + along - bound_[wall]) / width_[wall];
-    }
-
-private:
-    void add(const ConeGroup &group, std::int64_t i, double kept) {
-        for (int d = 0; d < dim_; ++d) {
-            normal_[count_ * dim_ + d] = 0.0 - group.slope[i * dim_ + d];
-            anchor_[count_ * dim_ + d] = group.anchor[i * dim_ + d];
-        }
-        if (group.rows > 0) {
-            double *const matrix = matrix_.data() + balls_ * dim_ * dim_;
-            for (int j = 0; j < dim_ * dim_; ++j) matrix[j] = j < group.rows * dim_ ? group.matrix[i * group.rows * dim_ + j] : 0.0;
-        }
-        bool cone = false;
-        for (int d = 0; d < dim_; ++d) cone = cone || group.slope[i * dim_ + d] != 0.0;
-        const double bound = group.rows > 0 && !cone ? (1.0 + kept) * group.radius[i] : group.radius[i];
-        put(group.order, group.rows > 0 ? balls_++ : -1, bound, group.width[i]);
-    }
-
-    void put(std::int64_t order, std::int64_t ball, double bound, double width) {
-        piece_[count_] = 0, order_[count_] = order, ball_[count_] = ball, bound_[count_] = bound, width_[count_] = width;
-        ++count_;
-    }
-
-    int dim_ = 0;
-    std::int64_t count_ = 0, balls_ = 0;
-    Buffer<std::int64_t> piece_, order_, ball_;
-    Buffer<double> normal_, anchor_, bound_, width_, matrix_;
-};
-
 class Stops {
 public:
     explicit Stops(StopRecord &asked)
@@ -109,14 +33,14 @@ public:
 
     Status find() {
         for (std::int64_t leg = 0; leg < legs_; ++leg) {
-            if (!own_[leg].take(p_.cones, p_.walls, leg, dim_, 0.0)) return Status::no_memory;
+            if (const Status taken = own_[leg].take(p_.cones, p_.walls, dim_, leg); taken != Status::done) return taken;
             put_cap(leg);
         }
-        if (!limits_.take(p_.cones + p_.walls, p_.limits, 0, dim_, Settings::kept)) return Status::no_memory;
+        if (const Status taken = limits_.take(p_.cones + p_.walls, p_.limits, dim_, 0, Settings::kept); taken != Status::done) return taken;
         p_.change = 0.0;
         if (p_.member < 0) return proved() ? Status::done : Status::infeasible;
-        put_factors(limits_);
-        for (std::int64_t leg = 0; leg < legs_; ++leg) put_factors(own_[leg]);
+        put_factors(limits_.walls());
+        for (std::int64_t leg = 0; leg < legs_; ++leg) put_factors(own_[leg].walls());
         for (; p_.member < Settings::durations * Settings::ends; ++p_.member) {
             put_ends(p_.member);
             if (!looks_good()) continue;
@@ -135,11 +59,11 @@ private:
         for (int d = 0; d < dim_; ++d) along[d] /= std::sqrt(length);
         for (std::int64_t g = 0; g < p_.walls; ++g) width = std::fmin(width, width_along(p_.cones[g], leg, along));
         p_.caps[leg] = width;
-        if (width < infinity) own_[leg].cap(along, to, width);
+        if (width < infinity) own_[leg].add_plane(along, to, width);
     }
 
     // Least width of a group on a leg, whose rows all run along it; else infinite.
-    double width_along(const ConeGroup &group, std::int64_t leg, const double *along) const {
+    double width_along(const WallsRecord &group, std::int64_t leg, const double *along) const {
         double width = infinity;
         for (std::int64_t i = 0; i < group.count; ++i) {
             if (group.leg[i] != leg) continue;
@@ -158,9 +82,9 @@ private:
     }
 
     // Factors of the ends in the derivatives that walls bound, at the instants looked at, on the unit interval.
-    void put_factors(const Held &held) {
-        for (std::int64_t wall = 0; wall < held.count(); ++wall) {
-            const int order = held.order(wall);
+    void put_factors(const GivenWalls &held) {
+        for (std::int64_t wall = 0; wall < held.count; ++wall) {
+            const int order = int(held.order[wall]);
             if (order > size_.degree() || known_ >> order & 1U) continue;
             known_ |= 1U << order;
             for (int i = 0; i < Settings::instants; ++i) row_factors(size_, tables_, 1.0, order, instant(i), factors_[order][i]);
@@ -197,11 +121,11 @@ private:
     bool looks_good() {
         constexpr int last = Settings::instants - 1;
         int in_first = 0;  // instants from the start on
-        while (in_first <= last && inside(limits_, in_first) && inside(own_[0], in_first)) ++in_first;
+        while (in_first <= last && inside(limits_.walls(), in_first) && inside(own_[0].walls(), in_first)) ++in_first;
         int middle = 0;
         if (in_first <= last) {
             int from = last + 1;  // first instant from which it is inside of the last leg
-            while (from > 1 && inside(limits_, from - 1) && inside(own_[legs_ - 1], from - 1)) --from;
+            while (from > 1 && inside(limits_.walls(), from - 1) && inside(own_[legs_ - 1].walls(), from - 1)) --from;
             for (int i = from; i < in_first && i < last; ++i)
                 if (middle == 0 || std::abs(2 * i - last) < std::abs(2 * middle - last)) middle = i;
             if (middle == 0) return false;
@@ -210,15 +134,31 @@ private:
         return true;
     }
 
-    bool inside(const Held &held, int i) const {
+    bool inside(const GivenWalls &held, int i) const {
         const double inwards = i > 0 ? Settings::inwards * instant(i) : -Settings::outwards;
         double value[max_curve_dim];
         int order = -1;
-        for (std::int64_t wall = 0; wall < held.count(); ++wall) {
-            if (held.order(wall) != order) put_value(order = held.order(wall), i, value);
-            if (!(held.excess(wall, value) + inwards <= 0.0)) return false;
+        for (std::int64_t wall = 0; wall < held.count; ++wall) {
+            if (held.order[wall] != order) put_value(order = int(held.order[wall]), i, value);
+            if (!(excess(held, wall, value) + inwards <= 0.0)) return false;
         }
         return true;
+    }
+
+    // By how many widths a value of the derivative is outside of a wall.
+    double excess(const GivenWalls &held, std::int64_t wall, const double *value) const {
+        const double *const normal = held.normal + wall * dim_, *const anchor = held.anchor + wall * dim_;
+        double offset[max_curve_dim], along = 0.0, squares = 0.0;
+        for (int d = 0; d < dim_; ++d) offset[d] = value[d] - anchor[d], along += normal[d] * offset[d];
+        if (held.is_ball(wall)) {
+            const double *row = held.matrix_of(wall, dim_);
+            for (int q = 0; q < dim_; ++q, row += dim_) {
+                double sum = 0.0;
+                for (int d = 0; d < dim_; ++d) sum += row[d] * offset[d];
+                squares += sum * sum;
+            }
+        }
+        return (std::sqrt(squares) + along - held.bound[wall]) / held.width[wall];
     }
 
     void put_value(int order, int i, double *value) const {
@@ -274,9 +214,9 @@ private:
         }
     }
 
-    bool keeps(const Held &held, const double *points, const double *duration) const {
+    bool keeps(const FlatWalls &held, const double *points, const double *duration) const {
         Proof proof(held.walls(), points, duration, 1, size_.points(), dim_);
-        for (std::int64_t wall = 0; wall < held.count(); ++wall)
+        for (std::int64_t wall = 0; wall < held.walls().count; ++wall)
             if (!(proof.excess(wall).bound <= 0.0)) return false;
         return true;
     }
@@ -287,7 +227,7 @@ private:
     const Degree<0> size_;
     const int dim_, legs_;
     const LegTables<double> &tables_;
-    Held own_[Settings::legs], limits_;
+    FlatWalls own_[Settings::legs], limits_;
     unsigned known_ = 0;  // bits of the orders that factors are known of
     double factors_[max_points][Settings::instants][max_points];
     double ends_[max_points][max_curve_dim];
