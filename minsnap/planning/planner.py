@@ -33,11 +33,11 @@ from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
 from minsnap.errors import TimingError
-from minsnap.optimisation.planned_yaw import Yaw, chosen_heading
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.resting import resting_plan
 from minsnap.time_allocation.search_options import USUAL, Search, check_search
 from minsnap.time_allocation.timing import Timing
+from minsnap.trajectory.chosen_heading import Yaw, chosen_heading
 from minsnap.trajectory.report import Progress, Report, unlimited_notes
 from minsnap.trajectory.trajectory import Trajectory
 

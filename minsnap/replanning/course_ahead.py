@@ -24,10 +24,10 @@ from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.errors import CorridorError, DegreeError, InputError, WaypointError, YawError
 from minsnap.limits.limits import Limits, check_limits
-from minsnap.optimisation.planned_yaw import ChosenHeading, chosen_heading
 from minsnap.optimisation.task import Task
 from minsnap.replanning.horizon import walls_from
 from minsnap.replanning.splice import Splice
+from minsnap.trajectory.chosen_heading import ChosenHeading, chosen_heading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
 

@@ -13,8 +13,8 @@ from minsnap.basics.checks import check_positive, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, TimingError
-from minsnap.optimisation.planned_yaw import ChosenHeading, smooth_yaw
 from minsnap.polynomials.bernstein import powers_to_points, split
+from minsnap.trajectory.chosen_heading import ChosenHeading
 from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, wrap
 from minsnap.trajectory.instants import check_order
 from minsnap.trajectory.planned_heading import PlannedHeading
@@ -189,7 +189,7 @@ def through_angles(flown: Trajectory, instant: float, angles: FloatArray) -> Cho
 
     def heading(curve: Trajectory) -> Heading:
         turned = shortest_turns(np.append(start, angles[: curve.legs]))
-        return PlannedHeading(smooth_yaw(turned, np.diff(curve.leg_breaks), False, rate))
+        return PlannedHeading.through(turned, np.diff(curve.leg_breaks), False, rate)
 
     return heading
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.optimisation.planned_yaw import chosen_heading
 from minsnap.replanning.splice import SplicedHeading, splice_of, spliced
+from minsnap.trajectory.chosen_heading import chosen_heading
 from minsnap.trajectory.heading import ConstantHeading, wrap
 
 POINTS = np.array([(0, 0, 1), (2, 2, 1), (4, 0, 1.2), (6, 2, 1)], dtype=float)

@@ -7,6 +7,7 @@ from scipy.interpolate import CubicSpline
 import minsnap
 from minsnap.errors import YawError
 from minsnap.trajectory.heading import ConstantHeading, JoinedHeading, RemappedHeading, shortest_turns, wrap
+from minsnap.trajectory.planned_heading import PlannedHeading, _spline
 from minsnap.trajectory.velocity_heading import VelocityHeading
 
 SQUARE = [(0, 0, 1), (4, 0, 1), (4, 4, 1), (0, 4, 1), (0, 0, 1)]
@@ -178,3 +179,15 @@ def test_a_closed_lap_ends_at_the_yaw_it_began_with_but_for_whole_turns():
     assert turned.yaw(turned.duration) - turned.yaw(0.0) == pytest.approx(2.0 * np.pi)
     with pytest.raises(YawError, match="begins at a yaw of 0 rad and ends at 1 rad"):
         minsnap.plan(SQUARE, TIMES, closed=True, yaw=[0.0, 0.5, 1.0, 1.0, 1.0])
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_the_spline_through_angles_is_the_same_without_the_native_core(closed):
+    rng = np.random.default_rng(8)
+    for legs in (1, 2, 3, 7):
+        angles, durations = rng.uniform(-3.0, 3.0, legs + 1), 10.0 ** rng.uniform(-1.0, 1.0, legs)
+        rate = 0.0 if closed else 0.7
+        if closed:
+            angles[-1] = angles[0] - 2.0 * np.pi
+        native = PlannedHeading.through(angles, durations, closed, rate).trajectory.control_points
+        assert _spline(angles, durations, closed, rate) == pytest.approx(native, rel=0.0, abs=1e-12)

@@ -20,10 +20,10 @@ from minsnap.errors import SolverError, WaypointError
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ORDINARY
-from minsnap.optimisation.planned_yaw import chosen_heading
 from minsnap.paths.missions.course import Course, Stop, knots_of, section_request
 from minsnap.planning.planner import plan
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
+from minsnap.trajectory.chosen_heading import chosen_heading
 from minsnap.trajectory.trajectory import Trajectory, concatenate
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +13,6 @@ from minsnap.basics.arrays import ArrayLike, FloatArray, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import MagnitudeWarning, YawError
-from minsnap.optimisation.solve import solve
-from minsnap.optimisation.task import Task
 from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, wrap
 from minsnap.trajectory.look_at import LookAt, heading_at
 from minsnap.trajectory.medium import AIRLESS
@@ -22,9 +20,6 @@ from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import Velocity
-
-if TYPE_CHECKING:
-    from minsnap.limits.limits import Limits
 
 
 @dataclass(frozen=True)
@@ -56,7 +51,7 @@ ChosenHeading = Callable[[Trajectory], Heading]
 """Gives a planned curve its heading."""
 
 
-def chosen_heading(yaw: Yaw, legs: int, closed: bool, limits: Limits | None = None) -> ChosenHeading:
+def chosen_heading(yaw: Yaw, legs: int, closed: bool, limits: Any = None) -> ChosenHeading:
     """Check the requested yaw and return the function that gives a curve its heading.
 
     Parameters
@@ -101,7 +96,7 @@ def chosen_heading(yaw: Yaw, legs: int, closed: bool, limits: Limits | None = No
             "whole turns"
         )
     turned = shortest_turns(angles)
-    return lambda curve: PlannedHeading(smooth_yaw(turned, np.diff(curve.leg_breaks), closed))
+    return lambda curve: PlannedHeading.through(turned, np.diff(curve.leg_breaks), closed)
 
 
 def _sampled(function: Callable[[Any], Any], duration: float) -> Heading:
@@ -124,26 +119,6 @@ def _sampled(function: Callable[[Any], Any], duration: float) -> Heading:
         )
     powers = Trajectory.from_ppoly(PPoly(spline.c[:, :, None], spline.x))
     return PlannedHeading(powers)
-
-
-def smooth_yaw(angles: FloatArray, durations: FloatArray, closed: bool, rate: float = 0.0) -> Trajectory:
-    """Return the yaw through angles (n,) [rad] with the least integral of squared angular acceleration: a cubic spline.
-
-    Parameters
-    ----------
-    angles : ndarray, shape (n,)
-        Not wrapped [rad].
-    durations : ndarray, shape (n - 1,)
-        [s].
-    closed : bool
-        Whether the yaw rate at the end equals that at the start; else it is zero.
-    rate : float
-        Yaw rate at the start, where it is not closed [rad/s].
-    """
-    column = angles[:, None]
-    ends = {} if closed else {0: {1: np.array([rate])}, len(angles) - 1: {1: np.zeros(1)}}
-    zero = np.zeros(column.shape)
-    return solve(Task(column, zero, zero, ends, 2, 1, closed, 1, (), "auto"), durations).trajectory
 
 
 def _angles(yaw: Any) -> FloatArray:
