@@ -26,6 +26,7 @@ from relaxation import Relaxation
 
 import minsnap
 from minsnap import Boxes, Polytopes, RoundTube, Tube
+from minsnap.basics.checks import check_position
 from minsnap.corridors.constraint import walls_of
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.tubes import as_constraints
@@ -144,7 +145,8 @@ def _refusal(asked, error, prove):
 
 def _relaxed(asked):
     constraints = _constraints(asked)
-    tolerance, ends = asked.get("waypoint_tolerance"), (asked.get("start"), asked.get("end"))
+    tolerance = asked.get("waypoint_tolerance")
+    ends = (check_position(asked.get(name), name)[0] for name in ("start", "end"))
     points = place(asked["waypoints"], tolerance, constraints, *ends, asked.get("closed", False)).points
     if "limits" in asked:
         constraints = [*constraints, asked["limits"]]

@@ -182,7 +182,7 @@ def certify(
     if not isinstance(traj, Path):
         raise InputError(f"certify takes a Trajectory or a shape, not {type(traj).__name__}")
     curve: Trajectory = traj.as_trajectory()
-    placement = None if waypoints is None else _matching(curve, place(waypoints, tolerance, (), None, None, False))
+    placement = None if waypoints is None else _matching(curve, place(waypoints, tolerance, ()))
     points = knot_positions(curve)[1] if placement is None else placement.points
     walls = tuple(walls_of(as_constraints(corridor), points))
     nearest = nearest_wall(curve, walls)

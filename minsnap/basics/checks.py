@@ -64,6 +64,22 @@ def check_waypoints(waypoints: ArrayLike) -> FloatArray:
     return points
 
 
+def check_tolerance(tolerance: ArrayLike | None, points: FloatArray) -> FloatArray:
+    """Return half-widths of the box around every waypoint, (n, dim) [m], or raise WaypointError."""
+    widths, count = np.zeros(points.shape), len(points)
+    if tolerance is None:
+        return widths
+    give = f"one finite number of 0 or more [m], or one for each of {count} waypoints"
+    shapes = (), (count,), points.shape
+    half = check_array("waypoint_tolerance", tolerance, shapes, give, WaypointError, least=0.0)
+    half = np.where(half < SMALLEST, 0.0, half)
+    if half.ndim == 0:
+        widths[1:-1] = half
+    else:
+        widths[:] = half[:, None] if half.ndim == 1 else half
+    return widths
+
+
 def check_durations(durations: ArrayLike, legs: int) -> FloatArray:
     """Return leg durations (legs,) as a read-only array, from ``SHORTEST`` to ``LONGEST`` [s]."""
     values = numbers(durations)
@@ -270,6 +286,17 @@ def check_pins(
         collected[0] = rest | check_state(start, "start", half, dim)
         collected[last] = rest | check_state(end, "end", half, dim)
     return collected
+
+
+def check_position(state: Any, where: str) -> tuple[FloatArray | None, Any]:
+    """Return the position (dim,) of the state at an end [m], None without one, and the rest of the state."""
+    if not isinstance(state, Mapping) or "position" not in state:
+        return None, state
+    rest = {name: value for name, value in state.items() if name != "position"}
+    position = numbers(state["position"])
+    if position is None or position.ndim != 1 or not position.size or not bounded(position).all():
+        raise WaypointError(f"the position of {where} is {shown(state['position'])}: give one finite number per axis")
+    return position, rest
 
 
 def check_state(state: Mapping[str, ArrayLike] | None, where: str, half: int, dim: int) -> dict[int, FloatArray]:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, OwnsArrays, bounded, numbers
-from minsnap.basics.checks import check_array, check_waypoints, point_text
-from minsnap.basics.messages import shown
+from minsnap.basics.arrays import ArrayLike, FloatArray, OwnsArrays
+from minsnap.basics.checks import check_tolerance, check_waypoints, point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Room
 from minsnap.corridors.constraint import Constraint
@@ -20,8 +18,6 @@ from minsnap.polynomials.enclosures import UNIT
 
 STORED = 8.0 * UNIT
 """Error of a stored position, relative to the largest."""
-
-State = Mapping[str, ArrayLike] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +93,6 @@ class Placement:
         Nominal positions [m].
     lower, upper : ndarray, shape (n, dim)
         Offsets within which each may lie [m]; zero where pinned.
-    start, end : mapping or None
-        States at the ends without their positions.
     by_waypoints : bool
         Whether there were waypoints; else these are the ends and the overlaps.
     regions : mapping of int to KnotRegion
@@ -108,8 +102,6 @@ class Placement:
     points: FloatArray
     lower: FloatArray
     upper: FloatArray
-    start: State
-    end: State
     by_waypoints: bool = True
     regions: Mapping[int, KnotRegion] = field(default_factory=dict)
 
@@ -149,11 +141,19 @@ def place(
     waypoints: ArrayLike | Sequence[ArrayLike | Gate] | None,
     tolerance: ArrayLike | Ball | None,
     constraints: Sequence[Constraint],
-    start: State,
-    end: State,
-    closed: bool,
+    first: FloatArray | None = None,
+    last: FloatArray | None = None,
+    closed: bool = False,
 ) -> Placement:
     """Return the placement of the knots, from waypoints or from the sequence of convex sets.
+
+    Parameters
+    ----------
+    waypoints, tolerance, closed
+        As ``plan`` takes them.
+    constraints : sequence of Constraint
+    first, last : ndarray, shape (dim,), optional
+        Where the curve begins and ends [m]; without waypoints both are needed, but for a closed lap.
 
     Raises
     ------
@@ -162,23 +162,21 @@ def place(
     CorridorError
         If there are neither waypoints nor sets that tell where the curve passes.
     """
-    first, start = _without_position(start, "start")
-    last, end = _without_position(end, "end")
     if waypoints is None:
-        return Placement(*_from_sets(tolerance, constraints, first, last, closed), start, end, by_waypoints=False)
+        return Placement(*_from_sets(tolerance, constraints, first, last, closed), by_waypoints=False)
     centers, gates = without_gates(waypoints)
     points = check_waypoints(centers)
+    widths = np.zeros(points.shape) if isinstance(tolerance, Ball) else check_tolerance(tolerance, points)
     for position, index, where in ((first, 0, "start"), (last, -1, "end")):
         if position is not None and (position.shape != points[index].shape or (position != points[index]).any()):
             raise WaypointError(
                 f"{where} is at {point_text(position)} but its waypoint at {point_text(points[index])}: leave one out"
             )
     regions = _regions(tolerance, gates, points, closed)
-    widths = np.zeros(points.shape) if isinstance(tolerance, Ball) else _tolerances(tolerance, points)
     lower, upper = -widths, widths.copy()
     for waypoint, region in regions.items():
         lower[waypoint], upper[waypoint] = region.lower, region.upper
-    return Placement(points, lower, upper, start, end, regions=regions)
+    return Placement(points, lower, upper, regions=regions)
 
 
 def _regions(
@@ -192,16 +190,6 @@ def _regions(
     if closed and gates.get(0) is not gates.get(last):
         raise WaypointError("a closed lap that begins in a gate ends in it: give the same gate first and last")
     return regions | {waypoint: gate_region(gate) for waypoint, gate in gates.items()}
-
-
-def _without_position(state: Any, where: str) -> tuple[FloatArray | None, State]:
-    if not isinstance(state, Mapping) or "position" not in state:
-        return None, state
-    rest = {name: value for name, value in state.items() if name != "position"}
-    position = numbers(state["position"])
-    if position is None or position.ndim != 1 or not position.size or not bounded(position).all():
-        raise WaypointError(f"the position of {where} is {shown(state['position'])}: give one finite number per axis")
-    return position, rest
 
 
 def _from_sets(
@@ -266,19 +254,3 @@ def _apart(inside: FloatArray, upper: FloatArray) -> FloatArray:
             free, share = (leg, 4.0) if leg and (upper[leg] > inside[leg]).any() else (leg + 1, 3.0)
             moved[free] += (upper[free] - inside[free]) / share
     return moved
-
-
-def _tolerances(tolerance: ArrayLike | None, points: FloatArray) -> FloatArray:
-    """Half-widths of the box around every waypoint, (n, dim)."""
-    widths, count = np.zeros(points.shape), len(points)
-    if tolerance is None:
-        return widths
-    give = f"one finite number of 0 or more [m], or one for each of {count} waypoints"
-    shapes = (), (count,), points.shape
-    half = check_array("waypoint_tolerance", tolerance, shapes, give, WaypointError, least=0.0)
-    half = np.where(half < SMALLEST, 0.0, half)
-    if half.ndim == 0:
-        widths[1:-1] = half
-    else:
-        widths[:] = half[:, None] if half.ndim == 1 else half
-    return widths

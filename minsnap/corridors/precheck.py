@@ -42,19 +42,18 @@ def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls]) -> Non
 
 def _check_points(placement: Placement, wall: Walls) -> IntArray:
     """Refuse waypoints that are outside a wall with their boxes; return free ones that are outside without."""
-    doubtful = []
     ends = wall.leg[:, None] + np.array([0, 1])
-    if (wall.slack(placement.points[ends]) >= 0.0).all():
+    points, low, high = placement.points[ends], placement.lower[ends], placement.upper[ends]
+    outside, free = wall.slack(points) < 0.0, (high > low).any(axis=2)
+    if not outside.any():
         return np.zeros(0, dtype=np.intp)
-    for waypoint in ends.T:
-        point, low, high = placement.points[waypoint], placement.lower[waypoint], placement.upper[waypoint]
-        nearest = point + np.where(wall.slope > 0.0, high, low) if wall.flat else point
-        excess, free = -wall.slack(nearest[:, None, :])[:, 0], (high > low).any(axis=1)
-        wrong = np.flatnonzero((excess > 0.0) & (wall.flat | ~free))
-        if len(wrong):
-            _refuse(placement, wall, int(waypoint[wrong[0]]), int(wrong[0]), float(excess[wrong[0]]))
-        doubtful.append(waypoint[free][-wall.slack(point[:, None, :])[free, 0] > 0.0])
-    return np.concatenate(doubtful)
+    nearest = points + np.where(wall.slope[:, None] > 0.0, high, low) if wall.flat else points
+    excess = -wall.slack(nearest)
+    wrong = np.argwhere(((excess > 0.0) & (wall.flat | ~free)).T)
+    if len(wrong):
+        end, row = wrong[0].tolist()
+        _refuse(placement, wall, int(ends[row, end]), row, float(excess[row, end]))
+    return np.asarray(ends[outside & free])
 
 
 def _refuse(placement: Placement, wall: Walls, waypoint: int, row: int, excess: float) -> None:

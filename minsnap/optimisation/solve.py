@@ -60,14 +60,15 @@ def solve(
     units = units or task.units(durations)
     if not task.constrained and not (task.jumps and task.pins):
         return _solved_without_walls(task, units, durations)
-    if samples is not None:
-        return solve_by_reference(task, durations, "", units, samples, gap, prove)
-    native = _solved_natively(task, units, durations, gap, prove, effort or Effort.WHOLE)
-    if isinstance(native, SolvedTask):
-        return native
-    if effort is not None and native in GAVE_UP:
-        raise GaveUpError(native)
-    return solve_by_reference(task, durations, native, units, None, gap, prove)
+    reason = ""
+    if samples is None:
+        native = _solved_natively(task, units, durations, gap, prove, effort or Effort.WHOLE)
+        if isinstance(native, SolvedTask):
+            return native
+        if effort is not None and native in GAVE_UP:
+            raise GaveUpError(native)
+        reason = native
+    return solve_by_reference(task, durations, reason, units, samples, gap, prove)
 
 
 def solve_by_reference(

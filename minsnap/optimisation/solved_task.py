@@ -97,7 +97,7 @@ class SolvedTask:
         task = self.task
         if not task.held.any():
             return True
-        placement = Placement(task.waypoints, task.lower, task.upper, None, None, regions=task.regions)
+        placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
         return passing(self.trajectory, placement)[1]
 
     @property

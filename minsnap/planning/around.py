@@ -144,7 +144,7 @@ def _attempt(
         return None
     cut = _cut(task, way, parts).with_walls([planes])
     if timing.durations is not None:
-        timing = replace(timing, durations=np.repeat(timing.checked(task.legs) / parts, parts))
+        timing = replace(timing, durations=np.repeat(timing.durations / parts, parts))
     try:
         timed = plan_timed(cut, timing)
     except (InfeasibleError, SolverError, TimingError):

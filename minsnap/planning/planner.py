@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +16,16 @@ from minsnap.basics.checks import (
     check_closing,
     check_continuity,
     check_degree,
+    check_durations,
     check_flag,
     check_jumps,
     check_pieces,
     check_pins,
+    check_position,
     check_words,
+    refuse_repeated,
 )
-from minsnap.basics.deadline import NEVER, WORK, Deadline
+from minsnap.basics.deadline import WORK, Deadline
 from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
@@ -172,6 +176,7 @@ def plan(
         waypoints, yaw = table.points, table.yaw if yaw is None else yaw
         if durations is None and total_time is None and limits is None and how.time_weight is None:
             durations = table.durations
+    quick = None
     # The quick path takes a few microseconds: it runs before the imports and checks below, and knows their defaults.
     if (
         (search is None or replace(how, on_interrupt="raise") == USUAL)
@@ -181,53 +186,66 @@ def plan(
         and not isinstance(corridor, Sampled)
     ):
         quick = resting_plan(waypoints, durations, total_time, corridor, degree)
-        if quick is not None:
-            return quick if progress is None else _shown(quick, progress, how.on_interrupt)
+        if quick is not None and progress is None:
+            return quick
     from minsnap.planning.request import PlanRequest
 
     question: tuple[Any, ...] = (waypoints, durations, total_time, limits, corridor, continuity, degree, yaw, start)
-    question += (end, closed, solver, pins, pieces, waypoint_tolerance, search, avoid)
-    return _planned(PlanRequest(*question), progress)
+    question += (end, closed, _named_solver(solver), pins, pieces, waypoint_tolerance, how, as_obstacles(avoid))
+    with progress_line(progress, "searching", partial(_steps_in, how.on_interrupt)) as watch:
+        return _planned(PlanRequest(*question), watch) if quick is None else _shown(quick, watch, how.on_interrupt)
 
 
-def _planned(request: PlanRequest, progress: Progress | bool | None) -> Trajectory:
+def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
     """Check a request, choose its durations, solve, and report."""
-    from minsnap.planning.around import plan_around
     from minsnap.time_allocation.allocate import plan_timed
 
     began = perf_counter()
-    check_words(solver=request.solver)
-    how, limits, obstacles = check_search(request.search), request.limits, as_obstacles(request.avoid)
-    timing = Timing(request.durations, request.total_time, limits, **vars(how), refine=check_pieces(request.pieces)[1])
-    timing.check()
-    task = task_of(request, _deadline(timing))
-    if timing.time_limit is None and not obstacles:
-        task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
-    with progress_line(progress, "searching", lambda line: _steps_in(line, how.on_interrupt)) as watch:
-        watched = timing if watch is None else replace(timing, progress=watch)
-        timed = plan_around(task, watched, obstacles) if obstacles else plan_timed(task, watched)
+    task = task_of(request)
+    timing = _timing(request, task, watch)
+    task = replace(task, deadline=_deadline(timing))
+    if not request.avoid:
+        if timing.time_limit is None:
+            task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
+        timed = plan_timed(task, timing)
+    else:
+        from minsnap.planning.around import plan_around
+
+        timed = plan_around(task, timing, request.avoid)
     known = timed.facts() | {"milliseconds": 1e3 * (perf_counter() - began)}
-    return timed.trajectory.reported_by(_Plan(known, limits, request.yaw is None))
+    return timed.trajectory.reported_by(_Plan(known, request.limits, request.yaw is None))
 
 
-def _shown(curve: Trajectory, progress: Progress | bool, on_interrupt: str) -> Trajectory:
+def _shown(curve: Trajectory, watch: Progress | None, on_interrupt: str) -> Trajectory:
     """Show the steps of a search that was too quick to be watched."""
-    steps = () if curve.report is None else curve.report.steps
-    with progress_line(progress, "searching", lambda line: _steps_in(line, on_interrupt)) as watch:
-        try:
-            for step in steps:
-                if watch is not None:
-                    watch(step)
-        except KeyboardInterrupt:
-            if on_interrupt != "return":
-                raise
+    if watch is None or curve.report is None:
+        return curve
+    try:
+        for step in curve.report.steps:
+            watch(step)
+    except KeyboardInterrupt:
+        if on_interrupt != "return":
+            raise
     return curve
 
 
-def _steps_in(line: ProgressLine, on_interrupt: str) -> Progress:
+def _steps_in(on_interrupt: str, line: ProgressLine) -> Progress:
     """Return a callback that shows every step of a search in a line."""
     hint = " (Ctrl-C takes the best)" if on_interrupt == "return" else ""
     return lambda step: line.show(None, f"{step.evaluation} plans, {step.total_time:.4g} s{hint}")
+
+
+def _timing(request: PlanRequest, task: Task, watch: Progress | None) -> Timing:
+    """Return how the durations of a task are chosen, by one way alone."""
+    times, how = request.durations, vars(request.search or USUAL)
+    if times is None:
+        refuse_repeated(task.waypoints, "give every leg a duration of its own")
+    else:
+        times = check_durations(times, task.legs)
+    refine = check_pieces(request.pieces)[1]
+    timing = Timing(times, request.total_time, request.limits, **how, progress=watch, refine=refine)
+    timing.check()
+    return timing
 
 
 def _deadline(timing: Timing) -> Deadline:
@@ -241,6 +259,7 @@ def _deadline(timing: Timing) -> Deadline:
 
 def _named_solver(solver: str) -> str:
     """Return the name of a solver that is installed; see ``check_solver``."""
+    check_words(solver=solver)
     if solver == "auto":
         return solver
     from minsnap.optimisation.qp import check_solver
@@ -248,26 +267,26 @@ def _named_solver(solver: str) -> str:
     return check_solver(solver)
 
 
-def task_of(request: PlanRequest, deadline: Deadline = NEVER) -> Task:
+def task_of(request: PlanRequest) -> Task:
     """Check where the curve passes, with which derivatives, and that both are inside the walls of their legs."""
     limits = request.bounds
     corridor, instants = unsampled(request.corridor, limits is not None)
+    constraints = as_constraints(corridor)
     half, (pieces, refine) = check_degree(request.degree), check_pieces(request.pieces)
-    smoothness = check_continuity(request.continuity, half)
-    closed, constraints = check_flag("closed", request.closed), as_constraints(corridor)
-    solver = _named_solver(request.solver)
-    placement = place(request.waypoints, request.waypoint_tolerance, constraints, request.start, request.end, closed)
+    smoothness, closed = check_continuity(request.continuity, half), check_flag("closed", request.closed)
+    (first, start), (last, end) = check_position(request.start, "start"), check_position(request.end, "end")
+    placement = place(request.waypoints, request.waypoint_tolerance, constraints, first, last, closed)
     points, lower, upper = placement.points, placement.lower, placement.upper
     check_dimension(points)
     warn_magnitude(points)
-    pinned = check_pins(request.pins, placement.start, placement.end, closed, half, points)
-    lap = check_closing(closed, points)
+    pinned = check_pins(request.pins, start, end, closed, half, points)
+    check_closing(closed, points)
     walls = walls_of(constraints, points)
     check_reach(placement, pinned, walls)
     check_jumps(smoothness, half, pieces == 1 and not refine and not (upper > lower).any())
-    heading = chosen_heading(request.yaw, len(points) - 1, lap, limits)
-    where = points, lower, upper, pinned, half, smoothness, lap, pieces, walls, solver, placement.regions, deadline
-    return Task(*where, samples=instants, finish=lambda curve: curve.with_yaw(heading(curve)))
+    heading = chosen_heading(request.yaw, len(points) - 1, closed, limits)
+    known = pinned, half, smoothness, closed, pieces, walls, request.solver, placement.regions
+    return Task(points, lower, upper, *known, samples=instants, finish=lambda curve: curve.with_yaw(heading(curve)))
 
 
 @dataclass(frozen=True, eq=False)

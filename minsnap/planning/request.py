@@ -200,13 +200,16 @@ class PlanRequest:
 
         Raises
         ------
-        VehicleError
-            If the rotors of no vehicle are to be kept within their range.
+        LimitError, VehicleError
+            If they are no limits, or the rotors of no vehicle are to be kept within their range.
         """
-        if not isinstance(self.limits, tuple):
-            return self.limits  # type: ignore[no-any-return]
-        from minsnap.limits.limits import Limits
+        if self.limits is None:
+            return None
+        from minsnap.limits.limits import Limits, check_limits
 
+        if not isinstance(self.limits, tuple):
+            check_limits(self.limits)
+            return self.limits  # type: ignore[no-any-return]
         if self.rotors is not None:
             from minsnap.vehicle.quadrotor import named_vehicle
 

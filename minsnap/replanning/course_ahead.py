@@ -13,6 +13,7 @@ from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.basics.checks import (
     check_array,
     check_degree,
+    check_position,
     is_number,
     is_whole,
     refuse_repeated,
@@ -140,9 +141,9 @@ def course_ahead(
     start = splice.state[0]
     if waypoints is None:
         goal = splice.flown(splice.flown.duration) if goal is None else goal
-        placement = place(None, None, constraints, {"position": start}, {"position": goal}, False)
+        placement = place(None, None, constraints, start, check_position({"position": goal}, "end")[0])
     else:
-        placement = place(_points(start, waypoints), None, constraints, None, None, False)
+        placement = place(_points(start, waypoints), None, constraints)
     points = placement.points
     along = points.copy()
     along[0] = leg_start if np.linalg.norm(points[1] - leg_start) > 0.0 else points[0]

@@ -186,14 +186,14 @@ class Aim:
     Parameters
     ----------
     limits : Limits or None
-    durations : array_like, shape (legs,), or None
+    durations : ndarray, shape (legs,), or None
         Of the legs ahead [s].
     total_time : float or None
         Of all legs ahead [s].
     """
 
     limits: Limits | None = None
-    durations: npt.ArrayLike | None = None
+    durations: FloatArray | None = None
     total_time: float | None = None
 
     @classmethod
@@ -218,16 +218,15 @@ class Aim:
     def compares(self, rest: Trajectory) -> bool:
         """Whether a rest takes the requested time."""
         if self.durations is not None:
-            durations = np.asarray(self.durations, dtype=np.float64)
             own = np.diff(rest.leg_breaks)
-            return durations.shape == own.shape and bool(np.allclose(own, durations, rtol=EXACT, atol=0.0))
+            return self.durations.shape == own.shape and bool(np.allclose(own, self.durations, rtol=EXACT, atol=0.0))
         return self.total_time is None or abs(rest.duration - self.total_time) <= EXACT * self.total_time
 
     def after(self, left: float) -> Aim | None:
         """Return the conditions of the legs after the first, if that may be flown in ``left`` seconds; None if not."""
         if self.durations is not None:
-            first, *others = np.asarray(self.durations, dtype=np.float64).ravel()
-            same = bool(others) and np.isclose(first, left, rtol=EXACT, atol=0.0)
+            others = self.durations[1:]
+            same = len(others) > 0 and np.isclose(self.durations[0], left, rtol=EXACT, atol=0.0)
             return replace(self, durations=others) if same else None
         if self.total_time is None:
             return self
@@ -353,7 +352,7 @@ def seen_joined(better: Better, task: Task, aim: Aim) -> Better:
     """
     times = aim.durations if aim.total_time is None else float(aim.total_time)
     near_task = near(task, None, better.curve.legs, None, None).task
-    wrong = fault(near_task, better.curve, None, times)  # type: ignore[arg-type]
+    wrong = fault(near_task, better.curve, None, times)
     if wrong is not None:
         raise SolverError(f"the plan is refused at the last look: {wrong}; please report this replan")
     return better

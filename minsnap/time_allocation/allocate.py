@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.basics.checks import check_durations, refuse_repeated
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_durations
 from minsnap.basics.deadline import LATE, LateError
 from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.optimisation.task import Task
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
 
 PARTS = 3
 """Pieces a leg where their number is left to the plan, and one has no plan."""
-
-EACH = "give every leg a duration of its own"
-"""Advice where waypoints repeat."""
 
 
 def plan_timed(task: Task, timing: Timing) -> Timed:
@@ -46,7 +44,8 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
         If nothing fits, with the reason.
     """
     try:
-        return looked_at(_timed(task, timing, partial(refuse_short, task, timing)), task, timing)
+        planned = _timed(task, timing, partial(refuse_short, task, timing))
+        return looked_at(planned, task, timing)
     except LateError:
         if not task.deadline.late:
             refuse_short(task, timing)  # what is proved at no cost is said, although the work is spent
@@ -74,7 +73,7 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
 def looked_at(planned: Timed, task: Task, timing: Timing) -> Timed:
     """Return a plan that keeps all its conditions at a last look, or raise SolverError."""
     checked = task if task.samples is None else replace(task, walls=())
-    times = timing.total_time if timing.durations is None else timing.checked(task.legs)
+    times = timing.total_time if timing.durations is None else timing.durations
     wrong = fault(checked, planned.trajectory, timing.limits, times, planned.limits_from, planned.solved)
     if wrong is not None:
         raise SolverError(f"the plan is refused at the last look: {wrong}; please report this question")
@@ -96,16 +95,14 @@ def _timed(task: Task, timing: Timing, refuse: Callable[[], None] = nothing) -> 
         if started or (mended and not shortest and end_on_limit(task, limits)):
             return _from_limits(task, timing, limits, started)
         if timing.durations is not None:
-            return _in_durations(task, timing, refuse)
-        refuse_repeated(task.waypoints, EACH)
+            return _in_durations(task, timing, timing.durations, refuse)
         return (shortest_plan if shortest else limited_plan)(task, timing)
 
 
-def _in_durations(task: Task, timing: Timing, refuse: Callable[[], None]) -> Timed:
+def _in_durations(task: Task, timing: Timing, times: FloatArray, refuse: Callable[[], None]) -> Timed:
     from minsnap.time_allocation.within_limits import require_limits_kept
 
-    durations = task.piece_durations(timing.checked(task.legs))
-    solved = solved_or_explained(timing.bounded(task), durations, refuse)
+    solved = solved_or_explained(timing.bounded(task), task.piece_durations(times), refuse)
     return require_limits_kept(timed(solved), timing.bounds)
 
 
@@ -114,8 +111,6 @@ def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> Tim
     from minsnap.limits.compliance import keeps
     from minsnap.time_allocation.ways import connect_ends
 
-    if timing.durations is not None:
-        timing = replace(timing, durations=timing.checked(task.legs))
     if timing.split != "trapezoid":
         free = _timed(task, replace(timing, limits=None, enforce=None))
         if keeps(limits, free.trajectory):
@@ -132,9 +127,8 @@ def _unlimited(task: Task, timing: Timing) -> Timed:
     """Plan where nothing limits derivatives."""
     search = None
     if timing.durations is not None:
-        durations = timing.checked(task.legs)
+        durations = timing.durations
     else:
-        refuse_repeated(task.waypoints, EACH)
         if timing.split == "trapezoid":
             raise TimingError("split='trapezoid' needs limits on speed or acceleration: give limits=")
         price = timing.time_weight

@@ -115,7 +115,7 @@ def _seen_at_once(task: Task, curve: Trajectory) -> bool:
 def _wrong_waypoints(task: Task, curve: Trajectory) -> str | None:
     if curve.legs != task.legs or curve.dim != task.dim:
         return f"it has {curve.legs} legs and {curve.dim} coordinates, and {task.legs} and {task.dim} were asked for"
-    placement = Placement(task.waypoints, task.lower, task.upper, None, None, regions=task.regions)
+    placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
     outside, passes = passing(curve, placement)
     return None if passes else f"it passes a waypoint {outside:.3g} m outside of where it may, or the wrong way"
 

@@ -181,33 +181,30 @@ def _stretch_tried(
         return None
     durations = next(_proportions(task, timing, refused))
     if timing.durations is not None:
-        durations = task.piece_durations(check_durations(timing.durations, task.legs))
+        durations = task.piece_durations(timing.durations)
     bounded = _bounded(task, timing)
     attempt = partial(plans_for(bounded, task, timing, Run(()), exact=True), effort=Effort.TRY)
     total = float(durations.sum()) if timing.durations is not None else timing.total
     try:
         longer = least_longer(attempt, total / durations.sum() * durations, False, bounded.deadline)
         factors = () if longer is None else (_rounded_up(longer.trajectory.duration / total * more) for more in MORE)
-        return next((factor for factor in factors if _planned(plan, _slower(task, timing, factor))), None)
+        return next((factor for factor in factors if _planned(plan, timing, factor)), None)
     except LateError:
         return None
 
 
-def _planned(plan: Callable[[Timing], Timed], timing: Timing) -> bool:
+def _planned(plan: Callable[[Timing], Timed], timing: Timing, factor: float) -> bool:
+    """Whether there is a plan whose times are those of the request, multiplied."""
     try:
-        plan(timing)
+        if timing.durations is not None:
+            plan(replace(timing, durations=check_durations(factor * timing.durations, len(timing.durations))))
+        else:
+            plan(replace(timing, total_time=factor * timing.total))
     except LateError:
         raise
     except MinsnapError:
         return False
     return True
-
-
-def _slower(task: Task, timing: Timing, factor: float) -> Timing:
-    """Return the same with its times multiplied."""
-    if timing.durations is not None:
-        return replace(timing, durations=factor * check_durations(timing.durations, task.legs))
-    return replace(timing, total_time=factor * timing.total)
 
 
 def _bounded(task: Task, timing: Timing) -> Task:
@@ -249,7 +246,7 @@ def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> N
 
     bounded = _necessary(replace(task, pieces=2) if timing.refine else task, timing)
     if timing.durations is not None:
-        proof = short_leg(bounded, check_durations(timing.durations, task.legs))
+        proof = short_leg(bounded, timing.durations)
         if proof is not None:
             leg = proof.moves[0].start
             raise InfeasibleError(
@@ -292,6 +289,6 @@ def _own_times(task: Task, timing: Timing) -> FloatArray | None:
     if _starts_beyond(task, timing):
         return None
     if timing.durations is not None:
-        return task.piece_durations(check_durations(timing.durations, task.legs))
+        return task.piece_durations(timing.durations)
     one = timing.total_time is not None and task.legs == 1 and not timing.refine
     return task.piece_durations(np.array([timing.total])) if one else None

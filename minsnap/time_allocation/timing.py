@@ -10,10 +10,9 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import check_durations, check_time
+from minsnap.basics.checks import check_time
 from minsnap.basics.messages import shown
 from minsnap.errors import LimitError, MinsnapError, SolverError, TimingError
 from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
@@ -33,7 +32,7 @@ class Timing:
 
     Parameters
     ----------
-    durations : array_like, shape (legs,), optional
+    durations : ndarray, shape (legs,), optional
     total_time : float, optional
     limits : Limits, optional
     split : str
@@ -57,7 +56,7 @@ class Timing:
         Reading of the monotonic clock from which a plan that was found is not improved any more [s].
     """
 
-    durations: npt.ArrayLike | None = None
+    durations: FloatArray | None = None
     total_time: float | None = None
     limits: Limits | None = None
     split: str = "optimal"
@@ -85,10 +84,6 @@ class Timing:
         """The limits of the request; only where there are any."""
         return cast("Limits", self.limits)
 
-    def checked(self, legs: int) -> FloatArray:
-        """Return the durations of the request, one for each of its legs (legs,) [s]; only where there are some."""
-        return check_durations(cast("npt.ArrayLike", self.durations), legs)
-
     def bounded(self, task: Task) -> Task:
         """Return a task with the walls of the limits, if there are any."""
         return task if self.limits is None else task.with_walls(self.limits.walls(task.waypoints))
@@ -100,7 +95,8 @@ class Timing:
 
     def check(self) -> None:
         """Raise unless exactly one way of choosing durations is set, and nothing that it would ignore."""
-        self._check_limits()
+        if self.limits is not None and not self.limits.given():
+            raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
         names = ("durations", "total_time", "time_weight")
         chosen = [name for name in names if getattr(self, name) is not None]
         if len(chosen) > 1:
@@ -110,15 +106,6 @@ class Timing:
         if not chosen and self.limits is None:
             raise TimingError("the plan has no times: give one of durations, total_time, time_weight, limits")
         self._check_ignored(chosen)
-
-    def _check_limits(self) -> None:
-        if self.limits is None:
-            return
-        from minsnap.limits.limits import check_limits
-
-        check_limits(self.limits)
-        if not self.limits.given():
-            raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
 
     def _check_ignored(self, names: list[str]) -> None:
         """Raise where ``split`` or ``enforce`` would have no effect; ``given`` names what else chooses durations."""

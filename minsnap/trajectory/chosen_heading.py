@@ -72,11 +72,9 @@ def chosen_heading(yaw: Yaw, legs: int, closed: bool, limits: Any = None) -> Cho
         If the yaw is malformed, or that at the end of a closed lap is not that at its start, but for whole turns.
     """
     medium, limit = (AIRLESS, None) if limits is None else (limits.medium, limits.yaw_rate)
-    if isinstance(yaw, str):
-        if yaw not in ("velocity", "tilt"):
-            raise _unknown(yaw)
-        if yaw == "tilt":
-            return lambda curve: TiltHeading(curve, medium=medium)
+    if isinstance(yaw, str) and yaw == "tilt":
+        return lambda curve: TiltHeading(curve, medium=medium)
+    if isinstance(yaw, str) and yaw == "velocity":
         yaw = Velocity()
     if isinstance(yaw, Velocity):
         return yaw.within(limit).heading
@@ -122,9 +120,12 @@ def _sampled(function: Callable[[Any], Any], duration: float) -> Heading:
 
 
 def _angles(yaw: Any) -> FloatArray:
-    angles = numbers(yaw)
+    angles = None if isinstance(yaw, str) else numbers(yaw)
     if angles is None:
-        raise _unknown(yaw)
+        raise YawError(
+            f"yaw is {shown(yaw)}: give an angle [rad], one per waypoint, 'velocity', 'tilt', a Velocity, a LookAt or "
+            "a function of time"
+        )
     if not bounded(angles).all():
         raise YawError("yaw must be finite [rad]")
     largest = np.abs(angles).max(initial=0.0)
@@ -132,10 +133,3 @@ def _angles(yaw: Any) -> FloatArray:
         message = f"yaw goes to {largest:g} rad, {largest / (2.0 * np.pi):.0f} turns: if it is degrees, give radians"
         warnings.warn(message, MagnitudeWarning, stacklevel=4)
     return angles
-
-
-def _unknown(yaw: Any) -> YawError:
-    return YawError(
-        f"yaw is {shown(yaw)}: give an angle [rad], one per waypoint, 'velocity', 'tilt', a Velocity, a LookAt or a "
-        "function of time"
-    )

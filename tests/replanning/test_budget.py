@@ -52,7 +52,7 @@ def test_what_cannot_be_flown_is_refused_without_an_explanation(flown):
     task = task_of(flown, through(0.5), POINTS[1:])
     limited = task.with_walls(LIMITS.walls(task.waypoints))
     with pytest.raises(SolverError, match="no curve was found that keeps the walls and the limits in these durations"):
-        search_ahead(limited, Aim(durations=[0.1, 0.1, 0.1]), lambda curve: curve, None, 10.0)
+        search_ahead(limited, Aim(durations=np.array([0.1, 0.1, 0.1])), lambda curve: curve, None, 10.0)
 
 
 def test_answers_come_by_their_budget_on_a_clock_that_runs_with_every_reading(flown, monkeypatch):
