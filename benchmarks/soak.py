@@ -28,6 +28,7 @@ import minsnap
 from minsnap import Boxes, Polytopes, RoundTube, Tube
 from minsnap.basics.checks import check_position
 from minsnap.corridors.constraint import walls_of
+from minsnap.corridors.gates import as_knots
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InfeasibleError, MinsnapError
@@ -145,9 +146,9 @@ def _refusal(asked, error, prove):
 
 def _relaxed(asked):
     constraints = _constraints(asked)
-    tolerance = asked.get("waypoint_tolerance")
+    knots = as_knots(asked["waypoints"], asked.get("waypoint_tolerance"))
     ends = (check_position(asked.get(name), name)[0] for name in ("start", "end"))
-    points = place(asked["waypoints"], tolerance, constraints, *ends, asked.get("closed", False)).points
+    points = place(knots, constraints, *ends, asked.get("closed", False)).points
     if "limits" in asked:
         constraints = [*constraints, asked["limits"]]
     walls = walls_of(constraints, points)

@@ -20,7 +20,7 @@ from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
-from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.gates import Ball, Gate, as_knots
 from minsnap.corridors.knot_regions import STORED, Placement, place
 from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.corridors.passing import knot_positions, passing
@@ -182,7 +182,7 @@ def certify(
     if not isinstance(traj, Path):
         raise InputError(f"certify takes a Trajectory or a shape, not {type(traj).__name__}")
     curve: Trajectory = traj.as_trajectory()
-    placement = None if waypoints is None else _matching(curve, place(waypoints, tolerance, ()))
+    placement = None if waypoints is None else _matching(curve, place(as_knots(waypoints, tolerance), ()))
     points = knot_positions(curve)[1] if placement is None else placement.points
     walls = tuple(walls_of(as_constraints(corridor), points))
     nearest = nearest_wall(curve, walls)

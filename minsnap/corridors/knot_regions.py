@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray, OwnsArrays
-from minsnap.basics.checks import check_tolerance, check_waypoints, point_text
+from minsnap.basics.arrays import FloatArray, OwnsArrays
+from minsnap.basics.checks import point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Room
 from minsnap.corridors.constraint import Constraint
-from minsnap.corridors.gates import Ball, Gate, without_gates
+from minsnap.corridors.gates import Gate, Knots
 from minsnap.errors import CorridorError, WaypointError
 from minsnap.polynomials.enclosures import UNIT
 
@@ -138,8 +138,7 @@ class Placement:
 
 
 def place(
-    waypoints: ArrayLike | Sequence[ArrayLike | Gate] | None,
-    tolerance: ArrayLike | Ball | None,
+    knots: Knots | None,
     constraints: Sequence[Constraint],
     first: FloatArray | None = None,
     last: FloatArray | None = None,
@@ -149,59 +148,51 @@ def place(
 
     Parameters
     ----------
-    waypoints, tolerance, closed
-        As ``plan`` takes them.
+    knots : Knots, optional
+        Waypoints; None where the curve finds its way through sets.
     constraints : sequence of Constraint
     first, last : ndarray, shape (dim,), optional
         Where the curve begins and ends [m]; without waypoints both are needed, but for a closed lap.
+    closed : bool
 
     Raises
     ------
     WaypointError
-        If waypoints are malformed, an end's position contradicts them, or is missing without them.
+        If an end's position contradicts the waypoints, or is missing without them.
     CorridorError
         If there are neither waypoints nor sets that tell where the curve passes.
     """
-    if waypoints is None:
-        return Placement(*_from_sets(tolerance, constraints, first, last, closed), by_waypoints=False)
-    centers, gates = without_gates(waypoints)
-    points = check_waypoints(centers)
-    widths = np.zeros(points.shape) if isinstance(tolerance, Ball) else check_tolerance(tolerance, points)
+    if knots is None:
+        return Placement(*_from_sets(constraints, first, last, closed), by_waypoints=False)
+    points = knots.points
     for position, index, where in ((first, 0, "start"), (last, -1, "end")):
         if position is not None and (position.shape != points[index].shape or (position != points[index]).any()):
             raise WaypointError(
                 f"{where} is at {point_text(position)} but its waypoint at {point_text(points[index])}: leave one out"
             )
-    regions = _regions(tolerance, gates, points, closed)
-    lower, upper = -widths, widths.copy()
+    regions = _regions(knots, closed)
+    lower, upper = -knots.widths, knots.widths.copy()
     for waypoint, region in regions.items():
         lower[waypoint], upper[waypoint] = region.lower, region.upper
     return Placement(points, lower, upper, regions=regions)
 
 
-def _regions(
-    tolerance: ArrayLike | Ball | None, gates: Mapping[int, Gate], points: FloatArray, closed: bool
-) -> dict[int, KnotRegion]:
+def _regions(knots: Knots, closed: bool) -> dict[int, KnotRegion]:
     """Balls and gates by waypoint; a gate replaces a ball."""
-    last, regions = len(points) - 1, {}
-    if isinstance(tolerance, Ball):
-        radii = tolerance.of_waypoints(len(points))
-        regions = {int(k): ball_region(float(radii[k]), points.shape[1]) for k in np.flatnonzero(radii)}
-    if closed and gates.get(0) is not gates.get(last):
+    (count, dim), radii, gates = knots.points.shape, knots.radii, knots.gates
+    regions = {int(k): ball_region(float(radii[k]), dim) for k in np.flatnonzero(radii)}
+    if closed and gates.get(0) is not gates.get(count - 1):
         raise WaypointError("a closed lap that begins in a gate ends in it: give the same gate first and last")
     return regions | {waypoint: gate_region(gate) for waypoint, gate in gates.items()}
 
 
 def _from_sets(
-    tolerance: ArrayLike | Ball | None,
     constraints: Sequence[Constraint],
     first: FloatArray | None,
     last: FloatArray | None,
     closed: bool,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Nominal points and offsets, from the overlaps of the first constraint that provides them."""
-    if tolerance is not None:
-        raise WaypointError("waypoint_tolerance needs waypoints: without them the overlaps of the corridor bound them")
     sets = next((entry for entry in constraints if hasattr(entry, "passages")), None)
     if sets is None:
         raise CorridorError("waypoints=None needs a corridor of Boxes or Polytopes, whose overlaps the curve passes")

@@ -24,8 +24,8 @@ from minsnap.fleet.fleet_checks import check_task, refuse_meetings
 from minsnap.fleet.fleet_task import FleetTask, way_of
 from minsnap.fleet.time_search import LAST, TIMES, WARM, Certified, TimeSearch, flown, unproved_fleet
 from minsnap.limits.limits import Limits
-from minsnap.trajectory.chosen_heading import Yaw, chosen_heading
 from minsnap.trajectory.path import Path
+from minsnap.trajectory.planned_heading import Yaw, chosen_heading
 from minsnap.trajectory.trajectory import Trajectory
 
 Told = Callable[[float, float], None]

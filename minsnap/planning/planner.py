@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from time import monotonic, perf_counter
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from minsnap.basics.arrays import ArrayLike
@@ -25,23 +25,22 @@ from minsnap.basics.checks import (
     check_words,
     refuse_repeated,
 )
-from minsnap.basics.deadline import WORK, Deadline
+from minsnap.basics.deadline import WORK
 from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.constraint import Constraint, walls_of
-from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.gates import Ball, Gate, as_knots
 from minsnap.corridors.given_waypoints import check_dimension, is_table, read_columns, warn_magnitude
 from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
-from minsnap.errors import TimingError
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.resting import resting_plan
 from minsnap.time_allocation.search_options import USUAL, Search, check_search
 from minsnap.time_allocation.timing import Timing
-from minsnap.trajectory.chosen_heading import Yaw, chosen_heading
+from minsnap.trajectory.planned_heading import Yaw, chosen_heading
 from minsnap.trajectory.report import Progress, Report, unlimited_notes
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -203,7 +202,7 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
     began = perf_counter()
     task = task_of(request)
     timing = _timing(request, task, watch)
-    task = replace(task, deadline=_deadline(timing))
+    task = replace(task, deadline=timing.deadline)
     if not request.avoid:
         if timing.time_limit is None:
             task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
@@ -248,15 +247,6 @@ def _timing(request: PlanRequest, task: Task, watch: Progress | None) -> Timing:
     return timing
 
 
-def _deadline(timing: Timing) -> Deadline:
-    """Return when planning for fixed durations ends; a search has its own deadline."""
-    if timing.time_limit is None or (timing.durations is None and timing.limits is not None):
-        return Deadline()
-    if timing.durations is None:
-        raise TimingError("time_limit goes with durations or limits: end a search for a split with Ctrl-C")
-    return Deadline(monotonic() + timing.time_limit)
-
-
 def _named_solver(solver: str) -> str:
     """Return the name of a solver that is installed; see ``check_solver``."""
     check_words(solver=solver)
@@ -272,10 +262,11 @@ def task_of(request: PlanRequest) -> Task:
     limits = request.bounds
     corridor, instants = unsampled(request.corridor, limits is not None)
     constraints = as_constraints(corridor)
+    knots = as_knots(request.waypoints, request.waypoint_tolerance)
     half, (pieces, refine) = check_degree(request.degree), check_pieces(request.pieces)
     smoothness, closed = check_continuity(request.continuity, half), check_flag("closed", request.closed)
     (first, start), (last, end) = check_position(request.start, "start"), check_position(request.end, "end")
-    placement = place(request.waypoints, request.waypoint_tolerance, constraints, first, last, closed)
+    placement = place(knots, constraints, first, last, closed)
     points, lower, upper = placement.points, placement.lower, placement.upper
     check_dimension(points)
     warn_magnitude(points)

@@ -21,6 +21,7 @@ from minsnap.basics.checks import (
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
+from minsnap.corridors.gates import as_knots
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.errors import CorridorError, DegreeError, InputError, WaypointError, YawError
@@ -28,7 +29,7 @@ from minsnap.limits.limits import Limits, check_limits
 from minsnap.optimisation.task import Task
 from minsnap.replanning.horizon import walls_from
 from minsnap.replanning.splice import Splice
-from minsnap.trajectory.chosen_heading import ChosenHeading, chosen_heading
+from minsnap.trajectory.planned_heading import ChosenHeading, chosen_heading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
 
@@ -141,9 +142,9 @@ def course_ahead(
     start = splice.state[0]
     if waypoints is None:
         goal = splice.flown(splice.flown.duration) if goal is None else goal
-        placement = place(None, None, constraints, start, check_position({"position": goal}, "end")[0])
+        placement = place(None, constraints, start, check_position({"position": goal}, "end")[0])
     else:
-        placement = place(_points(start, waypoints), None, constraints)
+        placement = place(as_knots(_points(start, waypoints)), constraints)
     points = placement.points
     along = points.copy()
     along[0] = leg_start if np.linalg.norm(points[1] - leg_start) > 0.0 else points[0]

@@ -14,10 +14,9 @@ from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, TimingError
 from minsnap.polynomials.bernstein import powers_to_points, split
-from minsnap.trajectory.chosen_heading import ChosenHeading
 from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, wrap
 from minsnap.trajectory.instants import check_order
-from minsnap.trajectory.planned_heading import PlannedHeading
+from minsnap.trajectory.planned_heading import ChosenHeading, PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory
 
 RESTING = 1e-9

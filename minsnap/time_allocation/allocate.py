@@ -81,8 +81,11 @@ def looked_at(planned: Timed, task: Task, timing: Timing) -> Timed:
 
 
 def _timed(task: Task, timing: Timing, refuse: Callable[[], None] = nothing) -> Timed:
+    if timing.limits is None and timing.durations is not None:
+        solved = solved_or_explained(task, task.piece_durations(timing.durations))
+        return timed(solved)
     if timing.limits is None:
-        return _unlimited(task, timing)
+        return _of_least_cost(task, timing)
     from minsnap.time_allocation.ways import end_on_limit, start_on_limit
     from minsnap.time_allocation.within_limits import check_pinned_limits, limited_plan, shortest_plan
 
@@ -123,18 +126,15 @@ def _shortest(timing: Timing) -> bool:
     return timing.durations is None and timing.total_time is None and timing.time_weight is None
 
 
-def _unlimited(task: Task, timing: Timing) -> Timed:
-    """Plan where nothing limits derivatives."""
-    search = None
-    if timing.durations is not None:
-        durations = timing.durations
+def _of_least_cost(task: Task, timing: Timing) -> Timed:
+    """Plan a total time, or with a price of time, where nothing limits derivatives."""
+    if timing.split == "trapezoid":
+        raise TimingError("split='trapezoid' needs limits on speed or acceleration: give limits=")
+    price, search = timing.time_weight, None
+    durations = distance_split(task, timing.total) if price is None else priced_first_guess(task, price)
+    if timing.split == "distance":
+        durations = check_durations(durations, task.legs)
     else:
-        if timing.split == "trapezoid":
-            raise TimingError("split='trapezoid' needs limits on speed or acceleration: give limits=")
-        price = timing.time_weight
-        durations = distance_split(task, timing.total) if price is None else priced_first_guess(task, price)
-        if timing.split == "distance":
-            durations = check_durations(durations, task.legs)
-        else:
-            durations, search = searched(CostSearch(task, durations, price, timing.progress), timing.best_on_interrupt)
-    return timed(solved_or_explained(task, task.piece_durations(durations)), search)
+        durations, search = searched(CostSearch(task, durations, price, timing.progress), timing.best_on_interrupt)
+    solved = solved_or_explained(task, task.piece_durations(durations))
+    return timed(solved, search)

@@ -13,6 +13,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_time
+from minsnap.basics.deadline import Deadline
 from minsnap.basics.messages import shown
 from minsnap.errors import LimitError, MinsnapError, SolverError, TimingError
 from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
@@ -89,6 +90,11 @@ class Timing:
         return task if self.limits is None else task.with_walls(self.limits.walls(task.waypoints))
 
     @property
+    def deadline(self) -> Deadline:
+        """When a plan for fixed durations ends; a search has its own deadline."""
+        return Deadline(inf if self.durations is None else self.due)
+
+    @property
     def best_on_interrupt(self) -> bool:
         """Whether Ctrl-C ends a search with the best plan so far."""
         return self.on_interrupt == "return"
@@ -105,6 +111,8 @@ class Timing:
             )
         if not chosen and self.limits is None:
             raise TimingError("the plan has no times: give one of durations, total_time, time_weight, limits")
+        if self.time_limit is not None and self.durations is None and self.limits is None:
+            raise TimingError("time_limit goes with durations or limits: end a search for a split with Ctrl-C")
         self._check_ignored(chosen)
 
     def _check_ignored(self, names: list[str]) -> None:

@@ -6,6 +6,7 @@ import pytest
 import minsnap
 from minsnap import Boxes
 from minsnap.basics.checks import check_position
+from minsnap.corridors.gates import as_knots
 from minsnap.corridors.knot_regions import _apart, place
 from minsnap.errors import CorridorError, WaypointError
 
@@ -13,20 +14,20 @@ PAIR = Boxes([[0, 0], [2, 0]], [[3, 1], [5, 1]])
 
 
 def test_nominal_points_are_the_centres_of_the_overlaps():
-    placement = place(None, None, [PAIR], np.array((0.5, 0.5)), np.array((4.5, 0.2)))
+    placement = place(None, [PAIR], np.array((0.5, 0.5)), np.array((4.5, 0.2)))
     assert placement.points == pytest.approx(np.array([(0.5, 0.5), (2.5, 0.5), (4.5, 0.2)]))
     assert placement.lower + placement.points == pytest.approx(np.array([(0.5, 0.5), (2, 0), (4.5, 0.2)]))
     assert placement.upper + placement.points == pytest.approx(np.array([(0.5, 0.5), (3, 1), (4.5, 0.2)]))
 
 
 def test_knots_are_named_by_what_they_are():
-    found = place(None, None, [PAIR], np.array((0.5, 0.5)), np.array((4.5, 0.2)))
+    found = place(None, [PAIR], np.array((0.5, 0.5)), np.array((4.5, 0.2)))
     assert [found.name(k) for k in range(3)] == [
         "the position of start, (0.5, 0.5),",
         "the overlap that leg 1 starts in, around (2.5, 0.5),",
         "the position of end, (4.5, 0.2),",
     ]
-    given = place([(0, 0), (1, 0), minsnap.Gate((2, 0), (1, 0), 0.5)], [0.0, 0.1, 0.0], ())
+    given = place(as_knots([(0, 0), (1, 0), minsnap.Gate((2, 0), (1, 0), 0.5)], [0.0, 0.1, 0.0]), ())
     assert [given.name(k) for k in range(3)] == [
         "waypoint 0 at (0, 0)",
         "the box around waypoint 1 at (1, 0)",
@@ -36,16 +37,16 @@ def test_knots_are_named_by_what_they_are():
 
 def test_room_moves_nominal_points_inside():
     room = minsnap.Room((0.0, 0.0), (9.0, 0.3))
-    placement = place(None, None, [PAIR, room], np.array((0.5, 0.1)), np.array((4.5, 0.2)))
+    placement = place(None, [PAIR, room], np.array((0.5, 0.1)), np.array((4.5, 0.2)))
     assert placement.points[1] == pytest.approx([2.5, 0.15])
     assert (placement.upper + placement.points)[1] == pytest.approx([3.0, 0.3])
     room = minsnap.Room((0.0, 0.6), (9.0, 0.9))
-    placement = place(None, None, [PAIR, room], np.array((0.5, 0.7)), np.array((4.5, 0.7)))
+    placement = place(None, [PAIR, room], np.array((0.5, 0.7)), np.array((4.5, 0.7)))
     assert (placement.lower + placement.points)[1] == pytest.approx([2.0, 0.6])
 
 
 def test_every_leg_has_a_length_though_a_path_starts_where_it_would_pass():
-    placement = place(None, None, [PAIR], np.array((2.5, 0.5)), np.array((4.5, 0.2)))
+    placement = place(None, [PAIR], np.array((2.5, 0.5)), np.array((4.5, 0.2)))
     assert (np.diff(placement.points, axis=0) != 0.0).any(axis=1).all()
     ends = {"start": {"position": (2.5, 0.5)}, "end": {"position": (4.5, 0.2)}}
     traj = minsnap.plan(None, total_time=4, corridor=PAIR, search=minsnap.Search(split="distance"), **ends)
@@ -121,7 +122,7 @@ def test_nominal_points_that_coincide_are_moved_apart_within_their_overlap():
 def test_sets_that_overlap_alike_several_times_leave_every_leg_a_length(count, ends):
     start, end = (np.array((x, x)) for x in ends)
     alike = Boxes([[0.0, 0.0]] * count, [[1.0, 1.0]] * count)
-    for found in (place(None, None, [alike], start, end), place(None, None, [alike], None, None, True)):
+    for found in (place(None, [alike], start, end), place(None, [alike], closed=True)):
         assert (np.diff(found.points, axis=0) != 0.0).any(axis=1).all()
         assert not found.points.flags.writeable
     assert (found.points[0] == found.points[-1]).all(), "closed"
@@ -129,7 +130,7 @@ def test_sets_that_overlap_alike_several_times_leave_every_leg_a_length(count, e
 
 def test_back_and_forth_between_two_boxes_is_a_closed_lap():
     for boxes in (PAIR, Boxes(PAIR.lower[::-1], PAIR.upper[::-1])):
-        assert place(None, None, [boxes], None, None, True).points[0] == pytest.approx([2.5, 0.5])
+        assert place(None, [boxes], closed=True).points[0] == pytest.approx([2.5, 0.5])
     lap = minsnap.plan(None, total_time=4.0, corridor=PAIR, closed=True)
     assert lap.report.corridor_margin >= 0.0 and lap(0.0) == pytest.approx(lap(lap.duration))
 
@@ -138,21 +139,21 @@ def test_back_and_forth_between_two_boxes_is_a_closed_lap():
 def test_a_closed_lap_needs_its_first_set_to_meet_its_last(turned):
     row = Boxes([[0, 0], [2, 0], [4, 0]][::turned], [[3, 1], [5, 1], [7, 1]][::turned])
     with pytest.raises(CorridorError, match="closed"):
-        place(None, None, [row], None, None, True)
+        place(None, [row], closed=True)
 
 
 def test_neither_end_of_a_closed_lap_is_given():
     at = np.array((0.5, 0.5))
     for first, last in ((at, None), (None, at)):
         with pytest.raises(WaypointError, match="give neither start= nor end="):
-            place(None, None, [PAIR], first, last, True)
+            place(None, [PAIR], first, last, True)
 
 
 @pytest.mark.parametrize("tolerance", (-0.1, "wide", [0.1, 0.1], [0.1, -0.1, 0.1]))
 def test_tolerances_are_distances_one_for_each_waypoint_or_one_for_all(tolerance):
     give = r"^waypoint_tolerance is .*: give one finite number of 0 or more \[m\], or one for each of 3 waypoints$"
     with pytest.raises(WaypointError, match=give):
-        place([(0, 0), (1, 1), (2, 0)], tolerance, ())
+        as_knots([(0, 0), (1, 1), (2, 0)], tolerance)
 
 
 def test_states_at_the_ends_are_kept_without_their_positions():

@@ -3,6 +3,7 @@ import pytest
 
 import minsnap
 from minsnap import Ball, Gate
+from minsnap.corridors.gates import as_knots
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.passing import passing
 from minsnap.trajectory.trajectory import Trajectory
@@ -21,7 +22,7 @@ def moved(traj, shift):
 
 @pytest.mark.parametrize("tolerance", [0.2, Ball(0.2)])
 def test_a_waypoint_that_is_outside_by_more_than_rounding_is_not_passed(tolerance):
-    placement = place(POINTS, tolerance, ())
+    placement = place(as_knots(POINTS, tolerance), ())
     through = minsnap.plan(POINTS, durations=TIMES)
     for aside, passed in ((0.199, True), (0.2 + 0.5e-9 * 6.0, True), (0.2 + 2e-9 * 6.0, False)):
         curve = moved(through, (0.0, aside, 0.0))
@@ -34,7 +35,7 @@ def test_a_gate_is_passed_in_its_direction_only():
     curve = minsnap.plan(POINTS, durations=TIMES)
     for normal, passed in (((1, 0, 0), True), ((-1, 0, 0), False)):
         gate = Gate(POINTS[1], normal, 1.0, 1.0, crossing=1)
-        assert passing(curve, place([POINTS[0], gate, POINTS[2]], None, ()))[1] is passed
+        assert passing(curve, place(as_knots([POINTS[0], gate, POINTS[2]]), ()))[1] is passed
 
 
 def test_a_plan_whose_solvers_stop_short_passes_its_waypoints():

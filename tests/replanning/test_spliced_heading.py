@@ -5,8 +5,8 @@ import pytest
 
 import minsnap
 from minsnap.replanning.splice import SplicedHeading, splice_of, spliced
-from minsnap.trajectory.chosen_heading import chosen_heading
 from minsnap.trajectory.heading import ConstantHeading, wrap
+from minsnap.trajectory.planned_heading import chosen_heading
 
 POINTS = np.array([(0, 0, 1), (2, 2, 1), (4, 0, 1.2), (6, 2, 1)], dtype=float)
 TIMES = [1.0, 1.2, 1.4]

@@ -23,7 +23,7 @@ from minsnap.limits.ordinary import ORDINARY
 from minsnap.paths.missions.course import Course, Stop, knots_of, section_request
 from minsnap.planning.planner import plan
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
-from minsnap.trajectory.chosen_heading import chosen_heading
+from minsnap.trajectory.planned_heading import chosen_heading
 from minsnap.trajectory.trajectory import Trajectory, concatenate
 
 
