@@ -24,7 +24,6 @@ from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, NDArray, Read
 from minsnap.basics.checks import DEGREES
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
-from minsnap.native.proved_extrema import MeasuredWalls
 from minsnap.native.records import WallsRecord
 from minsnap.polynomials.bernstein import squared_norm
 from minsnap.polynomials.enclosures import Enclosure, derivative
@@ -186,33 +185,12 @@ class Walls(ReadOnly):
         return bool(self.matrix.shape[1] == 0)
 
     @cached_property
-    def measured(self) -> MeasuredWalls | None:
-        """The same for the native core, which measures each pair of planes once; None for cones."""
-        if self.flat:
-            half = len(self.leg) // 2
-            if self._paired(half):
-                planes = self.slope[half:], self.anchor[half:], -self.radius[half:], self.radius[:half]
-                return MeasuredWalls.faces(self.leg[half:], planes, self.order)
-            far = np.full(len(self.leg), np.inf)
-            return MeasuredWalls.faces(self.leg, (self.slope, self.anchor, -self.radius, far), self.order)
-        if self.slope.any():
-            return None
-        return MeasuredWalls.balls(self.leg, (self.matrix, self.anchor, self.radius), self.order)
-
-    @cached_property
     def record(self) -> WallsRecord:
         """The same for the native core."""
         at = None if self.at is None else np.ascontiguousarray(self.at, dtype=np.int64)
         known = {"count": len(self.leg), "rows": self.matrix.shape[1], "order": self.order, "equal": self.equal}
         numbers = {name: np.ascontiguousarray(getattr(self, name), dtype=np.float64) for name in _NUMBERS}
         return WallsRecord(**known, **numbers, leg=np.ascontiguousarray(self.leg, dtype=np.int64), at=at)
-
-    def _paired(self, half: int) -> bool:
-        """Whether planes are pairs, the upper ones first."""
-        upper, lower = (self.leg[:half], self.anchor[:half]), (self.leg[half:], self.anchor[half:])
-        return len(self.leg) == 2 * half and bool(
-            all(map(np.array_equal, upper, lower)) and (self.slope[:half] == -self.slope[half:]).all()
-        )
 
     def slack(self, values: FloatArray) -> FloatArray:
         """Slack of values of the derivative, shape (m or 1, k, dim): (m, k), negative outside.

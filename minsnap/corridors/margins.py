@@ -56,7 +56,7 @@ def nearest_wall(traj: Trajectory, walls: Sequence[Walls]) -> Margin | None:
 
 def margin_to(traj: Trajectory, wall: Walls) -> Margin:
     """Proved least distance to one block of walls over all time."""
-    extremum = _native_excess(traj, wall)
+    extremum = native.greatest_excess(wall.record, traj.control_points, traj.durations, traj.pieces)
     if extremum is not None:
         return _margin(traj, wall, extremum)
     slacks, row, piece, where = (_flat_slacks if wall.flat else _round_slacks)(traj, wall)
@@ -65,11 +65,6 @@ def margin_to(traj: Trajectory, wall: Walls) -> Margin:
     which = int(np.argmin(slacks))
     instant = _instant(traj, int(piece[which]), float(where[which]))
     return Margin(float(slacks[which]), int(wall.leg[row[which]]), instant, wall.name)
-
-
-def _native_excess(traj: Trajectory, wall: Walls) -> native.Extremum | None:
-    measured = wall.measured
-    return None if measured is None else measured.excess(traj.control_points, traj.durations, traj.pieces)
 
 
 Slacks = tuple[FloatArray, IntArray, IntArray, FloatArray]

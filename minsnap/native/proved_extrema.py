@@ -14,13 +14,12 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.library import Entry, address, optional_address, readable
-from minsnap.native.records import ExcessRecord
+from minsnap.native.records import ExcessRecord, WallsRecord
 from minsnap.polynomials import extrema
 
 _MAXIMA = Entry("minsnap_maxima", *[c_int64] * 3, *[c_void_p] * 4)
 _NORMS = Entry("minsnap_largest_norms", *[c_int64] * 3, *[c_void_p] * 2, c_int64, *[c_void_p] * 3)
-_FACES = Entry("minsnap_face_excess", ExcessRecord)
-_BALLS = Entry("minsnap_ball_excess", ExcessRecord)
+_EXCESS = Entry("minsnap_excess", WallsRecord, ExcessRecord)
 _CONTINUITY = Entry("minsnap_continuity", *[c_int64] * 3, *[c_void_p] * 2, *[c_double] * 2, c_void_p)
 
 
@@ -93,69 +92,27 @@ def largest_norms(points: FloatArray, durations: FloatArray, orders: Sequence[in
     return [Extremum(a, b, i, s) for (a, b, s), i in zip(values.tolist(), piece.tolist(), strict=True)]
 
 
-class MeasuredWalls:
-    """Walls on a derivative as the native core measures them, with their arrays; made once and used for any curve."""
+def greatest_excess(walls: WallsRecord, points: FloatArray, durations: FloatArray, pieces: int) -> Extremum | None:
+    """Proved greatest excess of a curve over planes or balls, each on the pieces of its leg; cones are left to Python.
 
-    def __init__(
-        self,
-        entry: Entry,
-        leg: IntArray,
-        matrix: FloatArray,
-        others: tuple[FloatArray, FloatArray | None, FloatArray],
-        order: int,
-    ) -> None:
-        anchor, lower, upper = (None if one is None else _floats(one) for one in others)
-        self._entry = entry
-        self._record = ExcessRecord(
-            **{"order": order, "walls": len(leg), "rows": matrix.shape[1], "matrix": _floats(matrix)},
-            **{"leg": np.ascontiguousarray(leg, dtype=np.int64), "anchor": anchor, "lower": lower, "upper": upper},
-        )
+    Parameters
+    ----------
+    points, durations
+        See ``largest_norms``.
+    pieces : int
+        Polynomials per leg.
 
-    @classmethod
-    def faces(
-        cls, leg: IntArray, planes: tuple[FloatArray, FloatArray, FloatArray, FloatArray], order: int
-    ) -> MeasuredWalls:
-        """Return pairs of planes, each on the pieces of its leg.
-
-        Parameters
-        ----------
-        leg : ndarray of int, shape (m,)
-        planes : tuple of ndarray
-            Normals (m, dim), anchors (m, dim), lower and upper bounds (m,).
-        order : int
-            Derivative that is bounded.
-        """
-        normal, anchor, lower, upper = planes
-        return cls(_FACES, leg, normal[:, None], (anchor, lower, upper), order)
-
-    @classmethod
-    def balls(cls, leg: IntArray, balls: tuple[FloatArray, FloatArray, FloatArray], order: int) -> MeasuredWalls:
-        """Return balls, each on the pieces of its leg: matrices (m, q, dim), anchors (m, dim), radii (m,)."""
-        matrix, anchor, radius = balls
-        return cls(_BALLS, leg, matrix, (anchor, None, radius), order)
-
-    def excess(self, points: FloatArray, durations: FloatArray, pieces: int) -> Extremum | None:
-        """Proved greatest excess of a curve over all walls.
-
-        Parameters
-        ----------
-        points, durations
-            See ``largest_norms``.
-        pieces : int
-            Polynomials per leg.
-
-        Returns
-        -------
-        Extremum
-            The row counts pieces within walls: wall times ``pieces`` plus piece of the leg.
-        """
-        points, durations = _floats(points), _floats(durations)
-        asked = ExcessRecord.from_buffer_copy(self._record)
-        asked.pieces, asked.degree, asked.dim = _shape(points)
-        asked.per_leg, asked.points, asked.durations = pieces, points.ctypes.data, durations.ctypes.data
-        if self._entry(asked):
-            return None
-        return Extremum(asked.attained, asked.bound, asked.row, asked.where)
+    Returns
+    -------
+    Extremum
+        The row counts pieces within walls: wall times ``pieces`` plus piece of the leg.
+    """
+    count, degree, dim = _shape(points)
+    curve = {"points": _floats(points), "durations": _floats(durations), "per_leg": pieces}
+    found = ExcessRecord(pieces=count, degree=degree, dim=dim, **curve)
+    if _EXCESS(walls, found):
+        return None
+    return Extremum(found.attained, found.bound, found.row, found.where)
 
 
 def continuity(points: FloatArray, durations: FloatArray, exact: float, rounding: float) -> int | None:

@@ -140,7 +140,7 @@ class ManyRecord(Record):
 
 
 class ExcessRecord(Record):
-    """Walls on a derivative of a curve, and the greatest excess over them; see ``MeasuredWalls``."""
+    """A curve, and where its greatest excess over walls is written; see ``greatest_excess``."""
 
 
 class ValuesRecord(Record):

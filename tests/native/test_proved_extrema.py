@@ -6,14 +6,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from native_questions import local_maxima
 
+from minsnap.corridors.constraint import Walls
 from minsnap.native import proved_extrema as native
 from minsnap.native.library import core, using
 from minsnap.polynomials.bernstein import basis
 from minsnap.polynomials.extrema import maximum, peaks
 
-faces, rounds = native.MeasuredWalls.faces, native.MeasuredWalls.balls
-
 pytestmark = pytest.mark.skipif(core().library is None, reason="the native core is not in use")
+
+
+def excess(points, durations, pieces, leg, *numbers, order=0):
+    """Greatest excess over one wall, from its matrix, anchor, slope and radius."""
+    walls = Walls(np.array([leg]), *(np.array([one], dtype=float) for one in numbers), np.ones(1), order)
+    return native.greatest_excess(walls.record, points, durations, pieces)
 
 
 def curve(count=3, degree=7, dim=3, seed=0):
@@ -62,15 +67,24 @@ def test_what_the_core_does_not_take_is_left_to_python():
     assert native.maxima(np.zeros((1, 200))) is None
     assert native.maxima(np.full((1, 3), np.inf)) is None
     assert local_maxima(np.full((1, 3), np.nan)) is None
-    planes = (np.eye(3)[:1], np.zeros((1, 3)), np.array([-1.0]), np.array([1.0]))
-    assert faces(np.array([3]), planes, 0).excess(points, durations, 1) is None, "there is no leg 3"
-    assert faces(np.array([0]), planes, 0).excess(points, durations, 2) is None, "3 pieces are no legs of 2"
-    assert faces(np.array([0]), planes, 9).excess(points, durations, 1) is None
-    balls = (np.eye(3)[None], np.zeros((1, 3)), np.array([np.inf]))
-    assert rounds(np.array([0]), balls, 0).excess(points, durations, 1) is None
+    plane = np.zeros((0, 3)), np.zeros(3), np.eye(3)[0], 1.0
+    assert excess(points, durations, 1, 3, *plane) is None, "there is no leg 3"
+    assert excess(points, durations, 2, 0, *plane) is None, "3 pieces are no legs of 2"
+    assert excess(points, durations, 1, 0, *plane, order=9) is None
+    assert excess(points, durations, 1, 0, np.eye(3), np.zeros(3), np.zeros(3), np.inf) is None
+    assert excess(points, durations, 1, 0, np.eye(3), np.zeros(3), np.eye(3)[0], 1.0) is None, "a cone"
     with using("python"):
         assert native.maxima(np.zeros((1, 3))) is None and local_maxima(np.zeros((1, 3))) is None
         assert native.continuity(points, durations, 1e-9, 1e-15) is None
+
+
+def test_planes_that_face_each_other_are_measured_as_each_of_them():
+    points, durations = curve(count=4)
+    both = Walls.planes([0, 1], np.eye(3)[:2], np.zeros((2, 3)), [-0.7, -0.2], [0.9, 0.4], np.ones(2))
+    alone = [both.chosen(np.array([wall])) for wall in range(4)]
+    one, *others = (native.greatest_excess(walls.record, points, durations, 2) for walls in (both, *alone))
+    assert one[:2] == max(others)[:2]
+    assert divmod(one.row, 2)[0] == others.index(max(others)) % 2
 
 
 @given(
@@ -85,12 +99,11 @@ def test_no_argument_breaks_the_core(degree, dim, count, seed, bad):
     points.reshape(-1)[seed % points.size] = bad
     if seed % 2:
         durations[seed % count] = bad
-    planes = (np.ones((1, dim)), np.zeros((1, dim)), np.array([-1.0]), np.array([np.inf]))
-    leg = np.array([seed % (count + 1)])
+    zero, leg = np.zeros(dim), seed % (count + 1)
     for found in (
         native.largest_norms(points, durations, (0, 1, 2)),
-        faces(leg, planes, seed % 4).excess(points, durations, 1),
-        rounds(leg, (np.ones((1, 2, dim)), np.zeros((1, dim)), np.ones(1)), 0).excess(points, durations, 1),
+        excess(points, durations, 1, leg, np.zeros((0, dim)), zero, np.ones(dim), 1.0, order=seed % 4),
+        excess(points, durations, 1, leg, np.ones((2, dim)), zero, zero, 1.0),
         native.continuity(points, durations, 1e-9, 1e-15),
         native.maxima(points[:, :, 0]),
         local_maxima(points[:, :, 0]),

@@ -102,16 +102,12 @@ struct VehicleRecord {
     double *bounds;             // (parts, 6); no rotors without heading
 };
 
-// Walls on a derivative of a curve, each on the pieces of its leg, and the greatest excess over them, which is written.
+// A curve, and its greatest excess over walls, which is written.
 struct ExcessRecord {
-    std::int64_t pieces, degree, dim, order;
+    std::int64_t pieces, degree, dim;
     std::int64_t per_leg;           // pieces of each leg
-    std::int64_t walls, rows;       // one row for a normal, those of a ball's matrix else
     const double *points;           // (pieces, degree + 1, dim) [m]
     const double *durations;        // (pieces,) [s]
-    const std::int64_t *leg;        // (walls,)
-    const double *matrix, *anchor;  // (walls, rows, dim), (walls, dim)
-    const double *lower, *upper;    // (walls,); of balls null, and radii
     double attained, bound, where;  // where on [0, 1]
     std::int64_t row;               // wall times per_leg, plus the piece of the leg
 };

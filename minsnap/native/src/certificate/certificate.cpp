@@ -1,6 +1,7 @@
 // What holds of a trajectory over all time: least distances to walls, greatest norms, continuity; and the greatest
 // values and local maxima of polynomials that are given by their control points. Everything but local maxima is proved
 // with running error bounds: the bound that is returned is on the safe side of the exact value.
+#include <algorithm>
 #include <cstdint>
 #include <new>
 
@@ -57,17 +58,34 @@ Status check(const Pieces &pieces, Integer degree, Integer dim) {
     return pieces.sound() ? Status::done : Status::bad_number;
 }
 
-Status check_walls(const Pieces &pieces, const ExcessRecord &given) {
+Status check_walls(const Pieces &pieces, const ExcessRecord &given, const WallsRecord &walls) {
     const Status checked = check(pieces, given.degree, given.dim);
     if (checked != Status::done) return checked;
-    if (given.per_leg < 1 || pieces.count % given.per_leg != 0 || given.walls < 1 || given.walls > max_count) return Status::bad_size;
-    if (given.rows < 1 || given.rows > max_curve_dim) return Status::bad_size;
-    if (given.order < 0 || given.order > max_order) return Status::unsupported;
-    for (Integer i = 0; i < given.walls; ++i)
-        if (given.leg[i] < 0 || given.leg[i] >= pieces.count / given.per_leg) return Status::bad_size;
-    const bool fits = within(given.matrix, given.walls * given.rows * given.dim, longest_normal) &&
-                      within(given.anchor, given.walls * given.dim, longest_vector);
+    if (given.per_leg < 1 || pieces.count % given.per_leg != 0 || walls.count < 1 || walls.count > max_count) return Status::bad_size;
+    if (walls.rows < 0 || walls.rows > max_curve_dim) return Status::bad_size;
+    if (walls.order < 0 || walls.order > max_order) return Status::unsupported;
+    for (Integer i = 0; i < walls.count; ++i) {
+        if (walls.leg[i] < 0 || walls.leg[i] >= pieces.count / given.per_leg) return Status::bad_size;
+        if (walls.rows == 0 && !(walls.radius[i] > -infinity)) return Status::bad_number;
+    }
+    const Integer numbers = walls.count * given.dim;
+    for (Integer i = 0; walls.rows > 0 && i < numbers; ++i)
+        if (walls.slope[i] != 0.0) return Status::unsupported;
+    const bool fits = within(walls.slope, numbers, longest_normal) && within(walls.anchor, numbers, longest_vector) &&
+                      (walls.rows == 0 ||
+                       (within(walls.matrix, numbers * walls.rows, longest_normal) && within(walls.radius, walls.count, longest_vector)));
     return fits ? Status::done : Status::bad_number;
+}
+
+// Whether planes are pairs that face each other, the first half of all with the second.
+bool are_pairs(const WallsRecord &planes, Integer dim) {
+    const Integer half = planes.count / 2;
+    if (planes.count % 2 != 0) return false;
+    for (Integer i = 0; i < half * dim; ++i) {
+        const Integer other = i + half * dim;
+        if (planes.slope[i] != -planes.slope[other] || planes.anchor[i] != planes.anchor[other]) return false;
+    }
+    return std::equal(planes.leg, planes.leg + half, planes.leg + half);
 }
 
 // Raise what is known by sign component - bound, unless the bound is infinite.
@@ -178,6 +196,42 @@ void knot_jumps(const Pieces &pieces, double *jumps, double *sizes) {
 
 Integer place(Integer wall, Integer piece, Integer per_leg) { return wall * per_leg + piece; }
 
+// Two planes that face each other are measured at once: both bound what is along the slope of the second.
+template <class Search>
+Status planes_excess(Search &climb, const Pieces &pieces, const WallsRecord &planes, ExcessRecord &found) {
+    const Integer half = are_pairs(planes, pieces.dim) ? planes.count / 2 : 0;
+    Relative relative(pieces);
+    Scalar component;
+    Greatest best{-infinity, -infinity, 0.0, 0};
+    for (Integer wall = 0; wall < planes.count - half; ++wall)
+        for (Integer part = 0; part < found.per_leg; ++part) {
+            const Integer own = wall + half, row = place(wall, part, found.per_leg);
+            along(relative(planes.leg[own] * found.per_leg + part, int(planes.order), planes.anchor + own * pieces.dim),
+                  planes.slope + own * pieces.dim, component);
+            if (half > 0) climb_beyond(climb, component, planes.radius[wall], 1.0, row, best);
+            climb_beyond(climb, component, planes.radius[own], -1.0, row, best);
+        }
+    return report(best, found);
+}
+
+template <class Search>
+Status balls_excess(Search &climb, const Pieces &pieces, const WallsRecord &balls, int degree, ExcessRecord &found) {
+    const Binomials binomials(degree);
+    const Integer dim = pieces.dim;
+    Relative relative(pieces);
+    Curve mapped;
+    Scalar square;
+    Greatest best{-infinity, -infinity, 0.0, 0};
+    for (Integer ball = 0; ball < balls.count; ++ball)
+        for (Integer part = 0; part < found.per_leg; ++part) {
+            const Curve &curve = relative(balls.leg[ball] * found.per_leg + part, int(balls.order), balls.anchor + ball * dim);
+            if (!map(curve, balls.matrix + ball * balls.rows * dim, int(balls.rows), mapped)) return Status::bad_number;
+            squared_norm(mapped, binomials.single, binomials.doubled, square);
+            climb_ball(climb, square, balls.radius[ball], place(ball, part, found.per_leg), best);
+        }
+    return report(best, found);
+}
+
 }  // namespace
 
 Status find_continuity(const Pieces &pieces, double exact, double rounding, Integer &continuity) {
@@ -265,55 +319,14 @@ MINSNAP_EXPORT std::int32_t minsnap_largest_norms(Integer count, Integer degree,
     return int(Status::done);
 }
 
-// The greatest excess over pairs of planes: normal . (r^(order) - anchor) - upper and lower - normal . (...).
-MINSNAP_EXPORT std::int32_t minsnap_face_excess(ExcessRecord *asked) {
-    ExcessRecord &given = *asked;
-    const Pieces pieces{given.points, given.durations, given.pieces, int(given.degree), int(given.dim)};
-    const Status checked = check_walls(pieces, given);
+// The greatest excess over planes or balls, each on the pieces of its leg; cones are not supported.
+MINSNAP_EXPORT std::int32_t minsnap_excess(const WallsRecord *walls, ExcessRecord *asked) {
+    const Pieces pieces{asked->points, asked->durations, asked->pieces, int(asked->degree), int(asked->dim)};
+    const Status checked = check_walls(pieces, *asked, *walls);
     if (checked != Status::done) return int(checked);
-    for (Integer i = 0; i < given.walls; ++i)
-        if (!(given.lower[i] < infinity && given.upper[i] > -infinity)) return int(Status::bad_number);
-    auto job = [&](auto &climb) {
-        Relative relative(pieces);
-        Scalar component;
-        Greatest best{-infinity, -infinity, 0.0, 0};
-        for (Integer wall = 0; wall < given.walls; ++wall)
-            for (Integer part = 0; part < given.per_leg; ++part) {
-                along(relative(given.leg[wall] * given.per_leg + part, int(given.order), given.anchor + wall * given.dim),
-                      given.matrix + wall * given.dim, component);
-                const Integer row = place(wall, part, given.per_leg);
-                climb_beyond(climb, component, given.upper[wall], 1.0, row, best);
-                climb_beyond(climb, component, -given.lower[wall], -1.0, row, best);
-            }
-        return report(best, given);
-    };
-    return int(for_degree(given.order <= given.degree ? int(given.degree - given.order) : 0, job));
-}
-
-// The greatest excess over balls: |M (r^(order) - anchor)| - radius.
-MINSNAP_EXPORT std::int32_t minsnap_ball_excess(ExcessRecord *asked) {
-    ExcessRecord &given = *asked;
-    const Pieces pieces{given.points, given.durations, given.pieces, int(given.degree), int(given.dim)};
-    const Status checked = check_walls(pieces, given);
-    if (checked != Status::done) return int(checked);
-    if (!within(given.upper, given.walls, longest_vector)) return int(Status::bad_number);
-    const int n = given.order <= given.degree ? int(given.degree - given.order) : 0;
-    const Binomials binomials(n);
-    auto job = [&](auto &climb) {
-        Relative relative(pieces);
-        Curve mapped;
-        Scalar square;
-        Greatest best{-infinity, -infinity, 0.0, 0};
-        for (Integer ball = 0; ball < given.walls; ++ball)
-            for (Integer part = 0; part < given.per_leg; ++part) {
-                const Curve &curve = relative(given.leg[ball] * given.per_leg + part, int(given.order), given.anchor + ball * given.dim);
-                if (!map(curve, given.matrix + ball * given.rows * given.dim, int(given.rows), mapped)) return Status::bad_number;
-                squared_norm(mapped, binomials.single, binomials.doubled, square);
-                climb_ball(climb, square, given.upper[ball], place(ball, part, given.per_leg), best);
-            }
-        return report(best, given);
-    };
-    return int(for_degree(2 * n, job));
+    const int n = walls->order <= asked->degree ? int(asked->degree - walls->order) : 0;
+    if (walls->rows == 0) return int(for_degree(n, [&](auto &climb) { return planes_excess(climb, pieces, *walls, *asked); }));
+    return int(for_degree(2 * n, [&](auto &climb) { return balls_excess(climb, pieces, *walls, n, *asked); }));
 }
 
 // The highest order up to which the derivatives on both sides of every knot agree: to `exact` of their largest control
