@@ -10,7 +10,6 @@ Where they differ by too many decades for that, non-negative least squares find 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import reduce
 
 import numpy as np
 
@@ -21,8 +20,8 @@ from minsnap.native.corridor import Give, LeastSlack, least_slack
 from minsnap.native.status import Status
 from minsnap.optimisation.linear_rows import equations, point_scale
 from minsnap.optimisation.native_solve import corridor_question
-from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
-from minsnap.optimisation.rows import Curve, RowSet, all_walls_rows, rows_in_unknowns, rows_outside
+from minsnap.optimisation.normalised_walls import normalised_walls
+from minsnap.optimisation.rows import Curve, Rows, everywhere, outside
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.task_walls import AllWalls, all_walls
 
@@ -77,13 +76,13 @@ class SlackProgramme:
     def __init__(self, task: Task, durations: FloatArray, give: Give, lowest: float = 0.0) -> None:
         units, self.deadline, self.lowest = task.units(durations), task.deadline, lowest
         self.problem = problem = task.problem(durations, units)
-        self.compiled = compiled = compile_walls(task, problem, units)
-        count = len(compiled)  # planes of gates, which come after them, are equations here
+        self.walls = normalised_walls(task, problem, units)
+        count = len(self.walls)  # planes of gates, which come after them, are equations here
         self.give = replace(give, group=give.group[:count], weight=give.weight[:count])
         self.base = problem.values
         self.scale, self.ends = point_scale(problem), problem.plain_ends(self.base)
         self.equal, self.sides = equations(problem, self.base)
-        self._last: tuple[RowSet, FloatArray, FloatArray, FloatArray] | None = None
+        self._last: tuple[Rows, FloatArray, FloatArray, FloatArray] | None = None
 
     def run(self, sign: bool = False) -> LeastSlack:
         """Return the least slacks and the rows that press; neither where there is no solution.
@@ -98,7 +97,8 @@ class SlackProgramme:
         LateError
             Where time or work are over.
         """
-        rows = self._in_unknowns(all_walls_rows(Curve(self.problem, self.compiled, self.base)))
+        start = Curve(self.problem, self.walls, self.base)
+        rows = start.rows(everywhere(self.walls, self.problem.degree + 1), self.ends)
         last, total = None, -np.inf
         for _ in range(ROUNDS):
             solution = None if last and not self.deadline.affords(0.0) else self._solved(rows)
@@ -107,15 +107,14 @@ class SlackProgramme:
             last = rows, *solution
             _, knots, slacks, _ = last
             amounts = np.append(slacks, 0.0)[self.give.group] * self.give.weight
-            curve = Curve(self.problem, self.compiled.relaxed(amounts), knots)
-            outside, excess = rows_outside(curve, ACCURACY)
+            curve = Curve(self.problem, self.walls.relaxed(amounts), knots)
+            places, excess = outside(curve, ACCURACY)
             before, total = total, float(slacks.sum())
             stays = total > ACCURACY and total - before < STALLED * total
             known = sign and (total > ACCURACY or excess < -total / 2.0)
-            if not outside or stays or known:
+            if not places or stays or known:
                 break
-            moved = amounts * self.compiled.width
-            rows = rows.joined(self._in_unknowns([replace(one, bound=one.bound - moved[one.wall]) for one in outside]))
+            rows = rows.joined(curve.rows(places, self.ends, amounts * self.walls.width))
         self._last = last
         return self._pressed(*last) if last else self._nothing()
 
@@ -132,7 +131,7 @@ class SlackProgramme:
             return self._nothing()
         self.deadline.require()
         rows, knots, slacks, multipliers = self._last
-        width = self.compiled.width[rows.source.wall]
+        width = self.walls.width[rows.wall]
         chosen = np.sort(np.argsort(-multipliers * width, kind="stable")[: 8 * (self.problem.size + 1)])
         matrix = rows.matrix[chosen].multiply(self.scale).toarray() / width[chosen, None]
         right = (rows.bound / width)[chosen]
@@ -153,15 +152,12 @@ class SlackProgramme:
         evidence[chosen] = found / width[chosen]
         return self._pressed(rows, knots, slacks, evidence)
 
-    def _in_unknowns(self, rows: list[WallRows]) -> RowSet:
-        return rows_in_unknowns(self.problem, self.ends, self.compiled, reduce(WallRows.joined, rows))
-
-    def _solved(self, rows: RowSet) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    def _solved(self, rows: Rows) -> tuple[FloatArray, FloatArray, FloatArray] | None:
         """Knots, slacks and the multipliers of rows in normalised units; None where there is no solution."""
         from scipy.optimize import linprog
         from scipy.sparse import coo_matrix, csr_matrix, diags, hstack
 
-        width, wall, slacks = self.compiled.width[rows.source.wall], rows.source.wall, self.give.slacks
+        width, wall, slacks = self.walls.width[rows.wall], rows.wall, self.give.slacks
         matrix = diags(1.0 / width) @ rows.matrix.multiply(self.scale)
         gives = np.flatnonzero(self.give.group[wall] >= 0)
         places = gives, self.give.group[wall[gives]]
@@ -182,20 +178,17 @@ class SlackProgramme:
         knots = self.problem.add(self.base, found.x[:size] * self.scale)
         return knots, found.x[size:], np.maximum(-found.ineqlin.marginals, 0.0) / width
 
-    def _pressed(self, rows: RowSet, knots: FloatArray, slacks: FloatArray, multipliers: FloatArray) -> LeastSlack:
+    def _pressed(self, rows: Rows, knots: FloatArray, slacks: FloatArray, multipliers: FloatArray) -> LeastSlack:
         """Return the rows that press, with the directions of tangent planes."""
         press = np.flatnonzero(multipliers)
-        source, multiplier = rows.source.chosen(press), multipliers[press]
-        direction = np.zeros((len(press), self.problem.dim))
-        for block, first in zip(self.compiled.blocks, self.compiled.first, strict=False):
-            if block.flat:
-                continue
-            for row in np.flatnonzero((source.wall >= first) & (source.wall < first + len(block.leg))).tolist():
-                wall = int(source.wall[row] - first)
-                own = np.linalg.lstsq(block.matrix[wall].T, source.normal[row] + block.slope[wall], rcond=None)[0]
+        wall, multiplier, direction = rows.wall[press], multipliers[press], np.zeros((len(press), self.problem.dim))
+        for row, (number, normal) in enumerate(zip(wall.tolist(), rows.normal[press], strict=True)):
+            block, index = self.walls.place(number)
+            if not block.flat:
+                own = np.linalg.lstsq(block.matrix[index].T, normal + block.slope[index], rcond=None)[0]
                 direction[row, : len(own)] = own / max(float(np.linalg.norm(own)) * (1.0 + EXACT), EXACT)
         largest, remainder = multiplier.max(initial=0.0) or 1.0, np.zeros(len(press))
-        known = source.wall.astype(np.int64), source.s, multiplier / largest, direction, remainder
+        known = wall.astype(np.int64), rows.s[press], multiplier / largest, direction, remainder
         return LeastSlack(Status.DONE, slacks, knots, *known, work=0.0)
 
     def _nothing(self) -> LeastSlack:

@@ -19,7 +19,6 @@ native core does the same with an active set of its own, and asks here where it 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -35,18 +34,10 @@ from minsnap.errors import SolverError
 from minsnap.native.status import Status
 from minsnap.optimisation.least_slacks import SlackProgramme, common_slack, native_slacks
 from minsnap.optimisation.linear_rows import DENSE, equations, joined_exactly, of_unit_length
-from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
+from minsnap.optimisation.normalised_walls import normalised_walls
 from minsnap.optimisation.optimum import BLEND, NO_CONTACTS, Contacts, InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import solve_qp
-from minsnap.optimisation.rows import (
-    Curve,
-    RowSet,
-    momentary_rows,
-    proved_rows,
-    rows_in_unknowns,
-    rows_outside,
-    sampled_rows,
-)
+from minsnap.optimisation.rows import Curve, Places, Rows, momentary, outside, proved_outside, sampled
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.stop_and_go import least_share, straight, straight_inside
 from minsnap.optimisation.task import Task
@@ -74,7 +65,7 @@ class Answer:
     Parameters
     ----------
     curve : Curve
-    rows : RowSet or None
+    rows : Rows or None
     multipliers : ndarray, shape (r,)
         Of the rows, for the normalised cost without 1/2.
     solver : str
@@ -83,7 +74,7 @@ class Answer:
     """
 
     curve: Curve
-    rows: RowSet | None = None
+    rows: Rows | None = None
     multipliers: FloatArray = field(default_factory=lambda: np.zeros(0))
     solver: str = "banded"
     rounds: int = 0
@@ -105,7 +96,7 @@ class ReferenceCore:
     def __init__(self, task: Task, durations: FloatArray, units: Units, gap: float, prove: bool) -> None:
         self.task, self.durations, self.units, self.gap, self.prove = task, durations, units, gap, prove
         self.problem = problem = task.problem(durations, units)
-        self.compiled = compile_walls(task, problem, units)
+        self.walls = normalised_walls(task, problem, units)
         try:
             self.base, moving = unbounded_optimum(problem), problem.held
         except SolverError:  # durations that differ too much for doubles: begin with stops at all knots
@@ -131,11 +122,11 @@ class ReferenceCore:
         LateError
             If time ran out.
         """
-        start = Curve(self.problem, self.compiled, self.base)
+        start = Curve(self.problem, self.walls, self.base)
         if samples is not None:
-            rows = self._in_unknowns(sampled_rows(start, np.arange(1, samples + 1) / (samples + 1)))
+            rows = self._rows(start, sampled(self.walls, np.arange(1, samples + 1) / (samples + 1)))
             return self._told(Answer(start) if rows is None else self._solved(Answer(start, rows), 0.0))
-        answer = nearest = Answer(start, self._in_unknowns(momentary_rows(start)))
+        answer = nearest = Answer(start, self._rows(start, momentary(self.walls)))
         inward, least, idle, floor = 0.0, np.inf, 0, 0.0
         always = self.problem.size > 0 and (len(self.equations[1]) > 0 or bool(self.slope.any()))
         while answer.rounds < ROUNDS and floor < NEARLY_INSIDE and not self.task.deadline.passed:
@@ -143,7 +134,7 @@ class ReferenceCore:
                 answer = self._solved(answer, inward) if always or answer.rows is not None else answer
             except InfeasibleRowsError:
                 break
-            violated, excess = rows_outside(answer.curve)
+            violated, excess = outside(answer.curve)
             idle = 0 if excess < 0.75 * least else idle + 1
             nearest, least = (answer, excess) if excess <= least else (nearest, least)
             affordable = self._affordable(answer) if excess <= NEARLY_INSIDE else 0.0
@@ -152,21 +143,19 @@ class ReferenceCore:
                 continue
             if not violated and self._inside(answer):
                 return self._told(answer)
-            violated = violated or proved_rows(answer.curve)
+            violated = violated or proved_outside(answer.curve)
             if not violated or idle == STALLED:
                 floor, idle = max(EXACT, 100.0 * floor, 2.0 * least), 0
             inward, answer = floor + affordable, self._with_rows(answer, violated)
         return self._blended(nearest)
 
-    def _with_rows(self, answer: Answer, more: list[WallRows]) -> Answer:
-        """Return an answer to which rows are added for the next QP."""
-        rows = self._in_unknowns(more)
+    def _with_rows(self, answer: Answer, places: list[Places]) -> Answer:
+        """Return an answer to which rows at places are added for the next QP."""
+        rows = self._rows(answer.curve, places)
         return replace(answer, rows=answer.rows.joined(rows) if answer.rows and rows else answer.rows or rows)
 
-    def _in_unknowns(self, rows: list[WallRows]) -> RowSet | None:
-        if not rows or not self.problem.size:
-            return None
-        return rows_in_unknowns(self.problem, self.ends, self.compiled, reduce(WallRows.joined, rows))
+    def _rows(self, curve: Curve, places: list[Places]) -> Rows | None:
+        return curve.rows(places, self.ends) if places and self.problem.size else None
 
     def _inside(self, answer: Answer) -> bool:
         """Whether equations hold, and all walls as exact extrema say."""
@@ -181,7 +170,7 @@ class ReferenceCore:
     def _told(self, answer: Answer, *rungs: str) -> SolvedTask:
         contacts, known = NO_CONTACTS, len(answer.multipliers)
         if answer.rows and known:
-            contacts = Contacts(answer.rows.source.wall[:known], answer.rows.source.s[:known], answer.multipliers)
+            contacts = Contacts(answer.rows.wall[:known], answer.rows.s[:known], answer.multipliers)
         rungs = ("next solver", *rungs) if self.failed else rungs
         told = answer.rounds, answer.solver, contacts, tuple(self.failed), rungs
         return SolvedTask(self.task, self.durations, self.units, Optimum(answer.curve.knots, *told), self.problem)
@@ -223,7 +212,7 @@ class ReferenceCore:
             return Answer(curve, answer.rows, multipliers, solver, answer.rounds + 1)
         raise InfeasibleRowsError
 
-    def _programme(self, rows: RowSet | None, inward: float) -> tuple[Any, float, FloatArray]:
+    def _programme(self, rows: Rows | None, inward: float) -> tuple[Any, float, FloatArray]:
         """Return the QP with rows of unit length and solutions of order one, its unit, and the rows' lengths."""
         G, h, norms = None, np.zeros(0), np.ones(0)
         if rows is not None:
@@ -271,7 +260,7 @@ class ReferenceCore:
         InfeasibleRowsError
             If there is none.
         """
-        if not len(self.compiled):
+        if not len(self.walls):
             raise InfeasibleRowsError
         task = replace(self.task, touching=False)
         asked = task, self.durations, common_slack(all_walls(task)), -NEARLY_INSIDE

@@ -17,7 +17,7 @@ from minsnap.polynomials.extrema import maxima
 def straight_inside(curve: Curve) -> bool:
     """Whether stop-and-go satisfies every pin and stays strictly inside the walls of a curve."""
     problem = curve.problem
-    bounded = problem.values.any() or problem.jumps or any(block.order for block in curve.compiled.blocks)
+    bounded = problem.values.any() or problem.jumps or any(block.order for block in curve.walls.blocks)
     return not bounded and all((excess < 0.0).all() for excess in _heights(straight(curve)))
 
 
@@ -44,7 +44,7 @@ def least_share(curve: Curve, inner: Curve) -> float:
 
 def leg_on_wall(task: Task, curve: Curve) -> CorridorError | None:
     """Return the error that names the first leg whose straight line touches a wall; None where none does."""
-    for block, excess in zip(curve.compiled.blocks, _heights(straight(curve)), strict=True):
+    for block, excess in zip(curve.walls.blocks, _heights(straight(curve)), strict=True):
         for wall in np.flatnonzero((excess >= -EXACT) & (block.order == 0)):
             leg = int(block.leg[wall]) // task.pieces
             return CorridorError(

@@ -2,7 +2,7 @@
 
 Where a wall bounds both legs of a waypoint that lies on it, the velocity along the wall's axis is zero, as at every
 least distance. No solver returns that zero exactly, and any other velocity crosses the wall, so it is pinned. The first
-derivative that is not pinned must not point into the wall (``normalised_constraints``): the limit of the wall's rows as
+derivative that is not pinned must not point into the wall (``normalised_walls``): the limit of the wall's rows as
 the instant approaches the waypoint.
 """
 

@@ -12,7 +12,7 @@ from minsnap.native.corridor import Give
 from minsnap.optimisation.contradiction import Contradiction, contradicting_joints
 from minsnap.optimisation.infeasibility import UNPROVED, Pressed, explain_corridor
 from minsnap.optimisation.linear_rows import DENSE
-from minsnap.optimisation.normalised_constraints import compile_walls
+from minsnap.optimisation.normalised_walls import normalised_walls
 from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.still_direction import StillDirection
 from minsnap.optimisation.stop_and_go import leg_on_wall
@@ -39,7 +39,7 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
         return _too_fast(task, durations)
     units = task.units(durations)
     problem = task.problem(durations, units)
-    on_wall = leg_on_wall(task, Curve(problem, compile_walls(task, problem, units), problem.values))
+    on_wall = leg_on_wall(task, Curve(problem, normalised_walls(task, problem, units), problem.values))
     if on_wall is not None:
         return on_wall
     if problem.jumps and problem.size > DENSE // 2:

@@ -1,16 +1,15 @@
-"""All walls of a problem in normalised units, on pieces, and the rows of the QP that come from them.
+"""All walls of a problem in normalised units, on pieces.
 
 Positions are counted from the nominal start of each piece, as control points are there.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, IntArray, NDArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.reduced_qp import ReducedProblem
@@ -20,40 +19,7 @@ from minsnap.optimisation.touches import Side
 from minsnap.optimisation.units import Units
 
 
-@dataclass(frozen=True, eq=False)
-class WallRows:
-    """Rows of the QP, not yet in its unknowns: normal . r^(order)(s) <= bound on a piece, relative to its start.
-
-    Parameters
-    ----------
-    wall : ndarray of int, shape (r,)
-        Which one-sided wall each belongs to, counted over all blocks.
-    piece : ndarray of int, shape (r,)
-    s : ndarray, shape (r,)
-    order : ndarray of int, shape (r,)
-    normal : ndarray, shape (r, dim)
-    bound : ndarray, shape (r,)
-    """
-
-    wall: IntArray
-    piece: IntArray
-    s: FloatArray
-    order: IntArray
-    normal: FloatArray
-    bound: FloatArray
-
-    def chosen(self, index: NDArray[Any] | slice) -> WallRows:
-        """Return some of the rows, by indices, a mask or a slice."""
-        return WallRows(*(getattr(self, name)[index] for name in WallRows.__annotations__))
-
-    def joined(self, other: WallRows) -> WallRows:
-        """Return these rows and the other ones."""
-        return WallRows(
-            *(np.concatenate((getattr(self, name), getattr(other, name))) for name in WallRows.__annotations__)
-        )
-
-
-def compile_walls(task: Task, problem: ReducedProblem, units: Units) -> AllWalls:
+def normalised_walls(task: Task, problem: ReducedProblem, units: Units) -> AllWalls:
     """Convert a task's walls, but for planes of gates, to a problem's units and origins; those of touches follow."""
     known = [_normalised(walls, problem, units) for walls in all_walls(task).blocks if not walls.equal]
     return AllWalls((*known, *_touching(task)))
