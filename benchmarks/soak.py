@@ -28,7 +28,7 @@ import minsnap
 from minsnap import Boxes, Polytopes, RoundTube, Tube
 from minsnap.basics.checks import check_position
 from minsnap.corridors.constraint import walls_of
-from minsnap.corridors.gates import as_knots
+from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InfeasibleError, MinsnapError

@@ -20,7 +20,8 @@ from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
-from minsnap.corridors.gates import Ball, Gate, as_knots
+from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import STORED, Placement, place
 from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.corridors.passing import knot_positions, passing

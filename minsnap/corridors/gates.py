@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, ReadOnly, bounded, numbers, set_fields
-from minsnap.basics.checks import check_array, check_distance, check_tolerance, check_waypoints
+from minsnap.basics.checks import check_array, check_distance
 from minsnap.basics.messages import explains_names, shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import WaypointError
@@ -232,46 +232,6 @@ class Gate(ReadOnly):
 def center_of(place: Any) -> Any:
     """Return the center of a gate; a point as it is."""
     return place.center if isinstance(place, Gate) else place
-
-
-class Knots(NamedTuple):
-    """Waypoints as numbers: points (n, dim), half-widths of boxes (n, dim) and radii of balls (n,) around them [m]."""
-
-    points: FloatArray
-    widths: FloatArray
-    radii: FloatArray
-    gates: Mapping[int, Gate]
-
-
-def as_knots(waypoints: Any, tolerance: Any = None) -> Knots | None:
-    """Return the arguments ``waypoints`` and ``waypoint_tolerance`` as numbers; None without waypoints.
-
-    Raises
-    ------
-    WaypointError
-        If they are malformed, or there is a tolerance without waypoints.
-    """
-    if waypoints is None:
-        if tolerance is not None:
-            raise WaypointError(
-                "waypoint_tolerance needs waypoints: without them the overlaps of the corridor bound them"
-            )
-        return None
-    centers, gates = without_gates(waypoints)
-    points = check_waypoints(centers)
-    if isinstance(tolerance, Ball):
-        return Knots(points, np.zeros(points.shape), tolerance.of_waypoints(len(points)), gates)
-    return Knots(points, check_tolerance(tolerance, points), np.zeros(len(points)), gates)
-
-
-def without_gates(waypoints: Any) -> tuple[Any, dict[int, Gate]]:
-    """Return waypoints with centers in place of gates, and the gates by waypoint."""
-    if not isinstance(waypoints, (list, tuple)):
-        return waypoints, {}
-    gates = {index: entry for index, entry in enumerate(waypoints) if isinstance(entry, Gate)}
-    if not gates:
-        return waypoints, {}
-    return list(map(center_of, waypoints)), gates
 
 
 def _sides(axis: FloatArray, up: ArrayLike | None) -> Sequence[FloatArray]:

@@ -1,16 +1,18 @@
-"""Waypoints as callers have them: tables with named columns, and numbers that look like another unit."""
+"""Waypoints as callers have them: tables with named columns, gates, and numbers that look like another unit."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays
+from minsnap.basics.checks import check_tolerance, check_waypoints
 from minsnap.basics.messages import shown
+from minsnap.corridors.gates import Ball, Gate, center_of
 from minsnap.errors import MagnitudeWarning, MinsnapError, WaypointError
 
 AXES = ("x", "y", "z")
@@ -139,6 +141,46 @@ def _durations(values: FloatArray, name: str) -> FloatArray:
         f"{len(values)} waypoints have {len(values) - 1} legs: leave the duration of the first or the last one empty; "
         f"{int(blank.sum())} are"
     )
+
+
+class Knots(NamedTuple):
+    """Waypoints as numbers: points (n, dim), half-widths of boxes (n, dim) and radii of balls (n,) around them [m]."""
+
+    points: FloatArray
+    widths: FloatArray
+    radii: FloatArray
+    gates: Mapping[int, Gate]
+
+
+def as_knots(waypoints: Any, tolerance: Any = None) -> Knots | None:
+    """Return the arguments ``waypoints`` and ``waypoint_tolerance`` as numbers; None without waypoints.
+
+    Raises
+    ------
+    WaypointError
+        If they are malformed, or there is a tolerance without waypoints.
+    """
+    if waypoints is None:
+        if tolerance is not None:
+            raise WaypointError(
+                "waypoint_tolerance needs waypoints: without them the overlaps of the corridor bound them"
+            )
+        return None
+    centers, gates = without_gates(waypoints)
+    points = check_waypoints(centers)
+    if isinstance(tolerance, Ball):
+        return Knots(points, np.zeros(points.shape), tolerance.of_waypoints(len(points)), gates)
+    return Knots(points, check_tolerance(tolerance, points), np.zeros(len(points)), gates)
+
+
+def without_gates(waypoints: Any) -> tuple[Any, dict[int, Gate]]:
+    """Return waypoints with centers in place of gates, and the gates by waypoint."""
+    if not isinstance(waypoints, (list, tuple)):
+        return waypoints, {}
+    gates = {index: entry for index, entry in enumerate(waypoints) if isinstance(entry, Gate)}
+    if not gates:
+        return waypoints, {}
+    return list(map(center_of, waypoints)), gates
 
 
 def check_dimension(points: FloatArray) -> None:

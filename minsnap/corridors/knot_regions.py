@@ -12,7 +12,8 @@ from minsnap.basics.checks import point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Room
 from minsnap.corridors.constraint import Constraint
-from minsnap.corridors.gates import Gate, Knots
+from minsnap.corridors.gates import Gate
+from minsnap.corridors.given_waypoints import Knots
 from minsnap.errors import CorridorError, WaypointError
 from minsnap.polynomials.enclosures import UNIT
 

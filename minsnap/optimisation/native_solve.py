@@ -8,10 +8,12 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import WORK
-from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, solve_corridor
+from minsnap.native.corridor import CorridorQuestion, solve_corridor
 from minsnap.native.free_optimum import pinned_optimum
 from minsnap.native.library import core
 from minsnap.native.status import Status
+from minsnap.optimisation.optimum import Contacts, Optimum
+from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.task_walls import AllWalls, all_walls
 from minsnap.optimisation.units import Units
@@ -19,9 +21,9 @@ from minsnap.polynomials.bernstein import parted
 
 
 def solve_natively(
-    task: Task, durations: FloatArray, units: Units, gap: float, effort: float = 1.0
-) -> CorridorAnswer | str:
-    """Return a proved answer for piece durations (pieces in all,) [s], or the reason why there is none.
+    task: Task, durations: FloatArray, units: Units, gap: float, prove: bool, effort: float
+) -> SolvedTask | str:
+    """Solve for piece durations (pieces in all,) [s], or return the reason why there is no answer, or none proved.
 
     It gives up when the task is due, or after a share ``effort`` of the work that a task is worth.
     """
@@ -30,7 +32,13 @@ def solve_natively(
         return question
     answer = solve_corridor(question, gap, effort, task.deadline.left)
     task.deadline.spend(WORK.solve * answer.work)
-    return answer if answer.status is Status.DONE else answer.status.reason
+    if answer.status is not Status.DONE:
+        return answer.status.reason
+    contacts = Contacts(answer.wall, answer.s, answer.multiplier)
+    optimum = Optimum(answer.knots, answer.rounds, NATIVE, contacts, core=NATIVE, points=answer.points)
+    solved = SolvedTask(task, durations, units, optimum)
+    refused = prove and not solved.inside
+    return "the certificate finds the native core's answer outside of a wall" if refused else solved
 
 
 def corridor_question(
@@ -51,8 +59,8 @@ def corridor_question(
     )
 
 
-def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> tuple[FloatArray, FloatArray] | str:
-    """Return control points [m] and normalised knot values of a task without walls, or why there are none.
+def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> SolvedTask | str:
+    """Solve a task without walls, or return the reason why there is no answer.
 
     One polynomial per leg is the optimum of any number of pieces: these are parts of it.
 
@@ -65,13 +73,14 @@ def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> tupl
     if reason:
         return reason
     points, times = np.ascontiguousarray(task.waypoints), durations.reshape(task.legs, task.pieces)
-    optimum = pinned_optimum(points, times.sum(axis=1), task.half, task.pins, task.closed)
-    if not isinstance(optimum, tuple):
-        return optimum.reason
+    answer = pinned_optimum(points, times.sum(axis=1), task.half, task.pins, task.closed)
+    if not isinstance(answer, tuple):
+        return answer.reason
     knots = np.zeros((task.legs + 1, task.half, task.dim))
     for order in range(1, task.half):
-        knots[:, order] = optimum[1][:, order - 1] / units.of_order(order)
-    return in_pieces(task, durations, units, optimum[0], knots)
+        knots[:, order] = answer[1][:, order - 1] / units.of_order(order)
+    points, knots = in_pieces(task, durations, units, answer[0], knots)
+    return SolvedTask(task, durations, units, Optimum(knots, 0, "banded", core=NATIVE, points=points))
 
 
 def in_pieces(

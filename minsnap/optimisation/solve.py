@@ -12,8 +12,8 @@ from minsnap.basics.tolerances import GAP
 from minsnap.errors import MinsnapError
 from minsnap.native.status import GAVE_UP
 from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
-from minsnap.optimisation.optimum import BLEND, ONE_PIECE, Contacts, GaveUpError, InfeasibleRowsError, Optimum
-from minsnap.optimisation.solved_task import NATIVE, SolvedTask
+from minsnap.optimisation.optimum import BLEND, ONE_PIECE, GaveUpError, InfeasibleRowsError, Optimum
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
 
@@ -59,16 +59,27 @@ def solve(
     """
     units = units or task.units(durations)
     if not task.constrained and not (task.jumps and task.pins):
-        return _solved_without_walls(task, units, durations)
+        native = solve_without_walls(task, durations, units)
+        return _unbounded(task, durations, units, native) if isinstance(native, str) else native
     reason = ""
     if samples is None:
-        native = _solved_natively(task, units, durations, gap, prove, effort or Effort.WHOLE)
+        native = solve_natively(task, durations, units, gap, prove, (effort or Effort.WHOLE).value)
         if isinstance(native, SolvedTask):
             return native
         if effort is not None and native in GAVE_UP:
             raise GaveUpError(native)
         reason = native
     return solve_by_reference(task, durations, reason, units, samples, gap, prove)
+
+
+def _unbounded(task: Task, durations: FloatArray, units: Units, reason: str) -> SolvedTask:
+    """Return the optimum without walls by the Python core, where the native one does not for a reason."""
+    from minsnap.optimisation.linear_rows import joined_exactly
+    from minsnap.optimisation.unconstrained import unbounded_optimum
+
+    problem = task.problem(durations, units)
+    knots = joined_exactly(problem, unbounded_optimum(problem))
+    return SolvedTask(task, durations, units, Optimum(knots, 0, "banded", handed_over=reason), problem)
 
 
 def solve_by_reference(
@@ -103,32 +114,4 @@ def _in_one_piece(task: Task, durations: FloatArray, units: Units, gap: float) -
     curve, knots = whole.trajectory.control_points, whole.optimum.knots * scale[:, None]
     points, knots = in_pieces(task, durations, units, curve, knots)
     optimum = Optimum(knots, whole.optimum.rounds, whole.optimum.solver, rungs=(ONE_PIECE,), points=points)
-    return SolvedTask(task, durations, units, optimum)
-
-
-def _solved_natively(
-    task: Task, units: Units, durations: FloatArray, gap: float, prove: bool, effort: Effort
-) -> SolvedTask | str:
-    """Return the answer of the native core, or the reason why there is none that the certificate agrees to."""
-    answer = solve_natively(task, durations, units, gap, effort.value)
-    if isinstance(answer, str):
-        return answer
-    contacts = Contacts(answer.wall, answer.s, answer.multiplier)
-    optimum = Optimum(answer.knots, answer.rounds, NATIVE, contacts, core=NATIVE, points=answer.points)
-    solved = SolvedTask(task, durations, units, optimum)
-    refused = prove and not solved.inside
-    return "the certificate finds the native core's answer outside of a wall" if refused else solved
-
-
-def _solved_without_walls(task: Task, units: Units, durations: FloatArray) -> SolvedTask:
-    answer = solve_without_walls(task, durations, units)
-    if isinstance(answer, str):
-        from minsnap.optimisation.linear_rows import joined_exactly
-        from minsnap.optimisation.unconstrained import unbounded_optimum
-
-        problem = task.problem(durations, units)
-        knots = joined_exactly(problem, unbounded_optimum(problem))
-        optimum = Optimum(knots, 0, "banded", handed_over=answer)
-        return SolvedTask(task, durations, units, optimum, problem)
-    optimum = Optimum(answer[1], 0, "banded", core=NATIVE, points=answer[0])
     return SolvedTask(task, durations, units, optimum)

@@ -30,8 +30,8 @@ from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.constraint import Constraint, walls_of
-from minsnap.corridors.gates import Ball, Gate, as_knots
-from minsnap.corridors.given_waypoints import check_dimension, is_table, read_columns, warn_magnitude
+from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.given_waypoints import as_knots, check_dimension, is_table, read_columns, warn_magnitude
 from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
@@ -200,8 +200,14 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
     from minsnap.time_allocation.allocate import plan_timed
 
     began = perf_counter()
-    task = task_of(request)
-    timing = _timing(request, task, watch)
+    task, times = task_of(request), request.durations
+    if times is None:
+        refuse_repeated(task.waypoints, "give every leg a duration of its own")
+    else:
+        times = check_durations(times, task.legs)
+    how, refine = vars(request.search or USUAL), check_pieces(request.pieces)[1]
+    timing = Timing(times, request.total_time, request.limits, **how, progress=watch, refine=refine)
+    timing.check()
     task = replace(task, deadline=timing.deadline)
     if not request.avoid:
         if timing.time_limit is None:
@@ -232,19 +238,6 @@ def _steps_in(on_interrupt: str, line: ProgressLine) -> Progress:
     """Return a callback that shows every step of a search in a line."""
     hint = " (Ctrl-C takes the best)" if on_interrupt == "return" else ""
     return lambda step: line.show(None, f"{step.evaluation} plans, {step.total_time:.4g} s{hint}")
-
-
-def _timing(request: PlanRequest, task: Task, watch: Progress | None) -> Timing:
-    """Return how the durations of a task are chosen, by one way alone."""
-    times, how = request.durations, vars(request.search or USUAL)
-    if times is None:
-        refuse_repeated(task.waypoints, "give every leg a duration of its own")
-    else:
-        times = check_durations(times, task.legs)
-    refine = check_pieces(request.pieces)[1]
-    timing = Timing(times, request.total_time, request.limits, **how, progress=watch, refine=refine)
-    timing.check()
-    return timing
 
 
 def _named_solver(solver: str) -> str:

@@ -10,7 +10,8 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Walls, walls_of
-from minsnap.corridors.gates import Ball, Gate, without_gates
+from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.given_waypoints import without_gates
 from minsnap.corridors.half_spaces import bounding_boxes, inner_balls, of_unit_length
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.corridors.tubes import as_constraints

@@ -21,7 +21,7 @@ from minsnap.basics.checks import (
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
-from minsnap.corridors.gates import as_knots
+from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.errors import CorridorError, DegreeError, InputError, WaypointError, YawError

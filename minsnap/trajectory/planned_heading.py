@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -133,7 +134,7 @@ def chosen_heading(yaw: Yaw, legs: int, closed: bool, limits: Any = None) -> Cho
     """
     medium, limit = (AIRLESS, None) if limits is None else (limits.medium, limits.yaw_rate)
     if isinstance(yaw, str) and yaw == "tilt":
-        return lambda curve: TiltHeading(curve, medium=medium)
+        return partial(TiltHeading, medium=medium)
     if isinstance(yaw, str) and yaw == "velocity":
         yaw = Velocity()
     if isinstance(yaw, Velocity):
@@ -141,11 +142,11 @@ def chosen_heading(yaw: Yaw, legs: int, closed: bool, limits: Any = None) -> Cho
     if isinstance(yaw, LookAt):
         return yaw.heading
     if callable(yaw):
-        function = yaw
-        return lambda curve: _sampled(function, curve.duration)
+        return partial(_sampled, yaw)
     angles = _angles(0.0 if yaw is None else yaw)
     if angles.ndim == 0:
-        return lambda _: ConstantHeading(float(angles))
+        constant = ConstantHeading(float(angles))
+        return lambda curve: constant
     if angles.shape != (legs + 1,):
         raise YawError(f"yaw has shape {angles.shape}: give one angle, or one for each of {legs + 1} waypoints")
     if closed and abs(wrap(angles[-1] - angles[0])) > EXACT:
@@ -157,10 +158,11 @@ def chosen_heading(yaw: Yaw, legs: int, closed: bool, limits: Any = None) -> Cho
     return lambda curve: PlannedHeading.through(turned, np.diff(curve.leg_breaks), closed)
 
 
-def _sampled(function: Callable[[Any], Any], duration: float) -> Heading:
+def _sampled(function: Callable[[Any], Any], curve: Trajectory) -> Heading:
     """Return the heading that a function of time gives: a cubic spline through its angles at 50 instants a second."""
     from scipy.interpolate import CubicSpline, PPoly
 
+    duration = curve.duration
     if duration > YAW.longest:
         raise YawError(
             f"a yaw that is a function of time is followed over {YAW.longest:g} s at most, and the plan takes "

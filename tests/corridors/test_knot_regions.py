@@ -6,7 +6,7 @@ import pytest
 import minsnap
 from minsnap import Boxes
 from minsnap.basics.checks import check_position
-from minsnap.corridors.gates import as_knots
+from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import _apart, place
 from minsnap.errors import CorridorError, WaypointError
 

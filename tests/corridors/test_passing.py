@@ -3,7 +3,7 @@ import pytest
 
 import minsnap
 from minsnap import Ball, Gate
-from minsnap.corridors.gates import as_knots
+from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.passing import passing
 from minsnap.trajectory.trajectory import Trajectory
