@@ -20,10 +20,9 @@ from minsnap.native.corridor import Give, LeastSlack, least_slack
 from minsnap.native.status import Status
 from minsnap.optimisation.linear_rows import equations, point_scale
 from minsnap.optimisation.native_solve import corridor_question
-from minsnap.optimisation.normalised_walls import normalised_walls
 from minsnap.optimisation.rows import Curve, Rows, everywhere, outside
 from minsnap.optimisation.task import Task
-from minsnap.optimisation.task_walls import AllWalls, all_walls
+from minsnap.optimisation.task_walls import AllWalls, all_walls, normalised_walls
 
 ROUNDS = 20
 """Linear programmes at most; the slacks are then from below, and what presses may prove that they are not zero."""

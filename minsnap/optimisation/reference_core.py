@@ -34,14 +34,13 @@ from minsnap.errors import SolverError
 from minsnap.native.status import Status
 from minsnap.optimisation.least_slacks import SlackProgramme, common_slack, native_slacks
 from minsnap.optimisation.linear_rows import DENSE, equations, joined_exactly, of_unit_length
-from minsnap.optimisation.normalised_walls import normalised_walls
 from minsnap.optimisation.optimum import BLEND, NO_CONTACTS, Contacts, InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import solve_qp
 from minsnap.optimisation.rows import Curve, Places, Rows, momentary, outside, proved_outside, sampled
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.stop_and_go import least_share, straight, straight_inside
 from minsnap.optimisation.task import Task
-from minsnap.optimisation.task_walls import all_walls
+from minsnap.optimisation.task_walls import all_walls, normalised_walls
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
 

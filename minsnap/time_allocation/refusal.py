@@ -12,12 +12,11 @@ from minsnap.native.corridor import Give
 from minsnap.optimisation.contradiction import Contradiction, contradicting_joints
 from minsnap.optimisation.infeasibility import UNPROVED, Pressed, explain_corridor
 from minsnap.optimisation.linear_rows import DENSE
-from minsnap.optimisation.normalised_walls import normalised_walls
 from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.still_direction import StillDirection
 from minsnap.optimisation.stop_and_go import leg_on_wall
 from minsnap.optimisation.task import Task
-from minsnap.optimisation.task_walls import all_walls
+from minsnap.optimisation.task_walls import all_walls, normalised_walls
 
 
 def explain(task: Task, durations: FloatArray) -> MinsnapError:
