@@ -228,6 +228,13 @@ class Walls(ReadOnly):
             return row, self.leg
         return np.repeat(row, pieces), (self.leg[:, None] * pieces + np.arange(pieces)).reshape(-1)
 
+    def cut(self, parts: int) -> Walls:
+        """Return the walls of legs that are cut into parts, each of which has those of its leg."""
+        if parts == 1:
+            return self
+        row, part = self.on_pieces(parts)
+        return replace(self.chosen(row), leg=part)
+
     def chosen(self, index: NDArray[Any]) -> Walls:
         """Return some of the walls, by indices or a mask."""
         at = None if self.at is None else self.at[index]

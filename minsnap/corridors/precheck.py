@@ -10,9 +10,9 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.checks import DERIVATIVES, point_text
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
-from minsnap.corridors.half_spaces import flatness, inner_balls, reach
 from minsnap.corridors.knot_regions import Placement
 from minsnap.errors import CorridorError, SolverError, WaypointError
+from minsnap.native.half_space_sets import flatness, inner_balls, reach
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
 

@@ -89,14 +89,8 @@ class AllWalls:
 
 def all_walls(task: Task) -> AllWalls:
     """Return all walls of a task in metres, with pieces in the place of legs."""
-    return AllWalls((*(_on_pieces(walls, task.pieces) for walls in task.walls), *_knot_walls(task)))
-
-
-def _on_pieces(walls: Walls, pieces: int) -> Walls:
-    if pieces == 1:
-        return walls
-    row, piece = walls.on_pieces(pieces)
-    return replace(walls.chosen(row), leg=piece)
+    at_knots = _knot_walls(task)
+    return AllWalls((*(walls.cut(task.pieces) for walls in task.walls), *at_knots))
 
 
 def _knot_walls(task: Task) -> list[Walls]:

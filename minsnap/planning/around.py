@@ -8,7 +8,7 @@ one, until it hardly gains.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import partial
 from math import ceil
 from time import monotonic
@@ -200,23 +200,11 @@ def _cut(task: Task, way: Trajectory, parts: int) -> Task:
         upper=upper,
         pins={knot * parts: state for knot, state in task.pins.items()},
         regions={knot * parts: region for knot, region in task.regions.items()},
-        walls=[_of_parts(wall, parts) for wall in task.walls],
+        walls=[wall.cut(parts) for wall in task.walls],
         explained=False,
         # Angles belong to waypoints, and the parts have knots between them: the heading is that of the joined curve.
         finish=lambda curve: curve.with_yaw(task.finish(_joined(curve, parts)).yaw),
     )
-
-
-def _of_parts(wall: Walls, parts: int) -> Walls:
-    """Return a wall on every part of its leg."""
-    row = np.repeat(np.arange(len(wall.leg)), parts)
-    changed = {
-        entry.name: getattr(wall, entry.name)[row]
-        for entry in fields(wall)
-        if isinstance(getattr(wall, entry.name), np.ndarray)
-    }
-    changed["leg"] = changed["leg"] * parts + np.tile(np.arange(parts), len(wall.leg))
-    return replace(wall, **changed)
 
 
 def _ways(task: Task, curve: Trajectory, obstacles: Sequence[Obstacle], parts: int) -> Iterator[Trajectory]:

@@ -263,14 +263,18 @@ def task_of(request: PlanRequest) -> Task:
     points, lower, upper = placement.points, placement.lower, placement.upper
     check_dimension(points)
     warn_magnitude(points)
+    heading = chosen_heading(request.yaw, len(points) - 1, closed, limits)
+
+    def finish(curve: Trajectory) -> Trajectory:
+        return curve.with_yaw(heading(curve))
+
     pinned = check_pins(request.pins, start, end, closed, half, points)
     check_closing(closed, points)
     walls = walls_of(constraints, points)
     check_reach(placement, pinned, walls)
     check_jumps(smoothness, half, pieces == 1 and not refine and not (upper > lower).any())
-    heading = chosen_heading(request.yaw, len(points) - 1, closed, limits)
     known = pinned, half, smoothness, closed, pieces, walls, request.solver, placement.regions
-    return Task(points, lower, upper, *known, samples=instants, finish=lambda curve: curve.with_yaw(heading(curve)))
+    return Task(points, lower, upper, *known, samples=instants, finish=finish)
 
 
 @dataclass(frozen=True, eq=False)

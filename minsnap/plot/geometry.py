@@ -12,10 +12,11 @@ from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import without_gates
-from minsnap.corridors.half_spaces import bounding_boxes, inner_balls, of_unit_length
+from minsnap.corridors.half_spaces import of_unit_length
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError
+from minsnap.native.half_space_sets import bounding_boxes, inner_balls
 from minsnap.plot.style import (
     CORRIDOR_COLOUR,
     CORRIDOR_EDGE,

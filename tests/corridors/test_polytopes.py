@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 
 import minsnap
 from minsnap import Boxes, Polytopes
-from minsnap.corridors.half_spaces import bounding_boxes, inner_balls
 from minsnap.errors import CorridorError
+from minsnap.native.half_space_sets import bounding_boxes, inner_balls
 
 SIDES = np.vstack([np.eye(3), -np.eye(3)])
 
