@@ -167,18 +167,23 @@ def solve_corridor(
     return CorridorAnswer(status, kept["points"], kept["knots"], *active, *figures)
 
 
-def least_slack(question: CorridorQuestion, give: Give, seconds: float = inf) -> LeastSlack:
+def least_slack(
+    question: CorridorQuestion, give: Give, sign: bool = False, effort: float = 1.0, seconds: float = inf
+) -> LeastSlack:
     """Return the least slacks with which a curve keeps all walls.
 
-    Both hold at any status that is about the method, the slacks as a bound from below.
+    Both hold at any status that is about the method, the slacks as a bound from below.  It gives up after a share
+    ``effort`` of the work that they are worth, or after so many seconds; with ``sign`` it ends where they are known to
+    be more than nothing.
     """
     pieces, half, dim = len(question.durations), question.half, question.positions.shape[1]
     most = pieces * half * dim + 2 + give.slacks
     answer = _answer_record(pieces, half, dim, most, direction=np.zeros((most, dim)), rows=0)
     slack, remainder = np.zeros(give.slacks), np.zeros(most)
     group, weight = np.ascontiguousarray(give.group, dtype=np.int64), np.ascontiguousarray(give.weight)
-    slacks = SlackRecord(count=give.slacks, group=group, weight=weight, slack=slack, remainder=remainder)
-    status = Status(_SLACK(corridor_record(question, question.durations, GAP, 1.0, seconds), slacks, answer))
+    known = {"count": give.slacks, "group": group, "weight": weight, "sign": sign}
+    slacks = SlackRecord(**known, slack=slack, remainder=remainder)
+    status = Status(_SLACK(corridor_record(question, question.durations, GAP, effort, seconds), slacks, answer))
     used, kept = slice(0, answer.rows), answer.kept
     rows = {name: kept[name][used] for name in ("wall", "s", "multiplier", "direction")}
     return LeastSlack(status, slack, kept["knots"], **rows, remainder=remainder[used], work=answer.work)

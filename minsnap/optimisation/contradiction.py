@@ -60,6 +60,8 @@ class Contradiction:
         Piece, order and axis of the continuity rows that take part, above order k - 1 at the end of the piece.
     multipliers : tuple of Fraction
         Of the walls, then of the joints; those of joints, and of planes on which the curve lies, have any sign.
+    slack : float
+        By how much the walls must give way, about and rather more; no part of the proof.
     """
 
     task: Task
@@ -70,6 +72,7 @@ class Contradiction:
     direction: FloatArray
     joints: tuple[Joint, ...]
     multipliers: tuple[Fraction, ...]
+    slack: float = 0.0
 
     @property
     def legs(self) -> tuple[int, ...]:
@@ -310,6 +313,7 @@ def find_contradiction(task: Task, durations: FloatArray, walls: AllWalls, least
     others = ~np.isin(more.wall, wall)
     return replace(
         more,
+        slack=float(least.slacks.max(initial=0.0)),
         wall=np.append(wall, more.wall[others]),
         s=np.append(least.s[pressing], more.s[others]),
         direction=np.concatenate((least.direction[pressing], more.direction[others])),

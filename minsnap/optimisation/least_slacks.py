@@ -39,8 +39,12 @@ def common_slack(walls: AllWalls) -> Give:
     return Give(np.where(walls.equal, -1, 0), np.ones(len(walls)), 1)
 
 
-def native_slacks(task: Task, durations: FloatArray, give: Give, lowest: float = 0.0) -> LeastSlack | None:
+def native_slacks(
+    task: Task, durations: FloatArray, give: Give, lowest: float = 0.0, sign: bool = False, effort: float = 1.0
+) -> LeastSlack | None:
     """Return the least slacks, from a lowest that is not positive, by the native core; None without it.
+
+    With ``sign`` they end where they are known to be more; ``effort`` is a share of the work that they are worth.
 
     Raises
     ------
@@ -53,7 +57,7 @@ def native_slacks(task: Task, durations: FloatArray, give: Give, lowest: float =
     question = corridor_question(replace(task, solver="auto"), durations, task.units(durations), walls)
     if isinstance(question, str):
         return None
-    least = least_slack(question, give, task.deadline.left)
+    least = least_slack(question, give, sign, effort, task.deadline.left)
     task.deadline.spend(WORK.solve * least.work)
     task.deadline.require()
     return replace(least, slacks=least.slacks + lowest)

@@ -7,8 +7,8 @@ to 2k - 2 join, so that durations leave one curve or few, it is the largest exce
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,19 +25,40 @@ from minsnap.optimisation.task_walls import all_walls
 from minsnap.polynomials.bernstein import basis, differentiate
 from minsnap.trajectory.trajectory import Trajectory
 
-ROOM = 0.01
-"""Excess below zero that is enough, in widths."""
+
+@dataclass(frozen=True)
+class FittingSettings:
+    """When a search for durations ends.
+
+    Parameters
+    ----------
+    room : float
+        Excess below zero that is enough, in widths.
+    effort : float
+        Share of the work that least slacks are worth for those of one try.
+    same : float
+        Share of the least excess from another start above which that led to the same.
+    """
+
+    room: float = 0.01
+    effort: float = 0.1
+    same: float = 0.99
 
 
-def fitting_durations(task: Task, first: FloatArray, total: float | None, deadline: Deadline) -> FloatArray | None:
+FITTING = FittingSettings()
+
+
+def fitting_durations(
+    task: Task, starts: Iterable[FloatArray], total: float | None, deadline: Deadline
+) -> FloatArray | None:
     """Find durations of the legs.
 
     Parameters
     ----------
     task : Task
         With all walls.
-    first : ndarray, shape (legs,)
-        Durations to begin with [s]; without a total they are scaled first.
+    starts : iterable of ndarray, shape (legs,)
+        Durations to begin with [s], one after another; without a total they are scaled first.
     total : float or None
         Of all legs together [s].
     deadline : Deadline
@@ -48,21 +69,17 @@ def fitting_durations(task: Task, first: FloatArray, total: float | None, deadli
     ndarray, shape (legs,), or None
         [s]; None where none were found.
     """
-    from scipy.optimize import minimize
-
-    search = _LeastExcess(task, first, total, deadline)
-    start = np.zeros(task.legs)
-    if total is None:
-        scales = sorted(np.linspace(-3.0, 3.0, 25), key=abs)  # the first where it does not matter
-        start += scales[np.argmin([search.excess(np.full(task.legs, scale)) for scale in scales])]
-    else:
-        search.excess(start)
-    if search.best[0] == np.inf:  # where pins and continuity have no curve at any scale, hardly any times have one
-        return None
-    simplex = start + np.vstack((np.zeros(task.legs), 0.3 * np.eye(task.legs)))
-    options = {"maxfev": 40 * task.legs, "xatol": 1e-4, "fatol": 1e-5, "initial_simplex": simplex}
-    minimize(search.excess, start, method="Nelder-Mead", callback=search.check, options=options)
-    return search.durations(search.best[1]) if search.best[0] < 0.0 else None
+    least = np.inf
+    for first in starts:
+        search = _LeastExcess(task, first, total, deadline)
+        search.run()
+        excess, at = search.best
+        if excess < 0.0:
+            return search.durations(at)
+        if excess == np.inf or excess > FITTING.same * least:  # no curve at any scale, or where the last one led
+            return None
+        least = excess
+    return None
 
 
 class _LeastExcess:
@@ -94,7 +111,7 @@ class _LeastExcess:
         return excess
 
     def _least(self, durations: FloatArray) -> float:
-        known = native_slacks(self.task, durations, self.give, -2.0 * ROOM)
+        known = native_slacks(self.task, durations, self.give, -2.0 * FITTING.room, effort=FITTING.effort)
         if known is not None:
             self.deadline.spend(WORK.free_curve + WORK.solve * known.work)  # short ones take twice what they count
         if known is not None and known.status is Status.DONE:
@@ -103,9 +120,25 @@ class _LeastExcess:
         self.deadline.spend(WORK.free_curve + WORK.joined * self.free.dim * unknowns**3)
         return _largest_excess(self.task.walls, solve(self.free, durations).trajectory)
 
+    def run(self) -> None:
+        """Find the best logarithms, of one scale for all first."""
+        from scipy.optimize import minimize
+
+        start = np.zeros(self.task.legs)
+        if self.total is None:
+            scales = sorted(np.linspace(-3.0, 3.0, 25), key=abs)  # the first where it does not matter
+            start += scales[np.argmin([self.excess(np.full(len(start), scale)) for scale in scales])]
+        else:
+            self.excess(start)
+        if self.best[0] == np.inf:
+            return
+        simplex = start + np.vstack((np.zeros(len(start)), 0.3 * np.eye(len(start))))
+        options = {"maxfev": 40 * len(start), "xatol": 1e-4, "fatol": 1e-5, "initial_simplex": simplex}
+        minimize(self.excess, start, method="Nelder-Mead", callback=self.check, options=options)
+
     def check(self, _: FloatArray) -> None:
         """End the search where a curve has some room, or the time is over."""
-        if self.best[0] < -ROOM or self.deadline.passed:
+        if self.best[0] < -FITTING.room or self.deadline.passed:
             raise StopIteration
 
 

@@ -21,11 +21,16 @@ RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
 LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)
 """The same where a plan is wanted, however long it takes."""
 
+NEAR = (0.01, 0.05, 0.2, 1.0, 4.0, 14.0, 60.0, 400.0)
+"""The same beyond a factor that is about the least."""
+
 Attempt = Callable[[FloatArray], Timed | None]
 """Plans for piece durations [s]; None where there is no plan, or it is not certified."""
 
 
-def least_longer(attempt: Attempt, durations: FloatArray, still: bool, deadline: Deadline) -> Timed | None:
+def least_longer(
+    attempt: Attempt, durations: FloatArray, still: bool, deadline: Deadline, guess: float | None = None
+) -> Timed | None:
     """Return the plan of the least factor on durations, from one on; None where no factor has one.
 
     Parameters
@@ -37,8 +42,10 @@ def least_longer(attempt: Attempt, durations: FloatArray, still: bool, deadline:
         Whether what has a plan in some time has one in more, so that the longest decides whether there is one.
     deadline : Deadline
         From which a plan that was found is not shortened any more, and no other is sought.
+    guess : float, optional
+        About the least factor, where that is known.
     """
-    first = _first(attempt, durations, still)
+    first = _first(attempt, durations, still) if guess is None else _near(attempt, durations, guess)
     if first is None:
         return None
     low, high, shortest = first
@@ -60,6 +67,22 @@ def _first(attempt: Attempt, durations: FloatArray, still: bool) -> tuple[float,
             return low, high, planned
         if still and low == 1.0 and _attempted(attempt, durations * (1.0 + LONGER[-1])) is None:
             return None
+    return None
+
+
+def _near(attempt: Attempt, durations: FloatArray, guess: float) -> tuple[float, float, Timed] | None:
+    """Return the same from a guess on, or below it where that has a plan."""
+    low = None
+    for share in NEAR:
+        high = guess * (1.0 + share)
+        planned = _attempted(attempt, durations * high)
+        if planned is None:
+            low = high
+            continue
+        if low is not None:
+            return low, high, planned
+        shorter = _attempted(attempt, durations * guess)
+        return (guess, high, planned) if shorter is None else (1.0, guess, shorter)
     return None
 
 

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from math import ceil, floor, log10
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -70,8 +70,7 @@ def in_other_times(task: Task, timing: Timing, refused: Refused) -> Timed | None
 def _where_free_curves_fit(task: Task, bounded: Task, timing: Timing, refused: Refused) -> Timed | None:
     """Plan from durations whose curve without walls is inside, of a price or a total near to the cheapest of these."""
     starts = (leg_sums(one, task.pieces) for one in _proportions(task, timing, refused))
-    found = (fitting_durations(bounded, start, timing.total_time, bounded.deadline) for start in starts)
-    fitting = next((one for one in found if one is not None), None)
+    fitting = fitting_durations(bounded, starts, timing.total_time, bounded.deadline)
     if fitting is None:
         return None
     priced = timing.time_weight is not None or timing.total_time is not None
@@ -186,11 +185,18 @@ def _stretch_tried(
     attempt = partial(plans_for(bounded, task, timing, Run(()), exact=True), effort=Effort.TRY)
     total = float(durations.sum()) if timing.durations is not None else timing.total
     try:
-        longer = least_longer(attempt, total / durations.sum() * durations, False, bounded.deadline)
+        longer = least_longer(attempt, total / durations.sum() * durations, False, bounded.deadline, _guess(refused))
         factors = () if longer is None else (_rounded_up(longer.trajectory.duration / total * more) for more in MORE)
         return next((factor for factor in factors if _planned(plan, timing, factor)), None)
     except LateError:
         return None
+
+
+def _guess(refused: InfeasibleError) -> float:
+    """Return the factor on time at which derivatives have as much more room as they need, of four digits."""
+    proof = cast("Contradiction", refused.contradiction)
+    orders = set(proof.orders.tolist()) - {0}
+    return min(float(f"{(1.0 + order * proof.slack) ** (1.0 / order):.4g}") for order in orders)
 
 
 def _planned(plan: Callable[[Timing], Timed], timing: Timing, factor: float) -> bool:

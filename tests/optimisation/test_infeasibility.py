@@ -10,7 +10,13 @@ from tasks import REFERENCE, random_legs
 import minsnap
 from minsnap.cli.app import exit_status
 from minsnap.errors import InfeasibleError, SolverError
+from minsnap.native.corridor import Give
 from minsnap.native.library import using
+from minsnap.optimisation.contradiction import find_contradiction
+from minsnap.optimisation.least_slacks import native_slacks
+from minsnap.optimisation.task_walls import all_walls
+from minsnap.planning.planner import task_of
+from minsnap.planning.request import PlanRequest
 
 TIMES = np.array([4.0, 2.0, 4.0, 2.0])
 
@@ -134,3 +140,17 @@ def test_a_width_is_named_as_one_that_does_only_where_it_does_with_all_that_is_a
     alone = refusal(points, times, corridor=1e-3, continuity=5)
     assert fits(points, times, corridor=alone.smallest_width, continuity=5)
     assert not fits(points, times, **asked | {"corridor": alone.smallest_width})
+
+
+def test_walls_that_must_give_way_are_proved_so_for_less_work_than_their_least_slack():
+    points = np.array([(0, 0, 1), (4, 0, 1), (4, 3, 1)], float)
+    asked = PlanRequest(points, corridor=0.2)
+    task = task_of(asked).with_walls(minsnap.Limits(speed=2.0, acceleration=3.0).walls(points))
+    durations, walls = np.array([1.0, 0.8]), all_walls(task)
+    give = Give(np.where(walls.order > 0, 0, -1), walls.order.astype(float), 1)
+    if native_slacks(task, durations, give) is None:
+        pytest.skip("there is no native core")
+    whole, sign = (native_slacks(task, durations, give, sign=sign) for sign in (False, True))
+    assert sign.work < 0.5 * whole.work
+    assert 0.5 * whole.slacks[0] < sign.slacks[0] <= (1.0 + 1e-6) * whole.slacks[0]
+    assert find_contradiction(task, durations, walls, sign).verify()

@@ -39,6 +39,7 @@ struct SlackRecord {
     std::int64_t count;
     const std::int64_t *group;  // (walls,) which one moves each wall outwards, or -1
     const double *weight;       // (walls,) widths for a slack of 1
+    std::int64_t sign;          // whether it is sufficient to know that walls must give way
     double *slack;              // (count,)
     double *remainder;          // (rows of the answer,) what doubles leave of multipliers
 };

@@ -70,6 +70,7 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(SlackRecord, count),
     MINSNAP_FIELD(SlackRecord, group),
     MINSNAP_FIELD(SlackRecord, weight),
+    MINSNAP_FIELD(SlackRecord, sign),
     MINSNAP_FIELD(SlackRecord, slack),
     MINSNAP_FIELD(SlackRecord, remainder),
     MINSNAP_FIELD(ChainRecord, half),

@@ -68,6 +68,7 @@ private:
     static constexpr Real most_inward = Real(1e-3);                           // share of their widths by which walls move
     static constexpr double jump = 1e-9, stored = 8e-16;                      // of derivatives at knots, as the certificate judges them
     static constexpr Real narrow = Real(2e-5);                                // of Aim::widened: excess that is none, in widths
+    static constexpr Real rough = Real(0.3);                                  // the same in shares of the largest slack, for its sign
     static constexpr Real held_up = Real(1e-6);                               // excess that rounding in doubles may leave, in widths
     static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);       // of Aim::near: excess, over walls moved so
 
@@ -249,7 +250,7 @@ private:
     Status iterate(double *points) {
         for (rounds_ = 1; rounds_ <= most_rounds; ++rounds_) {
             find_peaks();
-            if (aim_ == Aim::widened && worst_ <= narrow * (1 + widest())) return Status::done;
+            if (aim_ == Aim::widened && worst_ <= none()) return Status::done;
             if ((aim_ == Aim::near || aim_ == Aim::measured) && worst_ <= (aim_ == Aim::near ? nearly : affordable() / 10))
                 return Status::done;
             if (aim_ == Aim::proved && share_ == 0 && worst_ <= affordable() / 2) {
@@ -339,6 +340,12 @@ private:
         Real most = 0;
         for (int i = 0; i < given_->slacks.count; ++i) most = largest(most, active.slack(i));
         return most;
+    }
+
+    // Excess over walls that have given way which is none, in widths.
+    Real none() const {
+        const Real most = widest();
+        return largest(narrow * (1 + most), given_->slacks.sign ? rough * most : Real(0));
     }
 
     // Note a peak of what ``excess_over`` returned.

@@ -44,7 +44,7 @@ int take_contacts(const Answer &answer, int dim, Buffer<Contact> &known) {
 // The stages of one request.
 class Stages {
 public:
-    Stages(Request &given, Answer &answer) : given_(given), answer_(answer) {}
+    Stages(Request &given, Answer &answer) : given_(given), answer_(answer), most_(most_effort * given.effort) {}
 
     // Go through the prices, each from the contacts of the last one that ended with a solution. Where the highest has none, that
     // of the price before is the answer: multipliers of lower prices, or of a stage that did not end, prove less often.
@@ -74,15 +74,16 @@ public:
 private:
     Request &given_;
     Answer &answer_;
+    double most_;  // work
     ExchangeSolver quick_;
     Buffer<Contact> known_;
     int count_ = 0;
 
-    bool spent() const { return answer_.work >= most_effort; }
+    bool spent() const { return answer_.work >= most_; }
 
     Status stage(double price, bool extended) {
         given_.slacks.price = price;
-        given_.effort = most_effort - answer_.work;
+        given_.effort = most_ - answer_.work;
         return extended ? solve_extended(given_, answer_, Aim::widened, known_.data(), count_)
                         : quick_.solve(given_, answer_, Aim::widened, known_.data(), count_);
     }
@@ -101,7 +102,7 @@ MINSNAP_EXPORT std::int32_t minsnap_least_slack(const minsnap::CorridorRecord *a
     const Status taken = take_request(*asked, asked->pieces, asked->durations, walls, given);
     if (taken != Status::done) return std::int32_t(taken);
     if (!slacks_fit(*slacks, given)) return std::int32_t(Status::bad_size);
-    given.slacks = {int(slacks->count), slacks->group, slacks->weight};
+    given.slacks = {int(slacks->count), slacks->group, slacks->weight, slacks->sign != 0};
     Answer answer = {found->points, found->knots, found->wall, found->s, found->multiplier, 0.0, 0.0, 0.0, 0, 0, found->direction};
     answer.slack = slacks->slack, answer.remainder = slacks->remainder;
     const Status status = Stages(given, answer).run();

@@ -28,6 +28,7 @@ struct Slacks {
     int count = 0;
     const std::int64_t *group = nullptr;  // (walls,) which one moves each wall, or -1
     const double *weight = nullptr;       // (walls,)
+    bool sign = false;                    // whether it is sufficient to know that they are not zero
     double price = 0.0;  // of the square of one, over the cost of the curve: high ones leave the curve alone out of account
 };
 
