@@ -192,6 +192,11 @@ class Walls(ReadOnly):
         numbers = {name: np.ascontiguousarray(getattr(self, name), dtype=np.float64) for name in _NUMBERS}
         return WallsRecord(**known, **numbers, leg=np.ascontiguousarray(self.leg, dtype=np.int64), at=at)
 
+    @property
+    def half_spaces(self) -> tuple[FloatArray, FloatArray]:
+        """Planes as normal . r <= bound: (m, dim) and (m,)."""
+        return -self.slope, self.radius - (self.slope * self.anchor).sum(axis=1)
+
     def slack(self, values: FloatArray) -> FloatArray:
         """Slack of values of the derivative, shape (m or 1, k, dim): (m, k), negative outside.
 
@@ -322,6 +327,17 @@ def walls_of(constraints: Sequence[Constraint], waypoints: FloatArray) -> list[W
     """
     walls = [wall for constraint in constraints for wall in _own_walls(constraint, waypoints)]
     return [wall for wall in walls if _fits(wall, *waypoints.shape)]
+
+
+def walls_from(walls: Sequence[Walls], first: int, last: int) -> list[Walls]:
+    """Return the walls of legs from ``first`` to before ``last``, counted from the first of them."""
+    rest = []
+    for wall in walls:
+        own = (wall.leg >= first) & (wall.leg < last)
+        if own.any():
+            part = wall if own.all() else wall.chosen(own)
+            rest.append(replace(part, leg=part.leg - first) if first else part)
+    return rest
 
 
 def _own_walls(constraint: Constraint, waypoints: FloatArray) -> Sequence[Walls]:

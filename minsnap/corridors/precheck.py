@@ -121,11 +121,8 @@ def _box_to_ball(balls: Walls, row: int, low: FloatArray, high: FloatArray) -> f
 
 def _planes_at(planes: Sequence[Walls], legs: Sequence[int], dim: int) -> tuple[FloatArray, FloatArray]:
     """Half-spaces normal . x <= bound that hold on some legs: (m, dim) and (m,)."""
-    normals, bounds = [np.zeros((0, dim))], [np.zeros(0)]
-    for wall in planes:
-        rows = np.isin(wall.leg, legs)
-        normals.append(-wall.slope[rows])
-        bounds.append(wall.radius[rows] - (wall.slope[rows] * wall.anchor[rows]).sum(axis=1))
+    parts = [wall.chosen(np.isin(wall.leg, legs)).half_spaces for wall in planes]
+    normals, bounds = zip(*[(np.zeros((0, dim)), np.zeros(0)), *parts], strict=True)
     return np.concatenate(normals), np.concatenate(bounds)
 
 

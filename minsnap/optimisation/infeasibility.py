@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.constraint import Walls
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.native.corridor import Give
 from minsnap.native.status import Status
@@ -141,18 +140,13 @@ def _room(task: Task, durations: FloatArray, slacks: FloatArray) -> float | None
     """Share to add to widths for which a plan keeps the other walls and limits too; None without one."""
     for room in (WIDTH_ROOM, 10.0 * WIDTH_ROOM, 100.0 * WIDTH_ROOM):
         share = np.broadcast_to(slacks * (1.0 + room) + room, task.legs)
-        walls = [wall if wall.order else _widened(wall, share[wall.leg]) for wall in task.walls]
+        walls = [wall if wall.order else wall.moved(share[wall.leg] * wall.width) for wall in task.walls]
         try:
             solve(replace(task, walls=walls), durations, effort=Effort.WHOLE)
         except (InfeasibleRowsError, MinsnapError):
             continue
         return room
     return None
-
-
-def _widened(wall: Walls, share: FloatArray) -> Walls:
-    """Return walls that are wider by a share of the width of each."""
-    return replace(wall, radius=wall.radius + share * wall.width)
 
 
 def _sufficient(width: float, everywhere: bool, others: Mapping[int, float], tried: bool) -> str:

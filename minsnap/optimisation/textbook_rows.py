@@ -86,8 +86,7 @@ def sample_planes(rows: RowCollector, walls: Walls, instants: FloatArray) -> Non
     """Keep a leg inside its planes at the instants s, shape (m,)."""
     if not walls.flat:
         raise CorridorError(f"the {walls.name} is round and has no linear rows: use plan, or a Tube")
-    bounds = walls.radius - (walls.slope * walls.anchor).sum(axis=1)
-    for number, (leg, normal, bound) in enumerate(zip(walls.leg.tolist(), -walls.slope, bounds, strict=True)):
+    for number, (leg, normal, bound) in enumerate(zip(walls.leg.tolist(), *walls.half_spaces, strict=True)):
         for s in instants.tolist():
             label = f"{walls.name}, plane {number} of leg {leg} at s = {s:g}"
             rows.add([(leg, s, walls.order, normal)], bound, label)

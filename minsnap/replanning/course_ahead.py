@@ -20,14 +20,13 @@ from minsnap.basics.checks import (
 )
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
-from minsnap.corridors.constraint import Constraint, Walls, walls_of
+from minsnap.corridors.constraint import Constraint, Walls, walls_from, walls_of
 from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.errors import CorridorError, DegreeError, InputError, WaypointError, YawError
 from minsnap.limits.limits import Limits, check_limits
 from minsnap.optimisation.task import Task
-from minsnap.replanning.horizon import walls_from
 from minsnap.replanning.splice import Splice
 from minsnap.trajectory.planned_heading import ChosenHeading, chosen_heading
 from minsnap.trajectory.trajectory import Trajectory

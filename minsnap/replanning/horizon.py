@@ -23,7 +23,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import SHORTEST, check_durations, check_time
 from minsnap.basics.deadline import LateError
 from minsnap.basics.tolerances import EXACT
-from minsnap.corridors.constraint import Walls
+from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.corridors.margins import margin_to
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import KEPT, first_from, keeps, kept_from, turns_within
@@ -130,17 +130,6 @@ def legs_of(curve: Trajectory, first: int, last: int) -> Trajectory:
     part = slice(first * curve.pieces, last * curve.pieces)
     points, durations = curve.control_points[part], curve.durations[part]
     return Trajectory.unchecked(control_points=points, durations=durations, pieces=curve.pieces)
-
-
-def walls_from(walls: Sequence[Walls], first: int, last: int) -> list[Walls]:
-    """Return the walls of legs from ``first`` to before ``last``, counted from the first of them."""
-    rest = []
-    for wall in walls:
-        own = (wall.leg >= first) & (wall.leg < last)
-        if own.any():
-            part = wall if own.all() else wall.chosen(own)
-            rest.append(replace(part, leg=part.leg - first) if first else part)
-    return rest
 
 
 def grouped(curve: Trajectory, pieces: int) -> Trajectory:

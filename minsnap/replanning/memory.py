@@ -10,10 +10,10 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
-from minsnap.corridors.constraint import Walls
+from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.errors import InputError, TimingError
 from minsnap.optimisation.task import Task
-from minsnap.replanning.horizon import PATIENCE, Aim, walls_from
+from minsnap.replanning.horizon import PATIENCE, Aim
 from minsnap.replanning.splice import Splice
 from minsnap.trajectory.trajectory import Trajectory
 

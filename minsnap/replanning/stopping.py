@@ -14,14 +14,14 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
-from minsnap.corridors.constraint import Walls
+from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.limits.compliance import kept_from
 from minsnap.limits.limits import Limits
 from minsnap.native.stops import ProvedStop, StopFamily
 from minsnap.optimisation.task import Task
 from minsnap.replanning.horizon import within
 from minsnap.time_allocation.recovery import piece_demands, pinned_state, state_use, typical
-from minsnap.time_allocation.single_piece import SinglePiece, conditions_of, walls_on
+from minsnap.time_allocation.single_piece import SinglePiece, conditions_of
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -114,8 +114,8 @@ class Stopping:
         """Yield stops in the first leg whose end is at rest at the place that a programme chooses."""
         speed, acceleration, unit = self._scales
         piece, origin = SinglePiece(self._state, acceleration, self.deadline), self.task.waypoints[0]
-        known = walls_on([*self.task.walls, *self._cap(), *self._bounds], 0, origin)
-        demands = [demand for wall in known for demand in piece_demands(wall, piece.state, speed / acceleration)]
+        own = (wall.from_origin(origin) for wall in walls_from([*self.task.walls, *self._cap(), *self._bounds], 0, 1))
+        demands = [demand for wall in own for demand in piece_demands(wall, piece.state, speed / acceleration)]
         conditions = conditions_of(demands)
         for duration in (unit * np.geomspace(*STOPS.programmed)).tolist():
             points = piece.solve(duration, piece.rest_ends(duration), (0,), conditions)

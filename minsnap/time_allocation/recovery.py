@@ -14,11 +14,11 @@ import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
-from minsnap.corridors.constraint import Walls
+from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import norm_limits
-from minsnap.time_allocation.single_piece import Demand, SinglePiece, conditions_of, walls_on
+from minsnap.time_allocation.single_piece import Demand, SinglePiece, conditions_of
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -102,7 +102,8 @@ def connect_start(
     scales = typical(state, limits)
     piece = SinglePiece(state, scales[1], deadline)
     moment = scales[0] / scales[1]
-    known = walls_on(walls, leg, state[0]) + walls_on(limits.walls(np.zeros((2, len(state[0])))), 0, state[0])
+    own = walls_from(walls, leg, leg + 1) + walls_from(limits.walls(np.zeros((2, len(state[0])))), 0, 1)
+    known = [wall.from_origin(state[0]) for wall in own]
     for lenience in RECOVERY.leniences:
         demands = [demand for wall in known for demand in _demands(wall, piece.state, moment, lenience)]
         attempt = partial(piece.within, conditions_of(demands))

@@ -20,11 +20,6 @@ from minsnap.corridors.constraint import Walls
 from minsnap.native.piece_programme import PieceConditions, piece_within
 
 
-def walls_on(walls: Sequence[Walls], leg: int, origin: FloatArray) -> list[Walls]:
-    """Return the walls of one leg, positions counted from an origin (dim,) [m]."""
-    return [wall.chosen(wall.leg == leg).from_origin(origin) for wall in walls if (wall.leg == leg).any()]
-
-
 @dataclass(frozen=True, eq=False)
 class Demand:
     """Walls of one derivative at some instants of the piece.

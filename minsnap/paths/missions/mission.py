@@ -305,10 +305,10 @@ def _corridor(joined: Trajectory, flown: Sequence[_Flown]) -> tuple[HalfSpaces, 
     for part in flown:
         own = np.searchsorted(start + part.passed, middles, side="right") - 1
         for wall in part.walls:
-            offset = wall.radius - (wall.slope * wall.anchor).sum(axis=1)
+            normal, offset = wall.half_spaces
             for leg in np.unique(wall.leg):
                 rows, legs = wall.leg == leg, np.flatnonzero(own == leg).tolist()
-                walls.append(HalfSpaces(-wall.slope[rows], offset[rows], tuple(legs)))
+                walls.append(HalfSpaces(normal[rows], offset[rows], tuple(legs)))
         start += part.curve.duration
     return tuple(walls)
 
