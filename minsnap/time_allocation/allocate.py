@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_durations
 from minsnap.basics.deadline import LATE, LateError
 from minsnap.errors import InfeasibleError, SolverError, TimingError
@@ -86,27 +85,22 @@ def _timed(task: Task, timing: Timing, refuse: Callable[[], None] = nothing) -> 
         return timed(solved)
     if timing.limits is None:
         return _of_least_cost(task, timing)
+    from minsnap.time_allocation import within_limits
     from minsnap.time_allocation.ways import end_on_limit, start_on_limit
-    from minsnap.time_allocation.within_limits import check_pinned_limits, limited_plan, shortest_plan
 
-    limits, shortest = timing.limits, _shortest(timing)
+    limits = timing.limits
+    shortest = timing.durations is None and timing.total_time is None and timing.time_weight is None
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what overflows is refused
         limits.check_dim(task.dim)
         mended = task.continuity <= task.half - 1
-        check_pinned_limits(task, limits, mended)
+        within_limits.check_pinned_limits(task, limits, mended)
         started = mended and not shortest and start_on_limit(task, limits)
         if started or (mended and not shortest and end_on_limit(task, limits)):
             return _from_limits(task, timing, limits, started)
         if timing.durations is not None:
-            return _in_durations(task, timing, timing.durations, refuse)
-        return (shortest_plan if shortest else limited_plan)(task, timing)
-
-
-def _in_durations(task: Task, timing: Timing, times: FloatArray, refuse: Callable[[], None]) -> Timed:
-    from minsnap.time_allocation.within_limits import require_limits_kept
-
-    solved = solved_or_explained(timing.bounded(task), task.piece_durations(times), refuse)
-    return require_limits_kept(timed(solved), timing.bounds)
+            solved = solved_or_explained(timing.bounded(task), task.piece_durations(timing.durations), refuse)
+            return within_limits.require_limits_kept(timed(solved), limits)
+        return (within_limits.shortest_plan if shortest else within_limits.limited_plan)(task, timing)
 
 
 def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> Timed:
@@ -119,11 +113,6 @@ def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> Tim
         if keeps(limits, free.trajectory):
             return free
     return connect_ends(task, limits, start).in_time(_timed, timing)
-
-
-def _shortest(timing: Timing) -> bool:
-    """Whether the request is for the shortest time."""
-    return timing.durations is None and timing.total_time is None and timing.time_weight is None
 
 
 def _of_least_cost(task: Task, timing: Timing) -> Timed:

@@ -39,9 +39,7 @@ def resting_plan(
     if type(degree) is not int or degree not in DEGREES or (durations is None) is (total is None):
         return None
     points = numbers(waypoints)
-    if points is None or points.ndim != 2 or len(points) < 2 or not points.shape[1]:
-        return None
-    if is_transposed(*points.shape):
+    if points is None or points.ndim != 2 or len(points) < 2 or not points.shape[1] or is_transposed(*points.shape):
         return None
     times = _split_by_distance(points, total) if durations is None else numbers(durations)
     if times is None or times.shape != (len(points) - 1,):
