@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, cached_property
-from math import comb, perm
+from math import comb, lcm, perm
 
 import numpy as np
 
@@ -207,14 +207,26 @@ class Contradiction:
 
     def _sum(self, multipliers: Sequence[Fraction]) -> Row:
         """Return what is left of the sum of all rows: coefficients, and the bound."""
-        left: dict[Unknown, Fraction] = {}
-        side = Fraction(0)
+        left: dict[Unknown, int] = {}
+        side = 0
         self.task.deadline.spend(WORK.term * sum(len(row) for row, _ in self.rows))
-        for (row, bound), multiplier in zip(self.rows, multipliers, strict=True):
-            side += multiplier * bound
+        shares = [m / scale for m, (_, _, scale) in zip(multipliers, self._whole, strict=True)]
+        unit = lcm(*(share.denominator for share in shares))
+        for (row, bound, _), share in zip(self._whole, shares, strict=True):
+            times = share.numerator * (unit // share.denominator)
+            side += times * bound
             for place, value in row.items():
-                left[place] = left.get(place, Fraction(0)) + multiplier * value
-        return left, side
+                left[place] = left.get(place, 0) + times * value
+        return {place: Fraction(value, unit) for place, value in left.items()}, Fraction(side, unit)
+
+    @cached_property
+    def _whole(self) -> list[tuple[dict[Unknown, int], int, int]]:
+        """Rows multiplied until they are of whole numbers, which add up faster, and by how much: row, bound, factor."""
+        whole = []
+        for row, bound in self.rows:
+            scale = lcm(bound.denominator, *(value.denominator for value in row.values()))
+            whole.append(({place: int(scale * value) for place, value in row.items()}, int(scale * bound), scale))
+        return whole
 
     def largest(self, place: Unknown) -> Fraction:
         """Largest value of a free derivative of the curves that are ruled out."""
@@ -261,7 +273,7 @@ class Contradiction:
                 place = knot % len(self.durations) if task.closed else knot, int(own[j % task.half]), axis
                 if task.free[place]:
                     unknowns[place] = unknowns.get(place, Fraction(0)) + factor * weight
-                else:
+                elif self._known[place]:
                     bound -= factor * weight * Fraction(float(self._known[place]))
         return unknowns, bound
 
@@ -270,15 +282,15 @@ class Contradiction:
 def _weights(half: int, duration: Fraction, s: Fraction, order: int) -> list[Fraction]:
     """Return the derivative at s of the curves with one end derivative 1 and the others 0, those at the start first."""
     degree, low = 2 * half - 1, 2 * half - 1 - order
-    own = [comb(low, i) * s**i * (1 - s) ** (low - i) for i in range(low + 1)]
+    part, whole = s.numerator, s.denominator
+    own = [comb(low, i) * part**i * (whole - part) ** (low - i) for i in range(low + 1)]  # times whole**low
     for _ in range(order):
-        own = [before - after for before, after in zip([Fraction(0), *own], [*own, Fraction(0)], strict=True)]
-    scale = perm(degree, order) / duration**order
+        own = [before - after for before, after in zip([0, *own], [*own, 0], strict=True)]
     weights = []
     for sign, points in ((1, own), (-1, own[::-1])):
         for j in range(half):
-            total = sum((comb(i, j) * points[i] for i in range(j, half)), Fraction(0))
-            weights.append(sign**j * total * scale * duration**j / perm(degree, j))
+            total = sign**j * perm(degree, order) * sum(comb(i, j) * points[i] for i in range(j, half))
+            weights.append(Fraction(total, whole**low * perm(degree, j)) * duration ** (j - order))
     return weights
 
 
