@@ -4,7 +4,8 @@ Each problem has 5 to 15 legs of 1 to 5 m in random directions, and by turns a t
 of its waypoints, or none of them; and limits on speed and acceleration, by turns also on jerk, thrust, tilt or body
 rate.
 Run it by hand: ``python benchmarks/random_times.py [--problems 200] [--pieces auto]`` prints one line per problem as
-JSON, then a summary; ``--against FILE`` compares with the lines of another run, such as that of another version.
+JSON, then a summary; ``--against FILE`` compares with the lines of another run, such as that of another version, and
+``--yaw-rate 1.5`` lets the yaw follow the velocity within that rate.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +32,8 @@ EXTRA: tuple[dict[str, float], ...] = (
 )
 
 
-def problem(number: int) -> dict[str, Any]:
-    """Arguments of ``minsnap.plan``, without pieces."""
+def problem(number: int, yaw_rate: float | None = None) -> dict[str, Any]:
+    """Arguments of ``minsnap.plan``, without pieces; with a rate [rad/s] the yaw follows the velocity within it."""
     random = np.random.default_rng(number)
     steps = random.normal(size=(random.integers(5, 16), 3)) * (1.0, 1.0, 0.4)
     steps *= random.uniform(1.0, 5.0, len(steps))[:, None] / np.linalg.norm(steps, axis=1)[:, None]
@@ -48,12 +50,12 @@ def problem(number: int) -> dict[str, Any]:
         asked |= {"corridor": Boxes(low, high), "waypoint_tolerance": 0.3}
     elif kind == 2:
         asked["waypoint_tolerance"] = random.uniform(0.05, 0.4)
-    return asked
+    return asked if yaw_rate is None else asked | {"limits": replace(limits, yaw_rate=yaw_rate), "yaw": "velocity"}
 
 
-def line(number: int, pieces: int | str) -> dict[str, Any]:
+def line(number: int, pieces: int | str, yaw_rate: float | None) -> dict[str, Any]:
     """Plan one problem: seconds of flight and of the search, and the largest use of a limit."""
-    asked = problem(number)
+    asked = problem(number, yaw_rate)
     began = time.perf_counter(), time.process_time()
     try:
         path = minsnap.plan(**asked, pieces=pieces)
@@ -88,8 +90,8 @@ def compared(lines: list[dict[str, Any]], others: list[dict[str, Any]]) -> str:
     ratios = np.array([entry["flown"] / before[entry["problem"]] for entry in both])
     longer = [entry["problem"] for entry, ratio in zip(both, ratios, strict=True) if ratio > 1.002]
     return (
-        f"{len(both)} problems in both runs: median ratio {np.median(ratios):.4f}, from {ratios.min():.4f} to "
-        f"{ratios.max():.4f}; longer by more than 0.2 %: {longer}"
+        f"{len(both)} problems in both runs: median ratio {np.median(ratios):.4f}, mean {ratios.mean():.4f}, from "
+        f"{ratios.min():.4f} to {ratios.max():.4f}; longer by more than 0.2 %: {longer}"
     )
 
 
@@ -99,11 +101,12 @@ def main() -> None:
     parser.add_argument("--problems", type=int, default=200)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--pieces", default="auto", type=lambda text: text if text == "auto" else int(text))
+    parser.add_argument("--yaw-rate", type=float)
     parser.add_argument("--against", type=Path)
     asked = parser.parse_args()
     lines = []
     for number in range(asked.first, asked.first + asked.problems):
-        lines.append(line(number, asked.pieces))
+        lines.append(line(number, asked.pieces, asked.yaw_rate))
         print(json.dumps(lines[-1]), flush=True)
     print(summary(lines))
     if asked.against is not None:

@@ -5,7 +5,8 @@
    A curve outside a wall is searched again with the walls moved further inwards, and the time is scaled until the
    most used limit is just kept; where that does not help, the limits are tightened.
 2. Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
-   limit like others, of a yaw given at the waypoints as least durations of the legs.
+   limit like others, of a yaw given at the waypoints as least durations of the legs. Where none is found, the same path
+   more slowly, or rest at every waypoint.
 3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards.
 4. Else the reason why there is none.
@@ -221,20 +222,24 @@ class Strategy:
     def _softer(self) -> Guess | None:
         """Search with higher rates first: from rest the way around free fall, or around a point, is hard to find.
 
+        The rate of a velocity's direction is left out: its limit at low speeds holds a search from rest far away.
         Where a thrust is kept at fixed waypoints, the search from rest finds the same curve in two thirds of the time.
         """
         limits, heading, fixed = self.limits, self._heading, not self.task.free[:: self.task.pieces, 0].any()
         away = fixed and limits.min_thrust is not None and not isinstance(limits, VehicleLimits)
         names = ["body_rate"] if limits.body_rate is not None and not away else []
-        soft = limits.yaw_rate is not None and heading is not None and heading.limited_softly
-        names += ["yaw_rate"] if soft else []
-        if not names:
+        turns = limits.yaw_rate is not None and heading is not None
+        names += ["yaw_rate"] if turns and heading.limited_softly else []
+        softer: dict[str, float | None] = {name: SETTINGS.softer * getattr(limits, name) for name in names}
+        follows = turns and heading.limited_last and heading.polynomial is None
+        softer |= {"yaw_rate": None} if follows else {}
+        if not softer:
             return None
-        limits = replace(limits, **{name: SETTINGS.softer * getattr(limits, name) for name in names})
-        answer = self._searched(with_rates(self._question, limits, heading, parts=(), rough=True))
+        question = with_rates(self._question, replace(limits, **softer), heading, parts=(), rough=True)
+        answer = self._searched(question)
         if answer is None or not answer.kept or answer.stopped:
             return None
-        return Guess(1, answer.durations, answer.knots, SETTINGS.slower)
+        return Guess(1, answer.durations, answer.knots, 1.0 if follows else SETTINGS.slower)
 
     def _certified(self, question: ShortestQuestion, limits: Limits, far: float) -> SolvedTask | None:
         """Return a certified plan; None where the search has no curve, or none that can be certified nearby.
@@ -309,27 +314,35 @@ class Strategy:
         return at(min(factor or 1.0, 1.0))
 
     def _slowed(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:
-        """Fly the same path as much more slowly as the limits ask for."""
-        if self.task.still:
-            with suppress(MinsnapError):
-                return slowed(solved, touching_factor(limits, solved.flown))
-        return None
+        """Fly the same path as much more slowly as the limits ask for, or rest at every waypoint if that is quicker."""
+        if not self.task.still:
+            return None
+        slower = self._resting()
+        with suppress(MinsnapError):
+            same = slowed(solved, touching_factor(limits, solved.flown))
+            slower = same if slower is None else min(same, slower, key=lambda one: one.flown.duration)
+        return slower
 
     def _turning(self, solved: SolvedTask) -> SolvedTask | None:
-        """Search again from a plan with the limit on the rate of its yaw."""
+        """Search again from a plan, and from the same path at a slower pace, with the limit on the rate of its yaw."""
         guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
         answer, limit = self.answer, self.limits.yaw_rate
         assert guess is not None and limit is not None
+        guesses = [replace(guess, slower=slower) for slower in (1.0, SETTINGS.slower)]
         if self._heading is not None and self._heading.polynomial is not None:
             least = paced(solved.flown, self.task.finish, limit)
             if least is None:
                 raise yaw_too_fast(self.limits, solved.flown)
-            guess = replace(guess, slower=float((least / guess.durations).max()), least=least)
-        question = replace(begun_from(self._question, guess), parts=())
-        turned = self._certified(question, self.limits, SETTINGS.not_longer)
-        if turned is None:
-            self.answer = answer
-        return turned or self._slowed(solved, self.limits)
+            guesses = [replace(guess, slower=float((least / guess.durations).max()), least=least)]
+        for guess in guesses:
+            question = replace(begun_from(self._question, guess), parts=())
+            turned = self._certified(question, self.limits, SETTINGS.not_longer)
+            if turned is not None:
+                return turned
+            if self.interrupted:
+                break
+        self.answer = answer
+        return self._slowed(solved, self.limits)
 
     def _searched(self, question: ShortestQuestion) -> ShortestCurve | None:
         answer = search_shortest(question, self.polled)

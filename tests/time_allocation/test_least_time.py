@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from random_times import problem
 from tasks import REFERENCE, random_legs
 
 import minsnap
@@ -92,6 +93,27 @@ def test_the_rate_of_a_heading_along_the_velocity_is_searched_for():
         path = minsnap.plan(REFERENCE, corridor=1.0, limits=limits, yaw="velocity")
         check_touching(path, limits, REFERENCE, 1.0)
         assert path.duration <= most
+
+
+@pytest.mark.parametrize(("number", "rate", "most"), [(24, 1.5, 18.0), (21, 0.8, 14.0), (4, 1.35, 26.0)])
+def test_a_heading_along_the_velocity_takes_sharp_corners_or_stops(number, rate, most):
+    """They took 279, 68 and 60 s: where nothing better is found, the plan rests at every waypoint."""
+    asked = problem(number, rate)
+    path = minsnap.plan(**asked)
+    certificate = minsnap.certify(path, corridor=asked.get("corridor"), limits=asked["limits"])
+    assert certificate.ok
+    assert path.duration <= most
+
+
+def test_a_rate_of_the_yaw_that_does_not_bind_costs_no_time():
+    """It took 12.8 s: where the path is slow, the limit was kept with more room than there is."""
+    points = [(0, 0, 0), (-4.24, -3.63, 0.04), (-6.67, -7.93, 0.99), (-7.81, -11.24, 4.28)]
+    limits = Limits(jerk=100.0, climb_speed=2.28, body_rate=1.0)
+    free, bound = (
+        minsnap.plan(points, limits=replace(limits, yaw_rate=rate), corridor=0.387, yaw="velocity")
+        for rate in (None, 1.12)
+    )
+    assert bound.duration <= 1.01 * free.duration
 
 
 @pytest.mark.parametrize(

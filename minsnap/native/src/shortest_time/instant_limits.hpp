@@ -109,7 +109,8 @@ inline void heading_rate(const double *p, const Real *x, Real *out) {
     const Real turn = unit * (x[0] * x[3] - x[1] * x[2]), square = (1.0 / (typical * typical)) * (x[0] * x[0] + x[1] * x[1]);
     const double bound = held * held / (typical * typical);
     const Real share = positive((-1.0 / bound) * square + 1.0), allowed = square + (room * held / typical) * (share * share);
-    out[0] = 0.5 * (turn * turn) - 0.5 * (allowed * allowed);
+    out[0] = turn - allowed;
+    out[1] = -1.0 * turn - allowed;
 }
 
 // Parameters: limit, the point that is looked at, a length that counts as large. From horizontal position and velocity.
@@ -163,7 +164,8 @@ struct InstantLimit {
         const bool turns = kind == LimitKind::heading_rate || kind == LimitKind::look_rate;
         const bool drag = !turns && Medium(parameters).drag();
         axes = turns ? 2 : 3;
-        functions = kind == LimitKind::tilt ? 2 : kind == LimitKind::unspun_rotors ? 2 : kind == LimitKind::yawed_rotors ? 8 : 1;
+        const bool two = kind == LimitKind::tilt || kind == LimitKind::heading_rate || kind == LimitKind::unspun_rotors;
+        functions = two ? 2 : kind == LimitKind::yawed_rotors ? 8 : 1;
         span.low = kind == LimitKind::look_rate ? 0 : 1;
         span.high = kind == LimitKind::look_rate ? 1 : kind == LimitKind::body_rate ? 3 : rotors() ? 4 : 2;
         if (!drag && (kind == LimitKind::body_rate || rotors())) span.low = 2;
