@@ -21,6 +21,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -228,10 +229,10 @@ class Strategy:
         limits, heading, fixed = self.limits, self._heading, not self.task.free[:: self.task.pieces, 0].any()
         away = fixed and limits.min_thrust is not None and not isinstance(limits, VehicleLimits)
         names = ["body_rate"] if limits.body_rate is not None and not away else []
-        turns = limits.yaw_rate is not None and heading is not None
-        names += ["yaw_rate"] if turns and heading.limited_softly else []
-        softer: dict[str, float | None] = {name: SETTINGS.softer * getattr(limits, name) for name in names}
-        follows = turns and heading.limited_last and heading.polynomial is None
+        turning = None if limits.yaw_rate is None else heading
+        names += ["yaw_rate"] if turning is not None and turning.limited_softly else []
+        softer: dict[str, Any] = {name: SETTINGS.softer * getattr(limits, name) for name in names}
+        follows = turning is not None and turning.limited_last and turning.polynomial is None
         softer |= {"yaw_rate": None} if follows else {}
         if not softer:
             return None
