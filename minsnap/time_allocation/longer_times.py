@@ -21,7 +21,7 @@ RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
 LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)
 """The same where a plan is wanted, however long it takes."""
 
-NEAR = (0.01, 0.05, 0.2, 1.0, 4.0, 14.0, 60.0, 400.0)
+NEAR = (0.01, 0.05, 0.2, 1.0)
 """The same beyond a factor that is about the least."""
 
 Attempt = Callable[[FloatArray], Timed | None]
@@ -45,7 +45,8 @@ def least_longer(
     guess : float, optional
         About the least factor, where that is known.
     """
-    first = _first(attempt, durations, still) if guess is None else _near(attempt, durations, guess)
+    first = None if guess is None else _near(attempt, durations, guess)
+    first = first or _first(attempt, durations, still)  # what moves at its ends may have a plan in less time alone
     if first is None:
         return None
     low, high, shortest = first

@@ -115,6 +115,8 @@ def test_the_least_factor_is_found_from_a_guess_on_either_side_of_it(guess, most
 
     assert 2.0 <= least_longer(attempt, np.ones(1), False, NEVER, guess).trajectory.duration <= 2.02
     assert len(tried) <= most
+    few = least_longer(lambda at: attempt(at) if at[0] < 2.6 else None, np.ones(1), False, NEVER, 9.0)
+    assert 2.0 <= few.trajectory.duration <= 2.02, "what moves may have no plan in more time"
     assert least_longer(lambda durations: None, np.ones(1), False, NEVER, guess) is None
 
 
