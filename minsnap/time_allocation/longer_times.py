@@ -15,7 +15,7 @@ from minsnap.basics.checks import LONGEST, SHORTEST
 from minsnap.basics.deadline import Deadline
 from minsnap.time_allocation.timing import Timed
 
-RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
+RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.2, 0.5)
 """Shares by which durations are lengthened until a plan for them succeeds."""
 
 LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)

@@ -21,6 +21,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -291,8 +292,8 @@ class Strategy:
         if not scales(self.task, limits):
             use = largest_use(limits, curve, proved=False)
             if use <= 1.0 + KEPT:
-                quick = solved if priced else self._hastened(at, limits)
-                kept = next((one for one in (quick, solved) if keeps(limits, one.flown)), None)
+                quick = (self._hastened(at, limits, proved) for proved in (False, True) if not priced)
+                kept = next((one for one in chain(quick, [solved]) if keeps(limits, one.flown)), None)
                 return kept, largest_use(limits, curve) - 1.0 if kept is None else 0.0
             excess = use - 1.0
             if far == SETTINGS.not_longer or not self.task.still:
@@ -307,11 +308,14 @@ class Strategy:
         unknown = far == np.inf and isinstance(limits, VehicleLimits)  # a yaw in time turns as fast on a slower curve
         return None if slower and unknown and not keeps(limits, slower.flown) else slower, factor - 1.0
 
-    def _hastened(self, at: Callable[[float], SolvedTask], limits: Limits) -> SolvedTask:
-        """Touch limits of rotors that the last barrier has kept away from; of others that costs more than it gains."""
+    def _hastened(self, at: Callable[[float], SolvedTask], limits: Limits, proved: bool) -> SolvedTask:
+        """Touch limits of rotors that the last barrier has kept away from; of others that costs more than it gains.
+
+        Samples do, but where bounds prove more between them.
+        """
         if not self.task.still or self.walled or not isinstance(limits, VehicleLimits):
             return at(1.0)
-        factor = nearby_factor(limits, lambda factor: at(factor).flown, proved=False)
+        factor = nearby_factor(limits, lambda factor: at(factor).flown, proved)
         return at(min(factor or 1.0, 1.0))
 
     def _slowed(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "arithmetic/lanes.hpp"
 #include "basics/buffer.hpp"
 
 namespace minsnap {
@@ -12,7 +13,7 @@ namespace minsnap {
 template <int width>  // half bandwidth
 class BorderedBand {
 public:
-    static constexpr int lead = width + 2;
+    static constexpr int together = Lanes<Quad>::count, lead = (width / together + 2) * together;  // columns end with zeros for whole steps
 
     int size = 0, banded = 0;  // unknowns, and those of them in the band
 
@@ -81,7 +82,7 @@ public:
                 const double share = column[c];
                 if (share == 0.0) continue;
                 double *later = column + static_cast<std::size_t>(c) * lead;
-                for (int d = 0; d <= width - c; ++d) later[d] -= share * column[c + d];
+                for (int d = 0; d <= width - c; d += together) put_four(later + d, four(later + d) - share * four(column + c + d));
             }
         }
         return factor_border();
@@ -103,9 +104,12 @@ public:
         for (int j = banded - 1; j >= 0; --j) {
             const double *column = band_.data() + static_cast<std::size_t>(j) * lead;
             const int last = width < banded - 1 - j ? width : banded - 1 - j;
-            double sum = x[j];
-            for (int c = 1; c <= last; ++c) sum -= column[c] * x[j + c];
-            x[j] = sum / column[0];
+            Quad sum{};
+            int c = 1;
+            for (; c + together <= last + 1; c += together) sum += four(column + c) * four(x + j + c);
+            double rest = total(sum);
+            for (; c <= last; ++c) rest += column[c] * x[j + c];
+            x[j] = (x[j] - rest) / column[0];
         }
     }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "arithmetic/lanes.hpp"
 #include "basics/buffer.hpp"
 #include "shortest_time/border.hpp"
 #include "shortest_time/instants.hpp"
@@ -20,11 +21,12 @@ struct Condition {
     bool curved;
 
     // Value at a derivative, and its gradient.
-    double at(const double *x, double *gradient) const {
-        double offset[dim], linear = constant, square = 0.0;
+    template <class Real>
+    MINSNAP_INLINE Real at(const Real *x, Real *gradient) const {
+        Real offset[dim], linear = filled<Real>(constant), square{};
         for (int c = 0; c < dim; ++c) offset[c] = x[c] - anchor[c];
         for (int c = 0; c < dim; ++c) {
-            double sum = 0.0;
+            Real sum{};
             if (curved)
                 for (int d = 0; d < dim; ++d) sum += curvature[c > d ? c * (c + 1) / 2 + d : d * (d + 1) / 2 + c] * offset[d];
             gradient[c] = slope[c] + sum;

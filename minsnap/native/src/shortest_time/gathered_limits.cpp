@@ -4,6 +4,53 @@
 
 namespace minsnap {
 
+// Place in the lower triangle of a symmetric matrix.
+constexpr int bend_at(int row, int column) { return row * (row + 1) / 2 + column; }
+
+// Derivatives of `body_rate` in the thrust and the relative products x, of which most are zeros.
+MINSNAP_INLINE void body_rate_bent(const double *p, const Quad *x, Curved<3, Quad> *out) {
+    const double limit = p[Medium::values], unit = 0.5 / (limit * limit);
+    out->slope[1] = -unit * (x[1] + x[1]);
+    out->slope[2] = filled<Quad>(unit);
+    out->bend[bend_at(1, 1)] = filled<Quad>(-2.0 * unit);
+}
+
+// The same of `unspun_rotors`, whose functions differ but in the sign of the mean thrust.
+MINSNAP_INLINE void unspun_rotors_bent(const double *p, const Quad *x, Curved<6, Quad> *out) {
+    constexpr int count = 6;
+    const Quad &pull = x[1], &bent = x[3];
+    const UnspunRotors rotors(p);
+    const UnspunRotors::Torque<Quad> torque(x + 1);
+    // First derivatives of the turn, then of its root; those in the thrust are left out.
+    const Quad twice = pull + pull, across = -twice, inner_pull = torque.across + pull * across, rest = -bent - inner_pull;
+    const Quad square = pull * pull;
+    Quad slope[count] = {};
+    slope[1] = -4.0 * (torque.rest + pull * rest);
+    slope[2] = 4.0 * square;
+    slope[3] = 4.0 * square - (bent + bent);
+    slope[4] = -4.0 * pull;
+    slope[5] = filled<Quad>(1.0);
+    Quad bend[Curved<count, Quad>::packed] = {};
+    bend[bend_at(1, 1)] = -4.0 * (pull * (twice + (twice + twice)) + (rest + rest));
+    bend[bend_at(2, 1)] = bend[bend_at(3, 1)] = 8.0 * pull;
+    bend[bend_at(4, 1)] = filled<Quad>(-4.0);
+    bend[bend_at(3, 3)] = filled<Quad>(-2.0);
+    const Quad under = rotors.under(torque.turn), size = root(under), first = 0.5 / size, second = -0.5 * first / under;
+    for (int i = 1; i < count; ++i) slope[i] *= rotors.square;
+    for (int i = 1; i < count; ++i)
+        for (int j = 1; j <= i; ++j) {
+            const int t = bend_at(i, j);
+            out[0].bend[t] = first * (rotors.square * bend[t]) + second * (slope[i] * slope[j]);
+        }
+    for (int i = 1; i < count; ++i) out[0].slope[i] = first * slope[i];
+    out[0].slope[1] += rotors.gyration * across;
+    out[0].slope[2] += rotors.gyration;
+    out[0].bend[bend_at(1, 1)] += -2.0 * rotors.gyration;
+    out[1] = out[0];
+    out[0].slope[0] = filled<Quad>(rotors.mean);
+    out[1].slope[0] = filled<Quad>(-rotors.mean);
+}
+
 // Weighted sums of one limit.
 struct GatheredLimit {
     static constexpr int together = InstantTerms::together;
@@ -26,17 +73,17 @@ struct GatheredLimit {
 private:
     template <int n>
     MINSNAP_INLINE void directly(const Quad *u, InstantTerms &terms) const {
-        sum<n>([this](const auto *x, auto *out) MINSNAP_INLINED { limit.functions_at(x, out); }, u, terms);
+        Curved<n, Quad> x[n], out[InstantLimit::most_functions];
+        for (int i = 0; i < n; ++i) x[i] = Curved<n, Quad>::unknown(u[i], i);
+        limit.functions_at(x, out);
+        sum(out, terms);
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < i; ++j) terms.bend[j][i] = terms.bend[i][j];
     }
 
     // The lower triangle of the bends, and all slopes.
-    template <int n, class Function>
-    MINSNAP_INLINE void sum(const Function &function, const Quad *u, InstantTerms &terms) const {
-        Curved<n, Quad> x[n], out[InstantLimit::most_functions];
-        for (int i = 0; i < n; ++i) x[i] = Curved<n, Quad>::unknown(u[i], i);
-        function(x, out);
+    template <int n>
+    MINSNAP_INLINE void sum(const Curved<n, Quad> *out, InstantTerms &terms) const {
         for (int i = 0; i < n; ++i) {
             terms.slope[i] = terms.pull[i] = Quad{};
             for (int j = 0; j <= i; ++j) terms.bend[i][j] = Quad{};
@@ -53,7 +100,7 @@ private:
     }
 
     // Place of the product of two of f and its derivatives.
-    static constexpr int place(int a, int b) { return a > b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a; }
+    static constexpr int place(int a, int b) { return a > b ? bend_at(a, b) : bend_at(b, a); }
 
     // By the products of f and its derivatives, of which the derivatives are the vectors themselves: a product turns only with its own two vectors.
     template <int vectors>
@@ -68,13 +115,12 @@ private:
         found[0] = root(square);
         for (int t = 1; t < count; ++t) found[t] *= inverse;
         InstantTerms own;
-        const auto function = [this](const auto *x, auto *out) MINSNAP_INLINED {
-            if constexpr (vectors == 2)
-                body_rate(limit.parameters, x + 1, out);
-            else
-                unspun_rotors(limit.parameters, x + 1, x[0], out);
-        };
-        sum<count>(function, found, own);
+        Curved<count, Quad> out[2];
+        if constexpr (vectors == 2)
+            body_rate_bent(limit.parameters, found, out);
+        else
+            unspun_rotors_bent(limit.parameters, found, out);
+        sum(out, own);
         to_products<count>(found, inverse, own);
         const auto turned = [&f](const auto &value, int a, int c) MINSNAP_INLINED {
             Quad total{};

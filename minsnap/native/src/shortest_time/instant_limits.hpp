@@ -71,19 +71,47 @@ MINSNAP_INLINE void body_rate(const double *p, const Real *products, Real *out) 
 
 // Parameters: medium, mass, least and most thrust of a rotor, its most thrust for an angular acceleration and for a rate of one.
 // The rotor with most to do has at most the mean thrust, its share of the torque, and that of unequal inertias.
-template <class Real>
-MINSNAP_INLINE void unspun_rotors(const double *p, const Real *products, const Real &thrust, Real *out) {
-    const double *rest = p + Medium::values;
-    constexpr double rounded = 3e-4;  // thrust by which the norm of the torque is rounded at its tip
-    const double mass = rest[0], least = rest[1], most = rest[2], share = rest[3] / most;
-    const Real &pull = products[0], &bent = products[2];
-    const Real across = products[1] - pull * pull, mixed = products[3] - bent * pull;
-    const Real turn = (products[4] - bent * bent) - 4.0 * (pull * (mixed - pull * across));
-    const Real mean = (0.25 * mass / most) * thrust, gyration = (rest[4] / most) * across;
-    const Real push = root((share * share) * turn + rounded * rounded) + gyration;
-    out[0] = (mean + push) - 1.0;
-    out[1] = (push - mean) + least / most;
-}
+struct UnspunRotors {
+    static constexpr double rounded = 3e-4;  // thrust by which the norm of the torque is rounded at its tip
+
+    double least, mean, square,
+        gyration;  // relative to the most thrust: of a rotor; factors on thrust, on the squared turn, on the squared rate
+
+    explicit UnspunRotors(const double *p) {
+        const double *rest = p + Medium::values;
+        const double most = rest[2], share = rest[3] / most;
+        least = rest[1] / most;
+        mean = 0.25 * rest[0] / most;
+        square = share * share;
+        gyration = rest[4] / most;
+    }
+
+    // Squares of the angular acceleration and of the rate across the thrust, from the relative products.
+    template <class Real>
+    struct Torque {
+        Real across, rest, turn;
+
+        explicit MINSNAP_INLINE Torque(const Real *products) {
+            const Real &pull = products[0], &bent = products[2];
+            across = products[1] - pull * pull;
+            rest = (products[3] - bent * pull) - pull * across;
+            turn = (products[4] - bent * bent) - 4.0 * (pull * rest);
+        }
+    };
+
+    template <class Real>
+    MINSNAP_INLINE Real under(const Real &turn) const {
+        return square * turn + rounded * rounded;
+    }
+
+    template <class Real>
+    MINSNAP_INLINE void at(const Real *products, const Real &thrust, Real *out) const {
+        const Torque<Real> torque(products);
+        const Real lift = mean * thrust, push = root(under(torque.turn)) + gyration * torque.across;
+        out[0] = (lift + push) - 1.0;
+        out[1] = (push - lift) + least;
+    }
+};
 
 // Parameters: medium, mass, least, most, cosine and sine of the yaw, inertia (9), inverse mixer (16).
 template <class Real>
@@ -183,13 +211,7 @@ struct InstantLimit {
     int inputs() const { return span.count() * axes; }
     int order(int input) const { return span.low + input / axes; }
 
-    // All functions from the derivatives, by order, then by axis.
-    template <class Real>
-    MINSNAP_APART void at(const Real *u, Real *out) const {
-        functions_at(u, out);
-    }
-
-    // The same at four instants, and the change of all functions along a change of the derivatives there.
+    // All functions at four instants from the derivatives, by order, then by axis, and their change along a change of those.
     void values(const Quad *u, Quad *out) const;
     void slopes(const Quad *u, const Quad *step, Quad *out) const;
 
@@ -221,7 +243,7 @@ private:
     template <class Real>
     void of_products(const Real *found, const Real &thrust, Real *out) const {
         if (kind == LimitKind::body_rate) return body_rate(parameters, found, out);
-        unspun_rotors(parameters, found, thrust, out);
+        UnspunRotors(parameters).at(found, thrust, out);
     }
 
     friend struct GatheredLimit;

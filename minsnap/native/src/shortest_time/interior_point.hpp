@@ -87,7 +87,7 @@ public:
 
     // Lower the barrier to a gap. A rough stage ends as soon as it is about there: another one follows from its curve.
     StageEnd run(double last_gap, bool rough = false) {
-        constexpr double raised = 3.0, hair = 1.0001;  // factor on the last barrier after margins have grown
+        constexpr double raised = 1.5, hair = 1.0001;  // factor on the last barrier after margins have grown
         const double last = last_gap / rows.regular;
         const auto stuck = [&]() {
             return barrier_ < raised * hair * last && residual() < Settings::usable ? StageEnd::converged : StageEnd::stuck;

@@ -1,9 +1,10 @@
-// How far conditions rise between instants: true peaks beside the largest samples, by Newton's method along the curve.
+// How far conditions rise between instants: true peaks beside the largest samples, four at a time by parabolas along the curve.
 //
 // A peak's rise over its sample becomes a margin of the two rows beside it. Peaks beside the ends of a piece count too, and those beside samples that are
 // barely less than the next one: a curve may fall and rise again between two.
 #pragma once
 
+#include "arithmetic/wide.hpp"
 #include "shortest_time/rows.hpp"
 
 namespace minsnap {
@@ -31,13 +32,14 @@ public:
     }
 
     // The derivative of an order on the unit interval, times a factor: Bernstein polynomials by nested multiplication.
-    void at(int order, double s, double factor, double *x) const {
+    template <class Real>
+    MINSNAP_INLINE void at(int order, const Real &s, double factor, Real *x) const {
         const int last = ends - 1 - order;
-        const double left = 1.0 - s;
-        double weight = 1.0;
-        for (int c = 0; c < S::dim; ++c) x[c] = last >= 0 ? factor * points[order][0][c] : 0.0;
+        const Real left = 1.0 - s;
+        Real weight = filled<Real>(1.0);
+        for (int c = 0; c < S::dim; ++c) x[c] = filled<Real>(last >= 0 ? factor * points[order][0][c] : 0.0);
         for (int j = 1; j <= last; ++j) {
-            weight *= s * (last + 1 - j) / j;
+            weight *= s * static_cast<double>(last + 1 - j) / static_cast<double>(j);
             for (int c = 0; c < S::dim; ++c) x[c] = x[c] * left + factor * weight * points[order][j][c];
         }
     }
@@ -57,88 +59,121 @@ struct Peak {
     bool wall;
 };
 
+// A condition, or one function of a limit, along a piece.
+template <class S>
+struct RowCurve {
+    const PieceCurve<S> &curve;
+    const double *inverse;                // T^-q
+    const Condition<S::dim> *condition;   // or null
+    const InstantLimit *limit = nullptr;  // where there is no condition
+    int function = 0;
+
+    MINSNAP_INLINE Quad at(const Quad &s) const {
+        Quad x[S::dim], gradient[S::dim], u[InstantLimit::most_inputs], out[InstantLimit::most_functions];
+        if (condition != nullptr) {
+            curve.at(condition->order, s, inverse[condition->order], x);
+            return condition->at(x, gradient);
+        }
+        for (int q = limit->span.low; q <= limit->span.high; ++q) {
+            curve.at(q, s, inverse[q], x);
+            for (int c = 0; c < limit->axes; ++c) u[(q - limit->span.low) * limit->axes + c] = x[c < S::dim ? c : 0];
+        }
+        limit->values(u, out);
+        return out[function];
+    }
+};
+
+// Peaks of one row around up to four samples: how far they rise over their samples, beside those next to them, and where.
+template <class S>
+class Rises {
+public:
+    static constexpr int count = S::instants, together = Lanes<Quad>::count;
+
+    Quad center, place, rise;
+
+    Rises(const RowCurve<S> &curve, const int (&instants)[together]) {
+        widely([&]() MINSNAP_INLINED { find(curve, instants); });
+    }
+
+private:
+    // Parabolas through three points around each peak.
+    MINSNAP_INLINE void find(const RowCurve<S> &curve, const int (&instants)[together]) {
+        constexpr int parabolas = 6;
+        constexpr double spacing = 1.0 / (count - 1), apart = 1e-3 * spacing;
+        Quad x[3], y[3], base;
+        for (int lane = 0; lane < together; ++lane) {
+            const int g = instants[lane];
+            const double middle = Instants<S::half, S::instants>::place(g);
+            center[lane] = middle;
+            x[0][lane] = g > 0 ? middle - spacing : middle;
+            x[1][lane] = g == 0 ? 0.5 * spacing : g + 1 == count ? 1.0 - 0.5 * spacing : middle;
+            x[2][lane] = g + 1 < count ? middle + spacing : middle;
+        }
+        for (int k = 0; k < 3; ++k) y[k] = curve.at(x[k]);
+        base = x[0] == center ? y[0] : x[2] == center ? y[2] : y[1];
+        const Quad zero{}, left_of = y[0], right_of = y[2];
+        Quad best = larger(y[1] - base, zero);
+        place = best > 0.0 ? x[1] : center;
+        for (int n = 0; n < parabolas; ++n) {
+            const Quad left = (y[1] - y[0]) / (x[1] - x[0]), right = (y[2] - y[1]) / (x[2] - x[1]), bend = right - left;
+            Quad s = bend < 0.0 ? 0.5 * (x[0] + x[1]) - 0.5 * left * (x[2] - x[0]) / bend : y[0] > y[2] ? x[0] : x[2];
+            const Quad halved = x[1] - x[0] > x[2] - x[1] ? x[1] - 0.5 * (x[1] - x[0]) : x[1] + 0.5 * (x[2] - x[1]), moved = s - x[1];
+            const auto inside = (s > x[0] + apart) & (s < x[2] - apart) & ((moved >= apart) | (moved <= -apart));
+            s = inside ? s : halved;
+            const Quad now = curve.at(s);
+            place = now - base > best ? s : place;
+            best = larger(now - base, best);
+            const auto later = s > x[1], higher = now > y[1];
+            const auto first = higher & later, last = higher & ~later, before = ~higher & ~later, after = ~higher & later;
+            x[0] = first ? x[1] : before ? s : x[0], y[0] = first ? y[1] : before ? now : y[0];
+            x[2] = last ? x[1] : after ? s : x[2], y[2] = last ? y[1] : after ? now : y[2];
+            x[1] = higher ? s : x[1], y[1] = higher ? now : y[1];
+        }
+        const Quad beside = place > center ? right_of : place < center ? left_of : base;  // it may be the higher of the two
+        rise = larger(best - larger(beside - base, zero), zero);
+    }
+
+    static MINSNAP_INLINE Quad larger(const Quad &one, const Quad &two) { return one > two ? one : two; }
+};
+
 // Call found(peak) for every one. `value` holds the rows of the piece with their margins.
 template <class S, class Found>
 class Peaks {
 public:
     Peaks(const Rows<S> &rows, const Chain<S> &chain, int i, const PieceEnds<S> &piece, const double *value, Found &found)
-        : rows_(rows), piece_(piece), curve_(piece), value_(value), found_(found), row_(rows.first[i]) {
+        : rows_(rows), curve_(piece), value_(value), found_(found), row_(rows.first[i]) {
         const int leg = i / chain.per_leg;
-        const Condition<S::dim> *condition = rows.legs.begin(leg);
-        for (int k = 0; k < rows.legs.count(leg); ++k, ++condition) {
-            const int q = condition->order;
-            each(q == 0, [&](double s) {
-                double x[S::dim], y[S::dim];
-                curve_.at(q, s, piece_.inverse[q], x);
-                return condition->at(x, y);
-            });
+        for (int k = 0; k < rows.legs.count(leg); ++k) {
+            const Condition<S::dim> *condition = rows.legs.begin(leg) + k;
+            each(condition->order == 0, {curve_, piece.inverse, condition});
         }
         for (int k = 0; k < rows.limit_count; ++k)
-            for (int f = 0; f < rows.limits[k].functions; ++f) each(false, [&](double s) { return limited(rows.limits[k], f, s); });
+            for (int f = 0; f < rows.limits[k].functions; ++f) each(false, {curve_, piece.inverse, nullptr, &rows.limits[k], f});
     }
 
 private:
-    static constexpr int count = S::instants;
+    static constexpr int count = S::instants, together = Rises<S>::together;
 
-    double limited(const InstantLimit &limit, int function, double s) const {
-        double u[InstantLimit::most_inputs], out[InstantLimit::most_functions], x[S::dim];
-        for (int q = limit.span.low; q <= limit.span.high; ++q) {
-            curve_.at(q, s, piece_.inverse[q], x);
-            for (int c = 0; c < limit.axes; ++c) u[(q - limit.span.low) * limit.axes + c] = x[c < S::dim ? c : 0];
-        }
-        limit.at(u, out);
-        return out[function];
-    }
-
-    template <class Curve>
-    void each(bool wall, Curve &&curve) {
+    void each(bool wall, const RowCurve<S> &curve) {
         const auto sample = [&](int g) { return value_[row_ + g] - rows_.margin[row_ + g]; };
+        int peaks[together] = {}, held = 0;
         for (int g = 0; g < count; ++g) {
             const double here = sample(g), level = here + ShortestSettings::level;
-            if (here < -ShortestSettings::near || (g > 0 && sample(g - 1) > level) || (g + 1 < count && sample(g + 1) > level)) continue;
-            rise(g, wall, curve);
+            const bool below =
+                here < -ShortestSettings::near || (g > 0 && sample(g - 1) > level) || (g + 1 < count && sample(g + 1) > level);
+            if (!below) peaks[held++] = g;
+            if (held == 0 || (held < together && g + 1 < count)) continue;
+            const Rises<S> rises(curve, peaks);
+            for (int n = 0; n < held; ++n) {
+                const int to = rises.place[n] > rises.center[n] ? 1 : rises.place[n] < rises.center[n] ? -1 : 0;
+                found_(Peak{row_ + peaks[n], row_ + peaks[n] + to, rises.rise[n], wall});
+            }
+            held = 0;
         }
         row_ += count;
     }
 
-    // Parabolas through three points around the peak.
-    template <class Curve>
-    void rise(int g, bool wall, Curve &&curve) {
-        constexpr int parabolas = 6;
-        constexpr double spacing = 1.0 / (count - 1), apart = 1e-3 * spacing;
-        const double center = Instants<S::half, S::instants>::place(g), base = curve(center);
-        double x[3] = {g > 0 ? center - spacing : center, center, g + 1 < count ? center + spacing : center};
-        if (g == 0) x[1] = 0.5 * spacing;
-        if (g + 1 == count) x[1] = 1.0 - 0.5 * spacing;
-        double y[3] = {g == 0 ? base : curve(x[0]), g == 0 || g + 1 == count ? curve(x[1]) : base, g + 1 == count ? base : curve(x[2])};
-        const double left_of = y[0], right_of = y[2];
-        double best = std::max(0.0, y[1] - base), place = best > 0.0 ? x[1] : center;
-        for (int n = 0; n < parabolas; ++n) {
-            const double left = (y[1] - y[0]) / (x[1] - x[0]), right = (y[2] - y[1]) / (x[2] - x[1]), bend = right - left;
-            double s = bend < 0.0 ? 0.5 * (x[0] + x[1]) - 0.5 * left * (x[2] - x[0]) / bend : y[0] > y[2] ? x[0] : x[2];
-            if (!(s > x[0] + apart && s < x[2] - apart) || std::abs(s - x[1]) < apart)
-                s = x[1] - x[0] > x[2] - x[1] ? x[1] - 0.5 * (x[1] - x[0]) : x[1] + 0.5 * (x[2] - x[1]);
-            const double now = curve(s);
-            if (now - base > best) {
-                best = now - base;
-                place = s;
-            }
-            const bool later = s > x[1];
-            if (now > y[1]) {
-                const int end = later ? 0 : 2;
-                x[end] = x[1], y[end] = y[1];
-                x[1] = s, y[1] = now;
-            } else {
-                x[later ? 2 : 0] = s, y[later ? 2 : 0] = now;
-            }
-        }
-        const double beside = place > center ? right_of : place < center ? left_of : base;  // it may be the higher of the two
-        const double rise = std::max(0.0, best - std::max(0.0, beside - base));
-        found_(Peak{row_ + g, row_ + (place > center ? g + 1 : place < center ? g - 1 : g), rise, wall});
-    }
-
     const Rows<S> &rows_;
-    const PieceEnds<S> &piece_;
     const PieceCurve<S> curve_;
     const double *value_;
     Found &found_;

@@ -129,8 +129,11 @@ private:
             times[1][r] = model.cross[r];
             slope[place_of(r)] = scale[r] * model.gradient[r];
         }
-        for (int s = 0; s < S::whole; ++s)
-            for (int r = s; r < S::whole; ++r) local[place_of(s)][place_of(r)] = scale[r] * scale[s] * model.whole[s][r];
+        for (int s = 0; s < S::whole; ++s) {
+            double *column = local[place_of(s)];
+            for (int r = s; r < S::knot; ++r) column[1 + r] = scale[r] * scale[s] * model.whole[s][r];
+            for (int r = std::max(s, S::knot); r < S::whole; ++r) column[2 + r] = scale[r] * scale[s] * model.whole[s][r];
+        }
         for (int m = 0; m < 3; ++m) {
             for (int r = 0; r < S::whole; ++r) {
                 rate[m][r] = power[m][r] * piece.e[r];

@@ -144,7 +144,7 @@ private:
             write(answer);
             return Status::done;
         }
-        constexpr double enough = 1.1, still_gap = 3.0;
+        constexpr double enough = 1.1;
         for (int repair = 0; repair <= Settings::repairs; ++repair) {
             point_.excess(request_.inwards, answer.wall, answer.limit);
             const bool fast = request_.moving != 0 && answer.limit > Settings::leak;
@@ -152,7 +152,7 @@ private:
             if (answer.wall > 1.0 || answer.limit > 1.0) return given_up(answer);
             if (answer.wall > Settings::leak) point_.rows.wall_margin += enough * answer.wall + 10.0 * Settings::leak;
             if (fast) point_.rows.limit_margin += enough * answer.limit + 10.0 * Settings::leak;
-            point_.resume(still_gap * Settings::last_gap);
+            point_.resume(Settings::last_gap);
             if (point_.run(Settings::last_gap) == StageEnd::stopped) return stopped(answer);
         }
         write(answer);
