@@ -345,6 +345,8 @@ def _own_walls(constraint: Constraint, waypoints: FloatArray) -> Sequence[Walls]
     if not (isinstance(walls, Sequence) and all(isinstance(wall, Walls) for wall in walls)):
         name = type(constraint).__name__
         raise CorridorError(f"{name}.walls() must return a list of minsnap.corridors.Walls")
+    if any(wall.equal for wall in walls):
+        raise CorridorError("walls of a constraint are no equations (equal=True): give a Gate, or pin derivatives")
     return walls
 
 

@@ -5,8 +5,8 @@
    A curve outside a wall is searched again with the walls moved further inwards, and the time is scaled until the
    most used limit is just kept; where that does not help, the limits are tightened.
 2. Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
-   limit like others, of a yaw given at the waypoints as least durations of the legs. Where none is found, the same path
-   more slowly, or rest at every waypoint.
+   limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
+   legs. Where none is found, the same path more slowly, or rest at every waypoint.
 3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards.
 4. Else the reason why there is none.
@@ -176,8 +176,8 @@ class Strategy:
         solved = self.solve(guess)
         if solved is None and not self.interrupted:
             solved = self._from_one_piece() or self._planned()
-        if solved is None and self.interrupted and self.task.still:
-            solved = self._resting()
+        if self.interrupted and self.task.still:
+            solved = shorter(solved, self._resting())
         if solved is None:
             raise self.ended or self.reason()
         return solved, Run(tuple(self.log.steps), self.interrupted)
@@ -189,19 +189,20 @@ class Strategy:
         known = heading is None or heading.constant is not None or heading.medium is not None
         far = SETTINGS.not_longer if known or limits.yaw_rate is not None else np.inf
         question = replace(self._question, price=price) if price else self._question
-        first = self._first_guess(turns) if guess is None else None
+        first, best = self._first_guess(turns) if guess is None else None, None
         if first is not None:
-            solved = self._certified(begun_from(question, first), limits, far)
-            if solved is not None or self.interrupted:
-                return solved
+            best = self._certified(begun_from(question, first), limits, far)
+            follows = turns and heading is not None and heading.polynomial is None
+            if self.interrupted or (best is not None and (price or not follows)):
+                return best
         question = begun_from(question, guess)
         if not turns:
             return self._certified(question, limits, far)
         free = replace(limits, yaw_rate=None)
         solved = self._certified(with_rates(question, free, heading), free, far)
-        if solved is None or self.interrupted or keeps(limits, solved.flown):
-            return solved
-        return self._turning(solved)
+        if solved is None or self.interrupted:
+            return best or solved
+        return shorter(best, solved if keeps(limits, solved.flown) else self._turning(solved))
 
     @cached_property
     def _heading(self) -> Heading | None:
@@ -322,11 +323,9 @@ class Strategy:
         """Fly the same path as much more slowly as the limits ask for, or rest at every waypoint if that is quicker."""
         if not self.task.still:
             return None
-        slower = self._resting()
         with suppress(MinsnapError):
-            same = slowed(solved, touching_factor(limits, solved.flown))
-            slower = same if slower is None else min(same, slower, key=lambda one: one.flown.duration)
-        return slower
+            return shorter(slowed(solved, grained(touching_factor(limits, solved.flown))), self._resting())
+        return self._resting()
 
     def _turning(self, solved: SolvedTask) -> SolvedTask | None:
         """Search again from a plan, and from the same path at a slower pace, with the limit on the rate of its yaw."""
@@ -388,7 +387,7 @@ class Strategy:
         solved = self._straight(self.times)
         if not solved.inside:
             return None
-        factor = touching_factor(self.limits, solved.flown)
+        factor = grained(touching_factor(self.limits, solved.flown))
         solved = slowed(solved, factor)
         return solved if keeps(self.limits, solved.flown) else None
 
@@ -467,6 +466,11 @@ class Strategy:
             return None
         used = most_used(self.limits, solved_at(self.task, answer).flown)
         return used if used.fraction > 1.0 + KEPT else None
+
+
+def shorter(*plans: SolvedTask | None) -> SolvedTask | None:
+    """Return the plan of the shortest flight, the first of equal ones; None without any."""
+    return min((one for one in plans if one is not None), key=lambda one: one.flown.duration, default=None)
 
 
 def slowed(solved: SolvedTask, factor: float) -> SolvedTask:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -192,11 +192,17 @@ def _at_total(timing: Timing, search: LeastPriced, free: SolvedTask | None, run:
     interrupted = run.interrupted or last.interrupted
     best = None if interrupted else search.at_total(total, free or fastest)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
-    if best is not None and best.trajectory.duration <= total:
-        lengthened = _lengthened(task, best, timing, run)
-        if lengthened is not None:
-            return lengthened
-    return _stretched(task, fastest, timing, run)
+    found = _lengthened(task, best, timing, run) if best is not None and best.trajectory.duration <= total else None
+    plans = [found] if timing.bounds.yaw_rate is None else [found, *_in_proportion(task, timing, fastest, run)]
+    cheapest = min((one for one in plans if one is not None), key=lambda one: one.trajectory.cost(), default=None)
+    return cheapest or _stretched(task, fastest, timing, run)
+
+
+def _in_proportion(task: Task, timing: Timing, fastest: SolvedTask, run: Run) -> Iterator[Timed | None]:
+    """Plan for a total in simple proportions: within a rate of the yaw a search for a price ends far from the least."""
+    plan, shares = plans_for(timing.bounded(task), task, timing, run, exact=True), _leg_durations(fastest)
+    for durations in (np.ones(task.legs), distance_split(task, 1.0), shares):
+        yield plan(task.piece_durations(timing.total * durations / durations.sum()))
 
 
 def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Timed | None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import LARGEST, ArrayLike, FloatArray
-from minsnap.basics.checks import check_positive
+from minsnap.basics.checks import check_positive, is_whole
 from minsnap.errors import InputError, TimingError
 from minsnap.trajectory.heading import ConstantHeading, Heading
 from minsnap.trajectory.instants import as_instants, check_instants, check_order
@@ -74,7 +74,7 @@ class Path(ABC):
         t : array_like, any shape
             Instants [s] in [0, duration].
         orders : int
-            Number of them: with 3 position, velocity and acceleration.
+            Number of them, at least 1: with 3 position, velocity and acceleration.
 
         Returns
         -------
@@ -83,8 +83,9 @@ class Path(ABC):
         Raises
         ------
         IntervalError
-            If an instant is outside [0, duration] or not a number.
+            If an instant is outside [0, duration] or not a number, or ``orders`` is not a whole number from 1 on.
         """
+        check_order(orders - 1 if is_whole(orders) else orders)
         return np.stack([self(t, order) for order in range(orders)], axis=-2)
 
     def is_like(self, other: Path) -> bool:

@@ -1,5 +1,7 @@
 """Walls as polynomials of a trajectory, against plain evaluation; and a constraint of a user's own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -174,3 +176,13 @@ def test_walls_in_their_widths_have_the_same_slack_from_any_origin(order):
         seen = walls.chosen(row).from_origin(origin)
         excess = seen.excess_at(values - (origin if order == 0 else 0.0))
         assert -excess.T == pytest.approx(walls.slack(values[None])[row] / walls.width[row, None], abs=1e-12)
+
+
+def test_walls_of_a_constraint_are_no_equations():
+    class Level:
+        def walls(self, waypoints):
+            plane = Walls.planes([0], [(0.0, 0.0, 0.0)], [(0.0, 0.0, 1.0)], [-1.0], [1.0], [1.0], 1)
+            return [replace(plane, equal=True)]
+
+    with pytest.raises(CorridorError, match="no equations"):
+        minsnap.plan([(0, 0, 1), (2, 1, 1), (4, 0, 2)], durations=[2, 2], corridor=Level())

@@ -93,6 +93,9 @@ WITHIN_LIMITS = {
     "rotors under a yaw": fast(minsnap.Limits.of(CRAFT), yaw=0.3),
     "view": fast(minsnap.Limits(speed=3.0, acceleration=6.0, yaw_rate=0.4), yaw=minsnap.LookAt((4.0, -0.5))),
     "heading": fast(minsnap.Limits(speed=4.0, acceleration=8.0, yaw_rate=2.0), yaw="velocity"),
+    "total along the velocity": fast(
+        minsnap.Limits(yaw_rate=0.3, acceleration=5.0, tilt=0.5), total_time=29.530840680468046, yaw="velocity"
+    ),
     "yaw at waypoints": fast(minsnap.Limits(speed=3.0, yaw_rate=0.8), yaw=np.linspace(0.0, 2.0 * np.pi, 5)),
     **{f"fastest, degree {n}": fast(degree=n) for n in (3, 5, 9, 11)},
     "slanted gate": lambda: minsnap.plan(

@@ -54,6 +54,12 @@ def test_states_are_the_derivatives_one_by_one(t, orders):
         traj.states([0.1, 0.9], orders)
 
 
+@pytest.mark.parametrize("orders", [0, -1, 1.5, "a", None, True])
+def test_a_number_of_states_that_is_none_is_refused(orders):
+    with pytest.raises(IntervalError, match="order of a derivative"):
+        random_curve(9, 4, 7, 3).states(0.0, orders)
+
+
 def test_wide_registers_give_the_same_bits_as_one_instant():
     traj = random_curve(2, 3, 7, 3)
     t = np.linspace(0.0, traj.duration, 1001)

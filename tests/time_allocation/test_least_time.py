@@ -105,6 +105,26 @@ def test_a_heading_along_the_velocity_takes_sharp_corners_or_stops(number, rate,
     assert path.duration <= most
 
 
+@pytest.mark.parametrize(("total", "most"), [(9.0, 1250.0), (12.0, 9.8), (14.4, 0.73), (20.0, 0.072)])
+def test_more_time_makes_a_heading_along_the_velocity_cheaper(total, most):
+    """A search for a price ended at 283 times the cost of equal durations, and more at 12 s than at 9 s."""
+    points, limits = (
+        [(1.0, 0.6), (-0.5, -1.6), (-1.1, -2.1), (-2.5, -1.5)],
+        Limits(yaw_rate=0.3, speed=1.0, acceleration=9.0),
+    )
+    path = minsnap.plan(points, total_time=total, limits=limits, yaw="velocity")
+    assert path.duration == pytest.approx(total)
+    assert path.cost() <= most
+
+
+def test_a_moving_start_along_the_velocity_is_searched_from_the_curve_without_the_rate_too():
+    """From a rough curve alone it took 1.796 s."""
+    start = {"velocity": (0.4, 0.1, -0.6)}
+    points = [(0.0, -2.1, -0.1), (-0.5, -1.5, -0.1), (-2.4, -0.3, 0.3)]
+    path = minsnap.plan(points, limits=Limits(yaw_rate=2.0, acceleration=9.0), start=start, yaw="velocity")
+    assert path.duration <= 1.54
+
+
 def test_a_rate_of_the_yaw_that_does_not_bind_costs_no_time():
     """It took 12.8 s: where the path is slow, the limit was kept with more room than there is."""
     points = [(0, 0, 0), (-4.24, -3.63, 0.04), (-6.67, -7.93, 0.99), (-7.81, -11.24, 4.28)]
