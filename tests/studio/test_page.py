@@ -146,9 +146,8 @@ def test_a_waypoint_is_dragged_along_an_arrow(page, studio):
     drag(page, *places())
     assert eventually(lambda: abs(studio.request.waypoints[3][2] - 2.0) < 0.3)
     assert studio.request.waypoints[3][:2] == EXAMPLE.waypoints[3][:2]
-    assert studio.wait(60.0)
     assert studio.request.waypoints[:3] == EXAMPLE.waypoints[:3]
-    shows(page, f"{studio.trajectory.cost():.6g}")
+    assert eventually(lambda: page.get_by_text(f"{studio.trajectory.cost():.6g}").count())  # the drag may go on
     page.get_by_text("Undo").click()
     assert eventually(lambda: studio.request == EXAMPLE)
 
