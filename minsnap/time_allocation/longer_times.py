@@ -6,7 +6,7 @@ are tried at many scales with the limits as walls; the first that has a plan is 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -58,32 +58,33 @@ def least_longer(
     return shortest
 
 
-def _first(attempt: Attempt, durations: FloatArray, still: bool) -> tuple[float, float, Timed] | None:
-    """Return the last factor without a plan, the first with one, and the plan."""
-    low, high = 1.0, 1.0
-    for share in LONGER:
-        low, high = high, 1.0 + share
+Bracket = tuple[float, float, Timed]
+"""The last factor without a plan, the first with one, and the plan."""
+
+
+def _first(attempt: Attempt, durations: FloatArray, still: bool) -> Bracket | None:
+    """Return the first factor of all that has a plan."""
+    shortest, *others = (1.0 + share for share in LONGER)
+    first = _rising(attempt, durations, 1.0, [shortest])
+    if first is None and still and _attempted(attempt, durations * others[-1]) is None:
+        return None
+    return first or _rising(attempt, durations, shortest, others)
+
+
+def _near(attempt: Attempt, durations: FloatArray, guess: float) -> Bracket | None:
+    """Return the same from a guess on, or below it where that has a plan."""
+    first = _rising(attempt, durations, guess, [guess * (1.0 + share) for share in NEAR])
+    shorter = _attempted(attempt, durations * guess) if first is not None and first[0] == guess else None
+    return first if shorter is None else (1.0, guess, shorter)
+
+
+def _rising(attempt: Attempt, durations: FloatArray, low: float, factors: Sequence[float]) -> Bracket | None:
+    """Return the first of some factors, above a low one, that has a plan."""
+    for high in factors:
         planned = _attempted(attempt, durations * high)
         if planned is not None:
             return low, high, planned
-        if still and low == 1.0 and _attempted(attempt, durations * (1.0 + LONGER[-1])) is None:
-            return None
-    return None
-
-
-def _near(attempt: Attempt, durations: FloatArray, guess: float) -> tuple[float, float, Timed] | None:
-    """Return the same from a guess on, or below it where that has a plan."""
-    low = None
-    for share in NEAR:
-        high = guess * (1.0 + share)
-        planned = _attempted(attempt, durations * high)
-        if planned is None:
-            low = high
-            continue
-        if low is not None:
-            return low, high, planned
-        shorter = _attempted(attempt, durations * guess)
-        return (guess, high, planned) if shorter is None else (1.0, guess, shorter)
+        low = high
     return None
 
 

@@ -17,7 +17,7 @@ waypoint will do.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
@@ -185,18 +185,16 @@ class Strategy:
     def solve(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
         """Search, for a price of time or for the least time, with the rate of the yaw where it matters."""
         heading, limits = self._heading, self.limits
-        turns = limits.yaw_rate is not None and heading is not None and heading.limited_last
         known = heading is None or heading.constant is not None or heading.medium is not None
         far = SETTINGS.not_longer if known or limits.yaw_rate is not None else np.inf
         question = replace(self._question, price=price) if price else self._question
-        first, best = self._first_guess(turns) if guess is None else None, None
+        first, best = self._first_guess() if guess is None else None, None
         if first is not None:
             best = self._certified(begun_from(question, first), limits, far)
-            follows = turns and heading is not None and heading.polynomial is None
-            if self.interrupted or (best is not None and (price or not follows)):
+            if self.interrupted or (best is not None and (price or not self._follows)):
                 return best
         question = begun_from(question, guess)
-        if not turns:
+        if not self._turns:
             return self._certified(question, limits, far)
         free = replace(limits, yaw_rate=None)
         solved = self._certified(with_rates(question, free, heading), free, far)
@@ -211,14 +209,24 @@ class Strategy:
             return None
         return self._straight(self.times).flown.yaw
 
+    @property
+    def _turns(self) -> bool:
+        """Whether a yaw turns that has a limit on its rate, kept only from a curve on that keeps all others."""
+        return self.limits.yaw_rate is not None and self._heading is not None and self._heading.limited_last
+
+    @property
+    def _follows(self) -> bool:
+        """Whether that yaw follows the velocity."""
+        return self._turns and self._heading is not None and self._heading.polynomial is None
+
     @cached_property
     def _question(self) -> ShortestQuestion:
         return question_of(self.task, self.limits, self.timing.refine, self._heading)
 
-    def _first_guess(self, turns: bool) -> Guess | None:
+    def _first_guess(self) -> Guess | None:
         """Return a curve to begin from where rest at every waypoint is a poor one, or None."""
         softer = self._softer()
-        if softer is not None or turns or self.task.still:
+        if softer is not None or self._turns or self.task.still:
             return softer
         return coasting_guess(self.task, self.times)
 
@@ -231,18 +239,16 @@ class Strategy:
         limits, heading, fixed = self.limits, self._heading, not self.task.free[:: self.task.pieces, 0].any()
         away = fixed and limits.min_thrust is not None and not isinstance(limits, VehicleLimits)
         names = ["body_rate"] if limits.body_rate is not None and not away else []
-        turning = None if limits.yaw_rate is None else heading
-        names += ["yaw_rate"] if turning is not None and turning.limited_softly else []
-        softer: dict[str, Any] = {name: SETTINGS.softer * getattr(limits, name) for name in names}
-        follows = turning is not None and turning.limited_last and turning.polynomial is None
-        softer |= {"yaw_rate": None} if follows else {}
-        if not softer:
+        soft = limits.yaw_rate is not None and heading is not None and heading.limited_softly
+        names += ["yaw_rate"] if soft else []
+        if not names and not self._follows:
             return None
-        question = with_rates(self._question, replace(limits, **softer), heading, parts=(), rough=True)
-        answer = self._searched(question)
+        softer: dict[str, Any] = {name: SETTINGS.softer * getattr(limits, name) for name in names}
+        softer |= {"yaw_rate": None} if self._follows else {}
+        answer = self._searched(with_rates(self._question, replace(limits, **softer), heading, parts=(), rough=True))
         if answer is None or not answer.kept or answer.stopped:
             return None
-        return Guess(1, answer.durations, answer.knots, 1.0 if follows else SETTINGS.slower)
+        return Guess(1, answer.durations, answer.knots, 1.0 if self._follows else SETTINGS.slower)
 
     def _certified(self, question: ShortestQuestion, limits: Limits, far: float) -> SolvedTask | None:
         """Return a certified plan; None where the search has no curve, or none that can be certified nearby.
@@ -293,7 +299,7 @@ class Strategy:
         if not scales(self.task, limits):
             use = largest_use(limits, curve, proved=False)
             if use <= 1.0 + KEPT:
-                quick = (self._hastened(at, limits, proved) for proved in (False, True) if not priced)
+                quick = () if priced else self._hastened(at, limits)
                 kept = next((one for one in chain(quick, [solved]) if keeps(limits, one.flown)), None)
                 return kept, largest_use(limits, curve) - 1.0 if kept is None else 0.0
             excess = use - 1.0
@@ -309,15 +315,15 @@ class Strategy:
         unknown = far == np.inf and isinstance(limits, VehicleLimits)  # a yaw in time turns as fast on a slower curve
         return None if slower and unknown and not keeps(limits, slower.flown) else slower, factor - 1.0
 
-    def _hastened(self, at: Callable[[float], SolvedTask], limits: Limits, proved: bool) -> SolvedTask:
+    def _hastened(self, at: Callable[[float], SolvedTask], limits: Limits) -> Iterator[SolvedTask]:
         """Touch limits of rotors that the last barrier has kept away from; of others that costs more than it gains.
 
         Samples do, but where bounds prove more between them.
         """
-        if not self.task.still or self.walled or not isinstance(limits, VehicleLimits):
-            return at(1.0)
-        factor = nearby_factor(limits, lambda factor: at(factor).flown, proved)
-        return at(min(factor or 1.0, 1.0))
+        if self.task.still and not self.walled and isinstance(limits, VehicleLimits):
+            for proved in (False, True):
+                factor = nearby_factor(limits, lambda factor: at(factor).flown, proved)
+                yield at(min(factor or 1.0, 1.0))
 
     def _slowed(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:
         """Fly the same path as much more slowly as the limits ask for, or rest at every waypoint if that is quicker."""
@@ -333,7 +339,7 @@ class Strategy:
         answer, limit = self.answer, self.limits.yaw_rate
         assert guess is not None and limit is not None
         guesses = [replace(guess, slower=slower) for slower in (1.0, SETTINGS.slower)]
-        if self._heading is not None and self._heading.polynomial is not None:
+        if not self._follows:
             least = paced(solved.flown, self.task.finish, limit)
             if least is None:
                 raise yaw_too_fast(self.limits, solved.flown)

@@ -201,7 +201,7 @@ class Trajectory(ReadOnly, Path):
 
     def states(self, t: ArrayLike, orders: int) -> FloatArray:
         """Position and its derivatives below an order, at any instants; see ``Path``."""
-        values = self._native.states(t, orders) if type(orders) is int and 0 < orders <= self.degree else None
+        values = self._native.states(t, orders) if type(orders) is int and 0 < orders <= self.degree + 1 else None
         return super().states(t, orders) if values is None else values
 
     @cached_property

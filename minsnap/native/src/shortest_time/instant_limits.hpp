@@ -74,8 +74,8 @@ MINSNAP_INLINE void body_rate(const double *p, const Real *products, Real *out) 
 struct UnspunRotors {
     static constexpr double rounded = 3e-4;  // thrust by which the norm of the torque is rounded at its tip
 
-    double least, mean, square,
-        gyration;  // relative to the most thrust: of a rotor; factors on thrust, on the squared turn, on the squared rate
+    // Shares of the most thrust of a rotor: the least one, and what thrust, squared turn and squared rate are multiplied by.
+    double least, mean, square, gyration;
 
     explicit UnspunRotors(const double *p) {
         const double *rest = p + Medium::values;
