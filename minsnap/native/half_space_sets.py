@@ -71,8 +71,9 @@ def _minimum(costs: FloatArray, sets: Sets, bounds: Sequence[tuple[float | None,
     from scipy.sparse import block_diag
 
     matrix, right = block_diag([A for A, _ in sets], format="csc"), np.concatenate([b for _, b in sets])
-    solution = linprog(costs.reshape(-1), matrix, right, bounds=bounds, method="highs", options=PRECISE)
-    if solution.x is None:
+    options = PRECISE | {"maxiter": 20 * sum(matrix.shape)}  # far more than it needs, and it may cycle
+    solution = linprog(costs.reshape(-1), matrix, right, bounds=bounds, method="highs", options=options)
+    if solution.x is None or solution.status == 1:
         raise SolverError(f"a linear programme for the polytopes failed: {solution.message}")
     return np.asarray(solution.x.reshape(costs.shape))
 

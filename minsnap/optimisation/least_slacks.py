@@ -168,6 +168,7 @@ class SlackProgramme:
         sums, size = csr_matrix(hstack((matrix, moved))), self.problem.size
         self.deadline.require()
         self.deadline.spend(WORK.slacks * sums.nnz * sums.shape[1])
+        most = 5 * sum(sums.shape)  # pivots of the simplex method, which can cycle; up to three were needed
         found = linprog(
             np.append(np.zeros(size), np.ones(slacks)),
             sums,
@@ -175,6 +176,7 @@ class SlackProgramme:
             hstack((self.equal, csr_matrix((len(self.sides), slacks)))) if len(self.sides) else None,
             self.sides if len(self.sides) else None,
             [(None, None)] * size + [(self.lowest, None)] * slacks,
+            options={"maxiter": most},
         )
         if not found.success:
             return None
