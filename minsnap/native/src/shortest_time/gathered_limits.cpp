@@ -75,7 +75,7 @@ private:
     MINSNAP_INLINE void directly(const Quad *u, InstantTerms &terms) const {
         Curved<n, Quad> x[n], out[InstantLimit::most_functions];
         for (int i = 0; i < n; ++i) x[i] = Curved<n, Quad>::unknown(u[i], i);
-        limit.functions_at(x, out);
+        limit.functions_at<n>(x, out);
         sum(out, terms);
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < i; ++j) terms.bend[j][i] = terms.bend[i][j];

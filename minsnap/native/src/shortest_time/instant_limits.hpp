@@ -219,19 +219,29 @@ struct InstantLimit {
     void gather(const Quad *u, const RowWeights &weights, int stride, InstantTerms &terms) const;
 
 private:
-    template <class Real>
+    // All functions. Where the number of inputs is known, only the kinds that have as many are compiled.
+    template <int known = 0, class Real>
     void functions_at(const Real *u, Real *out) const {
-        if (kind == LimitKind::heading_rate) return heading_rate(parameters, u, out);
-        if (kind == LimitKind::look_rate) return look_rate(parameters, u, out);
-        Space<Real> x[4];
-        for (int q = span.low; q <= span.high; ++q, u += 3) x[q - 1] = {u[0], u[1], u[2]};
-        switch (kind) {
-            case LimitKind::least_thrust: return least_thrust(parameters, x, out);
-            case LimitKind::most_thrust: return most_thrust(parameters, x, out);
-            case LimitKind::tilt: return tilt(parameters, x, out);
-            case LimitKind::yawed_rotors: return yawed_rotors(parameters, x, out);
-            default: break;
+        if constexpr (known == 0 || known == 4) {
+            if (kind == LimitKind::heading_rate) return heading_rate(parameters, u, out);
+            if (kind == LimitKind::look_rate) return look_rate(parameters, u, out);
         }
+        if constexpr (known != 4) {
+            Space<Real> x[4];
+            for (int q = span.low; q <= span.high; ++q, u += 3) x[q - 1] = {u[0], u[1], u[2]};
+            if constexpr (known == 0 || known == 6) {
+                if (kind == LimitKind::least_thrust) return least_thrust(parameters, x, out);
+                if (kind == LimitKind::most_thrust) return most_thrust(parameters, x, out);
+                if (kind == LimitKind::tilt) return tilt(parameters, x, out);
+            }
+            if constexpr (known != 6) of_turning(x, out);
+        }
+    }
+
+    // Those of bodies that turn.
+    template <class Real>
+    void of_turning(const Space<Real> *x, Real *out) const {
+        if (kind == LimitKind::yawed_rotors) return yawed_rotors(parameters, x, out);
         const Medium m(parameters);
         const Lift<Real> f(m, x, span.high - 2);
         const Real square = inner(f.force, f.force) + m.floor();
