@@ -351,7 +351,7 @@ def _own_walls(constraint: Constraint, waypoints: FloatArray) -> Sequence[Walls]
 
 
 def _fits(wall: Walls, waypoints: int, dim: int) -> bool:
-    """Whether there are any walls; raise CorridorError for walls of other legs or dimensions than the curve's."""
+    """Whether there are any walls; raise CorridorError for those of other legs or dimensions, and of no width."""
     if not len(wall.leg):
         return False
     first, last = wall.leg.min(), wall.leg.max()
@@ -360,6 +360,8 @@ def _fits(wall: Walls, waypoints: int, dim: int) -> bool:
         raise CorridorError(f"the {wall.name} has walls on leg {leg}: the legs are 0 to {waypoints - 2}")
     if wall.slope.shape[1] != dim:
         raise CorridorError(f"the {wall.name} has walls of {wall.slope.shape[1]} dimensions, the waypoints have {dim}")
+    if not wall.width.min() > 0.0:
+        raise CorridorError(f"the width of a wall of the {wall.name} is not positive")
     return True
 
 

@@ -93,6 +93,7 @@ class OwnConstraint:
         (ONE_WALL | {"width": [0.0]}, "the width of a wall of the corridor is not positive"),
         (ONE_WALL | {"order": -1}, "the order of the walls of the corridor must be a whole number from 0 to 11"),
         (ONE_WALL | {"order": 1.5}, "the order of the walls of the corridor must be a whole number"),
+        ([replace(Walls.planes(**ONE_WALL), width=np.zeros(2))], "the width of a wall of the corridor is not positive"),
         (None, r"OwnConstraint.walls\(\) must return a list of .*Walls"),
         ([np.zeros(3)], r"OwnConstraint.walls\(\) must return a list of .*Walls"),
     ),
