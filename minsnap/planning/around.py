@@ -73,18 +73,17 @@ def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -
     depth, instant, which = deepest(first.trajectory, obstacles)
     if depth >= 0.0:
         return first
-    ends = None if timing.time_limit is None else monotonic() + timing.time_limit
     best: tuple[float, Timed] | None = None
     for parts in _parts(task):
         attempt = partial(_attempt, task, timing, obstacles, parts)
         for way in _ways(task, first.trajectory, obstacles, parts):
             timed = attempt(way)
             best = timed if best is None or (timed is not None and timed[0] < best[0]) else best
-            if best is not None and ends is not None and monotonic() > ends:
+            if best is not None and monotonic() > timing.due:
                 return best[1]
         # Finer parts cost a search of twice the size each: they are for ways that coarser ones miss.
         if best is not None:
-            return _improved(best, attempt, ends)
+            return _improved(best, attempt, timing.due)
     raise UnprovedError(
         f"no way around the obstacles was found; without them the path is {-depth:.3g} m inside obstacle {which} at "
         f"{instant:.4g} s: give a waypoint beside it, more room, or more time"
@@ -123,10 +122,10 @@ def _parts(task: Task) -> Iterator[int]:
 
 
 def _improved(
-    best: tuple[float, Timed], attempt: Callable[[Trajectory], tuple[float, Timed] | None], ends: float | None
+    best: tuple[float, Timed], attempt: Callable[[Trajectory], tuple[float, Timed] | None], due: float
 ) -> Timed:
     for _ in range(ROUNDS):
-        timed = None if ends is not None and monotonic() > ends else attempt(best[1].trajectory)
+        timed = None if monotonic() > due else attempt(best[1].trajectory)
         if timed is None or timed[0] >= best[0]:
             break
         gain, best = best[0] - timed[0], timed

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from time import perf_counter
+from math import inf
+from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any
 
 from minsnap.basics.arrays import ArrayLike
@@ -205,12 +206,14 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
         refuse_repeated(task.waypoints, "give every leg a duration of its own")
     else:
         times = check_durations(times, task.legs)
-    how, refine = vars(request.search or USUAL), check_pieces(request.pieces)[1]
-    timing = Timing(times, request.total_time, request.limits, **how, progress=watch, refine=refine)
+    how, refine = dict(vars(request.search or USUAL)), check_pieces(request.pieces)[1]
+    limit = how.pop("time_limit")
+    due = inf if limit is None else monotonic() + limit
+    timing = Timing(times, request.total_time, request.limits, **how, progress=watch, refine=refine, due=due)
     timing.check()
     task = replace(task, deadline=timing.deadline)
     if not request.avoid:
-        if timing.time_limit is None:
+        if limit is None:
             task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
         timed = plan_timed(task, timing)
     else:

@@ -222,12 +222,10 @@ class Aim:
         rest = self.total_time - left
         return replace(self, total_time=rest) if rest >= SHORTEST else None
 
-    def timing(self, seconds: float, flown: float) -> Timing:
-        """Return how durations are chosen within a time, to fly less than another [s]."""
-        limit = seconds if self.timed else None
-        return Timing(
-            self.durations, self.total_time, self.limits, time_limit=limit, progress=_patience(flown) if limit else None
-        )
+    def timing(self, due: float, flown: float) -> Timing:
+        """Return how durations are chosen until an instant, to fly less than a time [s]."""
+        timing = Timing(self.durations, self.total_time, self.limits)
+        return replace(timing, due=due, progress=_patience(flown)) if self.timed else timing
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,7 +302,7 @@ def search_ahead(
     InfeasibleError, SolverError, LimitError
         If none was found.
     """
-    timing, task = aim.timing(seconds, flown), replace(task, finish=finish)
+    timing, task = aim.timing(task.deadline.clock() + seconds, flown), replace(task, finish=finish)
     timing.check()
     task.deadline.check()
     if aim.timed and aim.limits is not None:

@@ -15,9 +15,9 @@ from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import priced_first_guess
 from minsnap.time_allocation.last_look import fault
-from minsnap.time_allocation.least_cost import CostSearch, distance_split
+from minsnap.time_allocation.least_cost import cheapest_durations, distance_split
 from minsnap.time_allocation.refused_times import by_necessary_walls, explained_by_times, in_other_times, refuse_short
-from minsnap.time_allocation.timing import Timed, Timing, nothing, searched, solved_or_explained, timed
+from minsnap.time_allocation.timing import Timed, Timing, nothing, solved_or_explained, timed
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
@@ -54,7 +54,7 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
             raise
         if timing.refine:  # a refusal of one piece proves nothing of more
             refuse_short(task, timing)
-            parted = replace(task, pieces=PARTS, deadline=task.deadline.until(timing.due))
+            parted = timing.in_time(replace(task, pieces=PARTS))
             return plan_timed(parted, replace(timing, refine=False))
         again = by_necessary_walls(task, timing, refused)
         if isinstance(again, Timed):
@@ -63,7 +63,7 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
         longer = in_other_times(task, timing, refused)
         if longer is not None:
             return looked_at(longer, task, timing)
-        if isinstance(refused, SolverError) and task.deadline.until(timing.due).late:
+        if isinstance(refused, SolverError) and timing.in_time(task).deadline.late:
             raise LateError(LATE) from None
         plan = partial(_timed, replace(task, explained=False))
         raise explained_by_times(refused, task, timing, plan) from None
@@ -124,6 +124,6 @@ def _of_least_cost(task: Task, timing: Timing) -> Timed:
     if timing.split == "distance":
         durations = check_durations(durations, task.legs)
     else:
-        durations, search = searched(CostSearch(task, durations, price, timing.progress), timing.best_on_interrupt)
+        durations, search = cheapest_durations(task, timing, durations, price)
     solved = solved_or_explained(task, task.piece_durations(durations))
     return timed(solved, search)

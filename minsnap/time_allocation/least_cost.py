@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.native_split import native_split
+from minsnap.time_allocation.timing import Run, Timing, searched
 from minsnap.trajectory.report import Progress, Step
 
 
@@ -120,34 +122,26 @@ class CostSearch:
         self.log = Log(progress)
 
     def run(self) -> FloatArray:
-        """Return the best leg durations, shape (legs,) [s]."""
+        """Return the best leg durations, shape (legs,) [s]; the first ones where there is no time for others."""
         if self.task.legs == 1 and self.price is None:
             return self.first
-        split = native_split(self.task, self.first, self.price)
-        if split is not None:
-            self.best = (float(split.history[:, 1].min()), split.durations)
-            for total, value in split.history.tolist():
-                self.log.add(total, value)
-            return split.durations
+        with suppress(LateError):
+            split = native_split(self.task, self.first, self.price)
+            if split is None:
+                self._by_gradients()
+            else:
+                self.best = (float(split.history[:, 1].min()), split.durations)
+                for total, value in split.history.tolist():
+                    self.log.add(total, value)
+        return self.best[1]
+
+    def _by_gradients(self) -> None:
         from scipy.optimize import minimize
 
         reach = -np.log(SPLITS.least_share)
         bounds = [(-reach, reach)] * self.task.legs
-        ends = {"maxiter": SPLITS.iterations, "ftol": SPLITS.accuracy, "gtol": SPLITS.flat}
-        start = np.zeros(self.task.legs)
-        try:
-            minimize(
-                self.evaluate,
-                start,
-                jac=True,
-                method="L-BFGS-B",
-                bounds=bounds,
-                options=ends | {"maxcor": SPLITS.memory},
-            )
-        except LateError:
-            if not np.isfinite(self.best[0]):
-                raise
-        return self.best[1]
+        ends = {"maxiter": SPLITS.iterations, "ftol": SPLITS.accuracy, "gtol": SPLITS.flat, "maxcor": SPLITS.memory}
+        minimize(self.evaluate, np.zeros(len(bounds)), jac=True, method="L-BFGS-B", bounds=bounds, options=ends)
 
     def evaluate(self, logarithms: FloatArray) -> tuple[float, FloatArray]:
         """Logarithm of what is minimised and its gradient, at logarithms of factors on the first durations."""
@@ -175,6 +169,11 @@ class CostSearch:
     def _durations(self, logarithms: FloatArray) -> FloatArray:
         factors = self.first * np.exp(logarithms)
         return factors if self.price is not None else np.asarray(self.first.sum() * factors / factors.sum())
+
+
+def cheapest_durations(task: Task, timing: Timing, first: FloatArray, price: float | None) -> tuple[FloatArray, Run]:
+    """Return the leg durations of least cost found in time, from first ones (legs,) [s], and their search."""
+    return searched(CostSearch(timing.in_time(task), first, price, timing.progress), timing.best_on_interrupt)
 
 
 def leg_sums(values: FloatArray, pieces: int) -> FloatArray:

@@ -21,12 +21,12 @@ from minsnap.optimisation.still_direction import still_direction
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.fitting_durations import fitting_durations
 from minsnap.time_allocation.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
-from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
+from minsnap.time_allocation.least_cost import cheapest_durations, distance_split, leg_sums
 from minsnap.time_allocation.longer_times import least_longer
 from minsnap.time_allocation.recovery import pinned_use
 from minsnap.time_allocation.refusal import explain, overdetermined
 from minsnap.time_allocation.time_scaling import shortest_scaled
-from minsnap.time_allocation.timing import Run, Timed, Timing, searched, solved_or_explained, timed
+from minsnap.time_allocation.timing import Run, Timed, Timing, solved_or_explained, timed
 from minsnap.time_allocation.ways import start_on_limit
 from minsnap.time_allocation.within_limits import plans_for
 
@@ -81,8 +81,7 @@ def _where_free_curves_fit(task: Task, bounded: Task, timing: Timing, refused: R
         fitting = fitting * (factor if all(wall.order == 0 for wall in bounded.walls) else max(factor, 1.0))
     cheapest, run = fitting, Run(())
     if priced:
-        search = CostSearch(bounded, fitting, timing.time_weight, timing.progress)
-        cheapest, run = searched(search, timing.best_on_interrupt)
+        cheapest, run = cheapest_durations(bounded, timing, fitting, timing.time_weight)
     plan = plans_for(bounded, task, timing, run, exact=priced)
     tried = (plan(task.piece_durations(cheapest + share * (fitting - cheapest))) for share in (0.0, 1e-3, 0.03, 1.0))
     return next((planned for planned in tried if planned is not None), None)
@@ -215,7 +214,7 @@ def _planned(plan: Callable[[Timing], Timed], timing: Timing, factor: float) -> 
 
 def _bounded(task: Task, timing: Timing) -> Task:
     """Return the task with the walls of the limits, whose refusals are not explained, due when the search is."""
-    return replace(timing.bounded(task), explained=False, deadline=task.deadline.until(timing.due))
+    return timing.in_time(replace(timing.bounded(task), explained=False))
 
 
 def _necessary(task: Task, timing: Timing) -> Task:

@@ -140,10 +140,7 @@ class Strategy:
             raise LimitError(f"the limits are so low that a leg takes over {LONGEST_PIECE:g} s: raise them")
         self.log, self.longest = Log(timing.progress), 0.0
         self.ended: LateError | None = None
-        self.deadline = task.deadline
-        if timing.time_limit is not None:
-            due = task.deadline.clock() + timing.time_limit
-            self.deadline = task.deadline.until(min(task.deadline.due, due))
+        self.deadline = timing.in_time(task).deadline
         self.price = WORK.iteration * (WORK.rotors if isinstance(self.limits, VehicleLimits) else 1.0)
         self.answer: ShortestCurve | None = None
         self.walled = any(wall.order for wall in task.walls)
@@ -429,9 +426,9 @@ class Strategy:
         if answer is None or not (answer.durations <= LONGEST).all():
             return None
         task = replace(self.task, pieces=len(answer.durations) // self.task.legs)
-        bounded = self.timing.bounded(task)
+        bounded = self.timing.in_time(self.timing.bounded(task))
         for reserve in RESERVES:
-            task.deadline.check()
+            bounded.deadline.check()
             try:
                 solved = solve(bounded, answer.durations * (1.0 + reserve), effort=Effort.TRY)
             except (InfeasibleRowsError, SolverError):

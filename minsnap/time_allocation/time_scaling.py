@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import WORK
+from minsnap.basics.deadline import WORK, LateError
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import keeps, largest_use
@@ -89,7 +90,7 @@ class _ScaledSearch:
 
     def __init__(self, task: Task, timing: Timing, first: FloatArray, most: int) -> None:
         self.task, self.limits = task, timing.bounds
-        self.deadline = task.deadline.until(timing.due)
+        self.deadline = timing.in_time(task).deadline
         self.first, self.most, self.shape = first, most, without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
         self.log = Log(timing.progress)
@@ -101,15 +102,16 @@ class _ScaledSearch:
         start = np.zeros(self.task.legs - 1)
         if np.isfinite(self.best[0]) or np.isfinite(self.evaluate(start)):
             options = {"maxfev": self.most * self.task.legs, "xtol": 1e-3, "ftol": 1e-4}
-            minimize(self.evaluate, start, method="Powell", options=options)
+            with suppress(LateError):
+                minimize(self.evaluate, start, method="Powell", options=options)
         return self.best[1]
 
     def evaluate(self, logarithms: FloatArray) -> float:
-        """Logarithm of the scaled total; above the best by ``barred`` where there is no plan, or no time left."""
+        """Logarithm of the scaled total; above the best by ``barred`` where there is no plan."""
         durations = self.first * np.repeat(np.exp(np.append(logarithms, 0.0)), self.task.pieces)
         barred = self.best[0] + SPLITS.barred
         if np.isfinite(barred) and self.deadline.passed:
-            return barred
+            raise self.deadline.error()
         self.deadline.spend(WORK.measuring(self.limits.given()))
         try:
             effort = Effort.TRY if np.isfinite(barred) else Effort.WHOLE

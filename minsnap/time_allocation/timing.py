@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from math import inf
-from time import monotonic
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -44,17 +43,12 @@ class Timing:
         How limits are kept: ``"qp"`` as walls of the QP, ``"scaling"`` by the time scale alone; None for the way
         that the split implies.
     progress : callable, optional
-    time_limit : float, optional
-        Seconds after which a search within limits ends with the best plan that it has.
     refine : bool
         Whether such a search chooses the number of polynomials a leg.
     on_interrupt : str
         What Ctrl-C does: ``"raise"`` KeyboardInterrupt, or ``"return"`` the best plan so far.
-
-    Attributes
-    ----------
     due : float
-        Reading of the monotonic clock from which a plan that was found is not improved any more [s].
+        Reading of the task's clock from which a plan that was found is not improved any more [s].
     """
 
     durations: FloatArray | None = None
@@ -64,14 +58,11 @@ class Timing:
     time_weight: float | None = None
     enforce: str | None = None
     progress: Progress | None = None
-    time_limit: float | None = None
     refine: bool = False
     on_interrupt: str = "raise"
-    due: float = field(init=False, default=inf)
+    due: float = inf
 
     def __post_init__(self) -> None:
-        if self.time_limit is not None:
-            object.__setattr__(self, "due", monotonic() + self.time_limit)
         if self.total_time is not None:
             object.__setattr__(self, "total_time", check_time("total_time", self.total_time, TimingError))
 
@@ -88,6 +79,10 @@ class Timing:
     def bounded(self, task: Task) -> Task:
         """Return a task with the walls of the limits, if there are any."""
         return task if self.limits is None else task.with_walls(self.limits.walls(task.waypoints))
+
+    def in_time(self, task: Task) -> Task:
+        """Return a task that is due when the search is."""
+        return replace(task, deadline=task.deadline.until(min(task.deadline.due, self.due)))
 
     @property
     def deadline(self) -> Deadline:
@@ -111,7 +106,7 @@ class Timing:
             )
         if not chosen and self.limits is None:
             raise TimingError("the plan has no times: give one of durations, total_time, time_weight, limits")
-        if self.time_limit is not None and self.durations is None and self.limits is None:
+        if self.due < inf and self.durations is None and self.limits is None:
             raise TimingError("time_limit goes with durations or limits: end a search for a split with Ctrl-C")
         self._check_ignored(chosen)
 

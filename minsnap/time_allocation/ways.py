@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import LATE, LateError
+from minsnap.basics.deadline import LateError
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import InfeasibleError, LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, kept_from
@@ -175,15 +175,12 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
     LimitError
         If the start exceeds a limit, and no way back was found.
     """
-    limits, began = timing.bounds, task.deadline.clock()
+    limits = timing.bounds
 
     def search(part: Task, curve: Trajectory | None = None) -> Timed:
-        seconds = timing.time_limit
-        if seconds is not None:
-            seconds -= task.deadline.clock() - began
-            if seconds <= 0.0:
-                raise LateError(LATE)
-        return timed(*Strategy(part, replace(timing, time_limit=seconds)).run(curve))
+        strategy = Strategy(part, timing)
+        strategy.deadline.require()
+        return timed(*strategy.run(curve))
 
     refused: InfeasibleError | SolverError | None = None
     if pinned_use(task, limits) <= (1.0 - RECOVERY.on_limit if first is None else 1.0 + KEPT):

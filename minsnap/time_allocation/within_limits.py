@@ -20,14 +20,14 @@ from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, priced_first_guess, stop_and_go_times
-from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
+from minsnap.time_allocation.least_cost import cheapest_durations, distance_split, leg_sums
 from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import guess_of
 from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import touching_factor
-from minsnap.time_allocation.timing import Run, Timed, Timing, searched, solved_or_explained, timed
+from minsnap.time_allocation.timing import Run, Timed, Timing, solved_or_explained, timed
 from minsnap.time_allocation.ways import end_on_limit, shortest_from
 from minsnap.trajectory.report import Utilisation
 
@@ -83,7 +83,7 @@ def _leg_durations(solved: SolvedTask) -> FloatArray:
 def _smoother(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> Timed:
     """Plan with more derivatives continuous than a piece of the search shares, at its durations and longer ones."""
     durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
-    bounded = replace(timing.bounded(task), pieces=pieces, deadline=task.deadline.until(timing.due))
+    bounded = timing.in_time(replace(timing.bounded(task), pieces=pieces))
     plan = plans_for(bounded, task, timing, search)
     attempt, deadline = partial(plan, effort=Effort.TRY), bounded.deadline
     resting = bounded.piece_durations(stop_and_go_times(guessed_lengths(task), timing.bounds))
@@ -135,7 +135,7 @@ def plans_for(
 
 def limited_plan(task: Task, timing: Timing) -> Timed:
     """Plan for a total or a price, and limits besides, whose walls the task does not have."""
-    limits, bounded, in_time = timing.bounds, timing.bounded(task), task.deadline.until(timing.due)
+    limits, bounded = timing.bounds, timing.bounded(task)
     if timing.total_time is not None and timing.split != "optimal":
         durations = timing.total * proportions(task, timing.split, limits)
         return require_limits_kept(timed(solved_or_explained(bounded, task.piece_durations(durations))), limits)
@@ -143,14 +143,14 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
         price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
         planned = _cheapest(bounded, timing, price, durations, Run(()))
         if planned is None:
-            raise explain(replace(bounded, deadline=in_time), task.piece_durations(durations))
+            raise explain(timing.in_time(bounded), task.piece_durations(durations))
         return require_limits_kept(planned, limits, price is not None)
     if task.continuity <= task.half - 1:
         try:
             return _joint_plan(task, timing)
         except InfeasibleRowsError:
             durations = task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))
-            refused = explain(replace(task, deadline=in_time), durations)
+            refused = explain(timing.in_time(task), durations)
             if isinstance(refused, SolverError) and timing.total_time is not None:
                 return _at_total(timing, LeastPriced(task, timing), None, Run(()))  # these durations have a curve
             raise refused from None
@@ -253,7 +253,7 @@ def _cheapest(task: Task, timing: Timing, price: float | None, durations: FloatA
         solve(task, task.piece_durations(durations), prove=False)
     except InfeasibleRowsError:
         return None
-    durations, last = searched(CostSearch(task, durations, price, timing.progress), timing.best_on_interrupt)
+    durations, last = cheapest_durations(task, timing, durations, price)
     search = Run(search.steps + last.steps, last.interrupted)
     for reserve in (0.0, *(RESERVES if price is not None else ())):
         try:
@@ -414,8 +414,7 @@ class LeastPriced:
 
     def free(self, first: FloatArray, price: float | None = None) -> tuple[SolvedTask, Run]:
         """Return the plan of least cost without limits, for a price or for the total of first durations."""
-        search = CostSearch(self.task, first, price, self.log.progress)
-        durations, run = searched(search, self.timing.best_on_interrupt)
+        durations, run = cheapest_durations(self.task, self.timing, first, price)
         self.log.steps = list(run.steps)
         return solve(self.task, self.task.piece_durations(durations)), run
 

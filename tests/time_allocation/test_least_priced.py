@@ -61,3 +61,12 @@ def test_a_moving_start_is_priced_too():
     path = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.5, start=start, search=minsnap.Search(time_weight=1e3))
     assert minsnap.certify(path, REFERENCE, corridor=0.5, limits=LIMITS).ok
     assert path(0.0, 1) == pytest.approx(start["velocity"])
+
+
+@pytest.mark.parametrize("asked", ({}, {"degree": 5, "continuity": 1}))
+def test_a_split_within_limits_ends_at_the_time_limit_with_the_plan_that_it_begins_with(asked):
+    path = minsnap.plan(
+        REFERENCE, corridor=0.3, limits=LIMITS, total_time=20.0, search=minsnap.Search(time_limit=1e-9), **asked
+    )
+    assert not path.report.steps
+    check(path, LIMITS)
