@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import Any
 
 import numpy as np
 
@@ -35,14 +34,15 @@ class CorridorQuestion:
         Each wall on a piece.
     length, time : float
         What normalised lengths and times are worth [m], [s]; typical ones of the question.
-    pinned : ndarray of bool, shape (pieces + 1, k, dim), or None
+    pinned : ndarray of bool, shape (pieces + 1, slots, dim), or None
         Which derivatives 0 … k - 1 are given at the knots; None: all positions, and all derivatives at both ends.
-    values : ndarray, shape (pieces + 1, k, dim), or None
+        With continuity k - 2 the last has two slots: of the piece that ends at the knot, and of the one that starts.
+    values : ndarray, shape (pieces + 1, slots, dim), or None
         Their values, for positions the deviation from the nominal one [m/s^order]; None: zero.
     closed : bool
         The last knot is the first; its entries are not read.
     continuity : int
-        Derivatives continuous at the knots, up to 2k - 2; always k - 1 at least.
+        Derivatives continuous at the knots, k - 2 … 2k - 2; by default k - 1.
     """
 
     half: int
@@ -54,7 +54,12 @@ class CorridorQuestion:
     pinned: BoolArray | None = None
     values: FloatArray | None = None
     closed: bool = False
-    continuity: int = 0
+    continuity: int = -1
+
+    @property
+    def slots(self) -> int:
+        """Values of a knot along each coordinate."""
+        return self.half + (0 <= self.continuity < self.half - 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +71,7 @@ class CorridorAnswer:
     status : Status
     points : ndarray, shape (pieces, 2k, dim)
         Control points that are proved to be inside every wall [m].
-    knots : ndarray, shape (pieces + 1, k, dim)
+    knots : ndarray, shape (pieces + 1, slots, dim)
         Derivatives at the knots, normalised, of positions the deviation.
     wall : ndarray of int64, shape (r,)
         Walls that the curve touches, one for each contact.
@@ -126,7 +131,7 @@ class LeastSlack:
     ----------
     status : Status
     slacks : ndarray, shape (slacks,)
-    knots : ndarray, shape (pieces + 1, k, dim)
+    knots : ndarray, shape (pieces + 1, slots, dim)
         Of a curve with these slacks, as those of a ``CorridorAnswer``.
     wall : ndarray of int64, shape (r,)
     s : ndarray, shape (r,)
@@ -158,8 +163,7 @@ def solve_corridor(
 
     It gives up after a share ``effort`` of the work that a question is worth, or after so many seconds.
     """
-    pieces, dim, half = len(question.durations), question.positions.shape[1], question.half
-    record = _answer_record(pieces, half, dim, pieces * half * dim + 2)
+    record = _answer_record(question)
     status = Status(_SOLVE(corridor_record(question, question.durations, gap, effort, seconds), record))
     used, kept = slice(0, record.rows), record.kept
     active = kept["wall"][used], kept["s"][used], kept["multiplier"][used]
@@ -176,10 +180,10 @@ def least_slack(
     ``effort`` of the work that they are worth, or after so many seconds; with ``sign`` it ends where they are known to
     be more than nothing.
     """
-    pieces, half, dim = len(question.durations), question.half, question.positions.shape[1]
-    most = pieces * half * dim + 2 + give.slacks
-    answer = _answer_record(pieces, half, dim, most, direction=np.zeros((most, dim)), rows=0)
+    answer = _answer_record(question, give.slacks)
+    most, dim = len(answer.kept["s"]), question.positions.shape[1]
     slack, remainder = np.zeros(give.slacks), np.zeros(most)
+    answer.put(direction=np.zeros((most, dim)), rows=0)
     group, weight = np.ascontiguousarray(give.group, dtype=np.int64), np.ascontiguousarray(give.weight)
     known = {"count": give.slacks, "group": group, "weight": weight, "sign": sign}
     slacks = SlackRecord(**known, slack=slack, remainder=remainder)
@@ -189,11 +193,13 @@ def least_slack(
     return LeastSlack(status, slack, kept["knots"], **rows, remainder=remainder[used], work=answer.work)
 
 
-def _answer_record(pieces: int, half: int, dim: int, most: int, **more: Any) -> CorridorAnswerRecord:
-    """Return room for an answer with so many rows."""
-    curve = {"points": np.empty((pieces, 2 * half, dim)), "knots": np.empty((pieces + 1, half, dim))}
+def _answer_record(question: CorridorQuestion, slacks: int = 0) -> CorridorAnswerRecord:
+    """Return room for the answer to a question."""
+    pieces, dim, slots = len(question.durations), question.positions.shape[1], question.slots
+    most = pieces * slots * dim + 2 + slacks
+    curve = {"points": np.empty((pieces, 2 * question.half, dim)), "knots": np.empty((pieces + 1, slots, dim))}
     rows = {"wall": np.empty(most, dtype=np.int64), "s": np.empty(most), "multiplier": np.empty(most)}
-    return CorridorAnswerRecord(**curve, **rows, **more)
+    return CorridorAnswerRecord(**curve, **rows)
 
 
 def corridor_record(

@@ -48,7 +48,7 @@ def corridor_question(
 
     The walls are by default those of the task.
     """
-    reason = core().reason or _unsupported(task)
+    reason = core().reason or ("" if task.solver == "auto" else f"the solver {task.solver} was asked for")
     if reason:
         return reason
     positions, pinned = np.ascontiguousarray(task.positions), np.ascontiguousarray(~task.free)
@@ -69,9 +69,8 @@ def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> Solv
     durations : ndarray, shape (legs * pieces,)
         [s].
     """
-    reason = core().reason or _unlike_a_chain(task)
-    if reason:
-        return reason
+    if core().reason:
+        return core().reason
     points, times = np.ascontiguousarray(task.waypoints), durations.reshape(task.legs, task.pieces)
     answer = pinned_optimum(points, times.sum(axis=1), task.half, task.pins, task.closed)
     if not isinstance(answer, tuple):
@@ -120,17 +119,3 @@ def _fill_inner_knots(knots: FloatArray, task: Task, parts: FloatArray, times: F
     for order in range(1, task.half):
         scale = perm(2 * task.half - 1, order) / times[:, 1:, None] ** order
         knots[inner, order] = np.diff(parts[:, 1:], order, axis=2)[:, :, 0] * scale / units.of_order(order)
-
-
-def _unlike_a_chain(task: Task) -> str:
-    """Why the native core does not solve a task without walls; empty if it does."""
-    if task.continuity < task.half - 1:
-        return f"the native core keeps {task.half - 1} derivatives continuous, not {task.continuity}"
-    return ""
-
-
-def _unsupported(task: Task) -> str:
-    """Why the native core is not used; empty if it is."""
-    if task.solver != "auto":
-        return f"the solver {task.solver} was asked for"
-    return _unlike_a_chain(task)

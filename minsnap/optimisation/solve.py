@@ -59,7 +59,10 @@ def solve(
     """
     units = units or task.units(durations)
     if not task.constrained and not (task.jumps and task.pins):
-        native = solve_without_walls(task, durations, units)
+        if task.continuity < task.half - 1:
+            native = solve_natively(task, durations, units, gap, prove, Effort.WHOLE.value)
+        else:
+            native = solve_without_walls(task, durations, units)
         return _unbounded(task, durations, units, native) if isinstance(native, str) else native
     reason = ""
     if samples is None:
@@ -96,8 +99,7 @@ def solve_by_reference(
 
     units = units or task.units(durations)
     solved = ReferenceCore(task, durations, units, gap, prove).run(samples)
-    alike = task.continuity == task.half - 1  # then a knot has the same values for both of its pieces
-    if task.pieces > 1 and alike and BLEND in solved.optimum.rungs:
+    if task.pieces > 1 and not task.jumps and BLEND in solved.optimum.rungs:
         whole = _in_one_piece(task, durations, units, gap)
         solved = whole if whole is not None and whole.inside and whole.cost < solved.cost else solved
     return replace(solved, optimum=replace(solved.optimum, handed_over=reason))

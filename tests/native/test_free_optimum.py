@@ -213,7 +213,8 @@ def test_plans_name_the_core_and_why_it_was_left():
     for traj in (pinned, lap, turning, halves):
         assert (traj.report.core, traj.report.handed_over, traj.report.solver) == ("native", "", "banded")
     assert np.allclose(lap(0.0, 3), lap(4.0, 3), rtol=1e-9)
-    loose = minsnap.plan(points, durations, continuity=2)
-    assert loose.report.core == "python" and "derivatives continuous" in loose.report.handed_over
+    loose, cubic = (minsnap.plan(points, durations, continuity=2, closed=closed) for closed in (False, True))
+    assert loose.report.core == cubic.report.core == "native"
+    assert minsnap.certify(loose).continuity == 2 and cubic.report.cost < 1e-20
     wide = minsnap.plan(points, [1.0, 1e9, 1.0])
     assert wide.report.core == "python" and "does not solve this kind" in wide.report.handed_over

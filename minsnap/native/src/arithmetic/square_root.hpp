@@ -37,7 +37,7 @@ public:
         number(chain, axes[0]);
         pull_ = pull;
         rest_ = 0, carried_ = equations_ = 0, columns_ = count;
-        return state_ == half_ ? eliminate_all<false>(chain, axes) : eliminate_all<true>(chain, axes);
+        return state_ == slots_ ? eliminate_all<false>(chain, axes) : eliminate_all<true>(chain, axes);
     }
 
     int unknowns() const { return unknowns_; }
@@ -70,8 +70,8 @@ public:
         const int places[] = {from_seam ? chain_blocks_ : piece, to_seam ? chain_blocks_ : piece + 1};
         for (int end = 0; end < 2; ++end)
             for (int i = 0; i < size(places[end]); ++i) {
-                const int order = order_of(places[end], i);
-                if (order < half_) f[offset_[places[end]] + i] += scale * factors[end * half_ + order];
+                const int at = place_of(places[end], i, end);
+                if (at >= 0) f[offset_[places[end]] + i] += scale * factors[at];
             }
     }
 
@@ -125,7 +125,7 @@ public:
     void add(Chain<Real, Half> &chain, int axis, const Real *x) const {
         for (int block = 0; block < blocks_; ++block)
             for (int i = 0; i < size(block); ++i)
-                if (order_of(block, i) < half_) chain.values[chain.at(knot(block), order_of(block, i), axis)] += x[offset_[block] + i];
+                if (order_of(block, i) < slots_) chain.values[chain.at(knot(block), order_of(block, i), axis)] += x[offset_[block] + i];
     }
 
 private:
@@ -136,7 +136,7 @@ private:
     // right-hand sides.
     template <bool joined>
     struct Work {
-        static constexpr int state = joined ? max_state : max_half;
+        static constexpr int state = joined ? max_state : max_half + 1;
         static constexpr int columns = 3 * state + max_dim, rows = 2 * state + max_half + 1;
         static constexpr int equations = joined ? 2 * state + 2 * max_extra : 1;
         Real cost[rows][columns] = {};
@@ -146,17 +146,23 @@ private:
     int size(int block) const { return offset_[block + 1] - offset_[block]; }
     int knot(int block) const { return closed_ && block == chain_blocks_ ? 0 : block; }
     int order_of(int block, int i) const { return free_[std::size_t(block) * state_ + i]; }
+    // Where an unknown stands among the ends of the piece that starts (0) or ends (1) at its knot; less than 0 if it is none.
+    int place_of(int block, int i, int end) const {
+        const int slot = order_of(block, i), highest = half_ - 1;
+        if (slots_ > half_ && slot >= highest) return slot - highest == end ? -1 : end * half_ + highest;
+        return slot < half_ ? end * half_ + slot : -1;
+    }
     bool is_joined(int block) const { return closed_ || (block > 0 && block + 1 < blocks_); }
 
     // Blocks are the knots in their order; in a closed chain block 0 is empty and the last one is the first knot.
     void number(const Chain<Real, Half> &chain, int axis) {
-        half_ = chain.size.half(), closed_ = chain.closed;
+        half_ = chain.size.half(), slots_ = chain.slots(), closed_ = chain.closed;
         blocks_ = chain.pieces + 1, chain_blocks_ = closed_ ? chain.pieces : blocks_;
         offset_[0] = 0;
         for (int block = 0; block < blocks_; ++block) {
             int count = 0;
             for (int order = 0; order < state_; ++order)
-                if (!(closed_ && block == 0) && (order < half_ ? chain.is_free(knot(block), order, axis) : is_joined(block)))
+                if (!(closed_ && block == 0) && (order < slots_ ? chain.is_free(knot(block), order, axis) : is_joined(block)))
                     free_[std::size_t(block) * state_ + count++] = order;
             offset_[block + 1] = offset_[block] + count;
             held_[block] = 0;
@@ -346,12 +352,12 @@ private:
             Real *const row = work[carried_ + i];
             const Real *const root = chain.tables->root[i];
             for (int j = 0; j < size(first); ++j) {
-                const int order = order_of(first, j);
-                if (order < half_) row[first_column + j] += weight * powers[order] * root[order];
+                const int at = place_of(first, j, 0);
+                if (at >= 0) row[first_column + j] += weight * powers[at] * root[at];
             }
             for (int j = 0; j < size(second); ++j) {
-                const int order = order_of(second, j);
-                if (order < half_) row[second_column + j] += weight * powers[order] * root[half_ + order];
+                const int at = place_of(second, j, 1);
+                if (at >= 0) row[second_column + j] += weight * powers[at - half_] * root[at];
             }
         }
         if (pull_ != nullptr && size(first) > 0 && order_of(first, 0) == 0) work[carried_ + half_][first_column] = pull_[piece];
@@ -442,7 +448,7 @@ private:
 
     // Equations have no entries of z.
     void clear_equations(int first, Real *z) const {
-        if (state_ == half_) return;
+        if (state_ == slots_) return;
         for (int block = first; block < blocks_; ++block)
             for (int i = 0; i < held_[block]; ++i) z[offset_[block] + i] = 0;
     }
@@ -450,9 +456,10 @@ private:
     void gather(int piece, int block, const Real *factors, Real *out) const {
         const bool from_seam = closed_ && piece == 0, to_seam = closed_ && piece + 2 == blocks_;
         const int first = from_seam ? chain_blocks_ : piece, second = to_seam ? chain_blocks_ : piece + 1;
-        for (int i = 0; i < size(block); ++i) {
-            const int order = order_of(block, i);
-            out[i] = order >= half_ ? Real(0) : (block == first ? factors[order] : 0) + (block == second ? factors[half_ + order] : 0);
+        for (int i = 0; i < size(block); ++i) out[i] = 0;
+        for (int i = 0; (block == first || block == second) && i < size(block); ++i) {
+            const int start = block == first ? place_of(block, i, 0) : -1, end = block == second ? place_of(block, i, 1) : -1;
+            out[i] = (start < 0 ? Real(0) : factors[start]) + (end < 0 ? Real(0) : factors[end]);
         }
     }
 
@@ -484,13 +491,14 @@ private:
         }
     }
 
-    Buffer<int> offset_, free_, held_;                    // (blocks + 1,); (blocks, state) orders that are free; equations
+    Buffer<int> offset_, free_, held_;                    // (blocks + 1,); (blocks, state) values that are free; equations
     Buffer<Real> diagonal_, next_, border_, shift_;       // blocks of R, (state, state) each, and q (unknowns, axes)
     Real carry_[2 * max_state][2 * max_state + max_dim];  // rows on the next knot and the seam
     Real carried_equations_[2 * max_state][2 * max_state + max_dim];
     const Real *pull_ = nullptr;
     Real rest_ = 0;
-    int half_ = 0, state_ = 0, blocks_ = 0, chain_blocks_ = 0, stride_ = 0, unknowns_ = 0, carried_ = 0, equations_ = 0, columns_ = 0;
+    int half_ = 0, slots_ = 0, state_ = 0, blocks_ = 0, chain_blocks_ = 0, stride_ = 0, unknowns_ = 0, carried_ = 0, equations_ = 0,
+        columns_ = 0;
     bool closed_ = false;
 };
 

@@ -19,15 +19,15 @@ struct CorridorRecord {
     double effort, seconds;      // share of the work a request is worth, and time [s], after either of which it gives up
     const double *positions;     // (pieces + 1, dim) [m]
     const double *durations;     // (pieces,) [s]; of a search (legs,), to begin with
-    const std::uint8_t *pinned;  // (pieces + 1, k, dim), or null
-    const double *values;        // (pieces + 1, k, dim) [m/s^order], or null
+    const std::uint8_t *pinned;  // (pieces + 1, slots, dim), or null; there are k slots, one more where continuity is k - 2
+    const double *values;        // (pieces + 1, slots, dim) [m/s^order], or null
     const WallsRecord *walls;    // (groups,)
 };
 
 // What is written for the caller, as in exchange_solver.hpp.
 struct CorridorAnswerRecord {
-    double *points, *knots;  // (pieces, 2k, dim) [m]; (pieces + 1, k, dim)
-    std::int64_t *wall;      // (pieces * k * dim + 2,), with slacks as many more
+    double *points, *knots;  // (pieces, 2k, dim) [m]; (pieces + 1, slots, dim)
+    std::int64_t *wall;      // (pieces * slots * dim + 2,), with slacks as many more
     double *s, *multiplier;  // the same
     double *direction;       // the same times dim: of tangent planes of balls; or null
     double cost, bound, share, work;

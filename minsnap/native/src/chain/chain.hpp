@@ -1,6 +1,7 @@
 // A chain of polynomial pieces: durations, nominal displacements, and the derivatives at its knots, pinned or free.
 //
-// All in normalised units. Positions are deviations from nominal ones, so that nothing depends on the origin.
+// Where derivative k - 1 is not continuous a knot has two values of it: one of the piece that ends there, one of the piece that
+// starts. All in normalised units. Positions are deviations from nominal ones, so that nothing depends on the origin.
 #pragma once
 
 #include <cstdint>
@@ -14,31 +15,37 @@ template <class Real, int Half>
 struct Chain {
     Degree<Half> size;
     int pieces = 0, dim = 0;
-    int continuity = 0;  // derivatives continuous at the knots, at least k - 1
+    int continuity = 0;  // derivatives continuous at the knots, at least k - 2
     bool closed = false;
     Buffer<Real> durations;       // (pieces,)
     Buffer<Real> steps;           // (pieces, dim): nominal displacement of each piece
-    Buffer<Real> values;          // (pieces + 1, k, dim): derivatives 0 ... k - 1 at each knot
-    Buffer<std::uint8_t> pinned;  // (pieces + 1, k, dim): which of them are given
+    Buffer<Real> values;          // (pieces + 1, slots, dim): derivatives 0 ... k - 1 at each knot
+    Buffer<std::uint8_t> pinned;  // (pieces + 1, slots, dim): which of them are given
     Buffer<Real> points;          // (pieces, dim, 2k): control points relative to the nominal start of each piece
     const LegTables<Real> *tables = nullptr;
 
     explicit Chain(int half) : size(half), tables(&leg_tables<Real>(half)) {}
 
-    [[nodiscard]] bool allocate(int pieces_, int dim_, bool closed_, int continuity_ = 0) {
+    [[nodiscard]] bool allocate(int pieces_, int dim_, bool closed_, int continuity_) {
         pieces = pieces_, dim = dim_, closed = closed_, continuity = continuity_;
-        const std::size_t count = pieces, state = size.half() * std::size_t(dim);
+        const std::size_t count = pieces, state = slots() * std::size_t(dim);
         return durations.allocate(count) && steps.allocate(count * dim) && values.allocate((count + 1) * state) &&
                pinned.allocate((count + 1) * state) && points.allocate(count * dim * size.points());
     }
 
-    // Derivatives of order 0 and up that the pieces at a knot have in common.
-    int state() const { return continuity < size.half() ? size.half() : continuity + 1; }
+    bool splits() const { return continuity < size.half() - 1; }
+
+    // Values at a knot, and which of them a derivative is for the piece that starts (0) or ends (1) there.
+    int slots() const { return size.half() + splits(); }
+    int slot(int order, int end) const { return order + (end == 0 && order == size.half() - 1 && splits()); }
+
+    // The same with derivatives above k - 1 that are continuous.
+    int state() const { return continuity < size.half() ? slots() : continuity + 1; }
 
     // The knot at the end of the last piece of a closed chain is the first one.
     int knot(int index) const { return closed && index == pieces ? 0 : index; }
-    std::size_t at(int index, int order, int axis) const { return (std::size_t(knot(index)) * size.half() + order) * dim + axis; }
-    bool is_free(int index, int order, int axis) const { return pinned[at(index, order, axis)] == 0; }
+    std::size_t at(int index, int slot, int axis) const { return (std::size_t(knot(index)) * slots() + slot) * dim + axis; }
+    bool is_free(int index, int slot, int axis) const { return pinned[at(index, slot, axis)] == 0; }
     Real *points_of(int piece, int axis) { return &points[(std::size_t(piece) * dim + axis) * size.points()]; }
     const Real *points_of(int piece, int axis) const { return &points[(std::size_t(piece) * dim + axis) * size.points()]; }
 
@@ -48,7 +55,7 @@ struct Chain {
         const Real *start = &values[at(piece, 0, axis)], *end = &values[at(piece + 1, 0, axis)];
         Real power = 1;
         for (int a = 0; a < half; ++a, power *= durations[piece]) {
-            ends[a] = start[a * dim] * power;
+            ends[a] = start[slot(a, 0) * dim] * power;
             ends[half + a] = end[a * dim] * power;
         }
         ends[half] += steps[std::size_t(piece) * dim + axis];

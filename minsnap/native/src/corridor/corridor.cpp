@@ -25,7 +25,7 @@ bool all_within(const std::int64_t *values, std::int64_t count, std::int64_t low
 
 bool walls_fit(const Request &given) {
     const GivenWalls &walls = given.walls;
-    return all_within(walls.piece, walls.count, 0, given.pieces - 1) && all_within(walls.order, walls.count, 0, 2 * given.half - 2) &&
+    return all_within(walls.piece, walls.count, 0, given.pieces - 1) && all_within(walls.order, walls.count, 0, max_points) &&
            (walls.when == nullptr || all_within(walls.when, walls.count, -1, equal + 1)) && walls.balls >= 0 &&
            walls.balls <= walls.count && (walls.ball == nullptr || all_within(walls.ball, walls.count, -1, walls.balls - 1));
 }
@@ -41,7 +41,7 @@ bool numbers_fit(const Request &given) {
     const double units[] = {given.length, given.time, given.gap};
     const std::int64_t knots = given.pieces + 1;
     return all_positive(units, 3) && all_finite(given.positions, knots * given.dim) && all_positive(given.durations, given.pieces) &&
-           (given.values == nullptr || all_finite(given.values, knots * given.half * given.dim)) &&
+           (given.values == nullptr || all_finite(given.values, knots * given.slots() * given.dim)) &&
            all_finite(walls.normal, walls.count * given.dim) && all_finite(walls.anchor, walls.count * given.dim) &&
            all_finite(walls.bound, walls.count) && all_positive(walls.width, walls.count) &&
            all_finite(walls.matrix, walls.balls * given.dim * given.dim) && balls_have_room(walls);
@@ -55,7 +55,7 @@ bool corridor_sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim
 }
 
 Status check_request(const Request &given) {
-    if (given.continuity < 0 || given.continuity > 2 * given.half - 2) return Status::bad_size;
+    if (given.continuity > 2 * given.half - 2 || given.smoothness() < given.half - 2) return Status::bad_size;
     if (!corridor_sizes_fit(given.half, given.pieces, given.dim, given.walls.count) || !walls_fit(given)) return Status::bad_size;
     return numbers_fit(given) ? Status::done : Status::bad_number;
 }

@@ -11,8 +11,8 @@ namespace minsnap {
 // What is written for the caller; normalised units but for the control points.
 struct Answer {
     double *points;             // (pieces, 2k, dim) [m]
-    double *knots;              // (pieces + 1, k, dim)
-    std::int64_t *wall;         // (pieces * k * dim + 2,): the active rows' walls,
+    double *knots;              // (pieces + 1, slots, dim)
+    std::int64_t *wall;         // (pieces * slots * dim + 2,): the active rows' walls,
     double *s, *multiplier;     // their instants, and by how much the cost falls for each unit of their bounds
     double cost, bound, share;  // of the curve; a lower bound of any cost, zero unless proved; share of the widths moved inwards
     std::int64_t rows, rounds;

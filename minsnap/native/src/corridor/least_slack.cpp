@@ -49,7 +49,7 @@ public:
     // Go through the prices, each from the contacts of the last one that ended with a solution. Where the highest has none, that
     // of the price before is the answer: multipliers of lower prices, or of a stage that did not end, prove less often.
     Status run() {
-        if (!known_.allocate(std::size_t(given_.pieces) * given_.half * given_.dim + given_.slacks.count + 2)) return Status::no_memory;
+        if (!known_.allocate(std::size_t(given_.pieces) * given_.slots() * given_.dim + given_.slacks.count + 2)) return Status::no_memory;
         Status status = Status::no_progress;
         double solved = 0.0;
         bool extended = false;

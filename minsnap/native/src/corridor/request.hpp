@@ -38,14 +38,17 @@ struct Request {
     double length, time;         // what normalised units are worth [m], [s]
     const double *positions;     // (pieces + 1, dim) nominal [m]
     const double *durations;     // (pieces,) [s]
-    const std::uint8_t *pinned;  // (pieces + 1, k, dim), or null: all positions, and the whole state at both ends
-    const double *values;        // (pieces + 1, k, dim) [m/s^order], deviations for order 0, or null: zero
+    const std::uint8_t *pinned;  // (pieces + 1, slots, dim), or null: all positions, and the whole state at both ends
+    const double *values;        // (pieces + 1, slots, dim) [m/s^order], deviations for order 0, or null: zero
     GivenWalls walls;
     double gap;           // share of the cost that may be given away
-    int continuity = 0;   // derivatives continuous at the knots; less than k is k - 1
+    int continuity = -1;  // derivatives continuous at the knots, from k - 2 on; less than zero is k - 1
     double effort = 1.0;  // share of the work that it is worth, after which it is given up
     Instant due = Instant::max();
     Slacks slacks = {};
+
+    int smoothness() const { return continuity < 0 ? half - 1 : continuity; }
+    int slots() const { return smoothness() < half - 1 ? half + 1 : half; }  // values at a knot, as in a chain
 };
 
 inline bool all_finite(const double *values, std::int64_t count) {
@@ -63,9 +66,9 @@ Status check_request(const Request &given);
 // Make what a record of the border says a request that passes this check, with one duration of each piece; ``walls`` has its walls.
 Status take_request(const CorridorRecord &asked, std::int64_t pieces, const double *durations, FlatWalls &walls, Request &given);
 
-inline bool is_pinned(const Request &given, int knot, int order, int axis) {
-    if (given.pinned == nullptr) return order == 0 || (!given.closed && (knot == 0 || knot == given.pieces));
-    return given.pinned[(std::size_t(knot) * given.half + order) * given.dim + axis] != 0;
+inline bool is_pinned(const Request &given, int knot, int slot, int axis) {
+    if (given.pinned == nullptr) return slot == 0 || (!given.closed && (knot == 0 || knot == given.pieces));
+    return given.pinned[(std::size_t(knot) * given.slots() + slot) * given.dim + axis] != 0;
 }
 
 // Fill a chain that has been allocated.
@@ -80,14 +83,16 @@ void load_chain(const Request &given, Chain<Real, Half> &chain) {
     }
     for (int knot = given.pieces; knot >= 0; --knot) {  // of a closed chain the first knot counts, not the last
         Real unit = length;
-        for (int order = 0; order < given.half; ++order, unit /= time)
+        for (int slot = 0; slot < chain.slots(); ++slot) {
             for (int axis = 0; axis < given.dim; ++axis) {
-                const std::size_t at = chain.at(knot, order, axis);
-                const bool pinned = is_pinned(given, knot, order, axis);
-                const std::size_t from = (std::size_t(knot) * given.half + order) * given.dim + axis;
+                const std::size_t at = chain.at(knot, slot, axis);
+                const bool pinned = is_pinned(given, knot, slot, axis);
+                const std::size_t from = (std::size_t(knot) * chain.slots() + slot) * given.dim + axis;
                 chain.pinned[at] = pinned;
                 chain.values[at] = pinned && given.values != nullptr ? given.values[from] / unit : Real(0);
             }
+            if (slot < given.half - 1) unit /= time;
+        }
     }
 }
 
@@ -99,9 +104,9 @@ Real room_at(const Chain<Real, Half> &chain, const Wall<Real> &wall, const Ball<
     for (int q = 0; q < max_dim; ++q) place[q] = ball.offset[q];
     for (int axis = 0; axis < chain.dim; ++axis) {
         if (!((wall.axes | ball.axes) >> axis & 1U)) continue;
-        const int knot = wall.piece + end;
-        if (chain.is_free(knot, wall.order, axis)) return std::numeric_limits<Real>::infinity();
-        Real own = chain.values[chain.at(knot, wall.order, axis)];
+        const int knot = wall.piece + end, slot = chain.slot(wall.order, end);
+        if (chain.is_free(knot, slot, axis)) return std::numeric_limits<Real>::infinity();
+        Real own = chain.values[chain.at(knot, slot, axis)];
         if (end == 1 && wall.order == 0) own += chain.steps[std::size_t(wall.piece) * chain.dim + axis];
         value += wall.normal[axis] * own;
         for (int q = 0; q < ball.rows; ++q) place[q] += ball.matrix[q][axis] * own;

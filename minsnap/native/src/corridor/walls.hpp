@@ -75,6 +75,7 @@ inline int along_normal(const Chain<Real, Half> &chain, const Real *all, const P
     for (int q = 0; q < plane.order; ++q, --degree) {
         differentiate(points, degree);
         for (int j = 0; j < degree; ++j) points[j] /= chain.durations[plane.piece];
+        if (degree == 0) return points[0] = 0, 0;
     }
     return degree;
 }

@@ -80,13 +80,14 @@ private:
     }
 
     [[nodiscard]] bool allocate() {
-        const std::size_t half = given_->half, dim = given_->dim, state = half * dim, local = longest + 1;
+        const std::size_t dim = given_->dim, state = given_->slots() * dim, local = longest + 1;
         const std::size_t pieces = given_->pieces, all = pieces + repeated(), rows = longest * state + 2;
         return walls_.take(given_->walls, given_->pieces, repeated(), given_->dim) && positions_.allocate((all + 1) * dim) &&
                durations_.allocate(all) && states_.allocate((pieces + 1) * state) && kept_.allocate(pieces * most_contacts) &&
                kept_count_.allocate(pieces) && pinned_.allocate(local * state) && values_.allocate(local * state) &&
-               points_.allocate(longest * 2 * state) && knots_.allocate(local * state) && wall_.allocate(rows) && s_.allocate(rows) &&
-               multiplier_.allocate(rows) && direction_.allocate(rows * dim) && known_.allocate(longest * most_contacts);
+               points_.allocate(longest * 2 * given_->half * dim) && knots_.allocate(local * state) && wall_.allocate(rows) &&
+               s_.allocate(rows) && multiplier_.allocate(rows) && direction_.allocate(rows * dim) &&
+               known_.allocate(longest * most_contacts);
     }
 
     void unroll() {
@@ -137,7 +138,7 @@ private:
                         values_.data(),
                         walls_.between(low, high),
                         accuracy_ * given_->gap};
-        part.effort = given_->effort, part.due = given_->due;
+        part.continuity = given_->continuity, part.effort = given_->effort, part.due = given_->due;
         Answer found = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0, direction_.data()};
         const int known = rough ? 0 : gather(low, high);
         Status status = exchange_.solve(part, found, rough ? Aim::near : Aim::proved, known_.data(), known);
@@ -154,7 +155,7 @@ private:
 
     // States at the ends of a stretch: given ones at the ends of the chain, else held, or at rest.
     void pin(int low, int high, bool held) {
-        const std::size_t state = std::size_t(given_->half) * given_->dim;
+        const std::size_t state = std::size_t(given_->slots()) * given_->dim;
         for (int knot = low; knot <= high; ++knot)
             for (std::size_t i = 0; i < state; ++i) {
                 const std::size_t local = (knot - low) * state + i, global = own(knot) * state + i;
@@ -165,6 +166,9 @@ private:
                 if (cut_off && !given) values_[local] = held ? states_[global] : 0.0;
             }
     }
+
+    // Whether value i of a knot is the first one of a derivative; a last one may have two slots.
+    bool starts_order(std::size_t i) const { return i > 0 && i % given_->dim == 0 && i / given_->dim < std::size_t(given_->half); }
 
     int gather(int low, int high) {
         int count = 0;
@@ -189,10 +193,10 @@ private:
 
     // Keep the state of a knot, in metres and seconds.
     void keep_state(int knot, int local) {
-        const std::size_t dim = given_->dim, state = given_->half * dim;
+        const std::size_t dim = given_->dim, state = given_->slots() * dim;
         double unit = given_->length;
         for (std::size_t i = 0; i < state; ++i) {
-            if (i > 0 && i % dim == 0) unit /= given_->time;
+            if (starts_order(i)) unit /= given_->time;
             states_[own(knot) * state + i] = knots_[local * state + i] * unit;
         }
     }
@@ -204,7 +208,7 @@ private:
     // J + sum p^2 (x^2 - w^2) is a lower bound of the cost J inside the walls too, and p holds that optimum. The sum of
     // p^2 w^2 is what this gives away.
     Status prepare_bound() {
-        if (!chain_.allocate(given_->pieces, given_->dim, given_->closed)) return Status::no_memory;
+        if (!chain_.allocate(given_->pieces, given_->dim, given_->closed, given_->smoothness())) return Status::no_memory;
         load_chain(*given_, chain_);
         if (!hold_knots()) return Status::no_memory;
         free_cost_ = -given_away_;
@@ -277,7 +281,7 @@ private:
 
     // States and contacts of the whole.
     Status finish() {
-        const std::size_t dim = given_->dim, state = given_->half * dim;
+        const std::size_t dim = given_->dim, state = given_->slots() * dim;
         answer_->rows = 0;
         for (int piece = 0; piece < given_->pieces; ++piece)
             for (int i = 0; i < kept_count_[piece]; ++i) {
@@ -290,7 +294,7 @@ private:
             }
         double unit = given_->length;
         for (std::size_t i = 0; i < state; ++i) {
-            if (i > 0 && i % dim == 0) unit /= given_->time;
+            if (starts_order(i)) unit /= given_->time;
             for (int knot = 0; knot <= given_->pieces; ++knot) {
                 const bool fixed = is_pinned(*given_, own(knot), int(i / dim), int(i % dim));
                 const std::size_t from = own(knot) * state + i;
