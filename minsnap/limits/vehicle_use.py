@@ -39,6 +39,10 @@ class VehicleUseSettings:
         How often pieces are divided.
     first, parts, most : int
         Into how many parts at first and later, and up to how many in all.
+    missed : int
+        Rounds after which samples have missed what is still open: its parts are sampled in their middle.
+    finer : float
+        Share of the margin that is added there.
     """
 
     margin: float = 1e-4
@@ -48,6 +52,8 @@ class VehicleUseSettings:
     first: int = 8
     parts: int = 4
     most: int = 400_000
+    missed: int = 4
+    finer: float = 0.1
 
 
 VEHICLE_USE = VehicleUseSettings()
@@ -122,7 +128,12 @@ class VehicleBound:
         provable &= np.isfinite(values)
         if prove and provable.any():
             names = [name for name, proof in zip(self.names, provable, strict=True) if proof]
-            values[provable] = proved(values[provable], partial(self.bounds, names), self.traj)
+            values[provable] = proved(
+                values[provable],
+                partial(self.bounds, names),
+                self.traj,
+                lambda middle: (self._at(middle).max(axis=1) + VEHICLE_USE.finer * self.margins)[provable],
+            )
         return [
             (float(value), float(t[i]), "interval" if proof else "sampled")
             for value, i, proof in zip(values, sampled.argmax(axis=1), provable, strict=True)
@@ -134,13 +145,15 @@ class VehicleBound:
         return self.traj.remembered(what, self.vehicle, lambda: self._sampled(samples))
 
     def _sampled(self, samples: int) -> tuple[FloatArray, FloatArray]:
-        from minsnap.vehicle import flatness_of
-
         inner = np.linspace(0.0, 1.0, samples, endpoint=False)
         grid = self.traj.breaks[:-1, None] + self.traj.durations[:, None] * inner
         t = np.append(grid, self.traj.duration)
-        states = flatness_of(self.vehicle, self.traj, t, drag=self.vehicle.flat_drag)
-        return t, self._quantities(states)
+        return t, self._at(t)
+
+    def _at(self, t: FloatArray) -> FloatArray:
+        from minsnap.vehicle import flatness_of
+
+        return self._quantities(flatness_of(self.vehicle, self.traj, t, drag=self.vehicle.flat_drag))
 
     @cached_property
     def _turns(self) -> float:
@@ -206,7 +219,10 @@ class VehicleBound:
 
 
 def proved(
-    values: FloatArray, bounds: Callable[[FloatArray, FloatArray, FloatArray], FloatArray], traj: Trajectory
+    values: FloatArray,
+    bounds: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
+    traj: Trajectory,
+    attained: Callable[[FloatArray], FloatArray] | None = None,
 ) -> FloatArray:
     """Return values (count,) of quantities, raised until bounds prove that none goes beyond.
 
@@ -215,12 +231,17 @@ def proved(
     bounds : callable
         From control points (parts, 4, 3, n) of velocity to snap on parts that begin at instants and are so wide [s] to
         bounds (count, parts).
+    attained : callable, optional
+        From instants (m,) [s] to values (count,) a little above those there, to which the first ones may be raised.
     """
     points, start, width = motion_points(traj), traj.breaks[:-1], traj.durations
     for level in range(VEHICLE_USE.rounds):
         proved_bounds = bounds(points, start, width)
         proved_bounds = np.where(np.isnan(proved_bounds), np.inf, proved_bounds)
         open_ = (proved_bounds > values[:, None]).any(axis=0)
+        if attained is not None and level >= VEHICLE_USE.missed and open_.any():
+            values = np.fmax(values, attained((start + 0.5 * width)[open_]))
+            open_ = (proved_bounds > values[:, None]).any(axis=0)
         if not open_.any():
             return values
         parts = VEHICLE_USE.parts if level else VEHICLE_USE.first

@@ -68,7 +68,7 @@ class Record(Structure):
             if held is None or value is None:
                 pass
             elif not isinstance(held, tuple):
-                value = (held * len(value))(*value)
+                value = _array_of(held, len(value))(*value)
             elif value.dtype.type in held and value.flags.c_contiguous:
                 value = value.ctypes.data
             else:
@@ -88,6 +88,12 @@ def border() -> dict[str, dict[str, str]]:
         records.setdefault(record, {})[name] = kind
         index += 1
     return records
+
+
+@cache
+def _array_of(record: type[Record], count: int) -> Any:
+    """Return the type of an array of records, which ctypes makes anew where nobody keeps it."""
+    return record * count
 
 
 _LAYING_OUT = RLock()

@@ -211,7 +211,7 @@ class Task:
     @cached_property
     def moving(self) -> frozenset[int]:
         """Waypoints at which a derivative is pinned that is not zero."""
-        return frozenset(k for k, state in self.pins.items() if any(value.any() for value in state.values()))
+        return frozenset(k for k, state in self.pins.items() if any(any(value.tolist()) for value in state.values()))
 
     @property
     def still(self) -> bool:

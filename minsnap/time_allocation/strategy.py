@@ -233,8 +233,9 @@ class Strategy:
         The rate of a velocity's direction is left out: its limit at low speeds holds a search from rest far away.
         Where a thrust is kept at fixed waypoints, the search from rest finds the same curve in two thirds of the time.
         """
-        limits, heading, fixed = self.limits, self._heading, not self.task.free[:: self.task.pieces, 0].any()
-        away = fixed and limits.min_thrust is not None and not isinstance(limits, VehicleLimits)
+        limits, heading = self.limits, self._heading
+        kept = limits.min_thrust is not None and not isinstance(limits, VehicleLimits)
+        away = kept and not self.task.free[:: self.task.pieces, 0].any()
         names = ["body_rate"] if limits.body_rate is not None and not away else []
         soft = limits.yaw_rate is not None and heading is not None and heading.limited_softly
         names += ["yaw_rate"] if soft else []

@@ -39,8 +39,9 @@ class StretchSettings:
         Of its logarithm where it is bracketed, and where it is only compared with others.
     first_step, slowest : float
         The first step of the bracket, and the bound at which nothing limits.
-    met, secants, secant_step : float, int, float
-        How near to 1 a use is brought by the secant method, in how many steps, each how far at most.
+    met, nearly_met, secants, secant_step : float, float, int, float
+        How near to 1 a use is brought by the secant method, one that is proved and one at samples, in how many steps,
+        each how far at most.
     grain : float
         Factors on time are rounded up to its fractions.
     crossing_steps : int
@@ -59,6 +60,7 @@ class StretchSettings:
     first_step: float = 0.02
     slowest: float = 40.0
     met: float = 2e-7
+    nearly_met: float = 2e-5
     secants: int = 6
     secant_step: float = 0.05
     grain: float = 2.0**32
@@ -153,19 +155,20 @@ def nearby_factor(limits: Limits, flown: Callable[[float], Trajectory], proved: 
         Whether uses between samples count, where limits are proved by bounds.
     """
     place, best, last = 1.0, inf, (nan, nan)
+    met = STRETCH.met if proved else STRETCH.nearly_met
     for _ in range(STRETCH.secants):
         curve = flown(place)
         used = most_used(limits, curve, proved)
         excess = log(min(max(used.fraction, 1e-3), 1e3))
         if excess <= KEPT:
             best = min(best, place)
-            if excess >= -STRETCH.met:
+            if excess >= -met:
                 break
-        if place > last[0] and excess > max(last[1], 0.0) + STRETCH.met:
+        if place > last[0] and excess > max(last[1], 0.0) + met:
             break
         known = isfinite(last[0]) and place != last[0]
         slope = (excess - last[1]) / log(place / last[0]) if known else _slope(used, curve, limits.gravity)
-        step = (excess + 0.5 * STRETCH.met) / min(max(slope, -10.0), -0.2)
+        step = (excess + 0.5 * met) / min(max(slope, -10.0), -0.2)
         step = min(max(step, -STRETCH.secant_step), STRETCH.secant_step)
         last, place = (place, excess), grained(place * exp(-step))
     else:

@@ -39,6 +39,23 @@ def test_what_is_not_proved_is_raised_to_its_own_bound(share_open, counts, monke
     assert found == counts
 
 
+@pytest.mark.parametrize(("attained", "most"), [(1.9, 2.0), (2.1, 2.1)])
+def test_what_samples_missed_is_sampled_where_parts_stay_open(attained, most):
+    """A peak that is narrow: parts are sampled in their middle, and closed once values are beyond it."""
+    asked = []
+
+    def bounds(points, start, width):
+        return np.where((start <= 0.3) & (0.3 <= start + width), 2.0, 0.5)[None]
+
+    def missed(middle):
+        asked.append(middle)
+        return np.array([attained if attained > 2.0 else np.nan])
+
+    assert proved(np.array([1.0]), bounds, STILL, missed).tolist() == [most]
+    found = np.concatenate(asked)
+    assert (np.abs(found - 0.3) <= STILL.duration / 256.0).all() and (len(asked) == 1) == (attained > 2.0)
+
+
 def test_what_has_no_bound_is_infinite(monkeypatch):
     monkeypatch.setattr(vehicle_use, "VEHICLE_USE", replace(vehicle_use.VEHICLE_USE, most=512))
     assert proved(np.array([1.0]), lambda points, start, width: start[None] * np.nan, STILL) == np.inf

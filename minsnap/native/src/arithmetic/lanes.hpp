@@ -52,6 +52,23 @@ MINSNAP_INLINE Quad four(const double *from) {
 MINSNAP_INLINE void put_four(double *to, const Quad &numbers) { __builtin_memcpy(to, &numbers, sizeof numbers); }
 MINSNAP_INLINE double total(const Quad &numbers) { return (numbers[0] + numbers[1]) + (numbers[2] + numbers[3]); }
 
+// Lanes of two vectors, counted through both.
+template <int i, int j, int k, int l>
+MINSNAP_INLINE Quad mixed(const Quad &one, const Quad &two) {
+#if defined(__clang__)
+    return __builtin_shufflevector(one, two, i, j, k, l);
+#else
+    typedef long long Places __attribute__((vector_size(32)));
+    return __builtin_shuffle(one, two, Places{i, j, k, l});
+#endif
+}
+
+// The totals of four vectors, each to the same bits as alone.
+MINSNAP_INLINE Quad totals(const Quad &a, const Quad &b, const Quad &c, const Quad &d) {
+    const Quad ab = mixed<0, 4, 2, 6>(a, b) + mixed<1, 5, 3, 7>(a, b), cd = mixed<0, 4, 2, 6>(c, d) + mixed<1, 5, 3, 7>(c, d);
+    return mixed<0, 1, 4, 5>(ab, cd) + mixed<2, 3, 6, 7>(ab, cd);
+}
+
 MINSNAP_INLINE double largest_of(const Quad &numbers) {
     const double one = numbers[0] > numbers[1] ? numbers[0] : numbers[1], two = numbers[2] > numbers[3] ? numbers[2] : numbers[3];
     return one > two ? one : two;

@@ -103,7 +103,6 @@ struct Fours {
     Quad four[fours] = {};
 
     MINSNAP_INLINE double get(int k) const { return four[k / 4][k % 4]; }
-    MINSNAP_INLINE void put(int k, double number) { four[k / 4][k % 4] = number; }
     MINSNAP_INLINE void add(double factor, const Fours &other) {
         for (int m = 0; m < fours; ++m) four[m] += factor * other.four[m];
     }
@@ -214,12 +213,15 @@ private:
     MINSNAP_INLINE void moments(const Quad (&sums)[count][Sums::groups], int degree, const int *groups, int number,
                                 Fours<count> *found) const {
         for (int k = 0; k <= degree; ++k) {
-            Quad sum[count] = {};
+            Quad sum[4 * Fours<count>::fours] = {};
             for (int m = 0; m < number; ++m) {
                 const Quad power = four(instants_.powers[degree][k] + groups[m] * Sums::together);
                 for (int t = 0; t < count; ++t) sum[t] += sums[t][groups[m]] * power;
             }
-            for (int t = 0; t < count; ++t) found[k].put(t, total(sum[t]));
+            for (int m = 0; m < Fours<count>::fours; ++m) {
+                const Quad *own = sum + 4 * m;
+                found[k].four[m] = totals(own[0], own[1], own[2], own[3]);
+            }
         }
     }
 
