@@ -6,6 +6,8 @@ from combination_oracle import Judge, greatest, squared
 from random_combinations import judged, outcome, planted, question
 
 import minsnap
+from minsnap.native.status import Status
+from minsnap.optimisation import least_slacks
 from minsnap.optimisation.solve import Effort
 from minsnap.time_allocation import timing
 
@@ -67,6 +69,17 @@ def test_limits_that_given_durations_cannot_keep_are_refused_with_a_proof_and_a_
         minsnap.plan(**asked)
     assert refused.value.verify()
     assert minsnap.plan(**asked | {"durations": refused.value.stretch * asked["durations"]}).duration > 0.0
+
+
+@pytest.mark.slow
+def test_the_sign_of_slacks_is_proved_with_a_part_of_the_work_that_they_are_worth(monkeypatch):
+    """The last stage went on until the curve kept the walls that had given way, and did all the work."""
+    ended, solved = [], least_slacks.least_slack
+    monkeypatch.setattr(least_slacks, "least_slack", lambda *asked: ended.append(solved(*asked)) or ended[-1])
+    with pytest.raises(minsnap.InfeasibleError):
+        minsnap.plan(**question(210001264)[0])
+    assert ended
+    assert all(one.status is Status.DONE for one in ended)
 
 
 @pytest.mark.slow

@@ -45,8 +45,7 @@ def least_longer(
     guess : float, optional
         About the least factor, where that is known.
     """
-    first = None if guess is None else _near(attempt, durations, guess)
-    first = first or _first(attempt, durations, still)  # what moves at its ends may have a plan in less time alone
+    first = _first(attempt, durations, still) if guess is None else _about(attempt, durations, guess)
     if first is None:
         return None
     low, high, shortest = first
@@ -71,10 +70,13 @@ def _first(attempt: Attempt, durations: FloatArray, still: bool) -> Bracket | No
     return first or _rising(attempt, durations, shortest, others)
 
 
-def _near(attempt: Attempt, durations: FloatArray, guess: float) -> Bracket | None:
-    """Return the same from a guess on, or below it where that has a plan."""
+def _about(attempt: Attempt, durations: FloatArray, guess: float) -> Bracket | None:
+    """Return the same from a guess on; else from a tenth of the way to it: what moves at its ends may need less."""
     first = _rising(attempt, durations, guess, [guess * (1.0 + share) for share in NEAR])
-    shorter = _attempted(attempt, durations * guess) if first is not None and first[0] == guess else None
+    if first is None:
+        factors = (1.0 + share for share in LONGER)
+        return _rising(attempt, durations, 1.0, [factor for factor in factors if factor > 0.9 + 0.1 * guess])
+    shorter = _attempted(attempt, durations * guess) if first[0] == guess else None
     return first if shorter is None else (1.0, guess, shorter)
 
 

@@ -186,6 +186,8 @@ def _stretch_tried(
     try:
         longer = least_longer(attempt, total / durations.sum() * durations, False, bounded.deadline, _guess(refused))
         factors = () if longer is None else (_rounded_up(longer.trajectory.duration / total * more) for more in MORE)
+        if timing.durations is not None:  # what a try does not solve spends the work of all others
+            factors = (factor for factor in factors if attempt(factor * durations) is not None)
         return next((factor for factor in factors if _planned(plan, timing, factor)), None)
     except LateError:
         return None

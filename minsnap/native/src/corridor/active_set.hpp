@@ -66,6 +66,11 @@ public:
     bool is_equality(int k) const { return walls_[rows_[k].wall].equality; }
     const Layout &layout() const { return layout_; }
     Orthogonal<Real> &orthogonal() { return orthogonal_; }
+    // Whether the distance is that of slacks, but for a share: rows hold them up then, and not what the curve costs.
+    bool carries_slacks(Real share) const {
+        const Real *const slacks = z_.data() + layout_.offset[chain_.dim];
+        return dot(z_.data(), z_.data(), layout_.offset[chain_.dim]) < share * dot(slacks, slacks, slacks_);
+    }
     Real squared_distance() const { return dot(z_.data(), z_.data(), layout_.entries); }
 
     // Make a row the candidate: it stands behind the active ones. A ball's row is a tangent plane, with the direction in

@@ -69,6 +69,7 @@ private:
     static constexpr double jump = 1e-9, stored = 8e-16;                      // of derivatives at knots, as the certificate judges them
     static constexpr Real narrow = Real(2e-5);                                // of Aim::widened: excess that is none, in widths
     static constexpr Real rough = Real(0.3);                                  // the same in shares of the largest slack, for its sign
+    static constexpr Real known = Real(1e-5);                                 // share of the distance that slacks leave: the sign is told
     static constexpr Real held_up = Real(1e-6);                               // excess that rounding in doubles may leave, in widths
     static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);       // of Aim::near: excess, over walls moved so
 
@@ -346,6 +347,7 @@ private:
     // Excess over walls that have given way which is none, in widths.
     Real none() const {
         const Real most = widest();
+        if (sizeof(Real) > 8 && given_->slacks.sign && active.carries_slacks(known)) return std::numeric_limits<Real>::infinity();
         return largest(narrow * (1 + most), given_->slacks.sign ? rough * most : Real(0));
     }
 

@@ -9,10 +9,12 @@
 // so that for large K the curve has no part in it: sigma is least, and mu / (K^2 sigma) are multipliers after Farkas, whose
 // rows add up to next to nothing on one side and to -sigma on the other. (This is the proximal point method of R. T.
 // Rockafellar, "Monotone operators and the proximal point algorithm", 1976, with one step.) K rises in stages, each beginning
-// with the contacts of the one before; the last ones need double-double arithmetic.
+// with the contacts of the one before; the last ones need double-double arithmetic. Where it is sufficient to know that sigma is
+// not zero, a stage ends once z, which is what is left of the rows, is little beside K sigma, and the first and the last do.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 
 #include "basics/export.hpp"
 #include "corridor/exchange_solver.hpp"
@@ -55,6 +57,7 @@ public:
         bool extended = false;
         for (const double price : prices) {
             if (spent()) break;
+            if (given_.slacks.sign && price != prices[0] && price != *(std::end(prices) - 1)) continue;
             if (price > most_in_double) extended = true;
             status = stage(price, extended);
             // It creeps, which no precision helps; slacks that rounding made are another thing.
