@@ -107,6 +107,8 @@ def are_finite(value):
     """Whether the arrays and numbers of an answer are finite, in its parts too."""
     if isinstance(value, np.ndarray | float):
         return bool(np.isfinite(value).all())
+    if isinstance(value, minsnap.Trajectory):
+        return are_finite(value.control_points) and are_finite(value.durations)
     return not is_dataclass(value) or all(are_finite(part) for part in vars(value).values())
 
 

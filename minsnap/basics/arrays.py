@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields, is_dataclass
 from math import isfinite
-from typing import Any, TypeGuard, cast
+from typing import Any, TypeGuard, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike as ArrayLike
@@ -26,6 +26,15 @@ SMALLEST, LARGEST = 1e-40, 1e40
 of a double, also beside the greatest ratio of durations."""
 
 
+Array = TypeVar("Array", bound=NDArray[Any])
+
+
+def read_only(array: Array) -> Array:
+    """Return the array itself, to which nobody can write through it any more."""
+    array.setflags(write=False)
+    return array
+
+
 def owned(values: ArrayLike) -> FloatArray:
     """Return a read-only float64 array: a copy, unless it is already one that nobody can write to.
 
@@ -38,28 +47,21 @@ def owned(values: ArrayLike) -> FloatArray:
         array = values if _is_ready(values) else _floats(values)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"numbers in rows of equal length were expected, not {shown(values)}") from None
-    if array.flags.writeable or array.base is not None:
-        array = array.copy()
-        array.flags.writeable = False
-    return array
+    return read_only(array.copy()) if array.flags.writeable or array.base is not None else array
 
 
 def numbers(values: Any, copy: bool = True) -> FloatArray | None:
     """Return a read-only float64 copy in C order, or None of values that are not numbers in rows of equal length.
 
-    Without ``copy`` it is a view of what is such an array already, which must not be kept.
+    Without ``copy`` it is the array itself where that is such an array already: it must not be kept.
     """
     if _is_ready(values):
-        array = values.copy() if copy else values.view()
-        array.setflags(write=False)
-        return array
+        return read_only(values.copy()) if copy else values
     try:
         array = _floats(values)
     except (TypeError, ValueError, OverflowError):
         return None
-    array = array.copy() if copy and not isinstance(values, (list, tuple)) else array.view()
-    array.flags.writeable = False
-    return array
+    return read_only(array.copy() if copy and not isinstance(values, (list, tuple)) else array.view())
 
 
 def _is_ready(values: Any) -> TypeGuard[FloatArray]:
@@ -113,7 +115,10 @@ def plain(value: Any) -> Any:
 
 
 def set_fields(value: Any, **entries: Any) -> None:
-    """Set fields of a frozen dataclass while it is made; its arrays, which must be its own, become read-only."""
+    """Set fields of a frozen dataclass while it is made; its arrays, which must be its own, become read-only.
+
+    No other function writes to a frozen value.
+    """
     for name, entry in entries.items():
         _freeze(entry)
         object.__setattr__(value, name, entry)
@@ -123,9 +128,7 @@ class ReadOnly:
     """Base of values that own read-only arrays: they stay so when the value is pickled, copied or sent to a process."""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        for value in state.values():
-            _freeze(value)
-        self.__dict__.update(state)
+        set_fields(self, **state)
 
 
 class OwnsArrays(ReadOnly):
@@ -135,14 +138,12 @@ class OwnsArrays(ReadOnly):
         for field in fields(cast("Any", self)):
             array = getattr(self, field.name)
             if isinstance(array, np.ndarray):
-                owned = array.copy()
-                owned.flags.writeable = False
-                object.__setattr__(self, field.name, owned)
+                set_fields(self, **{field.name: array.copy()})
 
 
 def _freeze(value: Any) -> None:
     if isinstance(value, np.ndarray):
-        value.flags.writeable = False
+        read_only(value)
     elif isinstance(value, (list, tuple)):
         for entry in value:
             _freeze(entry)

@@ -67,10 +67,9 @@ def explains_names(moved: Mapping[str, str]) -> Callable[[Called], Called]:
 
         @wraps(target)
         def checked(*args: Any, **kwargs: Any) -> Any:
-            if not kwargs.keys() <= known:
-                for name in kwargs:
-                    if name in moved or not (name in known or passes_on):
-                        raise _unknown(called.__name__, name, known, moved)
+            for name in kwargs:
+                if name not in known and (name in moved or not passes_on):
+                    raise _unknown(called.__name__, name, known, moved)
             return target(*args, **kwargs)
 
         if isinstance(called, type):

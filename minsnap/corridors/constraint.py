@@ -20,7 +20,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, NDArray, ReadOnly, lengths_of, numbers
+from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, NDArray, ReadOnly, lengths_of, numbers, read_only
 from minsnap.basics.checks import DEGREES
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
@@ -105,7 +105,7 @@ class Walls(ReadOnly):
         """
         arrays = {"leg": leg, "normal": normal, "anchor": anchor, "lower": lower, "upper": upper, "width": width}
         legs, normal, anchor, lower, upper, width = _checked(name, order, arrays, (1, 2, 2, 1, 1, 1))
-        return cls.pairs(_whole(legs), normal, anchor, lower, upper, width, order, name)
+        return cls.pairs(read_only(legs.astype(np.intp)), normal, anchor, lower, upper, width, order, name)
 
     @classmethod
     def pairs(
@@ -130,7 +130,7 @@ class Walls(ReadOnly):
         """Return walls of arrays of their own, of the right shapes, which become read-only."""
         for array in values:
             if isinstance(array, np.ndarray):
-                array.flags.writeable = False
+                read_only(array)
         return cls(*values)
 
     @classmethod
@@ -173,7 +173,7 @@ class Walls(ReadOnly):
         grows = np.zeros(np.shape(anchor)) if slope is None else slope
         arrays = {"leg": leg, "matrix": matrix, "anchor": anchor, "slope": grows, "radius": radius}
         legs, matrix, anchor, grows, radius = _checked(name, order, arrays, (1, 3, 2, 2, 1))
-        return cls(_whole(legs), matrix, anchor, grows, radius, radius, order, name)
+        return cls(read_only(legs.astype(np.intp)), matrix, anchor, grows, radius, radius, order, name)
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out addresses, which mean nothing in another process."""
@@ -391,9 +391,3 @@ def _checked(name: str, order: int, arrays: dict[str, ArrayLike], dims: tuple[in
     if not (entries[-1] > 0.0).all():
         raise CorridorError(f"the {what} of a wall of the {name} is not positive")
     return entries
-
-
-def _whole(array: FloatArray) -> IntArray:
-    legs = array.astype(np.intp)
-    legs.flags.writeable = False
-    return legs

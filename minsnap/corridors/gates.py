@@ -155,9 +155,7 @@ class Gate(ReadOnly):
         across, up = (0.5 * (square.corners[k] - square.corners[0]) for k in (1, 3))
         angles = 2.0 * np.pi * np.arange(count) / count
         corners = square.center + np.cos(angles)[:, None] * across + np.sin(angles)[:, None] * up
-        gate = object.__new__(cls)
-        gate._fill(square.center.copy(), square.normal.copy(), corners, crossing, margin)
-        return gate
+        return cls._of(square.center, square.normal, corners, crossing, margin)
 
     @classmethod
     def polygon(cls, corners: ArrayLike, crossing: int = 0, margin: float = 0.0) -> Gate:
@@ -184,14 +182,17 @@ class Gate(ReadOnly):
             raise WaypointError(
                 "the corners of a gate must go round a convex polygon, in order, none on a straight side"
             )
-        gate = object.__new__(cls)
-        gate._fill(middle, axis, points, crossing, margin)
-        return gate
+        return cls._of(middle, axis, points, crossing, margin)
 
     def moved(self, step: FloatArray) -> Gate:
         """Return the same gate elsewhere; ``step`` is a vector (dim,) [m]."""
-        gate = object.__new__(type(self))
-        gate._fill(self.center + step, self.normal.copy(), self.corners + step, self.crossing, self.margin)
+        return self._of(self.center + step, self.normal, self.corners + step, self.crossing, self.margin)
+
+    @classmethod
+    def _of(cls, *fields: Any) -> Gate:
+        """Return a gate of its fields: an opening that need not be a rectangle."""
+        gate = object.__new__(cls)
+        gate._fill(*fields)
         return gate
 
     def _fill(self, center: FloatArray, normal: FloatArray, corners: FloatArray, crossing: int, margin: float) -> None:

@@ -140,10 +140,7 @@ class Polytopes(ReadOnly):
         radius = inner_balls(rows)[1]
         _refuse_flat(rows, radius)
         middles = _middles([_stacked(a, b) for a, b in zip(rows[:-1], rows[1:], strict=True)], rows[0][0].shape[1])
-        radius.flags.writeable = middles.flags.writeable = False
-        object.__setattr__(self, "half_spaces", rows)
-        object.__setattr__(self, "radius", radius)
-        object.__setattr__(self, "middles", middles)
+        set_fields(self, half_spaces=rows, radius=radius, middles=middles)
 
     def __len__(self) -> int:
         return len(self.half_spaces)

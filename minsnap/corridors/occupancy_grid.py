@@ -12,7 +12,7 @@ from itertools import permutations, product
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, numbers
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, numbers, read_only
 from minsnap.basics.checks import check_array, check_distance, check_waypoints, point_text
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
@@ -208,9 +208,7 @@ def boxes_along(
     boxes = pruned(inflated(free, cells, limit), cells[0], cells[-1])
     lower, upper = (corner + size * np.array([box[side] for box in boxes]) for side in (0, 1))
     corridor = Boxes(lower, upper)
-    waypoints = np.vstack([points[:1], corridor.passages()[0], points[-1:]])
-    waypoints.flags.writeable = False
-    return GridCorridor(corridor, waypoints)
+    return GridCorridor(corridor, read_only(np.vstack([points[:1], corridor.passages()[0], points[-1:]])))
 
 
 def _as_grid(occupancy: ArrayLike) -> BoolArray:

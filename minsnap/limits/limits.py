@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from minsnap.basics.arrays import GRAVITY, FloatArray
+from minsnap.basics.arrays import GRAVITY, FloatArray, set_fields
 from minsnap.basics.checks import check_positive, is_number
 from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.basics.messages import explains_names, shown
@@ -86,13 +86,13 @@ class Limits:
     def __post_init__(self) -> None:
         if not isinstance(self.norm, str) or self.norm not in ("euclidean", "axis"):
             raise LimitError(f"the norm of the limits is {shown(self.norm)}: use 'euclidean' or 'axis'")
-        for name, value in self.given().items():
-            _check_limit(KIND[name], value)
-        check_positive("gravity", self.gravity, "m/s²", LimitError)
-        for name in ("gravity", *self.given()):
-            if isinstance(getattr(self, name), np.generic):  # whose own arithmetic overflows early
-                object.__setattr__(self, name, float(getattr(self, name)))
-        vars(self).pop("_given", None)
+        for kind in KINDS:
+            value = getattr(self, kind.name, None)
+            if value is not None:
+                _check_limit(kind, value)
+            if isinstance(value, np.generic):  # whose own arithmetic overflows early
+                set_fields(self, **{kind.name: float(value)})
+        set_fields(self, gravity=check_positive("gravity", self.gravity, "m/s²", LimitError))
         if type(self) is Limits and self.max_thrust is not None and self.max_thrust > STRONG:
             warnings.warn(
                 f"max_thrust is {self.max_thrust:g} times the weight: if it is newtons, divide it by the weight",
@@ -141,10 +141,6 @@ class Limits:
 
     def given(self) -> dict[str, float]:
         """Return the limits that are set, by name."""
-        return dict(self._given)
-
-    @cached_property
-    def _given(self) -> dict[str, float]:
         values = {kind.name: getattr(self, kind.name, None) for kind in KINDS}
         return {name: value for name, value in values.items() if value is not None}
 

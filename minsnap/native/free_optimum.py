@@ -38,7 +38,8 @@ def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> Flo
     """
     legs, dim = len(durations), points.shape[1]
     control_points = np.empty((legs, 2 * half, dim))
-    status = _RESTING(readable(points), readable(durations), c_int64(legs), dim, half, writable(control_points))
+    solve = _RESTING.ready or _RESTING
+    status = solve(readable(points), readable(durations), c_int64(legs), dim, half, writable(control_points))
     return Status(status) if status else control_points
 
 

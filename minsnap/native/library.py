@@ -196,8 +196,9 @@ class Entry:
         return Status.UNSUPPORTED if function is None else function(*arguments)
 
 
-writable: Callable[[Any], Any] = (ctypes.c_char * 1).from_buffer
-"""Address of the first value of a C-contiguous array that is writable and not empty, as ctypes passes it fastest."""
+def writable(array: Any) -> Any:
+    """Return the address of the first value of a C-contiguous array that is writable and not empty, the fastest way."""
+    return ctypes.byref(ctypes.c_char.from_buffer(array))
 
 
 def address(array: Any) -> Any:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray, set_fields
 from minsnap.basics.checks import (
     check_closing,
     check_continuity,
@@ -84,9 +84,7 @@ class FullProblem:
             for part in (matrix.data, matrix.indices, matrix.indptr):
                 part.flags.writeable = False
         for name in ("q", "h", "b", "durations"):
-            owned = np.array(getattr(self, name), dtype=np.float64)
-            owned.flags.writeable = False
-            object.__setattr__(self, name, owned)
+            set_fields(self, **{name: np.array(getattr(self, name), dtype=np.float64)})
 
     def for_qpsolvers(self, dense: bool = False) -> Any:
         """Return the same problem as a ``qpsolvers.Problem``, with copied arrays that a solver may write to.

@@ -163,7 +163,7 @@ def _price(attempt: Timed, timing: Timing) -> float:
 
 def _joined(curve: Trajectory, parts: int) -> Trajectory:
     """Return a curve whose parts belong to one leg again."""
-    return replace(curve, pieces=curve.pieces * parts)
+    return curve.changed(pieces=curve.pieces * parts)
 
 
 def _planes(way: Trajectory, count: int, obstacles: Sequence[Obstacle], task: Task) -> Walls | None:

@@ -189,7 +189,7 @@ def _mended(
                 slopes.widths[legs] = own.widths
     gradients = None if slopes is None else Gradients.of_legs(*slopes, batch.offsets)
     reports = ReportsExcept(made, own_reports)
-    return _wrapped(points, batch.durations, breaks, batch.offsets, errors, reports, many.workers, gradients)
+    return Trajectories(points, batch.durations, breaks, batch.offsets, tuple(errors), reports, many.workers, gradients)
 
 
 def _solved_one_by_one(many: ManyProblems, gradients: bool) -> Trajectories:
@@ -207,24 +207,9 @@ def _solved_one_by_one(many: ManyProblems, gradients: bool) -> Trajectories:
     points = np.concatenate([np.zeros((0, 2 * many.half, many.batch.dim)), *(c.control_points for c in curves if c)])
     durations = np.concatenate([np.zeros(0), *(c.durations for c in curves if c)])
     breaks = np.concatenate([np.zeros(0), *(np.zeros(1) if c is None else c.breaks for c in curves)])
-    offsets = np.cumsum([0, *(0 if c is None else len(c.durations) for c in curves)])
-    errors = [None if isinstance(f, Trajectory) else f for f in answers]
+    offsets = np.asarray(np.cumsum([0, *(0 if c is None else len(c.durations) for c in curves)]))
+    errors = tuple(None if isinstance(f, Trajectory) else f for f in answers)
     reports = [blank if c is None or c.how is None else c.how for c in curves]
     walls = many.corridors is not None
-    known = Gradients.of_plans(each, many.batch.dim, walls, np.asarray(offsets)) if gradients else None
-    return _wrapped(points, durations, breaks, np.asarray(offsets), errors, reports, many.workers, known)
-
-
-def _wrapped(
-    points: FloatArray,
-    durations: FloatArray,
-    breaks: FloatArray,
-    offsets: IntArray,
-    errors: Sequence[MinsnapError | None],
-    reports: Reports,
-    workers: int,
-    gradients: Gradients | None,
-) -> Trajectories:
-    for array in (points, durations, breaks, offsets):
-        array.setflags(write=False)
-    return Trajectories(points, durations, breaks, offsets, tuple(errors), reports, workers, gradients)
+    known = Gradients.of_plans(each, many.batch.dim, walls, offsets) if gradients else None
+    return Trajectories(points, durations, breaks, offsets, errors, reports, many.workers, known)

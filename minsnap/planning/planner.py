@@ -221,7 +221,7 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
 
         timed = plan_around(task, timing, request.avoid)
     known = timed.facts() | {"milliseconds": 1e3 * (perf_counter() - began)}
-    return timed.trajectory.reported_by(_Plan(known, request.limits, request.yaw is None))
+    return timed.trajectory.changed(how=_Plan(known, request.limits, request.yaw is None), checked=True)
 
 
 def _shown(curve: Trajectory, watch: Progress | None, on_interrupt: str) -> Trajectory:

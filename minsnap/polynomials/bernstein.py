@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, read_only
 
 Rational = NDArray[Any]
 """A matrix of exact rationals: objects, whose sums and products numpy leaves to them."""
@@ -31,9 +31,7 @@ def _exact(rows: int, columns: int, entry: Callable[[int, int], Any]) -> Rationa
 
 
 def _rounded(matrix: Rational) -> FloatArray:
-    constant = matrix.astype(np.float64)
-    constant.flags.writeable = False
-    return constant
+    return read_only(matrix.astype(np.float64))
 
 
 def _difference(degree: int, order: int) -> Rational:
@@ -126,9 +124,7 @@ def gram_root(degree: int) -> FloatArray:
     -------
     R : ndarray, shape (degree + 1, degree + 1)
     """
-    root = np.array(np.linalg.cholesky(gram(degree, 0)).T, dtype=np.float64)
-    root.flags.writeable = False
-    return root
+    return read_only(np.array(np.linalg.cholesky(gram(degree, 0)).T, dtype=np.float64))
 
 
 @cache
@@ -241,9 +237,7 @@ def subdivision(degree: int, parts: int) -> FloatArray:
     for part in range(parts):
         low, high = _linear_powers(parts, part, degree), _linear_powers(parts, part + 1, degree)
         rows += [[value / whole for value in np.convolve(low[degree - i], high[i])] for i in range(degree + 1)]
-    matrix = np.array(rows)
-    matrix.flags.writeable = False
-    return matrix
+    return read_only(np.array(rows))
 
 
 def _linear_powers(parts: int, part: int, degree: int) -> list[np.ndarray[Any, Any]]:

@@ -129,7 +129,7 @@ def legs_of(curve: Trajectory, first: int, last: int) -> Trajectory:
     """Return the polynomials of legs from ``first`` to before ``last``."""
     part = slice(first * curve.pieces, last * curve.pieces)
     points, durations = curve.control_points[part], curve.durations[part]
-    return Trajectory.unchecked(control_points=points, durations=durations, pieces=curve.pieces)
+    return Trajectory(points, durations, pieces=curve.pieces, checked=True)
 
 
 def grouped(curve: Trajectory, pieces: int) -> Trajectory:
@@ -422,7 +422,7 @@ class LegEnd:
         """Fly it, then a curve from its end."""
         pieces = max(self.leg.pieces, curve.pieces)
         leg, left, following = (grouped(part, pieces) for part in (self.leg, self.left, curve))
-        return replace(left.then(following), rest_of=(leg.then(following), self.instant))
+        return left.then(following).changed(rest_of=(leg.then(following), self.instant), checked=True)
 
 
 def leg_end_of(splice: Splice) -> LegEnd | None:

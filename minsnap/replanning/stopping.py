@@ -105,7 +105,7 @@ class Stopping:
         proves = self.limits is None or (type(self.limits) is Limits and self.limits.body_rate is None)
         for stop in stops:
             self.deadline.check()
-            curve = Trajectory.unchecked(control_points=stop.points, durations=stop.durations)
+            curve = Trajectory(stop.points, stop.durations, checked=True)
             if (proves and stop.limited) or back_within(curve, self.limits):
                 return curve
         return None

@@ -85,7 +85,7 @@ def fault_as_one_leg(
     still, exactly = {order: np.zeros(curve.dim) for order in range(1, half)}, np.zeros(ends.shape)
     pins = {0: still | dict(start), 1: still}
     task = Task(ends, exactly, exactly, pins, half, half - 1, False, len(times), (), "auto")
-    return fault(task, Trajectory.unchecked(control_points=points, durations=times, pieces=len(times)), None, duration)
+    return fault(task, Trajectory(points, times, pieces=len(times), checked=True), None, duration)
 
 
 def _wrong_times(curve: Trajectory, times: FloatArray | float | None) -> str | None:

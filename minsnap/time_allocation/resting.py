@@ -38,7 +38,7 @@ def resting_plan(
     began = perf_counter()
     if type(degree) is not int or degree not in DEGREES or (durations is None) is (total is None):
         return None
-    points = numbers(waypoints)
+    points = numbers(waypoints, copy=corridor is not None)  # which the report of a tube keeps
     if points is None or points.ndim != 2 or len(points) < 2 or not points.shape[1] or is_transposed(*points.shape):
         return None
     times = _split_by_distance(points, total) if durations is None else numbers(durations)
@@ -84,9 +84,8 @@ def _free(
     control_points = resting_optimum(points, times, half)
     if not isinstance(control_points, np.ndarray):
         return None
-    return Trajectory.unchecked(
-        control_points=control_points, durations=times, how=LinearSystem(began, perf_counter(), "native", history)
-    )
+    how = LinearSystem(began, perf_counter(), "native", history)
+    return Trajectory(control_points, times, how=how, checked=True)
 
 
 def _in_tube(
@@ -96,7 +95,7 @@ def _in_tube(
     if optimum is None or not keeps(points, times, optimum.points, half - 1, half - 1, widths):
         return None
     how = TubeReport(perf_counter() - began, optimum.figures, points, widths, history)
-    return Trajectory.unchecked(control_points=optimum.points, durations=times, how=how)
+    return Trajectory(optimum.points, times, how=how, checked=True)
 
 
 def _half_widths(width: object, legs: int) -> FloatArray | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from minsnap.basics.arrays import set_fields
 from minsnap.basics.checks import check_positive, check_words
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError, TimingError
@@ -62,7 +63,7 @@ class Search:
                 raise TimingError(f"{name} is {shown(value)}: use {', '.join(others)} or {last}")
         for name, unit in (("time_weight", "cost per second"), ("time_limit", "s")):
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, check_positive(name, getattr(self, name), unit, TimingError))
+                set_fields(self, **{name: check_positive(name, getattr(self, name), unit, TimingError)})
 
 
 USUAL = Search()

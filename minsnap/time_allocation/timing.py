@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, set_fields
 from minsnap.basics.checks import check_time
 from minsnap.basics.deadline import Deadline
 from minsnap.basics.messages import shown
@@ -64,7 +64,7 @@ class Timing:
 
     def __post_init__(self) -> None:
         if self.total_time is not None:
-            object.__setattr__(self, "total_time", check_time("total_time", self.total_time, TimingError))
+            set_fields(self, total_time=check_time("total_time", self.total_time, TimingError))
 
     @property
     def total(self) -> float:

@@ -202,6 +202,10 @@ class ConstantHeading(Heading):
         return f"ConstantHeading({shown(self.angle)})"
 
 
+ZERO_YAW = ConstantHeading()
+"""The yaw of a path that has no other."""
+
+
 @dataclass(frozen=True, eq=False)
 class RemappedHeading(Heading):
     """Another heading on another clock: ``yaw(t) = heading(start + rate t)``."""

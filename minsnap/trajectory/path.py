@@ -11,7 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import LARGEST, ArrayLike, FloatArray
 from minsnap.basics.checks import check_positive, is_whole
 from minsnap.errors import InputError, TimingError
-from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.heading import ZERO_YAW, Heading
 from minsnap.trajectory.instants import as_instants, check_instants, check_order
 from minsnap.trajectory.samples import Samples
 
@@ -25,7 +25,12 @@ class Path(ABC):
     Implementations give ``duration``, ``dim``, ``yaw`` and ``evaluate``; calling, checking and sampling are shared.
     """
 
-    yaw: Heading = ConstantHeading()
+    __slots__ = ("__weakref__",)
+
+    @property
+    def yaw(self) -> Heading:
+        """Yaw as a function of time; by default zero."""
+        return ZERO_YAW
 
     @property
     @abstractmethod

@@ -16,7 +16,7 @@ from minsnap.basics.arrays import FloatArray, NDArray, set_fields
 from minsnap.basics.checks import check_positive
 from minsnap.errors import InputError, ShapeError
 from minsnap.polynomials.bernstein import ends_to_points
-from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.heading import ZERO_YAW, Heading
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -134,7 +134,7 @@ class PhasePath(Path):
     center: FloatArray
     drift: FloatArray
     harmonics: ComplexArray
-    yaw: Heading = ConstantHeading()
+    yaw: Heading = ZERO_YAW
 
     def __post_init__(self) -> None:
         center, drift = (np.array(vector, dtype=np.float64) for vector in (self.center, self.drift))

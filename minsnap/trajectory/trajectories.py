@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly, read_only
 from minsnap.errors import InputError, IntervalError, MinsnapError
 from minsnap.native.plan_batches import many_values
 from minsnap.polynomials.bernstein import careful_differences, ends_to_highest, gram_root
@@ -66,7 +66,7 @@ class Gradients(ReadOnly):
     def __post_init__(self) -> None:
         for array in (self.durations, self.waypoints, self.corridor):
             if array is not None:
-                array.setflags(write=False)
+                read_only(array)
 
     @classmethod
     def of_legs(
@@ -173,6 +173,10 @@ class Trajectories:
     threads: int = 1
     gradients: Gradients | None = None
 
+    def __post_init__(self) -> None:
+        for array in (self.control_points, self.durations, self.breaks, self.offsets):
+            read_only(array)
+
     def __len__(self) -> int:
         return len(self.errors)
 
@@ -245,7 +249,7 @@ class Trajectories:
             raise error
         first, last = int(self.offsets[number]), int(self.offsets[number + 1])
         points, durations = self.control_points[first:last], self.durations[first:last]
-        return Trajectory.unchecked(control_points=points, durations=durations, how=how)
+        return Trajectory(points, durations, how=how, checked=True)
 
     def __iter__(self) -> Iterator[Trajectory]:
         return (self[index] for index in range(len(self)))

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cached_property
 from math import inf, perm
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import numpy as np
 
-from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, ReadOnly, bounded, numbers, owned, set_fields
+from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, bounded, numbers, owned, read_only
 from minsnap.basics.checks import check_number, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.native.evaluation import Evaluator, PieceCosts
 from minsnap.polynomials.bernstein import basis, careful_differences, differentiate, gram_root
-from minsnap.trajectory.heading import ConstantHeading, Heading, YawFunction, as_heading
+from minsnap.trajectory.heading import ZERO_YAW, Heading, YawFunction, as_heading
 from minsnap.trajectory.instants import check_order
 from minsnap.trajectory.norm_maxima import (
     LONGEST_PIECE,
@@ -36,9 +34,6 @@ if TYPE_CHECKING:
     from minsnap.trajectory.report import Report
 
 T = TypeVar("T")
-
-COPIED = ("control_points", "durations", "breaks", "yaw", "pieces", "how", "rest_of")
-"""What a copy takes over, its fields and the instants of its knots."""
 
 FARTHEST = 1e150
 """Largest control point [m]: those of a plan whose durations lie far apart are far beyond its waypoints."""
@@ -61,8 +56,7 @@ class ReportMaker(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(ReadOnly, Path):
+class Trajectory(Path):
     r"""Piecewise polynomials, each on its own unit interval.
 
     Piece i is :math:`r(t) = \sum_j B_j^n(s)\, p_{ij}` with :math:`s = (t - t_i) / T_i`; pieces are half-open, the
@@ -84,6 +78,8 @@ class Trajectory(ReadOnly, Path):
         The curve of which this is the rest, and the instant on its clock at which it begins [s]: it is evaluated with
         the polynomials of that one. What is left of a piece is stored as control points that lie close together;
         derivatives of order p from these have the rounding of positions divided by the p-th power of its duration.
+    checked : bool
+        Whether all of this is known to be right, as of what a core has made; the arrays themselves are kept then.
 
     Raises
     ------
@@ -93,69 +89,80 @@ class Trajectory(ReadOnly, Path):
         If the durations are not positive, in that range, one per piece.
     """
 
-    control_points: FloatArray
-    durations: FloatArray
-    yaw: Heading = ConstantHeading()
-    pieces: int = 1
-    how: ReportMaker | None = None
-    rest_of: tuple[Trajectory, float] | None = None
+    __slots__ = ("_breaks", "_durations", "_how", "_measured", "_native", "_pieces", "_points", "_rest_of", "_yaw")
 
-    def __post_init__(self) -> None:
-        points = owned(self.control_points)
-        durations = owned(self.durations)
-        if points.ndim != 3 or 0 in points.shape or not (np.abs(points) <= FARTHEST).all():
-            raise WaypointError(
-                f"control points must be finite, of shape (pieces, degree + 1, dim), not {points.shape}, and at most "
-                f"{FARTHEST:g} in size"
-            )
-        if not (is_whole(self.pieces) and self.pieces >= 1 and len(points) % int(self.pieces) == 0):
-            raise InputError(f"{len(points)} polynomials are no whole number of legs with pieces={shown(self.pieces)}")
-        if durations.shape != points.shape[:1]:
-            raise TimingError(f"durations must be numbers, one for each of {len(points)} pieces")
-        if not (durations.min() >= SHORTEST_PIECE and durations.max() <= LONGEST_PIECE):
-            wrong = int(np.argmin((durations >= SHORTEST_PIECE) & (durations <= LONGEST_PIECE)))
-            raise TimingError(
-                f"durations must be positive and finite, from {SHORTEST_PIECE:g} to {LONGEST_PIECE:g} s, and that of "
-                f"piece {wrong} is {durations[wrong]} s"
-            )
-        yaw, pieces = as_heading(self.yaw), int(self.pieces)
-        set_fields(self, control_points=points, durations=durations, yaw=yaw, pieces=pieces)
+    def __init__(
+        self,
+        control_points: FloatArray,
+        durations: FloatArray,
+        yaw: Heading = ZERO_YAW,
+        pieces: int = 1,
+        how: ReportMaker | None = None,
+        rest_of: tuple[Trajectory, float] | None = None,
+        checked: bool = False,
+    ) -> None:
+        if not checked:
+            control_points, durations, yaw = owned(control_points), owned(durations), as_heading(yaw)
+            pieces = _checked_pieces(control_points, durations, pieces)
+        self._points, self._durations = read_only(control_points), read_only(durations)
+        self._yaw, self._pieces, self._how, self._rest_of = yaw, pieces, how, rest_of
+        self._breaks: FloatArray | None = None
+        self._native: Evaluator | None = None
+        self._measured: dict[str, tuple[object, Any]] = {}
 
-    @classmethod
-    def unchecked(cls, **values: Any) -> Trajectory:
-        """Return a trajectory of checked values: what a core has just made, which keeps the arrays themselves."""
-        made = object.__new__(cls)
-        values["control_points"].setflags(write=False)
-        values["durations"].setflags(write=False)
-        made.__dict__.update(values)
-        return made
+    @property
+    def control_points(self) -> FloatArray:
+        """Bernstein control points, shape (pieces in all, degree + 1, dim) [m]."""
+        return self._points
 
-    def _with(self, **changes: Any) -> Trajectory:
-        """Return a copy that shares the arrays, whose checks need no repetition."""
-        made = object.__new__(type(self))
-        known = vars(self)
-        made.__dict__.update({name: known[name] for name in COPIED if name in known} | changes)
-        return made
+    @property
+    def durations(self) -> FloatArray:
+        """Durations of the pieces, shape (pieces in all,) [s]."""
+        return self._durations
 
-    @cached_property
+    @property
+    def yaw(self) -> Heading:
+        """Yaw as a function of time."""
+        return self._yaw
+
+    @property
+    def pieces(self) -> int:
+        """Polynomials per leg."""
+        return self._pieces
+
+    @property
+    def how(self) -> ReportMaker | None:
+        """What makes the report; a ``Report`` once it was made."""
+        return self._how
+
+    @property
+    def rest_of(self) -> tuple[Trajectory, float] | None:
+        """The curve of which this is the rest, and the instant on its clock at which it begins [s]."""
+        return self._rest_of
+
+    @property
     def report(self) -> Report | None:
         """How the plan was made; None for other trajectories."""
-        return None if self.how is None else self.how.report(self)
+        if self._how is None:
+            return None
+        self._how = made = self._how.report(self)
+        return made
 
     def remembered(self, what: str, by: object, ask: Callable[[], T]) -> T:
         """Return what was asked of this very curve and by this very object, both compared by identity; asked once."""
-        known = vars(self).get(what)
+        known = self._measured.get(what)
         if known is None or known[0] is not by:
-            known = vars(self)[what] = by, ask()
+            known = self._measured[what] = by, ask()
         return cast(T, known[1])
 
-    @cached_property
+    @property
     def breaks(self) -> FloatArray:
         """Instants at which pieces begin and end, shape (pieces in all + 1,) [s]."""
-        breaks = np.zeros(len(self.durations) + 1)
-        self.durations.cumsum(out=breaks[1:])
-        breaks.flags.writeable = False
-        return breaks
+        if self._breaks is None:
+            breaks = np.zeros(len(self.durations) + 1)
+            self.durations.cumsum(out=breaks[1:])
+            self._breaks = read_only(breaks)
+        return self._breaks
 
     @property
     def duration(self) -> float:
@@ -194,25 +201,22 @@ class Trajectory(ReadOnly, Path):
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Position, or a derivative of it, at any instants; see ``Path``."""
         if type(order) is int and 0 <= order <= self.degree:
-            values = self._native.one(t, order) if isinstance(t, float) else self._native.many(t, order)
+            native = self._native or self._evaluator()
+            values = native.one(t, order) if isinstance(t, float) else native.many(t, order)
             if values is not None:
                 return values
         return super().__call__(t, order)
 
     def states(self, t: ArrayLike, orders: int) -> FloatArray:
         """Position and its derivatives below an order, at any instants; see ``Path``."""
-        values = self._native.states(t, orders) if type(orders) is int and 0 < orders <= self.degree + 1 else None
+        known = type(orders) is int and 0 < orders <= self.degree + 1
+        values = (self._native or self._evaluator()).states(t, orders) if known else None
         return super().states(t, orders) if values is None else values
 
-    @cached_property
-    def _native(self) -> Evaluator:
-        """The curve in the native core; orders and instants that it refuses go to ``Path`` and ``_evaluate``."""
-        return Evaluator(*self._polynomials)
-
-    @cached_property
-    def _costs(self) -> PieceCosts:
-        """The same for costs, which are those of this curve where it is the rest of one."""
-        return PieceCosts(self.control_points, self.durations)
+    def _evaluator(self) -> Evaluator:
+        """Return the curve in the native core; what that refuses goes to ``Path`` and ``_evaluate``."""
+        self._native = Evaluator(*self._polynomials)
+        return self._native
 
     @property
     def _polynomials(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -220,9 +224,16 @@ class Trajectory(ReadOnly, Path):
         whole, start = self.rest_of or (self, 0.0)
         return whole.control_points, whole.durations, whole.breaks - start
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Leave out addresses, which mean nothing in another process; with the report, and not how it is made."""
-        return {entry.name: getattr(self, entry.name) for entry in fields(self)} | {"how": self.report}
+    def __reduce__(self) -> tuple[type[Trajectory], tuple[Any, ...]]:
+        """Copy the parameters and the report, not how that is made, nor what was measured."""
+        known = self.control_points, self.durations, self.yaw, self.pieces, self.report, self.rest_of
+        return Trajectory, (*known, True)
+
+    def changed(self, **parameters: Any) -> Trajectory:
+        """Return the same with other parameters, and without a report where ``how`` is not among them."""
+        points, durations, yaw, rest_of = self.control_points, self.durations, self.yaw, self.rest_of
+        known: dict[str, Any] = {"control_points": points, "durations": durations, "yaw": yaw, "rest_of": rest_of}
+        return Trajectory(**known | {"pieces": self.pieces} | parameters)
 
     def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
         if order > self.degree:
@@ -238,11 +249,7 @@ class Trajectory(ReadOnly, Path):
 
     def with_yaw(self, yaw: Heading | YawFunction) -> Trajectory:
         """Return the same curve with another yaw and without a report."""
-        return self._with(yaw=as_heading(yaw), how=None)
-
-    def reported_by(self, how: ReportMaker) -> Trajectory:
-        """Return the same curve with a report that is made at its first use."""
-        return self._with(how=how)
+        return self.changed(yaw=as_heading(yaw), checked=True)
 
     def derivative(self, order: int = 1) -> Trajectory:
         """Return the derivative of that order as a trajectory of lower degree; zero past the degree."""
@@ -250,7 +257,7 @@ class Trajectory(ReadOnly, Path):
         points = differentiate(self.control_points, order)
         rest_of = None if self.rest_of is None else (self.rest_of[0].derivative(order), self.rest_of[1])
         points = points / self.durations[:, None, None] ** order
-        return replace(self, control_points=points, how=None, rest_of=rest_of)
+        return self.changed(control_points=points, rest_of=rest_of)
 
     @property
     def cost_order(self) -> int:
@@ -272,7 +279,10 @@ class Trajectory(ReadOnly, Path):
             [m^2 / s^(2p - 1)]
         """
         order = self.cost_order if order is None else check_order(order)
-        total = self._costs.total(order) if order <= self.degree else 0.0
+        total: float | None = 0.0
+        if order <= self.degree:
+            costs = self.remembered("costs", None, lambda: PieceCosts(self.control_points, self.durations))
+            total = costs.total(order)
         return float(self.piece_costs(order).sum()) if total is None else total
 
     def piece_costs(self, order: int | None = None) -> FloatArray:
@@ -330,13 +340,13 @@ class Trajectory(ReadOnly, Path):
         """Fly the same path ``factor`` times slower: the p-th derivative is divided by factor^p."""
         if not (is_number(factor) and float(factor) >= SMALLEST):
             raise TimingError(f"time can be stretched by a positive factor, not by {shown(factor)}")
-        slower = replace(self, durations=self.durations * float(factor), how=None, rest_of=None)
+        slower = self.changed(durations=self.durations * float(factor), rest_of=None)
         return self.turned(slower, 0.0, 1.0 / factor)
 
     def reversed(self) -> Trajectory:
         """Fly the same path backwards."""
         points, durations = self.control_points[::-1, ::-1], self.durations[::-1]
-        backwards = replace(self, control_points=points, durations=durations, how=None, rest_of=None)
+        backwards = self.changed(control_points=points, durations=durations, rest_of=None)
         return self.turned(backwards, self.duration, -1.0)
 
     def turned(self, curve: Trajectory, start: float, rate: float = 1.0) -> Trajectory:
@@ -347,7 +357,7 @@ class Trajectory(ReadOnly, Path):
         """Return the same curve written in polynomials of a higher degree."""
         check_number("the degree", degree, -inf, MOST_DEGREE, f"give a whole number up to {MOST_DEGREE}", whole=True)
         points = elevated_points(self.control_points, degree)
-        return replace(self, control_points=points, how=self.report, rest_of=None)  # whose cost is of the first degree
+        return self.changed(control_points=points, how=self.report, rest_of=None)  # whose cost is of the first degree
 
     def is_like(self, other: Path) -> bool:
         """Whether another path is the same polynomials."""
@@ -410,7 +420,27 @@ class Trajectory(ReadOnly, Path):
         points = bpoly.c
         if points.ndim not in (2, 3):
             raise WaypointError(f"a piecewise polynomial must have one trailing dimension, not {points.ndim - 2}")
-        return cls(points.reshape(*points.shape[:2], -1).swapaxes(0, 1), np.diff(bpoly.x), yaw or ConstantHeading())
+        return cls(points.reshape(*points.shape[:2], -1).swapaxes(0, 1), np.diff(bpoly.x), yaw or ZERO_YAW)
+
+
+def _checked_pieces(points: FloatArray, durations: FloatArray, pieces: int) -> int:
+    """Return how many polynomials a leg has; raise an error for wrong control points or durations."""
+    if points.ndim != 3 or 0 in points.shape or not (np.abs(points) <= FARTHEST).all():
+        raise WaypointError(
+            f"control points must be finite, of shape (pieces, degree + 1, dim), not {points.shape}, and at most "
+            f"{FARTHEST:g} in size"
+        )
+    if not (is_whole(pieces) and pieces >= 1 and len(points) % int(pieces) == 0):
+        raise InputError(f"{len(points)} polynomials are no whole number of legs with pieces={shown(pieces)}")
+    if durations.shape != points.shape[:1]:
+        raise TimingError(f"durations must be numbers, one for each of {len(points)} pieces")
+    if not (durations.min() >= SHORTEST_PIECE and durations.max() <= LONGEST_PIECE):
+        wrong = int(np.argmin((durations >= SHORTEST_PIECE) & (durations <= LONGEST_PIECE)))
+        raise TimingError(
+            f"durations must be positive and finite, from {SHORTEST_PIECE:g} to {LONGEST_PIECE:g} s, and that of "
+            f"piece {wrong} is {durations[wrong]} s"
+        )
+    return int(pieces)
 
 
 def costs_of_pieces(points: FloatArray, durations: FloatArray, order: int) -> FloatArray:

@@ -14,7 +14,7 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.proved_extrema import maximum
 from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
 from minsnap.polynomials.extrema import largest_ratio
-from minsnap.trajectory.heading import ConstantHeading
+from minsnap.trajectory.heading import ZERO_YAW
 from minsnap.trajectory.trajectory import Trajectory
 
 RESTING = 1e-9
@@ -47,7 +47,7 @@ def largest_turn_within(traj: Trajectory, intervals: FloatArray) -> tuple[float,
     instant : float
         When [s].
     """
-    best, velocity = (0.0, 0.0), traj.with_yaw(ConstantHeading()).derivative(1)
+    best, velocity = (0.0, 0.0), traj.with_yaw(ZERO_YAW).derivative(1)
     for first, last in intervals.tolist():
         if first < last:
             value, instant = _largest_turn(_cut(velocity, first, last))
@@ -74,7 +74,7 @@ def largest_look_rate(traj: Trajectory, point: FloatArray, start: float = 0.0, e
         When [s].
     """
     start = max(start, 0.0)
-    part = _cut(traj.with_yaw(ConstantHeading()), start, min(end, traj.duration))
+    part = _cut(traj.with_yaw(ZERO_YAW), start, min(end, traj.duration))
     spokes = point[:2] - part.control_points[..., :2]
     value, piece, s = _fastest_turn(spokes, part.durations)
     return value, start + float(part.breaks[piece] + s * part.durations[piece])

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, OwnsArrays
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, OwnsArrays, read_only
 from minsnap.errors import ThrustError, VehicleError
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
@@ -226,9 +226,7 @@ class FlatStates(OwnsArrays):
     @cached_property
     def quaternion(self) -> FloatArray:
         """The attitude as unit quaternions w, x, y, z, continuous in sign, shape (m, 4)."""
-        quaternion = quaternions(self.rotation)
-        quaternion.flags.writeable = False
-        return quaternion
+        return read_only(quaternions(self.rotation))
 
 
 def flat_states(

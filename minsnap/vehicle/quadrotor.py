@@ -26,6 +26,7 @@ from minsnap.basics.arrays import (
     bounded,
     numbers,
     plain,
+    read_only,
     set_fields,
 )
 from minsnap.basics.messages import SHOWN, shown
@@ -114,18 +115,18 @@ class Quadrotor(ReadOnly):
     @cached_property
     def rotor_positions(self) -> FloatArray:
         """Rotor hubs in the body frame, shape (4, 3) [m]."""
-        return _read_only(_hubs(self.layout, self.arm_length))
+        return read_only(_hubs(self.layout, self.arm_length))
 
     @cached_property
     def mixer(self) -> FloatArray:
         """Matrix from rotor thrusts to thrust [1] and torques about x, y, z [m], shape (4, 4): a column a rotor."""
         hubs, turning = self.rotor_positions, SPINS * (self.torque_coefficient / self.thrust_coefficient)
-        return _read_only(np.stack([np.ones(4), hubs[:, 1], -hubs[:, 0], turning]))
+        return read_only(np.stack([np.ones(4), hubs[:, 1], -hubs[:, 0], turning]))
 
     @cached_property
     def inverse_mixer(self) -> FloatArray:
         """Matrix from thrust and torques to rotor thrusts, shape (4, 4)."""
-        return _read_only(np.asarray(np.linalg.inv(self.mixer), dtype=np.float64))
+        return read_only(np.asarray(np.linalg.inv(self.mixer), dtype=np.float64))
 
     @property
     def weight(self) -> float:
@@ -214,11 +215,6 @@ class Quadrotor(ReadOnly):
         write_vehicle(self, path)
 
 
-def _read_only(array: FloatArray) -> FloatArray:
-    array.flags.writeable = False
-    return array
-
-
 def _hubs(layout: str, arm_length: float) -> FloatArray:
     """Return the positions of the rotors in the body frame, shape (4, 3) [m].
 
@@ -255,9 +251,7 @@ def _checked_inertia(value: ArrayLike) -> FloatArray:
         raise VehicleError(f"inertia is {shown(value)}: give 3 finite moments or a finite 3 x 3 matrix")
     matrix = np.diag(values) if values.ndim == 1 else values
     _check_body(matrix)
-    matrix = 0.5 * (matrix + matrix.T)
-    matrix.flags.writeable = False
-    return matrix
+    return read_only(0.5 * (matrix + matrix.T))
 
 
 def _check_body(matrix: FloatArray) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 import minsnap
 from minsnap.corridors.constraint import Walls
+from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
 
 CORNERS = [(0, 0, 1), (2, 0, 1), (2, 1, 1)]
@@ -39,8 +40,10 @@ def arrays(value, found=None):
     found = [] if found is None else found
     if isinstance(value, np.ndarray):
         found.append(value)
-    held = {name: part for name, part in getattr(value, "__dict__", {}).items() if name not in ("how", "breaks")}
-    for entry in value if isinstance(value, (list, tuple)) else held.values():
+    held = vars(value).values() if hasattr(value, "__dict__") else ()
+    if isinstance(value, Trajectory):
+        held = value.control_points, value.durations, value.yaw
+    for entry in value if isinstance(value, (list, tuple)) else held:
         arrays(entry, found)
     return found
 

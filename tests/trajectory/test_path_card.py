@@ -74,7 +74,7 @@ def test_paths_without_extent_and_of_many_legs_have_a_card():
 def test_sentences_of_a_report_are_escaped():
     path = minsnap.plan(CORNERS, durations=[4, 2, 4, 2])
     report = replace(path.report, notes=("1 < 2 & <script>alert(1)</script>",), handed_over="<i>")
-    shown = facts(replace(path, how=report))
+    shown = facts(path.changed(how=report))
     assert shown["note"] == "1 < 2 & <script>alert(1)</script>"
     assert shown["handed over"] == "<i>"
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import cos, sin
 from typing import NamedTuple, Protocol
 
-from minsnap.basics.arrays import ArrayLike
+from minsnap.basics.arrays import ArrayLike, set_fields
 from minsnap.basics.checks import check_array, check_positive
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
@@ -210,7 +210,7 @@ class CascadeController:
             if name in ("horizontal_speed", "climb_speed", "descent_speed", "tilt_limit", "outer_rate"):
                 check_positive(name, value, "", InputError)
             elif name != "references":
-                object.__setattr__(self, name, vector(name.replace("_", " "), value))
+                set_fields(self, **{name: vector(name.replace("_", " "), value)})
         if self.tilt_limit >= math.pi / 2:
             raise InputError(f"tilt_limit is {self.tilt_limit} rad: it must be below a quarter turn")
 
@@ -371,7 +371,7 @@ class GeometricController:
 
     def __post_init__(self) -> None:
         for name in ("position_gain", "velocity_gain", "attitude_gain", "rate_gain"):
-            object.__setattr__(self, name, vector(name.replace("_", " "), getattr(self, name)))
+            set_fields(self, **{name: vector(name.replace("_", " "), getattr(self, name))})
 
     def pilot(self, vehicle: Quadrotor, step: float) -> GeometricPilot:
         """Return the running controller for a vehicle; it has no state between steps."""

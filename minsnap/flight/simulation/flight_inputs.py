@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, interpolated
+from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, interpolated, set_fields
 from minsnap.basics.checks import check_able, check_kind, check_number, check_positive, check_seed, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError, TimingError
@@ -194,7 +194,7 @@ class ConstantWind:
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "velocity", vector("wind velocity", self.velocity))
+        set_fields(self, velocity=vector("wind velocity", self.velocity))
 
     def sample(self, count: int, step: float) -> FloatArray:
         """Return the wind at every instant, shape (count, 3) [m/s]."""
@@ -241,19 +241,19 @@ class DrydenWind:
     _speed: float = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mean", vector("mean wind", self.mean))
+        set_fields(self, mean=vector("mean wind", self.mean))
         for name in ("intensity", "length"):
             values = vector(f"gust {name}", getattr(self, name))
             if min(values) < 0:
                 raise InputError(f"gust {name} is {values}: no part may be below 0")
-            object.__setattr__(self, name, values)
+            set_fields(self, **{name: values})
         speed = max(math.hypot(*self.mean), 1.0) if self.airspeed is None else self.airspeed
         check_seed(self.seed)
         if not (is_number(speed) and speed >= SMALLEST) or min(self.length) < SMALLEST:
             raise InputError(
                 f"gusts need lengths and an airspeed above 0, not {self.length} m and {shown(self.airspeed)} m/s"
             )
-        object.__setattr__(self, "_speed", float(speed))
+        set_fields(self, _speed=float(speed))
 
     def sample(self, count: int, step: float) -> FloatArray:
         """Return the wind at 0, step, …, shape (count, 3) [m/s]; a shorter series is the start of a longer one."""

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, read_only
 from minsnap.basics.checks import check_distance
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.occupancy_grid import GridCorridor
@@ -235,7 +235,7 @@ class Route(Path):
         return self.trajectory.dim
 
     @property
-    def yaw(self) -> Heading:  # type: ignore[override]
+    def yaw(self) -> Heading:
         """Heading of the plan."""
         return self.trajectory.yaw
 
@@ -354,8 +354,7 @@ def _lifted(corridor: GridCorridor, start: FloatArray, goal: FloatArray) -> tupl
     low, high = min(start[2], goal[2]) - FREE_HEIGHT, max(start[2], goal[2]) + FREE_HEIGHT
     sides = [np.pad(side, ((0, 0), (0, 1)), constant_values=z) for side, z in ((boxes.lower, low), (boxes.upper, high))]
     lifted = np.column_stack((points, np.linspace(start[2], goal[2], len(points))))
-    lifted.flags.writeable = False
-    return Boxes(*sides), lifted
+    return Boxes(*sides), read_only(lifted)
 
 
 def _timed(planning: dict[str, Any]) -> dict[str, Any]:
