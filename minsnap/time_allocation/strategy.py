@@ -89,6 +89,8 @@ class StrategySettings:
         How often is searched until a curve can be certified.
     inwards : float
         Factor on the share by which walls are moved inwards, where a curve is outside.
+    near : float
+        Use of limits up to which a curve counts whose search found no end.
     seen, enough : float
         Excess of a limit beyond which the search has not seen it, and by how many of them it is tightened.
     not_longer : float
@@ -104,6 +106,7 @@ class StrategySettings:
     looser: float = 4.0
     tries: int = 3
     inwards: float = 10.0
+    near: float = 1.1
     seen: float = 0.05
     enough: float = 2.0
     not_longer: float = 1e-3
@@ -197,7 +200,7 @@ class Strategy:
         solved = self._certified(with_rates(question, free, heading), free, far)
         if solved is None or self.interrupted:
             return best or solved
-        return shorter(best, solved if keeps(limits, solved.flown) else self._turning(solved))
+        return shorter(best, solved if keeps(limits, solved.flown) else self._turning(solved, price))
 
     @cached_property
     def _heading(self) -> Heading | None:
@@ -251,6 +254,8 @@ class Strategy:
     def _certified(self, question: ShortestQuestion, limits: Limits, far: float) -> SolvedTask | None:
         """Return a certified plan; None where the search has no curve, or none that can be certified nearby.
 
+        A search along the velocity that finds no end leaves a curve near its limits: that is flown more slowly.
+
         Parameters
         ----------
         question : ShortestQuestion
@@ -264,13 +269,18 @@ class Strategy:
         try:
             for _ in range(SETTINGS.tries):
                 self.answer = answer = self._searched(question)
-                if answer is None or not answer.kept or not answer.durations.max() <= LONGEST_PIECE:
+                if answer is None or not answer.durations.max() <= LONGEST_PIECE:
                     break
                 solved = solved_at(self.task, answer)
+                near = self._follows and not question.price
+                if not (answer.kept or (near and largest_use(limits, solved.flown, False) <= SETTINGS.near)):
+                    break
                 if not solved.inside:
                     question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, QUESTION.inward))
                     continue
                 last = solved, answer
+                if not answer.kept:
+                    break
                 kept, excess = self._within(solved, limits, far, question.price > 0.0)
                 if kept is not None or answer.stopped or excess > SETTINGS.seen:
                     return kept
@@ -331,7 +341,7 @@ class Strategy:
             return shorter(slowed(solved, grained(touching_factor(limits, solved.flown))), self._resting())
         return self._resting()
 
-    def _turning(self, solved: SolvedTask) -> SolvedTask | None:
+    def _turning(self, solved: SolvedTask, price: float) -> SolvedTask | None:
         """Search again from a plan, and from the same path at a slower pace, with the limit on the rate of its yaw."""
         guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
         answer, limit = self.answer, self.limits.yaw_rate
@@ -343,7 +353,7 @@ class Strategy:
                 raise yaw_too_fast(self.limits, solved.flown)
             guesses = [replace(guess, slower=float((least / guess.durations).max()), least=least)]
         for guess in guesses:
-            question = replace(begun_from(self._question, guess), parts=())
+            question = replace(begun_from(self._question, guess), parts=(), price=price)
             turned = self._certified(question, self.limits, SETTINGS.not_longer)
             if turned is not None:
                 return turned

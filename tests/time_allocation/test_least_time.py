@@ -95,9 +95,9 @@ def test_the_rate_of_a_heading_along_the_velocity_is_searched_for():
         assert path.duration <= most
 
 
-@pytest.mark.parametrize(("number", "rate", "most"), [(24, 1.5, 18.0), (21, 0.8, 14.0), (4, 1.35, 26.0)])
+@pytest.mark.parametrize(("number", "rate", "most"), [(24, 1.5, 13.9), (21, 0.8, 10.6), (4, 1.35, 20.0)])
 def test_a_heading_along_the_velocity_takes_sharp_corners_or_stops(number, rate, most):
-    """They took 279, 68 and 60 s: where nothing better is found, the plan rests at every waypoint."""
+    """They took 279, 68 and 60 s, then 16.5, 13 and 25 s where searches that found no end were thrown away."""
     asked = problem(number, rate)
     path = minsnap.plan(**asked)
     certificate = minsnap.certify(path, corridor=asked.get("corridor"), limits=asked["limits"])
@@ -105,9 +105,9 @@ def test_a_heading_along_the_velocity_takes_sharp_corners_or_stops(number, rate,
     assert path.duration <= most
 
 
-@pytest.mark.parametrize(("total", "most"), [(9.0, 1250.0), (12.0, 9.8), (14.4, 0.73), (20.0, 0.072)])
+@pytest.mark.parametrize(("total", "most"), [(9.0, 104.0), (12.0, 2.6), (14.4, 0.58), (20.0, 0.015)])
 def test_more_time_makes_a_heading_along_the_velocity_cheaper(total, most):
-    """A search for a price ended at 283 times the cost of equal durations, and more at 12 s than at 9 s."""
+    """A search for a price ended at 283 times the cost of equal durations, as the search within the rate forgot its price."""
     points, limits = (
         [(1.0, 0.6), (-0.5, -1.6), (-1.1, -2.1), (-2.5, -1.5)],
         Limits(yaw_rate=0.3, speed=1.0, acceleration=9.0),
