@@ -107,7 +107,7 @@ def test_a_heading_along_the_velocity_takes_sharp_corners_or_stops(number, rate,
 
 @pytest.mark.parametrize(("total", "most"), [(9.0, 104.0), (12.0, 2.6), (14.4, 0.58), (20.0, 0.015)])
 def test_more_time_makes_a_heading_along_the_velocity_cheaper(total, most):
-    """A search for a price ended at 283 times the cost of equal durations, as the search within the rate forgot its price."""
+    """A search for a price within the rate forgot its price: it ended at 283 times the cost of equal times."""
     points, limits = (
         [(1.0, 0.6), (-0.5, -1.6), (-1.1, -2.1), (-2.5, -1.5)],
         Limits(yaw_rate=0.3, speed=1.0, acceleration=9.0),
