@@ -282,6 +282,8 @@ class Contradiction:
 def _weights(half: int, duration: Fraction, s: Fraction, order: int) -> list[Fraction]:
     """Return the derivative at s of the curves with one end derivative 1 and the others 0, those at the start first."""
     degree, low = 2 * half - 1, 2 * half - 1 - order
+    if low < 0:
+        return [Fraction(0)] * (2 * half)
     part, whole = s.numerator, s.denominator
     own = [comb(low, i) * part**i * (whole - part) ** (low - i) for i in range(low + 1)]  # times whole**low
     for _ in range(order):

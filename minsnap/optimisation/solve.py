@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from enum import Enum
 
@@ -10,7 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import GAP
 from minsnap.errors import MinsnapError
-from minsnap.native.status import GAVE_UP
+from minsnap.native.status import GAVE_UP, Status
 from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
 from minsnap.optimisation.optimum import BLEND, ONE_PIECE, GaveUpError, InfeasibleRowsError, Optimum
 from minsnap.optimisation.solved_task import SolvedTask
@@ -58,21 +59,22 @@ def solve(
         If none was found.
     """
     units = units or task.units(durations)
-    if not task.constrained and not (task.jumps and task.pins):
-        if task.continuity < task.half - 1:
-            native = solve_natively(task, durations, units, gap, prove, Effort.WHOLE.value)
-        else:
-            native = solve_without_walls(task, durations, units)
-        return _unbounded(task, durations, units, native) if isinstance(native, str) else native
-    reason = ""
-    if samples is None:
+    free, low = not task.constrained and not (task.jumps and task.pins), task.continuity < task.half - 1
+    native: SolvedTask | str = ""
+    if free and not low:
+        native = solve_without_walls(task, durations, units)
+    elif free or samples is None:
         native = solve_natively(task, durations, units, gap, prove, (effort or Effort.WHOLE).value)
-        if isinstance(native, SolvedTask):
-            return native
-        if effort is not None and native in GAVE_UP:
-            raise GaveUpError(native)
-        reason = native
-    return solve_by_reference(task, durations, reason, units, samples, gap, prove)
+    if isinstance(native, SolvedTask):
+        return native
+    if low and native == Status.SINGULAR.reason:  # of a lap: curves through zeros cost nothing
+        with suppress(InfeasibleRowsError):
+            return solve(replace(task, continuity=task.half - 1), durations, samples, units, gap, prove, effort)
+    if free:
+        return _unbounded(task, durations, units, native)
+    if effort is not None and native in GAVE_UP:
+        raise GaveUpError(native)
+    return solve_by_reference(task, durations, native, units, samples, gap, prove)
 
 
 def _unbounded(task: Task, durations: FloatArray, units: Units, reason: str) -> SolvedTask:

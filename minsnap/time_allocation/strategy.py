@@ -54,6 +54,7 @@ from minsnap.time_allocation.shortest_question import (
     with_rates,
 )
 from minsnap.time_allocation.time_stretch import (
+    STRETCH,
     grained,
     nearby_factor,
     nothing_limits,
@@ -272,7 +273,7 @@ class Strategy:
                 if answer is None or not answer.durations.max() <= LONGEST_PIECE:
                     break
                 solved = solved_at(self.task, answer)
-                near = self._follows and not question.price
+                near = self._follows and self.task.still and not question.price
                 if not (answer.kept or (near and largest_use(limits, solved.flown, False) <= SETTINGS.near)):
                     break
                 if not solved.inside:
@@ -329,8 +330,8 @@ class Strategy:
         Samples do, but where bounds prove more between them.
         """
         if self.task.still and not self.walled and isinstance(limits, VehicleLimits):
-            for proved in (False, True):
-                factor = nearby_factor(limits, lambda factor: at(factor).flown, proved)
+            for proved, met in ((False, STRETCH.nearly_met), (True, STRETCH.met)):
+                factor = nearby_factor(limits, lambda factor: at(factor).flown, proved, met)
                 yield at(min(factor or 1.0, 1.0))
 
     def _slowed(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:
@@ -352,13 +353,16 @@ class Strategy:
             if least is None:
                 raise yaw_too_fast(self.limits, solved.flown)
             guesses = [replace(guess, slower=float((least / guess.durations).max()), least=least)]
+        turned: SolvedTask | None = None
+        if not self.task.still:
+            price = 0.0  # what moves is lengthened to a total by other solves, and needs a plan that is short enough
         for guess in guesses:
             question = replace(begun_from(self._question, guess), parts=(), price=price)
-            turned = self._certified(question, self.limits, SETTINGS.not_longer)
-            if turned is not None:
-                return turned
-            if self.interrupted:
+            turned = shorter(turned, self._certified(question, self.limits, SETTINGS.not_longer))
+            if self.interrupted or (turned is not None and self.answer is not None and self.answer.kept):
                 break
+        if turned is not None:
+            return turned
         self.answer = answer
         return self._slowed(solved, self.limits)
 

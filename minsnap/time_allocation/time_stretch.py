@@ -142,7 +142,9 @@ def _by_bracket(over: Callable[..., float], limits: Limits, start: float, roughl
     return root
 
 
-def nearby_factor(limits: Limits, flown: Callable[[float], Trajectory], proved: bool = True) -> float | None:
+def nearby_factor(
+    limits: Limits, flown: Callable[[float], Trajectory], proved: bool = True, met: float = STRETCH.met
+) -> float | None:
     """Return the same factor where it is near one, by a few steps of the secant method; None if they do not find it.
 
     They end where more time means more use.
@@ -153,9 +155,10 @@ def nearby_factor(limits: Limits, flown: Callable[[float], Trajectory], proved: 
         The path flown more slowly by a factor, each of which is a grained one.
     proved : bool
         Whether uses between samples count, where limits are proved by bounds.
+    met : float
+        How near to 1 the use is brought.
     """
     place, best, last = 1.0, inf, (nan, nan)
-    met = STRETCH.met if proved else STRETCH.nearly_met
     for _ in range(STRETCH.secants):
         curve = flown(place)
         used = most_used(limits, curve, proved)

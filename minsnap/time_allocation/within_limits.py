@@ -242,7 +242,7 @@ def _stretched(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> 
         return slower
     total, shortest = timing.total, fastest.trajectory.duration
     raise UnprovedError(
-        f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that or more time",
+        f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that time",
         shortest=shortest,
     )
 

@@ -22,15 +22,12 @@ MOST_SAMPLES = 20_000_000
 class Path(ABC):
     """A curve over [0, duration] with all the derivatives its users need.
 
-    Implementations give ``duration``, ``dim``, ``yaw`` and ``evaluate``; calling, checking and sampling are shared.
+    Implementations give ``duration``, ``dim``, ``yaw`` and ``_evaluate``; calling, checking and sampling are shared.
     """
 
     __slots__ = ("__weakref__",)
 
-    @property
-    def yaw(self) -> Heading:
-        """Yaw as a function of time; by default zero."""
-        return ZERO_YAW
+    yaw: Heading = ZERO_YAW
 
     @property
     @abstractmethod

@@ -121,7 +121,7 @@ class Trajectory(Path):
         return self._durations
 
     @property
-    def yaw(self) -> Heading:
+    def yaw(self) -> Heading:  # type: ignore[override]
         """Yaw as a function of time."""
         return self._yaw
 

@@ -8,7 +8,7 @@ import pytest
 import minsnap
 from minsnap.cli.app import exit_status
 from minsnap.corridors.constraint import Walls, leg_scales
-from minsnap.errors import CorridorError
+from minsnap.errors import CorridorError, InfeasibleError
 from minsnap.trajectory.trajectory import Trajectory
 
 RANDOM = np.random.default_rng(0)
@@ -187,3 +187,11 @@ def test_walls_of_a_constraint_are_no_equations():
 
     with pytest.raises(CorridorError, match="no equations"):
         minsnap.plan([(0, 0, 1), (2, 1, 1), (4, 0, 2)], durations=[2, 2], corridor=Level())
+
+
+def test_a_wall_on_a_derivative_above_the_degree_is_refused_with_a_proof():
+    """It is zero, and has to be one at least; the proof raised a TypeError."""
+    wall = ONE_WALL | {"lower": [1.0], "order": 4}
+    with pytest.raises(InfeasibleError) as refused:
+        minsnap.plan([(0, 0, 1), (4, 0, 1), (4, 4, 1)], degree=3, durations=[3.0, 3.0], corridor=OwnConstraint(wall))
+    assert refused.value.verify()

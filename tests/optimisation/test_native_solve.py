@@ -200,3 +200,16 @@ def test_a_moving_start_that_leaves_no_stop_blends_with_the_curve_of_most_room()
     traj = minsnap.plan(points, durations, corridor=0.000572, degree=11, pieces=3, start=start)
     assert traj.report.rungs[-1:] == ("blend",)
     assert minsnap.certify(traj, points, 0.000572).ok
+
+
+@pytest.mark.parametrize(("degree", "asked"), [(5, {"total_time": 12.0}), (9, {"durations": [4.0, 2.0, 4.0, 3.0]})])
+@pytest.mark.parametrize("corridor", [None, 0.3])
+def test_laps_whose_least_cost_is_open_have_one_more_continuous_derivative(degree, asked, corridor):
+    """They cost 20 to 4,000 times as much in a tube, and were refused without one."""
+    lap, half = [(0, 0, 1), (8, 0, 1), (8, 4, 2), (0, 4, 1), (0, 0, 1)], (degree + 1) // 2
+    low, usual = (
+        minsnap.plan(lap, closed=True, corridor=corridor, degree=degree, continuity=half - more, **asked)
+        for more in (2, 1)
+    )
+    assert low.cost() == pytest.approx(usual.cost(), rel=1e-6)
+    assert minsnap.certify(low, lap, corridor=corridor).ok

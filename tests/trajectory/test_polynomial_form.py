@@ -127,3 +127,16 @@ def test_what_cannot_be_promised_is_refused():
         minsnap.as_polynomials(minsnap.circle(ramp=1e-30))
     with pytest.raises(ShapeError, match="more than 100000 polynomials"):
         minsnap.as_polynomials(minsnap.circle(laps=100_000.0), 1e-4)
+
+
+def test_a_path_of_ones_own_may_set_its_yaw():
+    class Own(minsnap.Path):
+        duration, dim = 1.0, 3
+
+        def __init__(self, yaw):
+            self.yaw = yaw
+
+        def _evaluate(self, t, order):
+            return np.zeros((len(t), 3))
+
+    assert Own(minsnap.circle(yaw=0.5).yaw).sample(2.0).yaw == pytest.approx([0.5, 0.5, 0.5])

@@ -235,7 +235,7 @@ class Route(Path):
         return self.trajectory.dim
 
     @property
-    def yaw(self) -> Heading:
+    def yaw(self) -> Heading:  # type: ignore[override]
         """Heading of the plan."""
         return self.trajectory.yaw
 
