@@ -74,8 +74,7 @@ def _about(attempt: Attempt, durations: FloatArray, guess: float) -> Bracket | N
     """Return the same from a guess on; else from a tenth of the way to it: what moves at its ends may need less."""
     first = _rising(attempt, durations, guess, [guess * (1.0 + share) for share in NEAR])
     if first is None:
-        factors = (1.0 + share for share in LONGER)
-        return _rising(attempt, durations, 1.0, [factor for factor in factors if factor > 0.9 + 0.1 * guess])
+        return _rising(attempt, durations, 1.0, [1.0 + share for share in LONGER if share > 0.1 * (guess - 1.0)])
     shorter = _attempted(attempt, durations * guess) if first[0] == guess else None
     return first if shorter is None else (1.0, guess, shorter)
 

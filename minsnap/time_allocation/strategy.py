@@ -267,13 +267,13 @@ class Strategy:
         """
         self.log.forget()
         last: tuple[SolvedTask, ShortestCurve] | None = None
+        near = self._follows and self.task.still and not question.price
         try:
             for _ in range(SETTINGS.tries):
                 self.answer = answer = self._searched(question)
                 if answer is None or not answer.durations.max() <= LONGEST_PIECE:
                     break
                 solved = solved_at(self.task, answer)
-                near = self._follows and self.task.still and not question.price
                 if not (answer.kept or (near and largest_use(limits, solved.flown, False) <= SETTINGS.near)):
                     break
                 if not solved.inside:
@@ -353,9 +353,9 @@ class Strategy:
             if least is None:
                 raise yaw_too_fast(self.limits, solved.flown)
             guesses = [replace(guess, slower=float((least / guess.durations).max()), least=least)]
-        turned: SolvedTask | None = None
         if not self.task.still:
             price = 0.0  # what moves is lengthened to a total by other solves, and needs a plan that is short enough
+        turned: SolvedTask | None = None
         for guess in guesses:
             question = replace(begun_from(self._question, guess), parts=(), price=price)
             turned = shorter(turned, self._certified(question, self.limits, SETTINGS.not_longer))

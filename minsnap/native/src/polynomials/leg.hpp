@@ -93,8 +93,10 @@ inline void points_from_ends(Degree<Half> size, const LegTables<Real> &tables, c
 template <class Real, int Half>
 inline void row_factors(Degree<Half> size, const LegTables<Real> &tables, Real duration, int order, Real s, Real *factors) {
     const int half = size.half(), degree = size.degree();
-    for (int j = 0; order > degree && j <= degree; ++j) factors[j] = 0;
-    if (order > degree) return;
+    if (order > degree) {
+        for (int j = 0; j <= degree; ++j) factors[j] = 0;
+        return;
+    }
     Real weights[max_points];
     bernstein_basis(degree - order, s, weights);
     for (int m = degree - order; m < degree; ++m) {  // the transposed differences, back to degree 2k - 1
