@@ -90,6 +90,8 @@ class ShortestQuestion:
         Relative gain of a division below which no further one is tried.
     inwards, tightened : float
         Shares of their widths by which walls are moved inwards, and limits.
+    timed : bool
+        Whether all durations stay those of the guess, for the least cost at a price.
     price : float
         Of a second, for the least sum of cost and price; 0 for the least time alone.
     rough : bool
@@ -112,6 +114,7 @@ class ShortestQuestion:
     worthwhile: float
     inwards: float
     tightened: float = 0.0
+    timed: bool = False
     price: float = 0.0
     rough: bool = False
     guess: Guess | None = None
@@ -211,7 +214,7 @@ def _noting(pressed: list[int]) -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-_TAKEN = ("closed", "moving", "rough", "worthwhile", "inwards", "tightened", "price", "lengths")
+_TAKEN = ("closed", "moving", "timed", "rough", "worthwhile", "inwards", "tightened", "price", "lengths")
 """What a request takes over from a question as it is."""
 
 

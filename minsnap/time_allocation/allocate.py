@@ -99,7 +99,7 @@ def _timed(task: Task, timing: Timing, refuse: Callable[[], None] = nothing) -> 
             return _from_limits(task, timing, limits, started)
         if timing.durations is not None:
             solved = solved_or_explained(timing.bounded(task), task.piece_durations(timing.durations), refuse)
-            return within_limits.require_limits_kept(timed(solved), limits)
+            return within_limits.require_limits_kept(timed(solved), task, timing)
         return (within_limits.shortest_plan if shortest else within_limits.limited_plan)(task, timing)
 
 

@@ -28,7 +28,7 @@ from minsnap.time_allocation.refusal import explain, overdetermined
 from minsnap.time_allocation.time_scaling import shortest_scaled
 from minsnap.time_allocation.timing import Run, Timed, Timing, solved_or_explained, timed
 from minsnap.time_allocation.ways import start_on_limit
-from minsnap.time_allocation.within_limits import plans_for
+from minsnap.time_allocation.within_limits import plans_for, searched_in_time
 
 if TYPE_CHECKING:
     from minsnap.optimisation.contradiction import Contradiction
@@ -103,9 +103,10 @@ def by_necessary_walls(task: Task, timing: Timing, refused: Refused) -> Timed | 
         raise
     except (InfeasibleError, SolverError) as other:
         return other
-    mine = _of_these_times(proof, task, timing)
-    if mine and keeps(limits, planned.trajectory):
-        return planned
+    if _of_these_times(proof, task, timing):
+        kept = planned if keeps(limits, planned.trajectory) else searched_in_time(planned.solved, task, timing)
+        if kept is not None:
+            return kept
     return _unproved(refused) if isinstance(refused, InfeasibleError) else refused
 
 

@@ -50,7 +50,6 @@ from minsnap.time_allocation.shortest_question import (
     coasting_guess,
     guess_of,
     question_of,
-    scales,
     with_rates,
 )
 from minsnap.time_allocation.time_stretch import (
@@ -203,6 +202,16 @@ class Strategy:
             return best or solved
         return shorter(best, solved if keeps(limits, solved.flown) else self._turning(solved, price))
 
+    def solve_timed(self, solved: SolvedTask) -> SolvedTask | None:
+        """Search the curve of least cost in the durations of one that exceeds limits; None where none is found."""
+        task, curve = self.task, solved.trajectory
+        guess = guess_of(curve, task)
+        if guess is None or task.continuity > task.half - 1:
+            return None
+        price = float(f"{(2 * task.half - 1) * curve.cost(task.half) / curve.duration:.6g}")
+        question = replace(begun_from(self._question, guess), parts=(), price=price, timed=True, moving=True)
+        return self._certified(question, self.limits, SETTINGS.not_longer)
+
     @cached_property
     def _heading(self) -> Heading | None:
         """Heading of any curve of the task, where limits depend on it: of that along the straight legs."""
@@ -282,19 +291,21 @@ class Strategy:
                 last = solved, answer
                 if not answer.kept:
                     break
-                kept, excess = self._within(solved, limits, far, question.price > 0.0)
+                kept, excess = self._within(solved, question, limits, far)
                 if kept is not None or answer.stopped or excess > SETTINGS.seen:
                     return kept
                 question = replace(question, tightened=question.tightened + SETTINGS.enough * excess)
             if last is None:
                 return None
             self.answer = last[1]
-            return self._slowed(last[0], limits)
+            return None if question.timed else self._slowed(last[0], limits)
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
             return None
 
-    def _within(self, solved: SolvedTask, limits: Limits, far: float, priced: bool) -> tuple[SolvedTask | None, float]:
+    def _within(
+        self, solved: SolvedTask, question: ShortestQuestion, limits: Limits, far: float
+    ) -> tuple[SolvedTask | None, float]:
         """Fly the same path at the speed at which the most used limit is just kept, if that is about its own.
 
         Returns
@@ -304,8 +315,9 @@ class Strategy:
             Of the most used limit, relative.
         """
         curve, answer, at = solved.flown, self.answer, cache(partial(slowed, solved))
+        priced = question.price > 0.0
         assert answer is not None
-        if not scales(self.task, limits):
+        if question.moving:
             use = largest_use(limits, curve, proved=False)
             if use <= 1.0 + KEPT:
                 quick = () if priced else self._hastened(at, limits)

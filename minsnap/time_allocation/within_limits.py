@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -138,13 +139,14 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
     limits, bounded = timing.bounds, timing.bounded(task)
     if timing.total_time is not None and timing.split != "optimal":
         durations = timing.total * proportions(task, timing.split, limits)
-        return require_limits_kept(timed(solved_or_explained(bounded, task.piece_durations(durations))), limits)
+        solved = solved_or_explained(bounded, task.piece_durations(durations))
+        return require_limits_kept(timed(solved), task, timing)
     if not _searchable(task, limits):
         price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
         planned = _cheapest(bounded, timing, price, durations, Run(()))
         if planned is None:
             raise explain(timing.in_time(bounded), task.piece_durations(durations))
-        return require_limits_kept(planned, limits, price is not None)
+        return require_limits_kept(planned, task, timing, price is not None)
     if task.continuity <= task.half - 1:
         try:
             return _joint_plan(task, timing)
@@ -160,7 +162,7 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
         _check_total(float(durations.sum()), fastest)
     planned = None if search.interrupted else _cheapest(bounded, timing, price, durations, search)
     if planned is not None and price is not None:
-        return require_limits_kept(planned, limits, True)
+        return require_limits_kept(planned, task, timing, True)
     if planned is not None and keeps(limits, planned.trajectory):
         return planned
     smooth = _smoother(task, fastest, timing, search)
@@ -179,7 +181,7 @@ def _joint_plan(task: Task, timing: Timing) -> Timed:
     search, limits = LeastPriced(task, timing), timing.bounds
     if timing.time_weight is not None:
         solved, run = search.priced(timing.time_weight)
-        return require_limits_kept(timed(solved, run), limits, True)
+        return require_limits_kept(timed(solved, run), task, timing, True)
     free, run = search.free(distance_split(task, timing.total))
     return timed(free, run) if keeps(limits, free.flown) else _at_total(timing, search, free, run)
 
@@ -273,21 +275,33 @@ def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | No
     return None, fastest * (timing.total / fastest.sum())
 
 
-def require_limits_kept(planned: Timed, limits: Limits, stretchable: bool = False) -> Timed:
+def searched_in_time(exceeding: SolvedTask, task: Task, timing: Timing) -> Timed | None:
+    """Search a curve that keeps the limits in the durations of one that does not; None where none is found."""
+    with suppress(SolverError, LimitError):
+        found = Strategy(task, timing).solve_timed(exceeding)
+        return None if found is None else timed(found)
+    return None
+
+
+def require_limits_kept(planned: Timed, task: Task, timing: Timing, stretchable: bool = False) -> Timed:
     """Return a plan that keeps all limits, those that are not walls of the QP too, or say how long it would take.
 
     Raises
     ------
     UnprovedError
-        If the plan of least cost exceeds a limit; other curves of its durations are not tried.
+        If the plan of least cost exceeds a limit, and a search finds no other curve of its durations.
     """
+    limits = timing.bounds
     used = most_used(limits, planned.trajectory)
     if used.fraction <= 1.0 + KEPT:
         return planned
-    task, total = planned.solved.task, planned.trajectory.duration
+    total = planned.trajectory.duration
+    other = None if stretchable else searched_in_time(planned.solved, task, timing)
+    if other is not None:
+        return other
     where = f"on leg {used.leg} at {used.instant:.4g} s"
     if limits.medium.drags:
-        where += " with the vehicle's drag, which only plans that choose the durations themselves foresee"
+        where += " with the vehicle's drag"
     message = f"the plan of least cost in {total:.6g} s does not keep {used.name}: it reaches {used.value:.6g} {where}"
     if not task.still:
         raise UnprovedError(f"{message}; give more time", leg=used.leg, instant=used.instant)

@@ -216,6 +216,7 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(ShortestRequest, limits),
     MINSNAP_FIELD(ShortestRequest, divisions),
     MINSNAP_FIELD(ShortestRequest, moving),
+    MINSNAP_FIELD(ShortestRequest, timed),
     MINSNAP_FIELD(ShortestRequest, rough),
     MINSNAP_FIELD(ShortestRequest, parts),
     MINSNAP_FIELD(ShortestRequest, worthwhile),

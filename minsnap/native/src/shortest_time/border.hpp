@@ -19,6 +19,7 @@ struct ShortestRequest {
     std::int64_t half, dim, legs, closed, groups, limits;
     std::int64_t divisions;     // how many numbers stand in `parts`
     std::int64_t moving;        // whether time may not be scaled to keep the limits
+    std::int64_t timed;         // whether all durations stay those of a guess
     std::int64_t rough;         // whether the curve is only one to begin another search from
     const std::int64_t *parts;  // pieces into which pieces are divided, one time after another
     double worthwhile;          // relative gain of a division below which no further one is tried

@@ -49,6 +49,12 @@ public:
         }
     }
 
+    // Hold an unknown where it is: nothing moves it, and it moves nothing.
+    void hold(int place) {
+        for (int k = 0; k < size; ++k)
+            if (std::abs(k - place) <= width || std::max(k, place) >= banded) at(place, k) = k == place ? 1.0 : 0.0;
+    }
+
     double &at(int row, int column) {
         if (row < column) {
             const int kept = row;

@@ -17,9 +17,9 @@ namespace minsnap {
 template <class S>
 struct Course {
     int legs = 0;
-    bool closed = false, moving = false;
-    const std::int64_t *free = nullptr;  // (legs + 1, half, dim)
-    const double *turned = nullptr;      // (legs + 1, dim, dim)
+    bool closed = false, moving = false, timed = false;  // timed: durations stay as they are
+    const std::int64_t *free = nullptr;                  // (legs + 1, half, dim)
+    const double *turned = nullptr;                      // (legs + 1, dim, dim)
 
     // The axes of a waypoint's position, by rows of the world's coordinates; null where they are the world's.
     const double *axes(int waypoint) const {

@@ -118,7 +118,8 @@ public:
             }
             failed = 0;
             if (shortened > 0) damping = std::max(damping * Settings::damping_change, Settings::damping);
-            const double now = chain.total(), gap = barrier_ * rows.regular, decrement = -newton_.slope() * std::max(1.0, damping);
+            const double now = chain.course.timed ? smooth_ * objective.unit : chain.total(), gap = barrier_ * rows.regular,
+                         decrement = -newton_.slope() * std::max(1.0, damping);
             const bool free = damping <= Settings::held;  // a step that is held back says nothing about what is left to gain
             if (free) stalled = std::abs(now - former) < Settings::stalled * objective.unit ? stalled + 1 : 0;
             former = now;

@@ -82,6 +82,12 @@ private:
             add_metric(rows.instants, objective, piece, place);
         }
         for (int knot = 0; knot <= chain.pieces; ++knot) pin(chain, knot);
+        for (int i = 0; chain.course.timed && i < chain.pieces; ++i) {
+            const int place = duration_place(chain, i);
+            hessian_.hold(place);
+            metric_.hold(place);
+            gradient[place] = 0.0;
+        }
     }
 
     static bool moves(const Chain<S> &chain, int knot) {

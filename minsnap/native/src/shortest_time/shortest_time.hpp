@@ -30,7 +30,12 @@ private:
     // At rest at every knot but for what is pinned, as fast as limits on norms allow.
     void begin() {
         Chain<S> &chain = point_.chain;
-        chain.course = {static_cast<int>(request_.legs), request_.closed != 0, request_.moving != 0, request_.free, request_.turned};
+        chain.course = {static_cast<int>(request_.legs),
+                        request_.closed != 0,
+                        request_.moving != 0,
+                        request_.timed != 0,
+                        request_.free,
+                        request_.turned};
         chain.pieces = static_cast<int>(request_.legs);
         chain.per_leg = 1;
         double sizes[3] = {0.0, 0.0, 0.0};
@@ -92,7 +97,7 @@ private:
         const bool once = request_.divisions == 1, guessed = request_.guessed > 0, rough = once && !guessed;
         const double gap = guessed ? Settings::divided_gap : Settings::first_gap;
         if (!point_.begin(gap)) return StageEnd::no_memory;
-        for (int k = 0; k < Settings::slowings && point_.rows.slows() && point_.largest() > 0.0; ++k) {
+        for (int k = 0; !request_.timed && k < Settings::slowings && point_.rows.slows() && point_.largest() > 0.0; ++k) {
             point_.chain.slow(Settings::slowed);
             prepare();
             if (!point_.begin(gap)) return StageEnd::no_memory;
@@ -180,7 +185,7 @@ private:
         for (int i = 0; i < chain.pieces; ++i) {
             chain.ends(i, piece);
             const PieceCurve<S> curve(piece);
-            answer.durations[i] = piece.duration;
+            answer.durations[i] = chain.course.timed ? request_.guess_durations[i] : piece.duration;
             for (int j = 0; j < S::ends; ++j)
                 for (int c = 0; c < S::dim; ++c) answer.points[(i * S::ends + j) * S::dim + c] = curve.points[0][j][c];
         }

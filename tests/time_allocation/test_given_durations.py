@@ -1,0 +1,51 @@
+"""Limits that are no walls of the QP, in durations that are given: a search of the curve alone."""
+
+import numpy as np
+import pytest
+from tasks import REFERENCE, random_legs, task_of
+
+import minsnap
+from minsnap import Limits
+from minsnap.native.library import core
+from minsnap.optimisation.solve import solve
+from minsnap.time_allocation.strategy import Strategy
+from minsnap.time_allocation.timing import Timing
+from minsnap.vehicle import Quadrotor
+
+pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
+
+RATES = Limits(speed=4.0, body_rate=2.0, max_thrust=2.0, tilt=1.0)
+ROTORS = Limits.of(Quadrotor.dji_f330(), speed=4.0)
+
+
+@pytest.mark.parametrize("pieces", [1, 2])
+@pytest.mark.parametrize("closed", [False, True])
+def test_the_least_cost_is_found_as_by_the_qp(closed, pieces):
+    """Of limits that are walls too: the search begins from the curve without them."""
+    durations = np.repeat([2.9, 1.9, 2.9, 2.2], pieces) * (0.85 if closed else 1.2) / pieces
+    limits = Limits(speed=3.6, acceleration=3.0)
+    task, walled = (task_of(REFERENCE, limits=one, pieces=pieces, closed=closed) for one in (None, limits))
+    free, least = solve(task, durations), solve(walled, durations)
+    found = Strategy(task, Timing(durations, limits=limits)).solve_timed(free)
+    assert least.trajectory.cost() > 1.01 * free.trajectory.cost()
+    assert found.inside and least.trajectory.cost() <= found.trajectory.cost() * (1 + 1e-9)
+    assert found.trajectory.cost() <= 1.01 * least.trajectory.cost()
+
+
+@pytest.mark.parametrize("asked", [{}, {"closed": True}, {"corridor": 0.6, "waypoint_tolerance": 0.2, "pieces": 3}])
+@pytest.mark.parametrize("limits", [RATES, ROTORS], ids=["rates", "rotors"])
+def test_durations_near_the_shortest_have_a_plan(limits, asked):
+    points, _ = random_legs(3, 4)
+    points = np.vstack((2.0 * points + [0, 0, 5], 2.0 * points[:1] + [0, 0, 5]))
+    shortest = minsnap.plan(points, limits=limits, **asked)
+    durations = 1.02 * np.diff(shortest.leg_breaks)
+    path = minsnap.plan(points, durations, limits=limits, **asked)
+    assert np.diff(path.leg_breaks) == pytest.approx(durations, rel=1e-14)
+    assert minsnap.certify(path, limits=limits).ok
+    assert path.cost() < shortest.stretched(1.02).cost()
+
+
+def test_a_total_in_proportions_is_kept_too():
+    split = minsnap.Search(split="distance")
+    path = minsnap.plan(REFERENCE, total_time=7.0, limits=Limits(body_rate=2.0), search=split)
+    assert path.report.solver == "interior point" and minsnap.certify(path, limits=Limits(body_rate=2.0)).ok
