@@ -100,7 +100,7 @@ def _smoother(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> T
 
 
 def plans_for(
-    bounded: Task, task: Task, timing: Timing, search: Run, exact: bool = False
+    bounded: Task, task: Task, timing: Timing, search: Run, exact: bool = False, searched: bool = False
 ) -> Callable[..., Timed | None]:
     """Return what plans for durations, within limits as walls; None where there is no plan, or it is not certified.
 
@@ -110,6 +110,8 @@ def plans_for(
         With the walls of the limits besides those of ``task``.
     exact : bool
         Whether the durations are kept; else a plan from rest to rest is flown as fast as its limits allow.
+    searched : bool
+        Whether a curve that keeps the limits is searched where that of least cost does not.
 
     Returns
     -------
@@ -129,7 +131,9 @@ def plans_for(
                 return flown_fastest(solved, limits, task.walls, search)
         except (InfeasibleRowsError, SolverError):
             return None
-        return timed(solved, search) if limits is None or keeps(limits, solved.flown) else None
+        if limits is None or keeps(limits, solved.flown):
+            return timed(solved, search)
+        return searched_in_time(solved, task, timing) if searched else None
 
     return plan
 
@@ -223,7 +227,8 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     tried = [factor * durations]
     if between.any():
         tried.append(durations + (total - durations.sum()) / between.sum() * between)
-    plan = plans_for(replace(timing.bounded(asked), pieces=task.pieces), task, timing, run, exact=True)
+    bounded = replace(timing.bounded(asked), pieces=task.pieces)
+    plan = plans_for(bounded, task, timing, run, exact=True, searched=True)
     return next((planned for planned in map(plan, tried) if planned is not None), None)
 
 

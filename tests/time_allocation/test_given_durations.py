@@ -49,3 +49,11 @@ def test_a_total_in_proportions_is_kept_too():
     split = minsnap.Search(split="distance")
     path = minsnap.plan(REFERENCE, total_time=7.0, limits=Limits(body_rate=2.0), search=split)
     assert path.report.solver == "interior point" and minsnap.certify(path, limits=Limits(body_rate=2.0)).ok
+
+
+@pytest.mark.parametrize("limits", [Limits(body_rate=0.8), ROTORS], ids=["rate", "rotors"])
+@pytest.mark.parametrize("pinned", [{"start": {"velocity": (1.5, 0.4, 0)}}, {"pins": {2: {"velocity": (-1, 0.3, 0)}}}])
+def test_a_total_longer_than_the_shortest_is_kept_where_states_do_not_scale(pinned, limits):
+    total = 1.05 * minsnap.plan(REFERENCE, limits=limits, **pinned).duration
+    path = minsnap.plan(REFERENCE, total_time=total, limits=limits, **pinned)
+    assert path.duration == pytest.approx(total) and minsnap.certify(path, limits=limits).ok
