@@ -15,7 +15,10 @@ from minsnap.basics.checks import LONGEST, SHORTEST
 from minsnap.basics.deadline import Deadline
 from minsnap.time_allocation.timing import Timed
 
-RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.2, 0.5)
+BARELY = (5e-4, 3e-3)
+"""Shares by which durations are lengthened where about as long ones have a plan."""
+
+RESERVES = (*BARELY, 0.02, 0.1, 0.2, 0.5)
 """Shares by which durations are lengthened until a plan for them succeeds."""
 
 LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)
@@ -62,12 +65,26 @@ Bracket = tuple[float, float, Timed]
 
 
 def _first(attempt: Attempt, durations: FloatArray, still: bool) -> Bracket | None:
-    """Return the first factor of all that has a plan."""
-    shortest, *others = (1.0 + share for share in LONGER)
-    first = _rising(attempt, durations, 1.0, [shortest])
-    if first is None and still and _attempted(attempt, durations * others[-1]) is None:
+    """Return the first factor of all that has a plan, sought from a usual one: what barely fails costs most."""
+    factors = [1.0 + share for share in LONGER]
+    usual = 0 if still else len(BARELY)
+    planned = _attempted(attempt, durations * factors[usual])
+    if planned is not None:
+        return _falling(attempt, durations, factors[:usual], (1.0, factors[usual], planned))
+    if still and _attempted(attempt, durations * factors[-1]) is None:
         return None
-    return first or _rising(attempt, durations, shortest, others)
+    return _rising(attempt, durations, factors[usual], factors[usual + 1 :])
+
+
+def _falling(attempt: Attempt, durations: FloatArray, factors: Sequence[float], first: Bracket) -> Bracket:
+    """Return the first of rising factors from which on all have a plan, the best plan with it."""
+    low, high, best = first
+    for factor in reversed(factors):
+        planned = _attempted(attempt, durations * factor)
+        if planned is None:
+            return factor, high, best
+        high, best = factor, min(planned, best, key=lambda one: one.trajectory.duration)
+    return low, high, best
 
 
 def _about(attempt: Attempt, durations: FloatArray, guess: float) -> Bracket | None:
