@@ -7,7 +7,7 @@ to 2k - 2 join, so that durations leave one curve or few, it is the largest exce
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,31 +36,34 @@ class FittingSettings:
         Excess below zero that is enough, in widths.
     effort : float
         Share of the work that least slacks are worth for those of one try.
-    same : float
-        Share of the least excess from another start above which that led to the same.
+    patience, falls : int, float
+        Iterations for each leg in which the excess must fall to that share.
+    shorter : float
+        Factor on a total from which the shortest plan that was found is far, where more derivatives join than a piece
+        of its search shares.
     """
 
     room: float = 0.01
     effort: float = 0.1
-    same: float = 0.99
+    patience: int = 5
+    falls: float = 0.7
+    shorter: float = 1.1
 
 
 FITTING = FittingSettings()
 
 
-def fitting_durations(
-    task: Task, starts: Iterable[FloatArray], total: float | None, deadline: Deadline
-) -> FloatArray | None:
+def fitting_durations(task: Task, first: FloatArray, total: float | None, deadline: Deadline) -> FloatArray | None:
     """Find durations of the legs.
 
     Parameters
     ----------
     task : Task
         With all walls.
-    starts : iterable of ndarray, shape (legs,)
-        Durations to begin with [s], one after another; without a total they are scaled first.
+    first : ndarray, shape (legs,)
+        Durations to begin with [s]; without a total they are scaled first.
     total : float or None
-        Of all legs together [s].
+        Of all legs together [s]; it leaves one leg nothing to choose.
     deadline : Deadline
         At which the search ends.
 
@@ -69,17 +72,12 @@ def fitting_durations(
     ndarray, shape (legs,), or None
         [s]; None where none were found.
     """
-    least = np.inf
-    for first in starts:
-        search = _LeastExcess(task, first, total, deadline)
-        search.run()
-        excess, at = search.best
-        if excess < 0.0:
-            return search.durations(at)
-        if excess == np.inf or excess > FITTING.same * least:  # no curve at any scale, or where the last one led
-            return None
-        least = excess
-    return None
+    if total is not None and task.legs == 1:
+        return None
+    search = _LeastExcess(task, first, total, deadline)
+    search.run()
+    excess, at = search.best
+    return search.durations(at) if excess < 0.0 else None
 
 
 class _LeastExcess:
@@ -89,7 +87,7 @@ class _LeastExcess:
         self.task = replace(task, touching=False, deadline=deadline)
         self.free, self.give = replace(self.task, walls=()), common_slack(all_walls(self.task))
         self.first, self.total, self.deadline = first, total, deadline
-        self.best = (np.inf, np.zeros(len(first)))
+        self.best, self.excesses = (np.inf, np.zeros(len(first))), list[float]()
 
     def durations(self, logarithms: FloatArray) -> FloatArray:
         """Return durations of the legs [s], of six digits, as no rounding of a library may decide a plan."""
@@ -137,8 +135,11 @@ class _LeastExcess:
         minimize(self.excess, start, method="Nelder-Mead", callback=self.check, options=options)
 
     def check(self, _: FloatArray) -> None:
-        """End the search where a curve has some room, or the time is over."""
-        if self.best[0] < -FITTING.room or self.deadline.passed:
+        """End the search where a curve has some room, its excess barely falls, or the time is over."""
+        self.excesses.append(self.best[0] + FITTING.room)
+        window, now = FITTING.patience * self.task.legs, self.excesses[-1]
+        before = self.excesses[-1 - window] if len(self.excesses) > window else np.inf
+        if now < 0.0 or now > FITTING.falls * before or self.deadline.passed:
             raise StopIteration
 
 

@@ -19,7 +19,7 @@ from minsnap.limits.compliance import KEPT, keeps
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.still_direction import still_direction
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.fitting_durations import fitting_durations
+from minsnap.time_allocation.fitting_durations import FITTING, fitting_durations
 from minsnap.time_allocation.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
 from minsnap.time_allocation.least_cost import cheapest_durations, distance_split, leg_sums
 from minsnap.time_allocation.longer_times import least_longer
@@ -64,13 +64,22 @@ def in_other_times(task: Task, timing: Timing, refused: Refused) -> Timed | None
         for durations in _proportions(task, timing, refused)
     )
     planned = next((one for one in tried if one is not None), None)
-    return planned or _where_free_curves_fit(task, bounded, timing, refused)
+    if planned is not None or _searched_in_vain(task, timing, refused):
+        return planned
+    return _where_free_curves_fit(task, bounded, timing, refused)
+
+
+def _searched_in_vain(task: Task, timing: Timing, refused: Refused) -> bool:
+    """Whether the shortest plan of a search takes longer than a total, by far where more derivatives join."""
+    shortest = getattr(refused, "shortest", None)
+    near = 1.0 if task.continuity < task.half else FITTING.shorter
+    return timing.total_time is not None and shortest is not None and shortest > near * timing.total
 
 
 def _where_free_curves_fit(task: Task, bounded: Task, timing: Timing, refused: Refused) -> Timed | None:
     """Plan from durations whose curve without walls is inside, of a price or a total near to the cheapest of these."""
-    starts = (leg_sums(one, task.pieces) for one in _proportions(task, timing, refused))
-    fitting = fitting_durations(bounded, starts, timing.total_time, bounded.deadline)
+    first = leg_sums(next(_proportions(task, timing, refused)), task.pieces)
+    fitting = fitting_durations(bounded, first, timing.total_time, bounded.deadline)
     if fitting is None:
         return None
     priced = timing.time_weight is not None or timing.total_time is not None
