@@ -54,6 +54,16 @@ def test_a_total_is_searched_from_the_shortest_plan_where_legs_of_one_speed_leav
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", [320000120, 320000187, 320000213])
+def test_a_total_longer_than_that_of_a_plan_has_one_too(seed):
+    """A price of time did not reach the total, and two splits had no plan."""
+    asked, _ = question(seed)
+    asked.pop("search", None)
+    shortest = minsnap.plan(**asked)
+    assert minsnap.plan(**asked, total_time=1.01 * shortest.duration).duration > shortest.duration
+
+
+@pytest.mark.slow
 def test_a_yaw_in_time_is_measured_again_where_a_curve_is_flown_more_slowly():
     """Rotors broke their limit on the slower curve; what was tried in its place takes 7.2 s."""
     asked, _ = question(401674)

@@ -202,14 +202,15 @@ class Strategy:
             return best or solved
         return shorter(best, solved if keeps(limits, solved.flown) else self._turning(solved, price))
 
-    def solve_timed(self, solved: SolvedTask) -> SolvedTask | None:
-        """Search the curve of least cost in the durations of one that exceeds limits; None where none is found."""
-        task, curve = self.task, solved.trajectory
+    def solve_timed(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
+        """Search the curve of least cost in piece durations [s], from a curve in any; None where none is found."""
+        task, curve = self.task, first.trajectory
         guess = guess_of(curve, task)
         if guess is None or task.continuity > task.half - 1:
             return None
         price = float(f"{(2 * task.half - 1) * curve.cost(task.half) / curve.duration:.6g}")
-        question = replace(begun_from(self._question, guess), parts=(), price=price, timed=True, moving=True)
+        question = replace(begun_from(self._question, replace(guess, durations=durations)), parts=())
+        question = replace(question, price=price, timed=True, moving=True)
         return self._certified(question, self.limits, SETTINGS.not_longer)
 
     @cached_property

@@ -100,7 +100,7 @@ def _smoother(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> T
 
 
 def plans_for(
-    bounded: Task, task: Task, timing: Timing, search: Run, exact: bool = False, searched: bool = False
+    bounded: Task, task: Task, timing: Timing, search: Run, exact: bool = False
 ) -> Callable[..., Timed | None]:
     """Return what plans for durations, within limits as walls; None where there is no plan, or it is not certified.
 
@@ -110,8 +110,6 @@ def plans_for(
         With the walls of the limits besides those of ``task``.
     exact : bool
         Whether the durations are kept; else a plan from rest to rest is flown as fast as its limits allow.
-    searched : bool
-        Whether a curve that keeps the limits is searched where that of least cost does not.
 
     Returns
     -------
@@ -131,9 +129,7 @@ def plans_for(
                 return flown_fastest(solved, limits, task.walls, search)
         except (InfeasibleRowsError, SolverError):
             return None
-        if limits is None or keeps(limits, solved.flown):
-            return timed(solved, search)
-        return searched_in_time(solved, task, timing) if searched else None
+        return timed(solved, search) if limits is None or keeps(limits, solved.flown) else None
 
     return plan
 
@@ -196,9 +192,11 @@ def _at_total(timing: Timing, search: LeastPriced, free: SolvedTask | None, run:
     fastest, last = Strategy(task, timing).run()
     _check_total(total, fastest)
     interrupted = run.interrupted or last.interrupted
-    best = None if interrupted else search.at_total(total, free or fastest)
+    best, longer = (None, None) if interrupted else search.at_total(total, free or fastest)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
-    found = _lengthened(task, best, timing, run) if best is not None and best.trajectory.duration <= total else None
+    found = None if best is None else _lengthened(task, best, timing, run)
+    if found is None and longer is not None:
+        found = _between(task, best or fastest, longer, timing)
     plans = [found] if timing.bounds.yaw_rate is None else [found, *_in_proportion(task, timing, fastest, run)]
     cheapest = min((one for one in plans if one is not None), key=lambda one: one.trajectory.cost(), default=None)
     return cheapest or _stretched(task, fastest, timing, run)
@@ -209,6 +207,15 @@ def _in_proportion(task: Task, timing: Timing, fastest: SolvedTask, run: Run) ->
     plan, shares = plans_for(timing.bounded(task), task, timing, run, exact=True), _leg_durations(fastest)
     for durations in (np.ones(task.legs), distance_split(task, 1.0), shares):
         yield plan(task.piece_durations(timing.total * durations / durations.sum()))
+
+
+def _between(asked: Task, shorter: SolvedTask, longer: SolvedTask, timing: Timing) -> Timed | None:
+    """Plan for a total in durations between those of a shorter and of a longer plan."""
+    low, high = shorter.trajectory.durations, longer.trajectory.durations
+    if len(low) != len(high):
+        return None
+    share = (timing.total - low.sum()) / (high.sum() - low.sum())
+    return searched_in_time(longer, asked, timing, low + share * (high - low))
 
 
 def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Timed | None:
@@ -227,9 +234,9 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     tried = [factor * durations]
     if between.any():
         tried.append(durations + (total - durations.sum()) / between.sum() * between)
-    bounded = replace(timing.bounded(asked), pieces=task.pieces)
-    plan = plans_for(bounded, task, timing, run, exact=True, searched=True)
-    return next((planned for planned in map(plan, tried) if planned is not None), None)
+    plan = plans_for(replace(timing.bounded(asked), pieces=task.pieces), task, timing, run, exact=True)
+    planned = (plan(durations) or searched_in_time(best, task, timing, durations) for durations in tried)
+    return next((one for one in planned if one is not None), None)
 
 
 def _check_total(total: float, fastest: SolvedTask) -> None:
@@ -280,10 +287,14 @@ def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | No
     return None, fastest * (timing.total / fastest.sum())
 
 
-def searched_in_time(exceeding: SolvedTask, task: Task, timing: Timing) -> Timed | None:
-    """Search a curve that keeps the limits in the durations of one that does not; None where none is found."""
+def searched_in_time(
+    first: SolvedTask, task: Task, timing: Timing, durations: FloatArray | None = None
+) -> Timed | None:
+    """Search a curve that keeps the limits in piece durations [s], from one in others or beyond; None without one."""
     with suppress(SolverError, LimitError):
-        found = Strategy(task, timing).solve_timed(exceeding)
+        found = Strategy(task, timing).solve_timed(
+            first, first.trajectory.durations if durations is None else durations
+        )
         return None if found is None else timed(found)
     return None
 
@@ -402,8 +413,8 @@ class LeastPriced:
             raise self.strategy.ended or self.strategy.reason()
         return solved, Run(tuple(self.log.steps), self.interrupted)
 
-    def at_total(self, total: float, free: SolvedTask) -> SolvedTask | None:
-        """Return the plan of least cost in barely less than a total [s]; None without one.
+    def at_total(self, total: float, free: SolvedTask) -> tuple[SolvedTask | None, SolvedTask | None]:
+        """Return the plans of least cost nearest to a total [s] that take less and more; None where there is none.
 
         The price of time is changed until the plan for it takes that long: the logarithm of the time is about linear in
         that of the price.
@@ -411,6 +422,7 @@ class LeastPriced:
         goal, slope = total * (1.0 - PRICES.below), -0.5 / self.task.half
         price = _grained((2 * self.task.half - 1) * free.trajectory.cost() / goal)
         best: SolvedTask | None = None
+        longer: SolvedTask | None = None
         solved, low, high, before = self._from(free, price), 0.0, np.inf, (np.nan, np.nan)
         for _ in range(PRICES.rounds):
             if solved is None or self.interrupted:
@@ -418,6 +430,8 @@ class LeastPriced:
             apart, place = float(np.log(solved.trajectory.duration / goal)), float(np.log(price))
             if apart <= 0.0 and (best is None or solved.trajectory.duration > best.trajectory.duration):
                 best = solved
+            if apart > 0.0 and (longer is None or solved.trajectory.duration < longer.trajectory.duration):
+                longer = solved
             if -PRICES.met <= apart <= 0.0:
                 break
             low, high = (price, high) if apart > 0.0 else (low, price)
@@ -429,7 +443,7 @@ class LeastPriced:
             )
             price = _grained(price if low < price < high else float(np.sqrt(low * high)))
             solved = self._from(solved, price)
-        return best
+        return best, longer
 
     def free(self, first: FloatArray, price: float | None = None) -> tuple[SolvedTask, Run]:
         """Return the plan of least cost without limits, for a price or for the total of first durations."""
