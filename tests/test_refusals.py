@@ -35,8 +35,8 @@ SITES = [
     ),
     (
         ("refusal", "_too_fast", InfeasibleError),
-        "the limits cannot be kept in 6 s",
-        {"waypoints": REFERENCE, "durations": [2, 1, 2, 1], "limits": Limits(speed=2.5)},
+        "the limits cannot be kept in 10 s.* times as long would do",
+        {"waypoints": REFERENCE, "durations": [3.3, 1.7, 3.3, 1.7], "limits": Limits(speed=2.5)},
     ),
     (
         ("infeasibility", "explain_corridor", InfeasibleError),
@@ -79,6 +79,11 @@ SITES = [
         ("refused_times", "refuse_short", InfeasibleError),
         "leg 0 has 0.01 s, and its length alone needs 1 s",
         {"waypoints": POINTS, "durations": [0.01, 2, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
+    ),
+    (
+        ("refused_times", "refuse_short", InfeasibleError),
+        r"leg 1 has 1 s, and its length alone needs 1\.6 s: give it more time; 2\.3\d* times as long would do",
+        {"waypoints": REFERENCE, "durations": [2, 1, 2, 1], "limits": Limits(speed=2.5)},
     ),
     (
         ("refused_times", "_unproved", UnprovedError),

@@ -22,7 +22,7 @@ from minsnap.optimisation.task import Task
 from minsnap.time_allocation.fitting_durations import FITTING, fitting_durations
 from minsnap.time_allocation.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
 from minsnap.time_allocation.least_cost import cheapest_durations, distance_split, leg_sums
-from minsnap.time_allocation.longer_times import least_longer
+from minsnap.time_allocation.longer_times import Attempt, least_longer
 from minsnap.time_allocation.recovery import pinned_use
 from minsnap.time_allocation.refusal import explain, overdetermined
 from minsnap.time_allocation.time_scaling import shortest_scaled
@@ -32,6 +32,7 @@ from minsnap.time_allocation.within_limits import plans_for, searched_in_time
 
 if TYPE_CHECKING:
     from minsnap.optimisation.contradiction import Contradiction
+    from minsnap.time_allocation.short_total import ShortTotal
 
 Refused = InfeasibleError | SolverError
 
@@ -150,8 +151,10 @@ def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Calla
         Plans the same with another timing.
     """
     proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
-    if proof is not None and not hasattr(proof, "orders"):
-        return refused  # of all times, or of those of the request
+    if isinstance(refused, InfeasibleError) and proof and not hasattr(proof, "orders"):  # of all times, or of its own
+        refused.stretch = _stretch_tried(refused, task, timing, plan)
+        refused.args = (f"{refused}{_would_do(refused.stretch)}",)
+        return refused
     own, own_times = _own_times(task, timing), proof is not None and _of_these_times(proof, task, timing)
     again: MinsnapError | None = None
     if timing.total_time is not None and own is not None and isinstance(refused, InfeasibleError) and not own_times:
@@ -164,10 +167,7 @@ def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Calla
     shortest = refused.shortest
     refused, own_times = (again, True) if isinstance(again, InfeasibleError) else (refused, own_times)
     factor = _stretch_tried(refused, task, timing, plan)
-    sentence, note = (
-        str(refused),
-        "" if factor is None else f"; {factor:.4g} times as long would do in these proportions",
-    )
+    sentence, note = str(refused), _would_do(factor)
     if proof is not None and not own_times:
         tried = "" if timing.durations is not None else ", and others that were tried have no plan either"
         refused, note = _unproved(refused), f"; this is not proved of all times{tried}{note}"
@@ -180,31 +180,51 @@ def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Calla
     return refused
 
 
+def _would_do(factor: float | None) -> str:
+    return "" if factor is None else f"; {factor:.4g} times as long would do in these proportions"
+
+
 def _stretch_tried(
     refused: InfeasibleError, task: Task, timing: Timing, plan: Callable[[Timing], Timed]
 ) -> float | None:
-    """Return a factor on the times of the request that has a plan, where a hundredth less has none."""
-    pressing = np.any(getattr(refused.contradiction, "orders", 0))
-    if not pressing or refused.shortest is not None or (timing.durations is None and timing.total_time is None):
+    """Return a factor on the times of the request that has a plan, where a hundredth less shows none at a glance."""
+    own, proof = timing.durations, refused.contradiction
+    pressing = np.any(getattr(proof, "orders", 0)) or (own is not None and hasattr(proof, "least"))
+    if not pressing or refused.shortest is not None or (own is None and timing.total_time is None):
         return None
-    durations = next(_proportions(task, timing, refused))
-    if timing.durations is not None:
-        durations = task.piece_durations(timing.durations)
-    bounded = _bounded(task, timing)
-    attempt = partial(plans_for(bounded, task, timing, Run(()), exact=True), effort=Effort.TRY)
-    total = float(durations.sum()) if timing.durations is not None else timing.total
+    durations = next(_proportions(task, timing, refused)) if own is None else task.piece_durations(own)
+    total = float(durations.sum()) if own is not None else timing.total
+    durations = total / durations.sum() * durations
     try:
-        longer = least_longer(attempt, total / durations.sum() * durations, False, bounded.deadline, _guess(refused))
+        attempt, longer = _glances(task, timing, durations, _guess(refused))
         factors = () if longer is None else (_rounded_up(longer.trajectory.duration / total * more) for more in MORE)
-        if timing.durations is not None:  # what a try does not solve spends the work of all others
+        if own is not None:  # what a glance does not solve spends the work of all others
             factors = (factor for factor in factors if attempt(factor * durations) is not None)
         return next((factor for factor in factors if _planned(plan, timing, factor)), None)
     except LateError:
         return None
 
 
+def _glances(task: Task, timing: Timing, durations: FloatArray, guess: float) -> tuple[Attempt, Timed | None]:
+    """Return how longer durations were planned, and the shortest plan; a glance misses some that join more smoothly."""
+    bounded = _bounded(task, timing)
+    plans = plans_for(bounded, task, timing, Run(()), exact=True)
+    attempt = partial(plans, effort=Effort.GLANCE)
+    longer = least_longer(attempt, durations, False, bounded.deadline, guess)
+    if longer is None and task.jumps:
+        attempt = partial(plans, effort=Effort.TRY)
+        longer = least_longer(attempt, durations, False, bounded.deadline, guess)
+    return attempt, longer
+
+
 def _guess(refused: InfeasibleError) -> float:
-    """Return the factor on time at which derivatives have as much more room as they need, of four digits."""
+    """Return the factor on time at which derivatives have as much more room as they need, of four digits.
+
+    That of a leg that is too short for its length is the least that it needs.
+    """
+    if not hasattr(refused.contradiction, "orders"):
+        short = cast("ShortTotal", refused.contradiction)
+        return float(f"{float(short.least) / short.total:.4g}")
     proof = cast("Contradiction", refused.contradiction)
     orders = set(proof.orders.tolist()) - {0}
     return min(float(f"{(1.0 + order * proof.slack) ** (1.0 / order):.4g}") for order in orders)

@@ -182,14 +182,17 @@ def solved_or_explained(task: Task, durations: FloatArray, refuse: Callable[[], 
     Parameters
     ----------
     refuse : callable, optional
-        Raises what is proved besides, which is asked before the most work is tried.
+        Raises what is proved besides, which is asked where a try gives up.
     """
     try:
+        if refuse is not nothing:
+            with suppress(GaveUpError):
+                return solve(task, durations, task.samples, effort=Effort.GLANCE)
+            refuse()
         return solve(task, durations, task.samples, effort=Effort.WHOLE)
     except GaveUpError as reason:
         refused = _explained(task, durations)
         if getattr(refused, "contradiction", None) is None:
-            refuse()
             with suppress(InfeasibleRowsError):
                 return solve(task, durations, task.samples, effort=Effort.LAST)
             with suppress(InfeasibleRowsError):

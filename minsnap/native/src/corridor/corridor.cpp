@@ -86,7 +86,7 @@ Status solve_request(const Request &given, Answer &answer, std::int64_t &attempt
     const Status status = solve_in_double(given, answer);
     if (status == Status::done || status == Status::no_memory || status == Status::spent) return status;
     if (status == Status::infeasible && given.effort < patient) return status;
-    if (given.pieces > most_again) return status;
+    if (given.pieces > most_again || given.effort < hasty) return status;
     attempts = 2;
     return solve_extended(given, answer);
 }
