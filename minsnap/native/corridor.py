@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
+from typing import Any
 
 import numpy as np
 
@@ -165,10 +166,8 @@ def solve_corridor(
     """
     record = _answer_record(question)
     status = Status(_SOLVE(corridor_record(question, question.durations, gap, effort, seconds), record))
-    used, kept = slice(0, record.rows), record.kept
-    active = kept["wall"][used], kept["s"][used], kept["multiplier"][used]
-    figures = (getattr(record, name) for name in ("cost", "bound", "share", "work", "rounds", "attempts"))
-    return CorridorAnswer(status, kept["points"], kept["knots"], *active, *figures)
+    figures = {name: getattr(record, name) for name in ("cost", "bound", "share", "work", "rounds", "attempts")}
+    return CorridorAnswer(status, record.kept["points"], record.kept["knots"], **_contacts(record), **figures)
 
 
 def least_slack(
@@ -188,9 +187,13 @@ def least_slack(
     known = {"count": give.slacks, "group": group, "weight": weight, "sign": sign}
     slacks = SlackRecord(**known, slack=slack, remainder=remainder)
     status = Status(_SLACK(corridor_record(question, question.durations, GAP, effort, seconds), slacks, answer))
-    used, kept = slice(0, answer.rows), answer.kept
-    rows = {name: kept[name][used] for name in ("wall", "s", "multiplier", "direction")}
-    return LeastSlack(status, slack, kept["knots"], **rows, remainder=remainder[used], work=answer.work)
+    rest = {"direction": answer.kept["direction"][: answer.rows], "remainder": remainder[: answer.rows]}
+    return LeastSlack(status, slack, answer.kept["knots"], **_contacts(answer), **rest, work=answer.work)
+
+
+def _contacts(answer: CorridorAnswerRecord) -> dict[str, Any]:
+    """Return the rows that an answer has, by name."""
+    return {name: answer.kept[name][: answer.rows] for name in ("wall", "s", "multiplier")}
 
 
 def _answer_record(question: CorridorQuestion, slacks: int = 0) -> CorridorAnswerRecord:
@@ -206,10 +209,6 @@ def corridor_record(
     question: CorridorQuestion, durations: FloatArray, gap: float, effort: float = 1.0, seconds: float = inf
 ) -> CorridorRecord:
     """Return a question as entry points take it, with durations of pieces, or of legs for a search."""
-    q = question
-    return CorridorRecord(
-        **{"half": q.half, "pieces": len(durations), "dim": q.positions.shape[1], "continuity": q.continuity},
-        **{"closed": q.closed, "length": q.length, "time": q.time, "gap": gap, "positions": q.positions},
-        **{"effort": effort, "seconds": seconds},
-        **{"durations": durations, "pinned": q.pinned, "values": q.values, "walls": q.walls, "groups": len(q.walls)},
-    )
+    sizes = {"pieces": len(durations), "dim": question.positions.shape[1], "groups": len(question.walls)}
+    ends = {"gap": gap, "effort": effort, "seconds": seconds}
+    return CorridorRecord(**vars(question) | sizes | ends | {"durations": durations})

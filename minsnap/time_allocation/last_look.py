@@ -9,8 +9,6 @@ another curve, the same one at another speed, or a wall or limits that the solve
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
-from math import comb, perm
 
 import numpy as np
 
@@ -27,6 +25,7 @@ from minsnap.limits.limits import Limits
 from minsnap.native.quick_look import keeps
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
+from minsnap.polynomials.bernstein import derivative_basis_map
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -152,21 +151,11 @@ def _sides(curve: Trajectory, waypoint: int, highest: int) -> Iterator[tuple[Flo
 
 def _derivatives(points: FloatArray, duration: float, highest: int) -> tuple[FloatArray, FloatArray]:
     """Return derivatives at the first control point, of a duration that is negative backwards, and their rounding."""
-    differences, sums = _differences(len(points) - 1, highest)
-    offsets = points - points[0]
+    differences = np.array([derivative_basis_map(len(points) - 1, order)[0] for order in range(highest + 1)])
+    offsets, sums = points - points[0], np.abs(differences).sum(axis=1)
     powers = duration ** -np.arange(highest + 1.0)
     rounding = EXACT * np.abs(offsets).max() + STORED * np.abs(points).max()
     return (differences @ offsets) * powers[:, None], sums * np.abs(powers) * rounding
-
-
-@cache
-def _differences(degree: int, highest: int) -> tuple[FloatArray, FloatArray]:
-    """Return what gives derivatives at the start of [0, 1], (highest + 1, degree + 1), and its absolute row sums."""
-    differences = np.zeros((highest + 1, degree + 1))
-    for order in range(min(highest, degree) + 1):
-        for j in range(order + 1):
-            differences[order, j] = perm(degree, order) * comb(order, j) * (-1) ** (order - j)
-    return differences, np.abs(differences).sum(axis=1)
 
 
 def _left_walls(walls: Sequence[Walls], curve: Trajectory, solved: SolvedTask | None) -> str | None:
