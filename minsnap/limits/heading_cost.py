@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.vehicle_use import VehicleBound
+from minsnap.limits.vehicle_use import measure_vehicle
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -37,7 +37,5 @@ def fixed_yaw_notes(limits: Limits | None, traj: Trajectory) -> tuple[str, ...]:
 
 def _used(limits: VehicleLimits, traj: Trajectory) -> float:
     """Largest used share of a rotor's thrust range above or below hover, over many instants."""
-    vehicle, hover = limits.vehicle, limits.vehicle.hover_thrust
-    above, below = VehicleBound(vehicle, traj, {}).sampled()[1].max(axis=1)
-    least, most = vehicle.rotor_thrust_limits
-    return float(max(above / (most - hover), below / (hover - least)) / (1.0 - limits.reserve))
+    used = measure_vehicle(limits.vehicle, limits.reserve, {}, traj, proved=False)
+    return max(entry.fraction for entry in used.values())

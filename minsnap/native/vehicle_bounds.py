@@ -71,8 +71,7 @@ def vehicle_bounds(
         return None
     parts, _, _, count = points.shape
     bounds = np.empty((parts, 6))
-    body = {"mass": vehicle.mass, "medium": vehicle.medium, "inertia": vehicle.inertia, "mixer": vehicle.mixer}
     motion = {"points": points, "half": half, "yaw": yaw, "jerk": jerk, "axes": axes, "bounds": bounds}
-    if call(VehicleRecord(parts=parts, count=count, **body, **motion)):
+    if call(VehicleRecord(parts=parts, count=count, **vars(vehicle), **motion)):
         raise ValueError(f"{count} control points on a part are more than the native core takes")
     return bounds
