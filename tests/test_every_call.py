@@ -27,8 +27,7 @@ from minsnap import (
     Tube,
 )
 from minsnap.errors import InputError, MinsnapError
-from minsnap.files.convert import read_any, written
-from minsnap.files.format import Writing
+from minsnap.files.convert import read_any, write_any
 
 NAN, INF, HUGE = float("nan"), float("inf"), 10**400
 POINTS = np.array([(0.0, 0.0, 1.0), (3.0, 0.0, 1.0), (3.0, 2.0, 1.5)])
@@ -192,7 +191,7 @@ def _written(ending=".json", curve=CURVE, frame="enu", rate=20.0, to=None):
     """Write a file by its ending, and read it."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"a{ending}"
-        written(curve, path, to, rate, Writing(frame))
+        write_any(curve, path, to, rate, frame)
         return read_any(path)
 
 

@@ -103,14 +103,8 @@ def planned_curves(file: Path) -> Iterator[Trajectory]:
 
 def parquet_writer(file: Any, notes: Mapping[str, str]) -> Any:
     """Return a pyarrow.parquet.ParquetWriter for an open file; notes become metadata of the file."""
-    parquet = pyarrow_parquet()
-    writer = parquet.ParquetWriter(
-        *(file, schema()),
-        compression="zstd",
-        use_dictionary=["status", "error", "vehicle", "version"],
-        write_statistics=True,
-        store_schema=False,
-    )
+    how = {"compression": "zstd", "use_dictionary": ["status", "error", "vehicle", "version"], "store_schema": False}
+    writer = pyarrow_parquet().ParquetWriter(file, schema(), write_statistics=True, **how)
     writer.add_key_value_metadata(dict(notes))
     return writer
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -230,9 +230,8 @@ def gates(shape: Shape, dim: int, rng: np.random.Generator) -> dict[str, Any]:
 
 def in_maps(shape: Shape, dim: int, rng: np.random.Generator) -> dict[str, Any]:
     """Boxes of free space along a way through a random map; durations from a speed."""
-    world = boxes(
-        {name: value.draw(rng) for name, value in shape.items() if name not in ("speed", "stretch")}, dim, rng
-    )
+    drawn = {name: value.draw(rng) for name, value in shape.items() if name not in ("speed", "stretch")}
+    world = boxes(drawn, dim, rng)
     ways = {"waypoints": None, "corridor": world.boxes, "start": world.start, "end": world.end}
     return ways | {"durations": _durations(lengths_of(world.waypoints), shape, rng)}
 
@@ -253,11 +252,7 @@ def _durations(lengths: FloatArray, shape: Shape, rng: np.random.Generator) -> F
     return np.asarray(lengths / speed * shape["stretch"].draws(rng, len(lengths)))
 
 
-GENERATORS: Mapping[str, Callable[[Shape, int, np.random.Generator], dict[str, Any]]] = {
-    "walks": walks,
-    "gates": gates,
-    "boxes": in_maps,
-}
+GENERATORS = {"walks": walks, "gates": gates, "boxes": in_maps}
 
 
 def planned_row(spec: Spec, number: int) -> Row:

@@ -6,76 +6,20 @@ import json
 from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.batch.columns import BINS, UNITS, Tally, planned_curves
 from minsnap.batch.folder import DATASHEET, Shard, shard_name
 from minsnap.batch.spec import Spec
+from minsnap.plot.style import Axes
 from minsnap.trajectory.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 DRAWN = ("duration", "cost", "max_speed", "max_acceleration")
 """Columns whose histograms are drawn."""
 
 EXAMPLES = 9
 """Trajectories that are drawn."""
-
-TEXT = """# {count} minimum-snap trajectories
-
-Each row of `part-*.parquet` is one problem: waypoints, durations and corridor, the trajectory of least cost as
-Bernstein control points, what is proved of it, or the reason why there is none. The columns
-are explained in the documentation of minsnap, page "Datasets".
-
-| | |
-|---|---|
-| problems | {count} |
-| planned | {done} |
-| certified | {certified} |
-| files | {files}, {megabytes:.1f} MB |
-| made with | minsnap {version}, {core} core |
-| name | `{name}` |
-
-## How it was made
-
-`minsnap batch SPEC -o FOLDER` with this SPEC, every default written out:
-
-```json
-{spec}
-```
-
-The seed of a problem comes from the seed above and the problem's number, so that the same command makes the same bytes.
-
-## By status
-
-| status | problems |
-|---|---|
-{statuses}
-
-## Ranges of the planned ones
-
-| column | least | greatest | unit |
-|---|---|---|---|
-{ranges}
-
-![Histograms](histograms.png)
-
-![Some trajectories seen from above](examples.png)
-
-## How to read it
-
-```python
-import pandas
-from minsnap.batch import trajectory_of
-
-rows = pandas.read_parquet("FOLDER")
-trajectory = trajectory_of(rows.iloc[0])
-```
-
-Lists are flat: `control_points` has the shape (legs * pieces, degree + 1, dim).
-"""
 
 
 def write_datasheet(folder: Path, spec: Spec, made_with: dict[str, str], tally: Tally, shards: Sequence[Shard]) -> None:
@@ -100,23 +44,13 @@ def write_datasheet(folder: Path, spec: Spec, made_with: dict[str, str], tally: 
 def datasheet(spec: Spec, made_with: dict[str, str], tally: Tally, shards: Sequence[Shard]) -> str:
     """Return the text of the datasheet, in Markdown."""
     statuses = "\n".join(f"| {name} | {count} |" for name, count in sorted(tally.statuses.items()))
-    ranges = [
-        f"| {name} | {tally.ranges[name][0]:.6g} | {tally.ranges[name][1]:.6g} | {unit} |"
-        for name, unit in UNITS.items()
-        if name in tally.ranges
-    ]
-    return TEXT.format(
-        count=spec.count,
-        done=tally.statuses.get("done", 0),
-        certified=tally.certified,
-        files=len(shards),
-        megabytes=sum(shard.size for shard in shards) / 1e6,
-        name=spec.name(),
-        spec=json.dumps(spec.identity(), indent=1),
-        statuses=statuses,
-        ranges="\n".join(ranges),
-        **made_with,
-    )
+    rows = [(name, *tally.ranges[name], unit) for name, unit in UNITS.items() if name in tally.ranges]
+    ranges = "\n".join(f"| {name} | {low:.6g} | {high:.6g} | {unit} |" for name, low, high, unit in rows)
+    facts: dict[str, Any] = {"count": spec.count, "done": tally.statuses.get("done", 0), "certified": tally.certified}
+    facts |= {"files": len(shards), "megabytes": sum(shard.size for shard in shards) / 1e6}
+    words = made_with | {"name": spec.name(), "spec": json.dumps(spec.identity(), indent=1)}
+    text = Path(__file__).with_name("datasheet.md.txt").read_text(encoding="utf-8")
+    return text.format(**facts, **words, statuses=statuses, ranges=ranges)
 
 
 def _draw_histograms(path: Path, tally: Tally) -> None:

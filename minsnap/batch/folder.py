@@ -55,7 +55,9 @@ def claimed(folder: Path, spec: Spec, made_with: dict[str, str], resume: bool) -
     _make(folder, resume)
     path = folder / SPEC
     if not path.exists():
-        _refuse_foreign(folder)
+        other = next(folder.glob("*.parquet"), None)
+        if other is not None:
+            raise FileError(f"{folder} holds {other.name}, which no batch has written: give another folder")
         write_file(path, json.dumps(began, indent=1) + "\n")
     with _locked(path, folder):
         _compare(folder, _begun(path), began)
@@ -80,12 +82,6 @@ def _make(folder: Path, resume: bool) -> None:
         raise FileError(f"{folder} is no folder that can be written to: {error.strerror}") from error
     if taken:
         raise FileError(f"{folder} is not empty: give a new folder, or leave out --no-resume")
-
-
-def _refuse_foreign(folder: Path) -> None:
-    other = next(folder.glob("*.parquet"), None)
-    if other is not None:
-        raise FileError(f"{folder} holds {other.name}, which no batch has written: give another folder")
 
 
 @contextmanager
@@ -121,9 +117,7 @@ def _told(value: Any) -> str:
 
 def write_manifest(folder: Path, spec: Spec, made_with: dict[str, str], shards: Sequence[Any], counts: Any) -> None:
     """Write the manifest: its presence says that the dataset is complete."""
-    files = [
-        {"name": f"part-{s.number:05d}.parquet", "rows": s.rows, "bytes": s.size, "sha256": s.digest} for s in shards
-    ]
+    files = [{"name": shard_name(s.number), "rows": s.rows, "bytes": s.size, "sha256": s.digest} for s in shards]
     manifest = {"name": spec.name(), "spec": spec.identity(), "made_with": made_with, "rows": spec.count}
     write_file(folder / MANIFEST, json.dumps(manifest | {"statuses": counts, "files": files}, indent=1) + "\n")
 

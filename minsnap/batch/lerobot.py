@@ -7,7 +7,6 @@ state, the two waypoints ahead, and as action the setpoint of the next frame.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_number
 from minsnap.basics.storage.atomic import atomic_write, write_file
+from minsnap.basics.storage.text import FileName
 from minsnap.batch.columns import planned_curves
 from minsnap.batch.spec import pyarrow_parquet
 from minsnap.errors import FileError
@@ -35,7 +35,7 @@ Episodes = list[dict[str, Any]]
 """Rows of the table of episodes."""
 
 
-def export_lerobot(plans: str | os.PathLike[str], folder: str | os.PathLike[str], fps: int = 20) -> int:
+def export_lerobot(plans: FileName, folder: FileName, fps: int = 20) -> int:
     """Write the plans of a dataset as LeRobot episodes.
 
     Parameters
@@ -86,21 +86,13 @@ def _frames(curve: Trajectory, fps: int) -> dict[str, FloatArray]:
     }
 
 
-def _names(dim: int) -> dict[str, list[str]]:
+def _features(dim: int) -> dict[str, Any]:
     axes = "xyz"[:dim]
     place, speed, pull = ([f"{kind}{axis}" for axis in axes] for kind in ("", "v", "a"))
     ahead = [f"{axis}_of_waypoint_{later}" for later in ("ahead", "after") for axis in axes]
-    return {
-        "observation.state": place + speed,
-        "observation.environment_state": ahead,
-        "action": place + speed + pull,
-    }
-
-
-def _features(dim: int) -> dict[str, Any]:
-    own = {name: {"dtype": "float32", "shape": [len(of)], "names": of} for name, of in _names(dim).items()}
-    single = dict.fromkeys(("frame_index", "episode_index", "index", "task_index"), "int64")
-    kinds = {"timestamp": "float32"} | single
+    names = {"observation.state": place + speed, "observation.environment_state": ahead, "action": place + speed + pull}
+    own = {name: {"dtype": "float32", "shape": [len(of)], "names": of} for name, of in names.items()}
+    kinds = {"timestamp": "float32"} | dict.fromkeys(("frame_index", "episode_index", "index", "task_index"), "int64")
     return own | {name: {"dtype": kind, "shape": [1], "names": None} for name, kind in kinds.items()}
 
 
@@ -114,9 +106,9 @@ class _Ranges:
     def add(self, values: Mapping[str, FloatArray]) -> None:
         for name, table in values.items():
             new = [table.min(axis=0), table.max(axis=0), table.sum(axis=0), (table**2).sum(axis=0)]
-            old = self.known.get(name, [new[0], new[1], 0.0 * new[2], 0.0 * new[3]])
-            joined = [np.minimum(old[0], new[0]), np.maximum(old[1], new[1]), old[2] + new[2], old[3] + new[3]]
-            self.known[name] = joined
+            old = self.known.get(name, [np.inf, -np.inf, 0.0, 0.0])
+            join = (np.minimum, np.maximum, np.add, np.add)
+            self.known[name] = [each(*pair) for each, *pair in zip(join, old, new, strict=True)]
         self.frames += len(next(iter(values.values())))
 
     def plain(self) -> dict[str, dict[str, list[float]]]:

@@ -11,12 +11,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from time import monotonic
 from typing import Any
 
 from minsnap.basics.checks import check_number
 from minsnap.basics.optional_packages import optional
+from minsnap.basics.storage.text import FileName
 from minsnap.batch.columns import Tally
 from minsnap.batch.datasheet import write_datasheet
 from minsnap.batch.folder import (
@@ -54,16 +56,12 @@ CONFIG = {
 """Results are a few kilobytes, so that nothing is worth spilling; a worker may be lost more often than thrice; and Dask
 need not watch itself many times a second."""
 
-Finished = Callable[[Shard], None]
-"""Called with every finished file, in the order in which they are finished."""
 
 Counted = Callable[[dict[str, int]], None]
 """Called with the number of new rows by status, some times a second at most."""
 
 
-def write_shards(
-    job: ShardJob, numbers: Sequence[int], client: Any, finished: Finished, counted: Counted | None = None
-) -> None:
+def write_shards(job: ShardJob, numbers: Sequence[int], client: Any, counted: Counted | None = None) -> Iterator[Shard]:
     """Write the files of a batch on a cluster; a few are handed out at a time.
 
     Parameters
@@ -72,7 +70,12 @@ def write_shards(
     numbers : sequence of int
         Of the files.
     client : distributed.Client
-    finished, counted : callable
+    counted : callable, optional
+
+    Yields
+    ------
+    Shard
+        Each as it is finished.
 
     Raises
     ------
@@ -87,13 +90,13 @@ def write_shards(
     left, pause = iter(numbers), _threads(client) / TOLD
     submit = partial(client.submit, _make, job, topic, pause, pure=False)
     with _named_failures(client):
-        first = [submit(number) for number in _some(left, AHEAD * _threads(client))]
+        first = [submit(number) for number in islice(left, AHEAD * _threads(client))]
         at_work = as_completed(first, loop=client.loop)
         for future in at_work:
             written = future.result()
             if isinstance(written, Exception):
                 raise written
-            finished(written)
+            yield written
             future.release()
             while at_work.count() < AHEAD * _threads(client) and (more := next(left, None)) is not None:
                 at_work.add(submit(more))
@@ -143,11 +146,6 @@ class RowCounter:
         if self._counts:
             self._tell(dict(self._counts))
         self._counts, self._due = Counter(), self._clock() + self._pause
-
-
-def _some(values: Iterator[int], count: int) -> Iterator[int]:
-    """Yield the next ones, at most ``count``."""
-    return (value for _, value in zip(range(count), values, strict=False))
 
 
 def _threads(client: Any) -> int:
@@ -261,7 +259,7 @@ class BatchResult:
 
 def run_batch(
     spec: Spec,
-    folder: str | os.PathLike[str],
+    folder: FileName,
     *,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -314,25 +312,14 @@ def run_batch(
         if is_complete(where, spec, kept):
             return _result(where, spec, kept, len(kept))
         with _finished_files_named(spec, where):
-            shards = _written(spec, job, workers, scheduler, _watching(watch, spec, there))
+            counted = None if watch is None else watch(sum(len(spec.rows_of(number)) for number in there))
+            with connected(workers, scheduler) as client:
+                written = write_shards(job, range(spec.shards), client, counted)
+                shards = sorted(written, key=lambda shard: shard.number)
             result = _result(where, spec, shards, len(there))
             write_datasheet(where, spec, made, _joined(shards), shards)
             write_manifest(where, spec, made, shards, result.statuses)
     return result
-
-
-def _written(
-    spec: Spec, job: ShardJob, workers: int | None, scheduler: str | None, counted: Counted | None
-) -> list[Shard]:
-    """Return all files of a batch by number, after those that are not there have been written."""
-    shards: dict[int, Shard] = {}
-
-    def finished(shard: Shard) -> None:
-        shards[shard.number] = shard
-
-    with connected(workers, scheduler) as client:
-        write_shards(job, range(spec.shards), client, finished, counted)
-    return [shards[number] for number in sorted(shards)]
 
 
 @contextmanager
@@ -344,10 +331,6 @@ def _finished_files_named(spec: Spec, folder: Path) -> Iterator[None]:
         there = sum(1 for number in range(spec.shards) if (folder / shard_name(number)).exists())
         state = f"{there} of {spec.shards} files are finished, and the same command goes on from there"
         raise BatchError(f"{error}; {state}") from error
-
-
-def _watching(watch: Watch | None, spec: Spec, there: list[int]) -> Counted | None:
-    return None if watch is None else watch(sum(len(spec.rows_of(number)) for number in there))
 
 
 def _result(folder: Path, spec: Spec, shards: list[Shard], present: int) -> BatchResult:

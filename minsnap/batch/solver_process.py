@@ -11,10 +11,12 @@ from __future__ import annotations
 
 import os
 import signal
+import struct
 import sys
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from time import monotonic
 
 from minsnap.batch.columns import record_batch
 from minsnap.batch.dataset_rows import Row, planned_row
@@ -75,8 +77,6 @@ def main(pipe: int, marker: int, timeout: float) -> None:
 
 
 def _answer(spec: Spec, numbers: range, marker: int, timeout: float, answers: Connection) -> None:
-    from time import monotonic
-
     rows: list[Row] = []
     sent = monotonic()
     for number in numbers:
@@ -90,8 +90,6 @@ def _answer(spec: Spec, numbers: range, marker: int, timeout: float, answers: Co
 
 
 def _timed(spec: Spec, number: int, marker: int, timeout: float) -> Row:
-    import struct
-
     os.pwrite(marker, struct.pack(FORMAT, number), 0)
     signal.setitimer(signal.ITIMER_PROF, timeout)
     signal.setitimer(signal.ITIMER_REAL, ANSWERS.patience * timeout)

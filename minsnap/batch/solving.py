@@ -84,13 +84,9 @@ class Solving:
             os.pwrite(self.marker.fileno(), struct.pack(FORMAT, -1), 0)
             self.pipe, theirs = Pipe()
             passed = theirs.fileno(), self.marker.fileno()
-            self.process = subprocess.Popen(
-                [sys.executable, "-m", "minsnap.batch.solver_process", *map(str, passed), repr(self.timeout)],
-                stdin=subprocess.DEVNULL,
-                stdout=2,
-                pass_fds=passed,
-                env=os.environ | dict.fromkeys(SINGLE, "1"),
-            )
+            command = [sys.executable, "-m", "minsnap.batch.solver_process", *map(str, passed), repr(self.timeout)]
+            single = os.environ | dict.fromkeys(SINGLE, "1")
+            self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=2, pass_fds=passed, env=single)
             theirs.close()
         return self.pipe
 
@@ -104,11 +100,8 @@ class Solving:
                 return at, "crashed", "the process that planned it was ended by signal 9"
             raise BatchError(f"a process that plans ended with status {code} before it planned anything: see above")
         if -code in ALARMS:
-            return (
-                number,
-                "timeout",
-                f"the problem took more than {self.timeout:g} s of processor time: raise --problem-timeout",
-            )
+            slow = f"the problem took more than {self.timeout:g} s of processor time: raise --problem-timeout"
+            return number, "timeout", slow
         why = f"was ended by signal {-code}" if code < 0 else f"ended with status {code}"
         return number, "crashed", f"the process that planned it {why}, {ATTEMPTS} times"
 

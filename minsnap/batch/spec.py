@@ -18,7 +18,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
 from minsnap.basics.optional_packages import optional
 from minsnap.basics.schema import NUMBER, TEXT, WHOLE, Form, Key, either, from_to, mapping, several, word
-from minsnap.basics.storage.text import check_regular, check_size, digest_of, load_yaml, reading
+from minsnap.basics.storage.text import FileName, check_regular, check_size, digest_of, load_yaml, reading
 from minsnap.errors import FileError
 from minsnap.files.request_yaml import FURTHER, LIMIT_KEYS, PRESET
 
@@ -45,7 +45,12 @@ def count_rows(path: str) -> int:
     """
     with reading(path, "a table of problems"):
         check_size(path, LARGEST_CSV if _is_csv(path) else 1 << 44)
-        names, rows = _csv_columns(path) if _is_csv(path) else _parquet_columns(path)
+        if _is_csv(path):
+            cells = _csv_rows(path, _state(path))
+            names, rows = [str(name) for name in cells[0]] if cells else ["waypoints"], len(cells)
+        else:
+            table = _parquet(path, _state(path))
+            names, rows = list(table.schema_arrow.names), int(table.metadata.num_rows)
     unknown = [name for name in names if name not in COLUMNS]
     if unknown or "waypoints" not in names:
         which = f"has a column {shown(unknown[0])}" if unknown else "has no column 'waypoints'"
@@ -101,16 +106,6 @@ def _csv_rows(path: str, state: tuple[int, int]) -> list[dict[str, str]]:
     check_regular(path)
     with open(path, newline="", encoding="utf-8-sig") as file:
         return list(csv.DictReader(file, strict=True))
-
-
-def _csv_columns(path: str) -> tuple[list[str], int]:
-    rows = _csv_rows(path, _state(path))
-    return ([str(name) for name in rows[0]] if rows else ["waypoints"]), len(rows)
-
-
-def _parquet_columns(path: str) -> tuple[list[str], int]:
-    table = _parquet(path, _state(path))
-    return list(table.schema_arrow.names), int(table.metadata.num_rows)
 
 
 def _from_parquet(path: str, number: int) -> dict[str, Any]:
@@ -208,17 +203,18 @@ def ranged(least: float, most: float, whole: bool = False) -> Form:
     """Return the form of a number or [low, high], ascending, from ``least`` to ``most``; read as a :class:`Range`."""
     number = from_to(WHOLE if whole else NUMBER, least, most)
 
-    def ends(value: Any) -> list[Any]:
-        return value if isinstance(value, list) else [value, value]
-
     def fits(value: Any) -> bool:
-        low_high = ends(value)
+        low_high = _ends(value)
         return len(low_high) == 2 and all(map(number.fits, low_high)) and bool(low_high[0] <= low_high[1])
 
     json = {"anyOf": [number.json, {"type": "array", "items": number.json, "minItems": 2, "maxItems": 2}]}
     kind = "a whole number" if whole else "a number"
     wording = f"{kind} or [low, high], from {least:g} to {most:g}"
-    return Form(wording, fits, lambda where, value: Range(*ends(value)), json)
+    return Form(wording, fits, lambda where, value: Range(*_ends(value)), json)
+
+
+def _ends(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value, value]
 
 
 def seed_of(seed: int, number: int) -> int:
@@ -351,7 +347,7 @@ class Spec:
         return hashlib.sha256(json.dumps(self.identity(), sort_keys=True).encode()).hexdigest()
 
 
-def read_spec(path: str | os.PathLike[str]) -> Spec:
+def read_spec(path: FileName) -> Spec:
     """Read a specification from YAML; a table's path is relative to the file.
 
     Raises
@@ -373,7 +369,8 @@ def read_mapping(content: Mapping[str, Any], folder: Path | None = None) -> Spec
     source = _source(content)
     values = FORMS[source].read(source, content)
     table = str(((folder or Path()) / values["table"]).resolve()) if "table" in values else ""
-    shape = {name: values.get(name) or _default(source, name) for name in SHAPES.get(source, {})}
+    shapes = {name: values.get(name, usual) for name, (usual, *_) in SHAPES.get(source, {}).items()}
+    shape = {name: one if isinstance(one, Range) else Range(*_ends(one)) for name, one in shapes.items()}
     drawn, fixed = ({name: values[name] for name in known if name in values} for known in (DRAWN, FIXED))
     named = values.get("limits", {})
     limits = {name: named[name] for name in LIMITS if name in named}
@@ -393,11 +390,6 @@ def _source(content: Mapping[str, Any]) -> str:
     if table is None and (not isinstance(generator, str) or generator not in SHAPES):
         raise FileError(f"generator is {shown(generator)}: use {', '.join(SHAPES)}")
     return "table" if table is not None else str(generator)
-
-
-def _default(source: str, name: str) -> Range:
-    default = SHAPES[source][name][0]
-    return Range(*(default if isinstance(default, list) else (default, default)))
 
 
 def _count_of(table: str, count: int | None) -> int:

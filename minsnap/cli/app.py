@@ -170,7 +170,8 @@ def _leave(error: Exception, words: list[str]) -> NoReturn:
         sentence = str(error) if isinstance(error, FileError) else in_options(str(error), words)
         fail(f"{sentence} [{error.code}]", exit_status(error))
     if isinstance(error, BrokenPipeError):
-        _leave_pipe()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # so that nothing is flushed into it at exit
+        sys.exit(141)
     if isinstance(error, OSError):
         fail(f"{error.filename}: {error.strerror}" if error.filename else str(error), 2)
     if isinstance(error, ImportError):
@@ -190,12 +191,6 @@ def _usage(error: Exception, words: list[str]) -> str:
     context = getattr(error, "ctx", None)
     command = context.command_path if context else " ".join(["minsnap", *words[:1]])
     return f"{sentence} (see {command} --help)"
-
-
-def _leave_pipe() -> NoReturn:
-    """Exit like a program with a closed pipe, without a message from the interpreter's last flush."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    sys.exit(141)
 
 
 def in_options(sentence: str, words: Sequence[str] = ()) -> str:

@@ -7,7 +7,6 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
 from time import monotonic
@@ -24,7 +23,6 @@ from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.basics.arrays import FloatArray
-    from minsnap.batch.run import Watch
     from minsnap.limits.limits import Limits
 
 FIRST = 100
@@ -57,16 +55,12 @@ def batch(
     if format not in ("parquet", "lerobot"):
         raise InputError(f"--format is {format!r}: it must be parquet or lerobot")
     specification, folder = read_spec(spec), output / "_plans" if format == "lerobot" else output
-    with _line(specification.count) as watch:
-        result = run_batch(
-            specification,
-            folder,
-            workers=workers,
-            scheduler=scheduler,
-            problem_timeout=problem_timeout,
-            resume=resume,
-            watch=watch,
-        )
+    how: Any = {"workers": workers, "scheduler": scheduler, "problem_timeout": problem_timeout, "resume": resume}
+    line = BatchLine(specification.count, sys.stderr)
+    try:
+        result = run_batch(specification, folder, **how, watch=line.begin)
+    finally:
+        line.clear()
     counts = ", ".join(f"{count} {status}" for status, count in sorted(result.statuses.items()))
     kept = f" ({result.present} were there already)" if result.present else ""
     if format == "lerobot":
@@ -76,18 +70,8 @@ def batch(
     print(f"{output}: {result.rows} problems in {result.shards} files{kept}: {counts}")
 
 
-@contextmanager
-def _line(count: int) -> Iterator[Watch]:
-    """Yield what shows the progress on stderr; on a terminal in place, elsewhere a line every half a minute."""
-    line = BatchLine(count, sys.stderr)
-    try:
-        yield line.begin
-    finally:
-        line.clear()
-
-
 class BatchLine:
-    """A line that says how far a batch is.
+    """A line that says how far a batch is: on a terminal in place, elsewhere a line every half a minute.
 
     Parameters
     ----------

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import json as jsonlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import minsnap
 from minsnap.basics.messages import aligned, labelled
+from minsnap.basics.storage.atomic import check_destination, refuse_source
 from minsnap.cli import options
 from minsnap.cli.app import command, told_warnings
-from minsnap.cli.output import on_terminal
+from minsnap.cli.output import as_json, on_terminal
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -64,7 +65,8 @@ def check(
     proved = _proved(certificate) if exact and certificate is not None else None
     problems = [*report.problems, *_escape(inside), *_unproved(proved), *faults]
     if json:
-        print(_as_json(report, inside, proved, problems, {"frame": frame_of(file, frame), "origin": origin_of(file)}))
+        verdict = {"problems": problems, "ok": not problems, "frame": frame_of(file, frame), "origin": origin_of(file)}
+        print(as_json(asdict(report) | verdict | {"corridor": inside and asdict(inside), "exact": proved}))
     else:
         print(_as_text(report, inside, proved, problems, frame_of(file, frame)))
     return 1 if problems else 0
@@ -101,28 +103,14 @@ def _membership(samples: Samples, waypoints: Path | None, corridor: str | None) 
     if waypoints is None:
         return None
     from minsnap.files.consistency import check_membership
-    from minsnap.files.waypoints import read_waypoints
 
-    return check_membership(samples, read_waypoints(waypoints).points, options.parse_corridor(corridor))
+    return check_membership(samples, minsnap.read_waypoints(waypoints).points, options.parse_corridor(corridor))
 
 
 def _escape(inside: Membership | None) -> list[str]:
     if inside is None or inside.ok:
         return []
     return [f"the path leaves the corridor of leg {inside.leg} by {-inside.margin:.3g} m at t = {inside.instant:.6g} s"]
-
-
-def _as_json(
-    report: ConsistencyReport,
-    inside: Membership | None,
-    proved: dict[str, Any] | None,
-    problems: list[str],
-    place: dict[str, Any],
-) -> str:
-    figures: dict[str, Any] = asdict(report) | {"problems": problems, "ok": not problems} | place
-    figures["corridor"] = None if inside is None else asdict(inside)
-    figures["exact"] = proved
-    return jsonlib.dumps(figures, indent=2)
 
 
 def _as_text(
@@ -170,15 +158,11 @@ def _table(axes: tuple[AxisFigures, ...]) -> str:
 
 def check_fleet(path: Path, separation: float | None, downwash: float, json: bool) -> int:
     """Print how far apart the vehicles of files stay, over all time; return 1 if that is less than their separation."""
-    from minsnap.fleet.common_clock import Separation
-    from minsnap.fleet.fleet_certificate import certify_fleet
-    from minsnap.shows.fleet_files import read_fleet
-
-    fleet = read_fleet(path)
-    apart = fleet.separation if separation is None else Separation(separation, downwash)
+    fleet = minsnap.shows.read_fleet(path)
+    apart = fleet.separation if separation is None else minsnap.Separation(separation, downwash)
     if apart is None:
         raise InputError(f"{path} does not say how far apart its vehicles must be: give --separation M")
-    certificate = certify_fleet(fleet, apart)
+    certificate = minsnap.certify_fleet(fleet, apart)
     print(_fleet_json(certificate) if json else _fleet_text(certificate))
     return 0 if certificate.ok else 1
 
@@ -216,18 +200,9 @@ def _verdict(certificate: FleetCertificate) -> str:
 def _fleet_json(certificate: FleetCertificate) -> str:
     near = [vars(pair) | {"between": certificate.middle_of(pair).tolist()} for pair in certificate.nearest]
     fleet = certificate.fleet
-    return jsonlib.dumps(
-        {
-            "ok": certificate.ok,
-            "vehicles": [fleet.name(i) for i in range(len(fleet))],
-            "duration": fleet.duration,
-            "least_distance": certificate.least_distance,
-            "pair": certificate.pair,
-            "instant": certificate.instant,
-            "nearest": near,
-        },
-        indent=2,
-    )
+    facts = {"ok": certificate.ok, "vehicles": [fleet.name(i) for i in range(len(fleet))], "duration": fleet.duration}
+    least = {name: getattr(certificate, name) for name in ("least_distance", "pair", "instant")}
+    return as_json(facts | least | {"nearest": near})
 
 
 @command()
@@ -244,12 +219,9 @@ def plot(
     no_clobber: options.NoClobber = False,
 ) -> None:
     """Draw a file: the path, and its position, derivatives and heading against time; or the flight, moving."""
-    from minsnap.basics.storage.atomic import check_destination, refuse_source
     from minsnap.files.convert import read_samples
-    from minsnap.files.waypoints import read_waypoints
     from minsnap.plot.animation import ENDINGS, animate_fleet, animate_path, check_animation_name
     from minsnap.plot.figures import check_figure_name, plot_overview, save_figure
-    from minsnap.plot.fleet_figures import plot_fleet
     from minsnap.shows.fleet_files import is_fleet, read_fleet
 
     if corridor is not None and waypoints is None:
@@ -267,11 +239,11 @@ def plot(
         if moving:
             animate_fleet(fleet, output, view=view or "xy", title=title or file.name, **how)
         else:
-            figure: Any = plot_fleet(fleet, view or "xy").figure
+            figure: Any = minsnap.plot.plot_fleet(fleet, view or "xy").figure
             save_figure(figure, output, clobber=not no_clobber)
         return
     samples = read_samples(file, frame)
-    points = None if waypoints is None else read_waypoints(waypoints).points
+    points = None if waypoints is None else minsnap.read_waypoints(waypoints).points
     drawn: dict[str, Any] = {"corridor": options.parse_corridor(corridor), "waypoints": points}
     drawn |= {"view": view or "xy", "title": title or file.name}
     if moving:
@@ -298,14 +270,12 @@ def convert(
     A trajectory is sampled at --rate where the format holds samples; samples are fitted with polynomials to 1 mm
     where it holds those.
     """
-    from minsnap.basics.storage.atomic import refuse_source
-    from minsnap.files.convert import check_frame, format_of, formats, read_any, written
-    from minsnap.files.format import Writing
+    from minsnap.files.convert import format_of, formats, read_any, write_any
 
-    check_frame(format_of(target, to), frame)
+    format_of(target, to).check_frame(frame)
     refuse_source(target, source)
     with told_warnings():
         content = read_any(source, from_frame)
-    name, lost = written(content, target, to, rate, Writing(frame, not no_clobber))
+    name, lost = write_any(content, target, to, rate, frame, clobber=not no_clobber)
     print(f"{target}: {name}, frame {formats()[name].frame or frame}{f'; {lost}' if lost else ''}")
     return 0

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import minsnap
 from minsnap.basics.messages import labelled
+from minsnap.basics.storage.atomic import check_destination
 from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.output import on_terminal
@@ -42,7 +44,6 @@ def fleet(
     Each planned flight is kept in FOLDER/flights: a run that was killed goes on with them. Ctrl-C ends the
     search for one flight with the best so far. Exit status 1 if the files do not keep the show's conditions.
     """
-    from minsnap.basics.storage.atomic import check_destination
     from minsnap.files.formats.skybrush import worst_distance
     from minsnap.plot.animation import animate_fleet, check_animation_name
     from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, write_fleet
@@ -85,10 +86,8 @@ def _wider(show: Show, more: float) -> Show:
 
 def _certified(show: Show, planned: Fleet, held: Fleet) -> tuple[FleetCertificate, FleetCertificate]:
     """Return the certificates of the files and of the plan."""
-    from minsnap.fleet.fleet_certificate import certify_fleet
-
     named = replace(held, separation=show.separation)
-    first, second = (certify_fleet(one, show.separation, show.limits, show.room) for one in (named, planned))
+    first, second = (minsnap.certify_fleet(one, show.separation, show.limits, show.room) for one in (named, planned))
     return first, second
 
 
@@ -128,11 +127,13 @@ def studio(
     """
     import webbrowser
 
+    from minsnap.studio.fleet_studio import FleetStudio
+
     fleet = None if file is None else _fleet(file, separation, downwash)
     ended = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: ended.set())
-    page = _page(file, folder, host, port, obstacles) if fleet is None else _fleet_page(*fleet, host, port)
+    page = _page(file, folder, host, port, obstacles) if fleet is None else FleetStudio(fleet[0], host, port, fleet[1])
     try:
         print(f"studio: {page.url}  (Ctrl-C ends it)", flush=True)
         if not no_browser:
@@ -152,17 +153,10 @@ def _page(file: Path | None, folder: Path, host: str, port: int, obstacles: Path
     return Studio(request, str(folder), host, port, obstacles=None if obstacles is None else read_obstacles(obstacles))
 
 
-def _fleet_page(fleet: Fleet, lights: Sequence[Lights | None] | None, host: str, port: int) -> Page:
-    from minsnap.studio.fleet_studio import FleetStudio
-
-    return FleetStudio(fleet, host, port, lights)
-
-
 def _fleet(
     file: Path, separation: float | None, downwash: float
 ) -> tuple[Fleet, Sequence[Lights | None] | None] | None:
     """Return the fleet of a folder or a ``.skyc``, or of a show, which is planned, and its lights; None for a scene."""
-    from minsnap.fleet.common_clock import Separation
     from minsnap.shows.fleet_files import is_fleet, read_fleet, read_skyc
     from minsnap.shows.show import fly
     from minsnap.shows.show_yaml import is_show, read_show
@@ -180,4 +174,4 @@ def _fleet(
         raise InputError(f"{file} is one vehicle: --separation is for a fleet")
     else:
         return None
-    return fleet if separation is None else replace(fleet, separation=Separation(separation, downwash)), lights
+    return fleet if separation is None else replace(fleet, separation=minsnap.Separation(separation, downwash)), lights

@@ -14,6 +14,10 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import minsnap
+import minsnap.flight
+from minsnap.basics.storage.atomic import refuse_source
+from minsnap.basics.storage.text import FileName
 from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.errors import FlightError, InputError, LinkError
@@ -102,9 +106,8 @@ def fly_fleet(
     from minsnap.cli.companion import Companion
     from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.offboard import prepare, stream_together
-    from minsnap.shows.fleet_files import read_fleet
 
-    fleet, clock = read_fleet(folder), Clock()
+    fleet, clock = minsnap.shows.read_fleet(folder), Clock()
     names = [fleet.name(vehicle) for vehicle in range(len(fleet))]
     addresses = links_of(connect, len(fleet))
     if preflight:
@@ -144,17 +147,15 @@ def links_of(connect: str, count: int) -> list[str]:
 
 def _check_apart(fleet: Fleet) -> None:
     """Refuse a fleet whose vehicles do not keep the separation that its files ask for."""
-    from minsnap.fleet.fleet_certificate import certify_fleet
-
     if fleet.separation is None:
         print("preflight: the files do not say how far apart the vehicles must be", file=sys.stderr)
         return
-    certificate = certify_fleet(fleet, fleet.separation)
+    certificate = minsnap.certify_fleet(fleet, fleet.separation)
     if not certificate.ok:
         raise FlightError(f"not flown: two vehicles come within {certificate.least_distance:.3f} m; nothing was sent")
 
 
-def _log_of(log: str | os.PathLike[str] | None, name: str) -> Path | None:
+def _log_of(log: FileName | None, name: str) -> Path | None:
     return None if log is None else Path(log).with_name(f"{Path(log).stem}-{name}{Path(log).suffix}")
 
 
@@ -235,10 +236,8 @@ class StreamedFlight(FlightOptions):
 
     def settings(self, **others: Any) -> StreamOptions:
         """Return the options of the stream, with others of it."""
-        from minsnap.flight.mavlink.stream_options import SafetyRules
-
         return super().settings(
-            rules=SafetyRules(self.max_start_distance, self.abort_distance),
+            rules=minsnap.flight.SafetyRules(self.max_start_distance, self.abort_distance),
             autopilot=one_of("--autopilot", self.autopilot, ("auto", "px4", "ardupilot", "generic")),
             relative=one_of("--origin", self.origin, ("file", "current", "current-height")) != "file",
             relative_height=self.origin == "current-height",
@@ -285,20 +284,17 @@ class OrderOptions:
         import numpy as np
 
         from minsnap.cli.companion import Listening
-        from minsnap.corridors.boxes import Room
-        from minsnap.paths.missions.course import read_course
-        from minsnap.paths.missions.mission import plan_mission
 
         if file.suffix.lower() not in (".yaml", ".yml"):
             raise InputError(f"{file} is no course: --listen plans from what is flown, so give a course in YAML")
         if trigger == "enter" and self.port is None:
             raise InputError("--listen takes orders from the standard input: give --trigger mode or now, or --port")
-        mission = plan_mission(read_course(file))
+        mission = minsnap.plan_mission(minsnap.read_course(file))
         if self.room is not None and self.room.count(",") != 5:
             raise InputError(f"--room is {self.room}: give two corners, six numbers with commas")
         floor = min(0.0, float(mission.trajectory.control_points[..., 2].min()))
         sides = [-inf, -inf, floor, inf, inf, inf] if self.room is None else options.parse_numbers("--room", self.room)
-        return Listening(mission.trajectory, mission.limits, Room(*np.reshape(sides, (2, 3))), self.port)
+        return Listening(mission.trajectory, mission.limits, minsnap.Room(*np.reshape(sides, (2, 3))), self.port)
 
 
 @command()
@@ -357,7 +353,6 @@ def tune(
     With --connect it flies the plan, fetches the log, learns, flies again, and compares; with a log it learns from
     that flight, and the next one's with --sent. Three flights took 84 to 94 % off the error in simulation.
     """
-    from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.setpoint_csv import frame_of, read_csv, write_csv
     from minsnap.flight.tracking.tracking_plot import write_flight_page
     from minsnap.flight.tracking.tuning import LearningSettings, best_to_fly, learn_from, tune_in_flight
@@ -396,10 +391,8 @@ class _Pilot:
 
     def fly(self, sent: Samples, number: int) -> Path:
         """Fly, and return the autopilot's log, or that of the stream where there is none."""
-        from minsnap.files.setpoint_csv import write_csv
-
         stem = self._output.with_suffix("")
-        write_csv(sent, f"{stem}-{number}.csv", frame=self._how.frame or "enu")
+        minsnap.write_csv(sent, f"{stem}-{number}.csv", frame=self._how.frame or "enu")
         own = Path(f"{stem}-{number}.log.csv")
         own.unlink(missing_ok=True)
         flown = fly(sent, self._connect, replace(self._how, log=own), None, None, self._preflight, None)

@@ -6,6 +6,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import minsnap
+import minsnap.flight
+from minsnap.basics.storage.atomic import refuse_source
 from minsnap.cli import options
 from minsnap.cli.app import command, told_warnings
 from minsnap.cli.output import as_json, check_figure
@@ -32,11 +35,11 @@ class Matching:
     def compared(self, reference: Path, paths: list[Path]) -> dict[str, ComparedFlight]:
         """Read and compare all files; damage in a log is reported on standard error."""
         from minsnap.files.convert import read_samples
-        from minsnap.files.flights import load_reference
+        from minsnap.files.flights import ENDINGS, load_reference
 
         sent, flights_by_name = self.sent or [], {}
         with told_warnings():
-            wanted = (load_reference if _is_flight(reference) else read_samples)(reference, self.frame)
+            wanted = (load_reference if reference.suffix.lower() in ENDINGS else read_samples)(reference, self.frame)
             wanted = wanted if self.lead is None else replace(wanted, lead=self.lead)
             if sent and len(sent) != len(paths):
                 count = f"{len(sent)} times beside {len(paths)} flights"
@@ -51,7 +54,6 @@ class Matching:
     def _flights(self, wanted: Samples, sent: Samples | None, path: Path, reference: Path) -> list[ComparedFlight]:
         """Return the flights of a file: those of a log at its own setpoints, the only one of a table of samples."""
         from minsnap.files.flights import load_flight, load_log
-        from minsnap.flight.tracking.comparison import compare as compare_samples
         from minsnap.flight.tracking.comparison import moved
         from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
 
@@ -61,7 +63,7 @@ class Matching:
             return compare_in_log(sent or wanted, log.reference, log.flight, self.max_delay, planned)
         _refuse_unknown_clock(path, log, self.align)
         flight = load_flight(path, self.frame)
-        comparison = compare_samples(wanted, flight, align=self.align, max_delay=self.max_delay)
+        comparison = minsnap.flight.compare(wanted, flight, align=self.align, max_delay=self.max_delay)
         return [ComparedFlight(comparison, wanted, moved(flight, comparison.offset))]
 
 
@@ -91,14 +93,12 @@ def compare(
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in compared.items()}
     if plot is not None:
         from minsnap.flight.tracking.tracking_plot import plot_comparison
-        from minsnap.plot.figures import save_figure
 
-        save_figure(plot_comparison(compared, view or "xy"), plot)
+        minsnap.plot.save_figure(plot_comparison(compared, view or "xy"), plot)
     if report is not None:
-        from minsnap.files.waypoints import read_waypoints
         from minsnap.flight.tracking.tracking_plot import write_flight_page
 
-        legs = None if waypoints is None else read_waypoints(waypoints).points
+        legs = None if waypoints is None else minsnap.read_waypoints(waypoints).points
         write_flight_page(compared, report, logs={_name(path, flights): path for path in flights}, waypoints=legs)
     _say(compared, kept, json)
 
@@ -118,20 +118,13 @@ def _kept(flight: Samples, waypoints: Path | None, corridor: str | None, max_spe
     kept: dict[str, Any] = {}
     if waypoints is not None:
         from minsnap.files.consistency import check_membership
-        from minsnap.files.waypoints import read_waypoints
 
-        inside = check_membership(flight, read_waypoints(waypoints).points, options.parse_corridor(corridor))
+        inside = check_membership(flight, minsnap.read_waypoints(waypoints).points, options.parse_corridor(corridor))
         kept["corridor_margin"] = inside.margin
     if max_speed is not None and flight.velocity is not None:
         kept["max_speed"] = float(np.linalg.norm(flight.velocity, axis=1).max())
         kept["max_speed_allowed"] = max_speed
     return kept
-
-
-def _is_flight(path: Path) -> bool:
-    from minsnap.files.flights import ENDINGS
-
-    return path.suffix.lower() in ENDINGS
 
 
 def _name(path: Path, flights: list[Path]) -> str:
@@ -199,7 +192,6 @@ def fit(
             raise InputError("--output, --base and --mass are for logs of flights: leave them out with --form")
         _fit_table(file, form, plot, json)
         return
-    from minsnap.basics.storage.atomic import refuse_source
     from minsnap.flight.tracking.flight_fit import default_name, fit_flight
     from minsnap.vehicle import read_vehicle
 
@@ -207,10 +199,7 @@ def fit(
     refuse_source(plot, file, base)
     flight_fit = fit_flight(file, lead)
     if plot is not None:
-        from minsnap.flight.tracking.tracking_plot import plot_flight_fit
-        from minsnap.plot.figures import save_figure
-
-        save_figure(plot_flight_fit(flight_fit), plot)
+        minsnap.plot.save_figure(minsnap.flight.plot_flight_fit(flight_fit), plot)
     if output is not None:
         flight_fit.vehicle(None if base is None else read_vehicle(base), mass, default_name(file)).to_yaml(output)
     print(as_json(flight_fit.as_dict()) if json else flight_fit)
@@ -221,7 +210,5 @@ def _fit_table(file: Path, form: str, plot: Path | None, json: bool) -> None:
 
     table_fit = fit_table(file, form)
     if plot is not None:
-        from minsnap.plot.figures import save_figure
-
-        save_figure(plot_table_fit(table_fit).figure, plot)
+        minsnap.plot.save_figure(plot_table_fit(table_fit).figure, plot)
     print(as_json(table_fit.as_dict()) if json else table_fit)

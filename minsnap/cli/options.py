@@ -7,7 +7,8 @@ from math import degrees, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from minsnap.basics.limit_kinds import KINDS, Kind
+import minsnap
+from minsnap.basics.limit_kinds import KINDS
 from minsnap.errors import InputError, LimitError
 
 if TYPE_CHECKING:
@@ -31,7 +32,6 @@ Output = Annotated[
 ]
 
 Rate = Annotated[float, "HZ", "Setpoints per second."]
-Frame = Annotated[str, "Axes of the file: enu, ned, flu, frd or optitrack."]
 Format = Annotated[str | None, "NAME", "Format of the file, where its ending does not tell."]
 ReadFrame = Annotated[str | None, "--from-frame", "--frame", "Axes of a CSV that does not say so itself: enu, ned, …"]
 Plot = Annotated[Path | None, "FILE", "Figure to write: PNG, SVG or PDF, by its ending."]
@@ -47,9 +47,6 @@ OffsetDrag = Annotated[float, "K", "Feed-forward of K times the velocity [1/s]: 
 OffsetVehicle = Annotated[str | None, "NAME", "Vehicle whose drag is offset instead: " + VEHICLE_HELP]
 Lead = Annotated[float, "S", "Send setpoints earlier by this: compensates the vehicle's delay."]
 FlownLead = Annotated[float | None, "S", "How much earlier than planned the flight's setpoints were sent."]
-Time = Annotated[float | None, "S", "Duration of the whole [s]."]
-Split = Annotated[str | None, "How --time is split over the legs: optimal, distance or trapezoid."]
-TimeWeight = Annotated[float | None, "W", "Least cost + W * time, instead of a duration [cost/s]."]
 NoLimit = Annotated[
     str | None,
     "NAME",
@@ -57,20 +54,10 @@ NoLimit = Annotated[
 ]
 
 Corridor = Annotated[str | None, "M", "Half-width around each leg [m]: one, or one per leg with commas."]
-Avoid = Annotated[list[str] | None, "X,Y,R", "Upright cylinder to keep out of [m]; or X,Y,R,LOW,HIGH."]
 References = Annotated[str, "What the cascade follows: position, velocity or acceleration."]
 Yaw = Annotated[str | None, "Heading [degrees]; 'velocity' to look where it flies; 'tilt' not to spin."]
 LookAtPoint = Annotated[tuple[float, float] | None, "X Y", "Point that the nose points at [m]."]
-YawRate = Annotated[float | None, "RAD/S", "With --yaw velocity: largest rate of a held heading [rad/s]."]
-HoldBelow = Annotated[float | None, "M/S", "With --yaw velocity: held below this horizontal speed [m/s]."]
 Degree = Annotated[int, "Degree of the polynomials: 3, 5, 7, 9 or 11."]
-Continuity = Annotated[int | None, "Derivatives continuous at the waypoints."]
-Pieces = Annotated[
-    str | None, "N|auto", "Polynomials per leg; by default 1. auto: with limits, as many as shorten the flight."
-]
-
-TimeLimit = Annotated[float | None, "S", "Seconds of search, after which the best plan so far is taken."]
-Solver = Annotated[str, "auto, or a solver's name: daqp, clarabel, osqp, or another of qpsolvers."]
 
 
 def vehicle_of(name: str) -> Quadrotor:
@@ -133,24 +120,20 @@ class SimulatedVehicle:
         raise InputError(f"--controller is {self.controller!r}: it must be one of cascade, lee, mellinger")
 
 
-def limit_fields() -> list[tuple[str, Any, None]]:
-    """Return the options of limits as fields of a dataclass: name, type as typer reads it, default."""
-    return [(option_field(kind), _limit_option(kind), None) for kind in KINDS if kind.option]
+LIMITS = {kind.option.lstrip("-").replace("-", "_"): kind for kind in KINDS if kind.option}
+"""Kinds of limits by the name of the field that holds their option."""
 
 
-def option_field(kind: Kind) -> str:
-    """Return the name of the field that holds the option of a limit."""
-    return kind.option.lstrip("-").replace("-", "_")
-
-
-def limit_options() -> set[str]:
-    """Return the names of the fields that hold options of limits."""
-    return {option_field(kind) for kind in KINDS if kind.option}
+def limit_field(name: str) -> tuple[str, Any, None]:
+    """Return the option of a limit as a field of a dataclass: name, type as typer reads it, default."""
+    kind = LIMITS[name]
+    metavar = "RATIO" if kind.unit == "of the weight" else kind.typed_unit.upper().replace("^", "")
+    return name, Annotated[float | None, metavar, f"Shortest time within [{kind.typed_unit}]."], None
 
 
 def limit_values(options: Any) -> dict[str, Any]:
     """Return the limits that the options name, in the units of the library."""
-    values = {kind: getattr(options, option_field(kind)) for kind in KINDS if kind.option}
+    values = {kind: getattr(options, name) for name, kind in LIMITS.items()}
     for kind, value in values.items():
         if kind.degrees and value is not None and value >= degrees(kind.below):
             raise LimitError(f"{kind.option} is {value:g} degrees: it must be below {degrees(kind.below):g}")
@@ -173,12 +156,6 @@ def taken_off(text: str | None) -> list[str]:
         if name not in known:
             raise InputError(f"--no-limit is {name!r}: it takes {', '.join(known)}; other limits hold only where named")
     return names
-
-
-def _limit_option(kind: Kind) -> Any:
-    metavar = "RATIO" if kind.unit == "of the weight" else kind.typed_unit.upper().replace("^", "")
-    what = f"Shortest time within [{kind.typed_unit}]."
-    return Annotated[float | None, metavar, what]
 
 
 def parse_corridor(text: str | None) -> float | list[float] | None:
@@ -231,9 +208,8 @@ def chosen_yaw(text: str | None, look_at: tuple[float, float] | None) -> Any:
         return parse_yaw(text)
     if text is not None:
         raise InputError("--yaw and --look-at both say where the nose points: give one of them")
-    from minsnap.trajectory.look_at import LookAt
 
-    return LookAt(look_at)
+    return minsnap.LookAt(look_at)
 
 
 def parse_yaw(text: str | None) -> float | str | None:

@@ -6,11 +6,14 @@ import json
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
+import minsnap
 from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.basics.messages import labelled
+from minsnap.basics.storage.atomic import check_destination
 from minsnap.cli import options
 from minsnap.errors import FileError, InputError
 
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
     from minsnap.basics.arrays import ArrayLike
     from minsnap.corridors.gates import Gate
     from minsnap.corridors.keep_out import Obstacle
+    from minsnap.files.format import Format
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.path import Path
     from minsnap.trajectory.samples import Samples
@@ -79,17 +83,14 @@ def summarise(
         corridor_margin [m], solver, rounds, milliseconds, limits: for each, how far it is used, and where
         most; binding: those used up.
     """
-    from minsnap.certificate import certify
-    from minsnap.trajectory.trajectory import Trajectory
-
     known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-4])
-    certificate = certify(path, waypoints=waypoints, corridor=corridor, limits=limits)
+    certificate = minsnap.certify(path, waypoints=waypoints, corridor=corridor, limits=limits)
     known |= {name: getattr(certificate, name) for name in ("max_speed", "max_acceleration", "max_jerk")}
     known |= {"duration": path.duration, "cost_unit": None}
     known["corridor_margin"] = None if corridor is None else certificate.corridor_margin
     known["limits"] = [asdict(used) for used in certificate.utilisation]
     known["binding"] = [used.name for used in certificate.utilisation if used.fraction >= BINDING]
-    return known | (_of_plan(path) if isinstance(path, Trajectory) else {})
+    return known | (_of_plan(path) if isinstance(path, minsnap.Trajectory) else {})
 
 
 def as_text(figures: Mapping[str, Any]) -> str:
@@ -198,7 +199,7 @@ class Destination:
     view: options.View = None
     colour_by: options.ColourBy = None
     rate: options.Rate = 20.0
-    frame: options.Frame = "enu"
+    frame: Annotated[str, "Axes of the file: enu, ned, flu, frd or optitrack."] = "enu"
     json: options.Json = False
     no_clobber: options.NoClobber = False
     format: options.Format = None
@@ -207,7 +208,6 @@ class Destination:
     lead: options.Lead = 0.0
 
     def __post_init__(self) -> None:
-        from minsnap.basics.storage.atomic import check_destination
         from minsnap.files.frames import get_frame
         from minsnap.trajectory.path import sample_times
 
@@ -217,20 +217,17 @@ class Destination:
         for file in (self.output, self.plot):
             if file is not None and file != STANDARD_OUTPUT:
                 check_destination(file, clobber=not self.no_clobber)
-        self._check_format()
-        self._check_feed_forward()
-
-    def _check_feed_forward(self) -> None:
+        if self.output == STANDARD_OUTPUT and self.format not in (None, "setpoints"):
+            raise FileError(f"standard output takes setpoints only: write {self.format} to a file")
+        if self._other is not None:
+            self._other.check_frame(self.frame)
         if not self._offsets:
             return
         options.feed_forward_of(self)
         if self.output is None:
             raise InputError("--drag, --vehicle and --lead are written with setpoints: give -o FILE")
-        if not self._is_csv and self.output != STANDARD_OUTPUT:
-            from minsnap.files.convert import format_of
-
-            if format_of(self.output, self.format).holds != "samples":
-                raise InputError("polynomials hold no feed-forward: write setpoints, such as -o FILE.csv")
+        if self._other is not None and self._other.holds != "samples":
+            raise InputError("polynomials hold no feed-forward: write setpoints, such as -o FILE.csv")
 
     @property
     def search(self) -> dict[str, Any]:
@@ -241,18 +238,16 @@ class Destination:
     def _offsets(self) -> bool:
         return bool(self.drag) or self.vehicle is not None or bool(self.lead)
 
-    def _check_format(self) -> None:
-        if self.output == STANDARD_OUTPUT and self.format not in (None, "setpoints"):
-            raise FileError(f"standard output takes setpoints only: write {self.format} to a file")
-        if self.output not in (None, STANDARD_OUTPUT) and not self._is_csv:
-            from minsnap.files.convert import check_frame, format_of
-
-            check_frame(format_of(self.output, self.format), self.frame)
-
     @property
-    def _is_csv(self) -> bool:
-        """Whether setpoints are written as CSV, so that the other formats need not be loaded."""
-        return self.output is not None and self.output.suffix.lower() == ".csv" and self.format in (None, "setpoints")
+    def _other(self) -> Format | None:
+        """The format of the file, if one is written and not as a CSV of setpoints, which needs no other one loaded."""
+        if self.output is None or self.output == STANDARD_OUTPUT:
+            return None
+        if self.output.suffix.lower() == ".csv" and self.format in (None, "setpoints"):
+            return None
+        from minsnap.files.convert import format_of
+
+        return format_of(self.output, self.format)
 
     def deliver(
         self,
@@ -261,7 +256,7 @@ class Destination:
         waypoints: ArrayLike | None = None,
         limits: Limits | None = None,
         further: Mapping[str, Any] | None = None,
-        draw: Callable[[], Figure] | None = None,
+        draw: Callable[..., Figure] | None = None,
         origin: Sequence[float] | None = None,
         avoid: Sequence[Obstacle] = (),
         gates: Mapping[int, Gate] | None = None,
@@ -273,13 +268,13 @@ class Destination:
         :func:`minsnap.write_csv` takes. How ``gates`` are passed is told, by their numbers.
         """
         figures = summarise(path, corridor, waypoints, limits) | _passed(path, gates) | dict(further or {})
-        if self.plot is not None and draw is not None:
-            self._save(draw())
-        elif self.plot is not None:
-            self._draw(path, corridor=corridor, waypoints=waypoints, limits=limits, avoid=avoid)
+        known = {"waypoints": waypoints, "corridor": corridor, "limits": limits}
+        if self.plot is not None:
+            draw = draw or partial(minsnap.plot.plot_overview, path, avoid=avoid, **known)
+            figure = draw(view=self.view or "xy", colour_by=self.colour_by)
+            minsnap.plot.save_figure(figure, self.plot, clobber=not self.no_clobber)
         if self.output is not None:
-            known = {"waypoints": waypoints, "corridor": corridor, "limits": limits, "gates": gates}
-            facts = known | {"command": ("minsnap", *sys.argv[1:])}
+            facts = known | {"gates": gates, "command": ("minsnap", *sys.argv[1:])}
             notes = (figures["note"], self._write(path, facts, origin))
             figures["note"] = "; ".join(filter(None, notes)) or None
         named = {"output": self.output, "plot": self.plot}
@@ -292,16 +287,12 @@ class Destination:
         """Return the axes of what was written, and the file that was written beside it."""
         if self.output is None:
             return {"frame": None, "beside": None}
-        frame, beside = self.frame.lower(), None
-        if not self._is_csv and self.output != STANDARD_OUTPUT:
-            from minsnap.files.convert import format_of
-
-            frame = format_of(self.output, self.format).frame or frame
-        elif self.output != STANDARD_OUTPUT:
+        other, beside = self._other, None
+        if other is None and self.output != STANDARD_OUTPUT:
             from minsnap.files.setpoint_csv import noted_beside
 
             beside = noted_beside(self.output)
-        return {"frame": frame, "beside": beside}
+        return {"frame": (other and other.frame) or self.frame.lower(), "beside": beside}
 
     def _write(self, path: Path, facts: dict[str, Any], origin: Sequence[float] | None) -> str | None:
         """Write the path; return a sentence on data that its format cannot hold."""
@@ -312,16 +303,14 @@ class Destination:
 
             sys.stdout.writelines(csv_lines(source, self.rate, self.frame))
             sys.stdout.flush()
-        elif self._is_csv:
-            from minsnap.files.setpoint_csv import write_csv
-
-            write_csv(source, self.output, self.rate, self.frame, clobber=not self.no_clobber, origin=origin)
+        elif self._other is None:
+            minsnap.write_csv(source, self.output, self.rate, self.frame, clobber=not self.no_clobber, origin=origin)
         else:
-            from minsnap.files.convert import written
-            from minsnap.files.format import Writing
+            from minsnap.files.convert import write_any
 
-            how = Writing(self.frame, not self.no_clobber, facts)
-            note = "; ".join(filter(None, (note, written(source, self.output, self.format, self.rate, how)[1])))
+            how: dict[str, Any] = {"clobber": not self.no_clobber, "facts": facts}
+            lost = write_any(source, self.output, self.format, self.rate, self.frame, **how)[1]
+            note = "; ".join(filter(None, (note, lost)))
         return note
 
     def _offset(self, path: Path) -> tuple[Samples, str]:
@@ -330,17 +319,6 @@ class Destination:
 
         samples, feed_forward = in_space(path.sample(self.rate)), options.feed_forward_of(self)
         return feed_forward.stated(samples), feed_forward.describe(samples)
-
-    def _draw(self, path: Path, **drawing: Any) -> None:
-        from minsnap.plot.figures import plot_overview
-
-        self._save(plot_overview(path, view=self.view or "xy", colour_by=self.colour_by, **drawing))
-
-    def _save(self, figure: Figure) -> None:
-        from minsnap.plot.figures import save_figure
-
-        if self.plot is not None:
-            save_figure(figure, self.plot, clobber=not self.no_clobber)
 
 
 def _passed(path: Path, gates: Mapping[int, Gate] | None) -> dict[str, Any]:

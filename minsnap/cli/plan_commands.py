@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer.core import TyperCommand
 
+import minsnap
+from minsnap.basics.storage.atomic import refuse_source
 from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
@@ -20,7 +22,6 @@ from minsnap.errors import FrameError, InputError
 if TYPE_CHECKING:
     from minsnap.paths.missions.course import Course
     from minsnap.paths.missions.mission import Mission
-    from minsnap.paths.routes.plan_route import Route
     from minsnap.planning.request import PlanRequest
     from minsnap.trajectory.trajectory import Trajectory
 
@@ -47,10 +48,8 @@ def plan(
     A YAML file may also say how: total time, limits, corridor and more, as the studio saves it; options come first. A
     plan that was written as .json or .yaml is taken as it is, with its corridor and limits, and certified again.
     """
-    from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.formats.polynomials import is_polynomials
     from minsnap.files.request_yaml import read_request
-    from minsnap.planning.planner import plan as plan_path
 
     refuse_source(destination.output, file)
     if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
@@ -73,7 +72,7 @@ def plan(
         request = replace(request, **altitudes_of(planning, request.waypoints))
 
     def planned(progress: bool | None = None, **changes: Any) -> Trajectory:
-        return plan_path(**request.changed(**changes).arguments(), progress=progress)
+        return minsnap.plan(**request.changed(**changes).arguments(), progress=progress)
 
     path = planned(on_terminal(destination.json))
     figures: dict[str, Any] = {}
@@ -164,10 +163,8 @@ def _chosen(planning: Planning) -> dict[str, Any]:
 
 def _fastest(request: PlanRequest) -> bool:
     """Whether the shortest time within limits is searched for as usual, with one polynomial per leg."""
-    from minsnap.time_allocation.search_options import Search
-
     timed = request.durations is not None or request.total_time is not None or request.continuity is not None
-    usual = request.pieces == 1 and request.search == Search(on_interrupt="return")
+    usual = request.pieces == 1 and request.search == minsnap.Search(on_interrupt="return")
     return usual and not timed and request.bounds is not None
 
 
@@ -193,21 +190,17 @@ def _timed(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> Plan
     return replace(timed, total_time=request.total_time or float(np.sum(times)))
 
 
-def course_of(file: Path) -> Course:
+def course_of(file: Path) -> minsnap.Course:
     """Return the waypoints of a file as a course."""
-    from minsnap.files.waypoints import read_waypoints
-    from minsnap.paths.missions.course import Course, Stop
-
-    points = read_waypoints(file)
+    points = minsnap.read_waypoints(file)
     if points.durations is not None or points.yaw is not None:
         what = "durations" if points.durations is not None else "a yaw for each waypoint"
         raise InputError(f"{file} has {what}: --laps, --takeoff and --land go by limits and one --yaw; leave them out")
-    return Course(tuple(Stop(point) for point in points.points), name=file.stem)
+    return minsnap.Course(tuple(minsnap.Stop(point) for point in points.points), name=file.stem)
 
 
 def fly_course(course: Course, planning: Planning, destination: Destination) -> None:
     """Plan a course and deliver it."""
-    from minsnap.paths.missions.mission import plan_mission
     from minsnap.planning.request import plan_arguments
 
     named = _chosen(planning)
@@ -216,38 +209,35 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
         option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
         raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
     arguments = plan_arguments({"yaw": course.yaw} | named | destination.search)
-    chosen = {
-        "limits": arguments.pop("limits", None),
-        "yaw": arguments.pop("yaw", None),
-        "tube": arguments.pop("corridor", None),
-    }
+    own = {"limits": "limits", "yaw": "yaw", "tube": "corridor"}
+    chosen = {name: arguments.pop(argument, None) for name, argument in own.items()}
     flown = course.changed(**{name: value for name, value in chosen.items() if value is not None})
     began = perf_counter()
-    mission = plan_mission(flown, **arguments)
+    mission = minsnap.plan_mission(flown, **arguments)
     took = 1e3 * (perf_counter() - began)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
     figures: dict[str, Any] = {"parts": parts} | _other_vehicle(mission, destination)
     figures |= _beside(flown, arguments, mission, took)
     how: dict[str, Any] = {"limits": mission.limits, "further": figures, "gates": mission.gates}
-    destination.deliver(mission.trajectory, mission.corridor or None, **how, draw=lambda: _figure(mission, destination))
+    how["draw"] = lambda **view: minsnap.plot.plot_mission(mission, **view)
+    destination.deliver(mission.trajectory, mission.corridor or None, **how)
 
 
 def _beside(course: Course, arguments: dict[str, Any], mission: Mission, took: float) -> dict[str, Any]:
     """Return how long the course would last with more pieces, and a flying lap from a standing start."""
-    from minsnap.paths.missions.mission import plan_mission
     from minsnap.planning.request import plan_arguments
 
     quiet = {name: value for name, value in arguments.items() if name not in ("search", "progress")}
     lap = course.changed(closed=False, laps=1, stops=(*course.stops, *course.stops[:1]))
 
     def again(**changes: Any) -> Trajectory:
-        return plan_mission(course, **quiet, **plan_arguments(changes)).trajectory
+        return minsnap.plan_mission(course, **quiet, **plan_arguments(changes)).trajectory
 
     known = quiet.keys() & {"pieces", "continuity"} or course.pieces != 1
     shorter = {} if known else gain(again, mission.trajectory, took)
     if not course.closed or took > GAIN.quick:
         return shorter
-    return shorter | standing(lambda: plan_mission(lap, **quiet).trajectory, mission.trajectory)
+    return shorter | standing(lambda: minsnap.plan_mission(lap, **quiet).trajectory, mission.trajectory)
 
 
 def _other_vehicle(mission: Mission, destination: Destination) -> dict[str, str]:
@@ -261,12 +251,6 @@ def _other_vehicle(mission: Mission, destination: Destination) -> dict[str, str]
     if description_of(course) == description_of(offset):
         return {}
     return {"note": f"the course is planned for {course.name}, and the feed-forward offsets the drag of {offset.name}"}
-
-
-def _figure(mission: Mission, wanted: Destination) -> Any:
-    from minsnap.plot.overviews import plot_mission
-
-    return plot_mission(mission, view=wanted.view or "xy", colour_by=wanted.colour_by)
 
 
 POINT_OPTIONS = ("--start", "--goal")
@@ -356,16 +340,14 @@ def route(
 
     ends = parse_point("--start", start), parse_point("--goal", goal)
     arguments = reading.arguments() | timing.arguments() | destination.search
-    planned = plan_through(_source(map_file, reading.transpose), *ends, **plan_arguments(arguments))
-    shorter = gain_of_auto_pieces(
-        partial(plan_through, _source(map_file, reading.transpose), *ends),
-        arguments | {"limits": planned.limits},
-        planned.trajectory,
-    )
+    through = partial(plan_through, _source(map_file, reading.transpose), *ends)
+    planned = through(**plan_arguments(arguments))
+    shorter = gain_of_auto_pieces(through, arguments | {"limits": planned.limits}, planned.trajectory)
     figures = shorter | {"obstacle_distance": planned.distance, "obstacle_instant": planned.approach.instant}
     figures["altitude"] = 0.0 if planned.dim == 2 else None
     how: dict[str, Any] = {"corridor": planned.corridor, "limits": planned.limits, "further": figures}
-    destination.deliver(planned.trajectory, **how, draw=lambda: _route_figure(planned, map_file, destination))
+    how["draw"] = lambda **view: minsnap.plot.plot_route(planned, title=map_file.name, **view)
+    destination.deliver(planned.trajectory, **how)
 
 
 def _source(file: Path, transpose: bool) -> Any:
@@ -377,9 +359,3 @@ def _source(file: Path, transpose: bool) -> Any:
 
     cells = read_array(file)
     return cells.swapaxes(0, 1) if cells.ndim > 1 else cells
-
-
-def _route_figure(route: Route, file: Path, wanted: Destination) -> Any:
-    from minsnap.plot.overviews import plot_route
-
-    return plot_route(route, view=wanted.view or "xy", colour_by=wanted.colour_by, title=file.name)

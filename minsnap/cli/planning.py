@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, make_dataclass
+from dataclasses import dataclass, make_dataclass
 from math import radians
 from typing import TYPE_CHECKING, Annotated, Any
 
+import minsnap
 from minsnap.cli import options
 from minsnap.cli.output import STANDING
 from minsnap.errors import InputError, MinsnapError, TimingError
@@ -18,16 +19,9 @@ if TYPE_CHECKING:
 
 Center = Annotated[tuple[float, float], "X Y", "Center [m]."]
 Altitude = Annotated[float, "M", "z [m]."]
-StartAltitude = Annotated[float, "M", "z at the start [m]."]
 Clockwise = Annotated[bool, "Turn clockwise seen from above."]
 Laps = Annotated[float, "Turns, spin-up and spin-down included."]
-Period = Annotated[float | None, "S", "Seconds per lap at full speed; 6 [s]."]
 Speed = Annotated[float | None, "M/S", "Full speed, instead of the period [m/s]."]
-RectangleCorridor = Annotated[
-    str | None, "M", "Half-width around each side [m]; 0.3. One, or one per side with commas."
-]
-NoCorridor = Annotated[bool, "Plan without a corridor."]
-Ramp = Annotated[float | None, "DEG", "Angle of spin-up and spin-down [degrees]; 90. 0 starts at speed."]
 
 
 @dataclass(frozen=True)
@@ -60,7 +54,7 @@ if TYPE_CHECKING:
     class LimitFields:
         """An option for each limit of :data:`minsnap.basics.limit_kinds.KINDS`."""
 else:
-    LimitFields = make_dataclass("LimitFields", options.limit_fields(), frozen=True)
+    LimitFields = make_dataclass("LimitFields", map(options.limit_field, options.LIMITS), frozen=True)
 
 
 @dataclass(frozen=True)
@@ -75,35 +69,29 @@ class LimitOptions(LimitFields):
         return limits_of(self)
 
 
-def limits_of(planning: Any) -> Limits | None:
+def limits_of(planning: Any) -> minsnap.Limits | None:
     """Return the limits among options, completed by the ordinary ones where they choose the time; None without any."""
     chosen = options.limit_values(planning)
     if not chosen and planning.no_limit is None:
         return None
-    from minsnap.limits.limits import Limits
     from minsnap.limits.ordinary import completed
 
     if getattr(planning, "time", None) is not None:
         if planning.no_limit is not None:
             raise InputError("with --time only the limits that are named hold: leave out --no-limit")
-        return Limits(**chosen)
-    kept: dict[str, Any] = completed(
-        chosen, [name for name in options.taken_off(planning.no_limit) if name != "altitude"]
-    )
+        return minsnap.Limits(**chosen)
+    off = [name for name in options.taken_off(planning.no_limit) if name != "altitude"]
+    kept: dict[str, Any] = completed(chosen, off)
     if not kept:
         raise InputError("--no-limit leaves no limit: name one, such as --max-jerk, or give --time")
-    return Limits(**kept)
+    return minsnap.Limits(**kept)
 
 
 def altitudes_of(planning: Any, points: Any) -> dict[str, Any]:
     """Return the floor and the ceiling of ordinary flight as the argument ``room``, where limits choose the time."""
     named = bool(options.limit_values(planning)) or planning.no_limit is not None
-    if (
-        not named
-        or planning.time is not None
-        or len(points[0]) != 3
-        or "altitude" in options.taken_off(planning.no_limit)
-    ):
+    off = "altitude" in options.taken_off(planning.no_limit)
+    if not named or off or planning.time is not None or len(points[0]) != 3:
         return {}
     from minsnap.limits.ordinary import ordinary_room
 
@@ -154,17 +142,19 @@ def standing(plan: Callable[[], Path], path: Trajectory) -> dict[str, Any]:
 class Span:
     """The duration of a plan, as a time or as a weight on time: first in the help."""
 
-    time: options.Time = None
-    time_weight: options.TimeWeight = None
+    time: Annotated[float | None, "S", "Duration of the whole [s]."] = None
+    time_weight: Annotated[float | None, "W", "Least cost + W * time, instead of a duration [cost/s]."] = None
 
 
 @dataclass(frozen=True)
 class TimingOptions(LimitOptions, Span):
     """The duration of a plan: a total time, a weight on time, or the shortest time within limits."""
 
-    split: options.Split = None
-    pieces: options.Pieces = None
-    time_limit: options.TimeLimit = None
+    split: Annotated[str | None, "How --time is split over the legs: optimal, distance or trapezoid."] = None
+    pieces: Annotated[
+        str | None, "N|auto", "Polynomials per leg; by default 1. auto: with limits, as many as shorten the flight."
+    ] = None
+    time_limit: Annotated[float | None, "S", "Seconds of search, after which the best plan so far is taken."] = None
     yaw: options.Yaw = None
     look_at: options.LookAtPoint = None
 
@@ -175,10 +165,8 @@ class TimingOptions(LimitOptions, Span):
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that the options name."""
         how = {"time_weight": self.time_weight, "split": self.split, "time_limit": self.time_limit}
-        how |= {"pieces": options.parse_pieces(self.pieces)}
-        return options.present(
-            total_time=self.time, limits=self.limits, yaw=options.chosen_yaw(self.yaw, self.look_at), **how
-        )
+        how |= {"pieces": options.parse_pieces(self.pieces), "yaw": options.chosen_yaw(self.yaw, self.look_at)}
+        return options.present(total_time=self.time, limits=self.limits, **how)
 
 
 @dataclass(frozen=True)
@@ -186,12 +174,12 @@ class Planning(TimingOptions):
     """Options of a plan through several waypoints."""
 
     corridor: options.Corridor = None
-    avoid: options.Avoid = None
-    yaw_rate: options.YawRate = None
-    hold_below: options.HoldBelow = None
+    avoid: Annotated[list[str] | None, "X,Y,R", "Upright cylinder to keep out of [m]; or X,Y,R,LOW,HIGH."] = None
+    yaw_rate: Annotated[float | None, "RAD/S", "With --yaw velocity: largest rate of a held heading [rad/s]."] = None
+    hold_below: Annotated[float | None, "M/S", "With --yaw velocity: held below this horizontal speed [m/s]."] = None
     degree: options.Degree = 7
-    continuity: options.Continuity = None
-    solver: options.Solver = "auto"
+    continuity: Annotated[int | None, "Derivatives continuous at the waypoints."] = None
+    solver: Annotated[str, "auto, or a solver's name: daqp, clarabel, osqp, or another of qpsolvers."] = "auto"
 
     @property
     def walls(self) -> float | list[float] | None:
@@ -199,12 +187,10 @@ class Planning(TimingOptions):
         return options.parse_corridor(self.corridor)
 
     @property
-    def limits(self) -> Limits | None:
+    def limits(self) -> minsnap.Limits | None:
         """The limits of the options; a yaw rate alone, which limits no time, is not completed."""
         if self.no_limit is None and list(options.limit_values(self)) == ["yaw_rate"]:
-            from minsnap.limits.limits import Limits
-
-            return Limits(**options.limit_values(self))
+            return minsnap.Limits(**options.limit_values(self))
         return limits_of(self)
 
     def arguments(self) -> dict[str, Any]:
@@ -218,8 +204,10 @@ class Planning(TimingOptions):
 class RectanglePlanning(Planning):
     """The same for a rectangle: in a corridor, and within limits where no time is set."""
 
-    corridor: RectangleCorridor = None
-    no_corridor: NoCorridor = False
+    corridor: Annotated[str | None, "M", "Half-width around each side [m]; 0.3. One, or one per side with commas."] = (
+        None
+    )
+    no_corridor: Annotated[bool, "Plan without a corridor."] = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -248,10 +236,10 @@ class RectanglePlanning(Planning):
 class Turning(LimitOptions):
     """Options of a circle, a helix or a figure of eight."""
 
-    period: Period = None
+    period: Annotated[float | None, "S", "Seconds per lap at full speed; 6 [s]."] = None
     speed: Speed = None
     laps: Laps = 1.0
-    ramp: Ramp = None
+    ramp: Annotated[float | None, "DEG", "Angle of spin-up and spin-down [degrees]; 90. 0 starts at speed."] = None
     center: Center = (0.0, 0.0)
     altitude: Altitude = 1.5
     clockwise: Clockwise = False
@@ -260,16 +248,9 @@ class Turning(LimitOptions):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a shape that the options name."""
-        angles = {
-            "yaw": options.chosen_yaw(self.yaw, self.look_at),
-            "ramp": None if self.ramp is None else radians(self.ramp),
-        }
-        own = {
-            name: value
-            for name, value in asdict(self).items()
-            if name not in options.limit_options() | {"look_at", "no_limit"}
-        }
-        return options.present(**own | angles | {"limits": self.limits})
+        own = {name: getattr(self, name) for name in ("period", "speed", "laps", "center", "altitude", "clockwise")}
+        yaw, ramp = options.chosen_yaw(self.yaw, self.look_at), None if self.ramp is None else radians(self.ramp)
+        return options.present(**own, yaw=yaw, ramp=ramp, limits=self.limits)
 
 
 @dataclass(frozen=True)
@@ -277,4 +258,4 @@ class Climbing(Turning):
     """The same for a helix."""
 
     laps: Laps = 3.0
-    altitude: StartAltitude = 1.0
+    altitude: Annotated[float, "M", "z at the start [m]."] = 1.0

@@ -6,6 +6,7 @@ from functools import partial
 from math import radians
 from typing import Annotated, Any
 
+import minsnap
 from minsnap.cli.app import command
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import (
@@ -41,22 +42,14 @@ def rect(
 
     Within 3 m/s and 6 m/s^2 in the shortest time found, unless a time or limits are given.
     """
-    from minsnap.paths.shapes import rectangle
     from minsnap.planning.request import plan_arguments
 
-    place: dict[str, Any] = {
-        "altitude": altitude,
-        "laps": laps,
-        "start_corner": start_corner,
-        "clockwise": clockwise,
-        "center": center,
-    }
-    traced = partial(rectangle, width, length, **place)
+    place: dict[str, Any] = {"altitude": altitude, "start_corner": start_corner, "center": center}
+    traced = partial(minsnap.rectangle, width, length, **place, laps=laps, clockwise=clockwise)
     arguments = planning.arguments() | {"corridor": planning.walls} | destination.search
     path = traced(**plan_arguments(arguments))
-    destination.deliver(
-        path, planning.walls, limits=planning.limits, further=gain_of_auto_pieces(traced, arguments, path)
-    )
+    shorter = gain_of_auto_pieces(traced, arguments, path)
+    destination.deliver(path, planning.walls, limits=planning.limits, further=shorter)
 
 
 @command()
@@ -69,15 +62,14 @@ def line(
     constant_speed: Annotated[bool, "Equal steps from end to end."] = False,
 ) -> None:
     """Plan a straight line, from rest to rest or at constant speed."""
-    from minsnap.paths.shapes import line as plan_line
     from minsnap.planning.request import plan_arguments
 
     search = {} if constant_speed else destination.search
     if not constant_speed:
         search |= altitudes_of(timing, [start, goal])
     arguments = timing.arguments() | search
-    path = plan_line(start, goal, constant_speed=constant_speed, **plan_arguments(arguments))
-    figures = {} if constant_speed else gain_of_auto_pieces(partial(plan_line, start, goal), arguments, path)
+    path = minsnap.line(start, goal, constant_speed=constant_speed, **plan_arguments(arguments))
+    figures = {} if constant_speed else gain_of_auto_pieces(partial(minsnap.line, start, goal), arguments, path)
     destination.deliver(path, limits=timing.limits, further=figures)
 
 
@@ -105,10 +97,8 @@ def helix(
     start_angle: StartAngle = 0.0,
 ) -> None:
     """Trace a helix from an altitude upwards, or downwards with a negative pitch."""
-    from minsnap.paths.shapes import helix as trace
-
     destination.deliver(
-        trace(radius, pitch, start_angle=radians(start_angle), **turning.arguments()), limits=turning.limits
+        minsnap.helix(radius, pitch, start_angle=radians(start_angle), **turning.arguments()), limits=turning.limits
     )
 
 
@@ -121,6 +111,4 @@ def eight(
     width: Annotated[float, "M", "Extent along y [m]."] = 3.0,
 ) -> None:
     """Trace a figure of eight (a lemniscate) from its crossing."""
-    from minsnap.paths.shapes import lemniscate
-
-    destination.deliver(lemniscate(length, width, **turning.arguments()), limits=turning.limits)
+    destination.deliver(minsnap.lemniscate(length, width, **turning.arguments()), limits=turning.limits)

@@ -7,7 +7,10 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import minsnap
+import minsnap.flight
 from minsnap.basics.messages import labelled
+from minsnap.basics.storage.atomic import check_destination, refuse_source
 from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.options import SimulatedVehicle
@@ -30,7 +33,6 @@ class FlightFiles:
 
     def check(self, source: Path) -> None:
         """Check all names before the simulation."""
-        from minsnap.basics.storage.atomic import check_destination, refuse_source
         from minsnap.plot.animation import check_animation_name
 
         check_figure(self.plot, self.view if self.plot else None)
@@ -50,19 +52,14 @@ class FlightFiles:
         """Write what does not need the vehicle, and return all names."""
         view = self.view or "xy"
         if self.output is not None:
-            from minsnap.files.setpoint_csv import write_csv
-
-            write_csv(flight.at_rate(50.0), self.output)
+            minsnap.write_csv(flight.at_rate(50.0), self.output)
         if self.plot is not None:
             from minsnap.flight.tracking.log_comparison import compared
             from minsnap.flight.tracking.tracking_plot import plot_comparison
-            from minsnap.plot.figures import save_figure
 
-            save_figure(plot_comparison({"simulated": compared(flight)}, view), self.plot)
+            minsnap.plot.save_figure(plot_comparison({"simulated": compared(flight)}, view), self.plot)
         if self.animate is not None:
-            from minsnap.plot.animation import animate_path
-
-            animate_path(flight.reference, self.animate, flight=flight.samples, view=view, progress=shown)
+            minsnap.plot.animate_path(flight.reference, self.animate, flight=flight.samples, view=view, progress=shown)
         named = {"log": self.log, "output": self.output, "plot": self.plot, "animation": self.animate}
         return {name: None if path is None else str(path) for name, path in named.items()}
 
@@ -81,8 +78,6 @@ def simulate(
 ) -> None:
     """Simulate a flight along a path: how far the vehicle was from it, and what it took of the vehicle."""
     from minsnap.files.convert import read_any
-    from minsnap.flight.simulation.flight_inputs import Sensors
-    from minsnap.flight.simulation.simulated_flight import simulate as fly
     from minsnap.flight.tracking.log_comparison import flight_figures
 
     files.check(file)
@@ -90,21 +85,20 @@ def simulate(
     if path.dim != 3:
         raise InputError(f"{file} has {path.dim} coordinates: a vehicle flies in three; write it with an altitude")
     craft, shown = simulated.craft, on_terminal(json)
-    flight = fly(
+    flight = minsnap.flight.simulate(
         craft,
         simulated.pilot(references),
         path,
         setpoint_delay=delay,
         compensation=craft.drag if compensate else None,
-        sensors=Sensors(noise=simulated.noise, seed=simulated.seed) if simulated.noise else None,
+        sensors=minsnap.flight.Sensors(noise=simulated.noise, seed=simulated.seed) if simulated.noise else None,
         wind=simulated.air,
         progress=shown,
     )
     if files.log is not None:
         from minsnap.files.autopilot_logs import write_ulog
-        from minsnap.flight.tracking.log_comparison import simulated_log
 
-        write_ulog(simulated_log(craft, flight, path, seed=simulated.seed), files.log)
+        write_ulog(minsnap.flight.simulated_log(craft, flight, path, seed=simulated.seed), files.log)
     figures = flight_figures(flight, craft) | files.write(flight, shown)
     print(as_json(figures) if json else _as_text(figures))
 
@@ -149,8 +143,6 @@ def experiment(
     json: options.Json = False,
 ) -> None:
     """Repeat a published experiment in simulation: tracking error with and without drag compensation."""
-    from minsnap.basics.storage.atomic import check_destination
-    from minsnap.flight.simulation.flight_inputs import Sensors
     from minsnap.flight.thesis.experiment import experiment_dict, experiment_text, models_of, run_experiment
 
     check_figure(plot, view)
@@ -165,7 +157,7 @@ def experiment(
         vehicle=craft,
         controller=simulated.pilot(references),
         setpoint_rate=rate,
-        sensors=Sensors(pose_rate, delay, simulated.noise, simulated.seed),
+        sensors=minsnap.flight.Sensors(pose_rate, delay, simulated.noise, simulated.seed),
         wind=simulated.air,
         progress=on_terminal(json),
     )
@@ -174,10 +166,7 @@ def experiment(
 
         write_flights(result, output)
     if plot is not None:
-        from minsnap.flight.thesis.experiment import plot_experiment
-        from minsnap.plot.figures import save_figure
-
-        save_figure(plot_experiment(result, view or "xy"), plot)
+        minsnap.plot.save_figure(minsnap.flight.plot_experiment(result, view or "xy"), plot)
     print(as_json(experiment_dict(result)) if json else experiment_text(result))
 
 

@@ -8,6 +8,9 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import minsnap
+import minsnap.flight
+from minsnap.basics.storage.atomic import write_file
 from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
@@ -15,7 +18,6 @@ from minsnap.cli.output import as_json
 from minsnap.errors import FileError, InputError, LinkError
 
 if TYPE_CHECKING:
-    from minsnap.flight.mavlink.parameters import Parameters
     from minsnap.flight.mavlink.preflight import Finding
     from minsnap.flight.mocap import RelayReport
 
@@ -50,7 +52,8 @@ def preflight(
         stack = get_autopilot(autopilot, link.wait_for_vehicle(wait))
         if stack.name == "generic":
             raise LinkError("the autopilot is neither PX4 nor ArduPilot: there are no rules for its parameters")
-        _set(Parameters(link, clock), wanted)
+        for name, value in wanted.items():
+            print(f"set {Parameters(link, clock).write(name, value)}", file=sys.stderr)
         findings = check_vehicle(link, clock, stack, samples, axes)
     _say(findings, json)
     return 1 if any(finding.problem for finding in findings) else 0
@@ -68,11 +71,6 @@ def _assignments(texts: list[str]) -> dict[str, float]:
     return values
 
 
-def _set(parameters: Parameters, wanted: dict[str, float]) -> None:
-    for name, value in wanted.items():
-        print(f"set {parameters.write(name, value)}", file=sys.stderr)
-
-
 def _say(findings: list[Finding], json: bool) -> None:
     if json:
         print(as_json({finding.name: _as_dict(finding) for finding in findings}))
@@ -86,12 +84,8 @@ def _say(findings: list[Finding], json: bool) -> None:
 
 def _as_dict(finding: Finding) -> dict[str, object]:
     values = {parameter.name: parameter.value for parameter in finding.parameters}
-    return {
-        "parameters": values,
-        **({} if finding.seen is None else {"seen": finding.seen}),
-        "fits": finding.problem is None if finding.known else None,
-        "problem": finding.problem,
-    }
+    seen, fits = {} if finding.seen is None else {"seen": finding.seen}, not finding.problem if finding.known else None
+    return {"parameters": values, **seen, "fits": fits, "problem": finding.problem}
 
 
 @command()
@@ -121,8 +115,6 @@ def limits(
     values = autopilot_limits(stack, {name: each.value for name, each in parameters.items()}, lean).given()
     text = "limits:\n" + "".join(f"  {name}: {value:g}\n" for name, value in values.items())
     if output is not None:
-        from minsnap.basics.storage.atomic import write_file
-
         write_file(output, text)
     print(as_json(values) if json else text.rstrip())
 
@@ -153,12 +145,11 @@ def relay(
     (ATT_POS_MOCAP) go to topics that it does not read. Rate and latency are printed once per second.
     """
     from minsnap.flight.mavlink.link import Clock, open_link
-    from minsnap.flight.mocap import Relay, open_source
 
     clock = Clock()
     with closing(open_link(target, clock)) as link:
-        with closing(open_source(source, body, clock)) as poses:
-            runner = Relay(poses, link, clock, message, frame, rate, max_age)
+        with closing(minsnap.flight.open_source(source, body, clock)) as poses:
+            runner = minsnap.flight.Relay(poses, link, clock, message, frame, rate, max_age)
             for number in (signal.SIGINT, signal.SIGTERM):
                 signal.signal(number, lambda *_: runner.stop())
             report = runner.run(lambda so_far: print(_line(so_far), file=sys.stderr, flush=True))
@@ -188,9 +179,8 @@ def upload(
     """
     from minsnap.flight import swarm_upload
     from minsnap.flight.swarm_upload import COMPRESSED, planned_ways
-    from minsnap.shows.fleet_files import read_fleet
 
-    fleet = read_fleet(folder)
+    fleet = minsnap.shows.read_fleet(folder)
     uris = list(uri) if uri else _addresses(folder)
     if dry_run:
         for address, part in zip(uris, swarm_upload.uploads(fleet, uris), strict=True):

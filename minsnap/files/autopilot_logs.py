@@ -19,7 +19,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.atomic import write_file
-from minsnap.basics.storage.text import check_size, read_bytes, reading
+from minsnap.basics.storage.text import FileName, check_size, read_bytes, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.flight_log import BODY, WORLD, FlightLog, InertialLog, flight_log, from_euler, inertial_log
 from minsnap.files.frames import map_samples
@@ -45,7 +45,7 @@ _HEADER = 16
 _MAGIC = b"ULog\x01\x12\x35"
 
 
-def read_ulog(path: str | os.PathLike[str], inertial: bool = False) -> FlightLog:
+def read_ulog(path: FileName, inertial: bool = False) -> FlightLog:
     """Read a PX4 log.
 
     Parameters
@@ -115,7 +115,7 @@ class _Patient(io.BytesIO):
         return super().read(size)
 
 
-def _bytes(path: str | os.PathLike[str]) -> bytes:
+def _bytes(path: FileName) -> bytes:
     raw = read_bytes(path)
     if len(raw) < _HEADER or not raw.startswith(_MAGIC):
         raise FileError(f"{path} is no ULog file")
@@ -169,7 +169,7 @@ Topic = tuple[str, str, FloatArray, FloatArray]
 """Name, fields without the timestamp, instants (m,), values (m, k)."""
 
 
-def write_ulog(log: FlightLog, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+def write_ulog(log: FlightLog, path: FileName, *, clobber: bool = True) -> None:
     """Write a flight log as ULog, as PX4's own tools, ``fit``, ``compare`` and ``tune`` read it.
 
     Parameters
@@ -188,15 +188,14 @@ def write_ulog(log: FlightLog, path: str | os.PathLike[str], *, clobber: bool = 
     FileError
         If the file cannot be written.
     """
-    topics = [*_setpoint_topics(log.reference), *_flown(log.flight), *_felt(log.inertial)]
+    parts: Any = ((log.reference, _setpoint_topics), (log.flight, _flown), (log.inertial, _felt))
+    topics = [topic for part, described in parts if part is not None for topic in described(part)]
     if not topics:
         raise InputError("the log has neither setpoints nor positions: there is nothing to write")
     write_file(path, _ulog(topics), clobber=clobber)
 
 
-def _setpoint_topics(reference: Samples | None) -> list[Topic]:
-    if reference is None:
-        return []
+def _setpoint_topics(reference: Samples) -> list[Topic]:
     sent = map_samples(reference, "enu", "ned").commanded()
     fields = "float[3] position;float[3] velocity;float[3] acceleration;float yaw;"
     unknown = np.full((len(sent), 3), np.nan)
@@ -205,9 +204,7 @@ def _setpoint_topics(reference: Samples | None) -> list[Topic]:
     return [("trajectory_setpoint", fields, sent.t, np.hstack([sent.position, *motion, yaw]))]
 
 
-def _flown(flight: Samples | None) -> list[Topic]:
-    if flight is None:
-        return []
+def _flown(flight: Samples) -> list[Topic]:
     flown = map_samples(flight, "enu", "ned")
     speed, fields = ([], "float x;float y;float z;")
     if flown.velocity is not None:
@@ -215,9 +212,7 @@ def _flown(flight: Samples | None) -> list[Topic]:
     return [("vehicle_local_position", fields, flown.t, np.hstack([flown.position, *speed]))]
 
 
-def _felt(inertial: InertialLog | None) -> list[Topic]:
-    if inertial is None:
-        return []
+def _felt(inertial: InertialLog) -> list[Topic]:
     from scipy.spatial.transform import Rotation
 
     from minsnap.vehicle.attitude import rotations
@@ -264,7 +259,7 @@ _TYPES = [*AXES, "XKF1", "ATT"]
 _INERTIAL = ["IMU", "CTUN"]
 
 
-def read_dataflash(path: str | os.PathLike[str], inertial: bool = False) -> FlightLog:
+def read_dataflash(path: FileName, inertial: bool = False) -> FlightLog:
     """Read an ArduPilot log.
 
     The position controller's targets are the reference, its positions the flight. For a log without them, the flight is

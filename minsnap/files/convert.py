@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import os
 import pkgutil
 from collections.abc import Mapping
 from functools import cache
@@ -12,10 +11,10 @@ from typing import Any
 
 from minsnap.basics.checks import check_kind
 from minsnap.basics.messages import shown
-from minsnap.errors import FileError, FrameError
-from minsnap.files.format import Content, Format, Writing
+from minsnap.basics.storage.text import FileName
+from minsnap.errors import FileError
+from minsnap.files.format import Content, Format
 from minsnap.files.formats.pieces import polynomials_of
-from minsnap.files.frames import get_frame
 from minsnap.trajectory.path import Path as Curve
 from minsnap.trajectory.phase import PhasePath
 from minsnap.trajectory.samples import Samples
@@ -34,13 +33,11 @@ def formats() -> dict[str, Format]:
     from minsnap.files import formats as folder
 
     names = [f"{folder.__name__}.{module.name}" for module in pkgutil.iter_modules(folder.__path__)]
-    modules = [
-        importlib.import_module(name) for name in ("minsnap.files.setpoint_csv", "minsnap.files.flights", *names)
-    ]
+    modules = map(importlib.import_module, ("minsnap.files.setpoint_csv", "minsnap.files.flights", *names))
     return {entry.name: entry for module in modules for entry in getattr(module, "FORMATS", ())}
 
 
-def read_any(path: str | os.PathLike[str], frame: str | None = None) -> Content:
+def read_any(path: FileName, frame: str | None = None) -> Content:
     """Read a file of any known format, recognised by its ending and content.
 
     Parameters
@@ -65,7 +62,7 @@ def read_any(path: str | os.PathLike[str], frame: str | None = None) -> Content:
     return chosen.read(path, frame) if chosen.reads_frame else chosen.read(path)
 
 
-def _reader(path: str | os.PathLike[str]) -> Format:
+def _reader(path: FileName) -> Format:
     """Return the format of a file that is there."""
     ending = Path(path).suffix.lower()
     able = [entry for entry in formats().values() if ending in entry.reads]
@@ -76,7 +73,7 @@ def _reader(path: str | os.PathLike[str]) -> Format:
     return next((entry for entry in able if entry.recognises is None or entry.recognises(path)), able[-1])
 
 
-def resolution_of(path: str | os.PathLike[str], rate: float = RATE) -> float:
+def resolution_of(path: FileName, rate: float = RATE) -> float:
     """Return the rounding error of a difference of two samples of a file [m, m/s, rad]; 0.001 at least."""
     chosen = _reader(path)
     if chosen.rounding is None:
@@ -85,22 +82,22 @@ def resolution_of(path: str | os.PathLike[str], rate: float = RATE) -> float:
     return max(RESOLUTION, chosen.rounding(content, 1.0 / rate)) if isinstance(content, Trajectory) else RESOLUTION
 
 
-def read_samples(path: str | os.PathLike[str], frame: str | None = None, rate: float = RATE) -> Samples:
+def read_samples(path: FileName, frame: str | None = None, rate: float = RATE) -> Samples:
     """Read any file as :func:`read_any` does, polynomials sampled at a rate [Hz]."""
     return read_any(path, frame).sample(rate)
 
 
 def write_any(
     content: Content | Curve,
-    path: str | os.PathLike[str],
+    path: FileName,
     to: str | None = None,
     rate: float = RATE,
     frame: str = "enu",
     *,
     clobber: bool = True,
     facts: Mapping[str, Any] | None = None,
-) -> str:
-    """Write a trajectory, another path or samples in a format, and return its name.
+) -> tuple[str, str | None]:
+    """Write a trajectory, another path or samples in a format.
 
     A path is sampled if the format holds samples. If it holds polynomials, a shape is written as polynomials of a
     proved error (:func:`minsnap.as_polynomials`), and samples are fitted with quintics, to one millimetre.
@@ -122,18 +119,18 @@ def write_any(
     facts : mapping, optional
         What formats of polynomials keep beside the curve: ``waypoints``, ``corridor``, ``limits``, ``command``.
 
+    Returns
+    -------
+    name : str
+        Of the format.
+    lost : str or None
+        A sentence on data that the format does not hold.
+
     Raises
     ------
     FileError
         If there is no such format, or it cannot hold this.
     """
-    return written(content, path, to, rate, Writing(frame, clobber, facts or {}))[0]
-
-
-def written(
-    content: Content | Curve, path: str | os.PathLike[str], to: str | None, rate: float, writing: Writing
-) -> tuple[str, str | None]:
-    """Write as :func:`write_any` does; return the format's name and a sentence on lost data, None if none was lost."""
     chosen = format_of(path, to)
     assert chosen.write is not None
     check_kind("what is written", content, (Samples, Curve), "a path or samples")
@@ -146,19 +143,12 @@ def written(
         from minsnap.files.formats.pieces import refit
 
         content = refit(content, chosen.most_pieces)
-    how = {"frame": writing.frame} if not chosen.frame else dict(writing.facts) if chosen.facts else {}
-    lost = chosen.write(content, path, clobber=writing.clobber, **how)
+    how = {"frame": frame} if not chosen.frame else dict(facts or {}) if chosen.facts else {}
+    lost = chosen.write(content, path, clobber=clobber, **how)
     return chosen.name, "; ".join(sentence for sentence in (note, lost) if sentence) or None
 
 
-def check_frame(chosen: Format, frame: str) -> None:
-    """Raise FrameError for a frame other than the default in a format that has its own."""
-    name = get_frame(frame).name
-    if chosen.frame and name not in ("enu", chosen.frame):
-        raise FrameError(f"{chosen.name} is written in {chosen.frame}, not in {name}: leave the frame out")
-
-
-def format_of(path: str | os.PathLike[str], to: str | None = None) -> Format:
+def format_of(path: FileName, to: str | None = None) -> Format:
     """Return the output format of a file: the one named, or that of its ending.
 
     Raises

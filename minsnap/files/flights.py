@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import csv
-import os
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from minsnap.basics.storage.text import beginning, read_text
+from minsnap.basics.storage.text import FileName, beginning, read_text
 from minsnap.errors import FileError
 from minsnap.files.autopilot_logs import read_dataflash, read_ulog
 from minsnap.files.flight_log import FlightLog, flight_log
@@ -25,12 +24,12 @@ START = "time,kind,"
 Row = Mapping[str, str]
 
 
-def is_stream_log(path: str | os.PathLike[str]) -> bool:
+def is_stream_log(path: FileName) -> bool:
     """Return whether a file begins like the log of a stream; false for a file that cannot be read."""
     return beginning(path).startswith(START)
 
 
-def read_stream_log(path: str | os.PathLike[str]) -> FlightLog:
+def read_stream_log(path: FileName) -> FlightLog:
     """Read the log of ``minsnap stream``.
 
     Parameters
@@ -81,7 +80,7 @@ ENDINGS = (".csv", ".ulg", ".bin")
 """Endings of the files that hold a flight."""
 
 
-def load_flight(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
+def load_flight(path: FileName, frame: str | None = None) -> Samples:
     """Read a flight.
 
     Parameters
@@ -111,12 +110,12 @@ def load_flight(path: str | os.PathLike[str], frame: str | None = None) -> Sampl
     return _load(path, "flight", frame)
 
 
-def load_reference(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
+def load_reference(path: FileName, frame: str | None = None) -> Samples:
     """Read a reference: a setpoint CSV, or the setpoints of a log; otherwise as :func:`load_flight`."""
     return _load(path, "reference", frame)
 
 
-def load_log(path: str | os.PathLike[str]) -> FlightLog | None:
+def load_log(path: FileName) -> FlightLog | None:
     """Read a flight log: a ULog, a dataflash log, or the log of a stream; None for a table of samples.
 
     Warns and raises as :func:`load_flight`.
@@ -129,7 +128,7 @@ def load_log(path: str | os.PathLike[str]) -> FlightLog | None:
     return log
 
 
-def read_log(path: str | os.PathLike[str], inertial: bool = False) -> FlightLog | None:
+def read_log(path: FileName, inertial: bool = False) -> FlightLog | None:
     """Read a log as :func:`load_log`, of any ending and without a warning; ``inertial``: what was felt too."""
     ending = Path(path).suffix.lower()
     if ending in (".ulg", ".bin"):
@@ -137,7 +136,7 @@ def read_log(path: str | os.PathLike[str], inertial: bool = False) -> FlightLog 
     return read_stream_log(path) if is_stream_log(path) else None
 
 
-def _load(path: str | os.PathLike[str], part: str, frame: str | None) -> Samples:
+def _load(path: FileName, part: str, frame: str | None) -> Samples:
     log = load_log(path)
     samples: Samples | None = read_csv(path, frame) if log is None else getattr(log, part)
     if samples is None:

@@ -2,38 +2,18 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Literal
 
+from minsnap.basics.storage.text import FileName
+from minsnap.errors import FrameError
+from minsnap.files.frames import get_frame
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
 Content = Trajectory | Samples
 """What a file holds, in z-up world axes."""
-
-PathLike = str | os.PathLike[str]
-
-
-@dataclass(frozen=True)
-class Writing:
-    """Options for writing a file.
-
-    Parameters
-    ----------
-    frame : str
-        Axes of the formats that have a choice.
-    clobber : bool
-        False: a destination that exists is an error.
-    facts : mapping
-        What is known of a plan besides its curve, for formats that keep it: ``waypoints``, ``corridor``, ``limits``,
-        ``command``.
-    """
-
-    frame: str = "enu"
-    clobber: bool = True
-    facts: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -59,7 +39,7 @@ class Format:
     frame : str
         Axes that it is written in; empty where they are chosen, so that ``write`` takes ``frame`` too.
     reads_frame, facts : bool
-        Whether ``read`` takes the frame as well, and ``write`` the facts of :class:`Writing`.
+        Whether ``read`` takes the frame as well, and ``write`` what else is known of a plan: waypoints, limits, …
     most_pieces : int or None
         Polynomials that it holds at most.
     rounding : callable or None
@@ -73,9 +53,15 @@ class Format:
     write: Callable[..., Any] | None = None
     reads: tuple[str, ...] = ()
     read: Callable[..., Content] | None = None
-    recognises: Callable[[PathLike], bool] | None = None
+    recognises: Callable[[FileName], bool] | None = None
     frame: str = "enu"
     reads_frame: bool = False
     facts: bool = False
     most_pieces: int | None = None
     rounding: Callable[[Trajectory, float], float] | None = None
+
+    def check_frame(self, frame: str) -> None:
+        """Raise FrameError for a frame other than the default if this format has its own."""
+        name = get_frame(frame).name
+        if self.frame and name not in ("enu", self.frame):
+            raise FrameError(f"{self.name} is written in {self.frame}, not in {name}: leave the frame out")

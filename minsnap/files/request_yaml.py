@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 from math import sqrt
@@ -27,7 +26,7 @@ from minsnap.basics.schema import (
     word,
 )
 from minsnap.basics.storage.atomic import write_file
-from minsnap.basics.storage.text import load_yaml
+from minsnap.basics.storage.text import FileName, load_yaml
 from minsnap.corridors.given_waypoints import Waypoints
 from minsnap.corridors.keep_out import NAMED
 from minsnap.errors import FileError, FrameError
@@ -204,7 +203,7 @@ def has_points(waypoints: Any) -> bool:
     return all(set(entry) <= set(COLUMNS) for entry in entries if isinstance(entry, dict))
 
 
-def read_request(path: str | os.PathLike[str]) -> PlanRequest:
+def read_request(path: FileName) -> PlanRequest:
     """Read a waypoint file, or a YAML file that says how to plan through its waypoints, too.
 
     The keys of such a file are those of :data:`REQUEST`; ``limits`` that choose the time are completed by the ordinary
@@ -237,7 +236,7 @@ def read_request(path: str | os.PathLike[str]) -> PlanRequest:
     return _with_further(f"{path}", request, content)
 
 
-def write_request(request: PlanRequest, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+def write_request(request: PlanRequest, path: FileName, *, clobber: bool = True) -> None:
     """Write a request as YAML in one atomic step; reading it returns an equal request.
 
     Raises

@@ -26,7 +26,7 @@ from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.basics.storage.table import read_table
-from minsnap.basics.storage.text import beginning, read_text, reading
+from minsnap.basics.storage.text import FileName, beginning, read_text, reading
 from minsnap.errors import FileError, FrameError
 from minsnap.files.format import Format
 from minsnap.files.frames import FRAMES, get_frame, map_samples
@@ -46,7 +46,7 @@ FRAME_COLUMNS = tuple(COLUMN + name for name in FRAMES)
 
 
 def note_frame(
-    path: str | os.PathLike[str], frame: str, rate: float, origin: Sequence[float] | None = None, lead: float = 0.0
+    path: FileName, frame: str, rate: float, origin: Sequence[float] | None = None, lead: float = 0.0
 ) -> None:
     """Write frame, origin and lead of a CSV that has just been written; where there is nothing to say remove a note.
 
@@ -76,7 +76,7 @@ def note_frame(
     write_file(beside, json.dumps(facts) + "\n")
 
 
-def frame_of(path: str | os.PathLike[str], wanted: str | None = None) -> str:
+def frame_of(path: FileName, wanted: str | None = None) -> str:
     """Return the frame of a CSV: that of its header or its note, else the requested one, else ENU.
 
     Raises
@@ -94,7 +94,7 @@ def frame_of(path: str | os.PathLike[str], wanted: str | None = None) -> str:
     return kept
 
 
-def said_frame(path: str | os.PathLike[str]) -> str | None:
+def said_frame(path: FileName) -> str | None:
     """Return the frame that a CSV says in its header, or in its note; None where neither does.
 
     Raises
@@ -110,14 +110,14 @@ def said_frame(path: str | os.PathLike[str]) -> str | None:
     return inside or beside
 
 
-def _headed(path: str | os.PathLike[str]) -> str | None:
+def _headed(path: FileName) -> str | None:
     """Return the frame that the header of a CSV says, or None; what is wrong with a file is said by its reader."""
     header = beginning(path).partition("\n")[0]
     names = [cell.strip().strip('"') for cell in header.split(",")]
     return next((cell.removeprefix(COLUMN) for cell in names if cell in FRAME_COLUMNS), None)
 
 
-def origin_of(path: str | os.PathLike[str]) -> tuple[float, ...] | None:
+def origin_of(path: FileName) -> tuple[float, ...] | None:
     """Return latitude and longitude [degrees] and altitude [m] of the origin of a CSV; None where its note has none.
 
     Raises
@@ -128,7 +128,7 @@ def origin_of(path: str | os.PathLike[str]) -> tuple[float, ...] | None:
     return _noted(path).get("origin")
 
 
-def _noted(path: str | os.PathLike[str]) -> dict[str, Any]:
+def _noted(path: FileName) -> dict[str, Any]:
     """Return frame, origin and lead from the note of a CSV, as far as it has them; nothing without a note."""
     beside = _beside(path)
     try:
@@ -150,20 +150,20 @@ def _noted(path: str | os.PathLike[str]) -> dict[str, Any]:
     return facts_read
 
 
-def noted_beside(path: str | os.PathLike[str]) -> str | None:
+def noted_beside(path: FileName) -> str | None:
     """Return the name of the note of a CSV, or None where it has none."""
     beside = _beside(path)
     return str(beside) if beside.is_file() else None
 
 
-def _beside(path: str | os.PathLike[str]) -> FilePath:
+def _beside(path: FileName) -> FilePath:
     try:
         return FilePath(f"{os.fspath(path)}{ENDING}")
     except TypeError:
         raise FileError(f"{shown(path)} is no name of a file") from None
 
 
-def _checksum(path: str | os.PathLike[str]) -> int:
+def _checksum(path: FileName) -> int:
     """Return the CRC-32 of a file."""
     total = 0
     with reading(path, "a file"), open(path, "rb") as file:
@@ -184,7 +184,7 @@ _CHUNK = 4096
 
 def write_csv(
     source: Path | Samples,
-    path: str | os.PathLike[str],
+    path: FileName,
     rate: float = 20.0,
     frame: str = "enu",
     *,
@@ -276,7 +276,7 @@ def samples_of(columns: Mapping[str, FloatArray], lead: float) -> Samples:
     return Samples(columns["t"], **arrays, lead=lead)
 
 
-def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
+def read_csv(path: FileName, frame: str | None = None) -> Samples:
     """Read setpoints.
 
     Parameters
@@ -345,7 +345,7 @@ def _below_ground(z: FloatArray) -> bool:
     return bool(z.size and z.max() <= 0.0 and z.min() < 0.0)
 
 
-def _check_frame_column(path: str | os.PathLike[str], table: dict[str, FloatArray]) -> None:
+def _check_frame_column(path: FileName, table: dict[str, FloatArray]) -> None:
     columns = [name for name in FRAME_COLUMNS if name in table]
     if len(columns) > 1:
         raise FileError(f"{path}, line 1: {' and '.join(columns)} both say the frame: leave one of them out")
@@ -354,14 +354,14 @@ def _check_frame_column(path: str | os.PathLike[str], table: dict[str, FloatArra
         raise FileError(f"{path}, line {line}: {columns[0]} says the frame of all rows, and is 1 in each")
 
 
-def _check_groups(path: str | os.PathLike[str], table: dict[str, FloatArray]) -> None:
+def _check_groups(path: FileName, table: dict[str, FloatArray]) -> None:
     for names in GROUPS.values():
         missing = [name for name in names if name not in table]
         if 0 < len(missing) < len(names):
             raise FileError(f"{path}, line 1: {', '.join(missing)} missing; give {', '.join(names)} or none of them")
 
 
-def _check_increasing(path: str | os.PathLike[str], t: FloatArray) -> None:
+def _check_increasing(path: FileName, t: FloatArray) -> None:
     late = np.flatnonzero(np.diff(t) <= 0)
     if late.size:
         i = int(late[0]) + 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import NUMBER, Key, mapping, several
 from minsnap.basics.storage.table import LooseColumns, read_loose_table
-from minsnap.basics.storage.text import load_yaml, read_text, reading
+from minsnap.basics.storage.text import FileName, load_yaml, read_text, reading
 from minsnap.corridors.given_waypoints import Waypoints
 from minsnap.errors import FileError
 
@@ -107,7 +106,7 @@ class GroundControlMission(ReadOnly):
     home: FloatArray
 
 
-def read_mission(path: str | os.PathLike[str]) -> GroundControlMission:
+def read_mission(path: FileName) -> GroundControlMission:
     """Read the waypoints of a QGroundControl plan, as east, north and up of its planned home position.
 
     Every item that flies to a position gives a waypoint (take-off, waypoint, spline waypoint, loiter, land); the
@@ -211,7 +210,7 @@ TABLE = LooseColumns(
 """Columns of waypoints as text."""
 
 
-def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
+def read_waypoints(path: FileName) -> Waypoints:
     """Read waypoints from YAML (``.yaml``, ``.yml``), a QGroundControl mission (``.plan``), or CSV, by the ending.
 
     CSV has a header with ``x,y`` and optionally ``z``, ``yaw`` [rad] or ``yaw [deg]``, and ``duration`` or ``t`` [s];
@@ -253,7 +252,7 @@ def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
     return _from_columns(f"{path}", table)
 
 
-def _refuse_degrees(path: str | os.PathLike[str]) -> None:
+def _refuse_degrees(path: FileName) -> None:
     """Raise FileError where the columns of a file are latitudes and longitudes."""
     header = re.split(r"[,;\t ]+", next(iter(read_text(path).lower().splitlines()), ""))
     named = [name.strip(' "') for name in header]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ipaddress
 import json
 import math
-import os
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -17,6 +16,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.table import read_table
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError, InputError, LinkError
 from minsnap.files.frames import get_frame, map_quaternions, map_vectors
 from minsnap.files.setpoint_csv import COLUMNS
@@ -212,7 +212,7 @@ class ReplaySource(PoseSource):
         If the columns are not there or not numbers.
     """
 
-    def __init__(self, path: str | os.PathLike[str], clock: Clock) -> None:
+    def __init__(self, path: FileName, clock: Clock) -> None:
         table = read_table(path, COLUMNS[:4], (*COLUMNS[4:], *QUATERNION))
         self._t = table["t"] - table["t"][0]
         self._positions = np.stack([table[name] for name in "xyz"], axis=1)
@@ -229,7 +229,7 @@ class ReplaySource(PoseSource):
         return Pose(self._start + float(self._t[row]), (x, y, z), (w, i, j, k))
 
 
-def _attitudes(path: str | os.PathLike[str], table: dict[str, FloatArray]) -> FloatArray:
+def _attitudes(path: FileName, table: dict[str, FloatArray]) -> FloatArray:
     if all(name in table for name in QUATERNION):
         stacked = np.stack([table[name] for name in QUATERNION], axis=1)
         return np.asarray(stacked / np.linalg.norm(stacked, axis=1, keepdims=True))
@@ -295,12 +295,8 @@ def odometry_message(estimator: str) -> Callable[..., Message]:
     return build
 
 
-MESSAGES = {
-    "vision": vision_message,
-    "odometry": odometry_message("VISION"),
-    "odometry-mocap": odometry_message("MOCAP"),
-    "mocap": mocap_message,
-}
+MESSAGES = {"vision": vision_message, "odometry": odometry_message("VISION")}
+MESSAGES |= {"odometry-mocap": odometry_message("MOCAP"), "mocap": mocap_message}
 """What a pose can be sent as."""
 
 RECENT = 3000

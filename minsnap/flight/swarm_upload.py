@@ -82,12 +82,10 @@ def store(link: CrtpLink, upload: Upload) -> None:
     number, size = find_memory(link)
     if len(upload.content) > size:
         raise FileError(f"{link.name}: {len(upload.content)} bytes, and its memory has {size}: fly it in parts")
-    for start in range(0, len(upload.content), CHUNK):
-        _write(link, number, start, upload.content[start : start + CHUNK])
-    stored = b"".join(
-        _read(link, number, start, min(CHUNK, len(upload.content) - start))
-        for start in range(0, len(upload.content), CHUNK)
-    )
+    parts = [(start, upload.content[start : start + CHUNK]) for start in range(0, len(upload.content), CHUNK)]
+    for start, part in parts:
+        _write(link, number, start, part)
+    stored = b"".join(_read(link, number, start, len(part)) for start, part in parts)
     if stored != upload.content:
         wrong = next(i for i, (a, b) in enumerate(zip(stored, upload.content, strict=True)) if a != b)
         raise FlightError(f"{link.name}: byte {wrong} reads {stored[wrong]} and was written {upload.content[wrong]}")

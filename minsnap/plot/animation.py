@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,16 +16,14 @@ from minsnap.basics.arrays import FloatArray, IntArray, NDArray, interpolated
 from minsnap.basics.checks import check_positive
 from minsnap.basics.progress import progress_line
 from minsnap.basics.storage.atomic import check_destination, write_file
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError, InputError, TimingError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.plot.fleet_figures import VIEWS, near_pairs, plot_fleet
 from minsnap.plot.geometry import check_view, fitting_size, plot_path, view_coordinates
-from minsnap.plot.style import AXIS_STYLES, PATH_COLOUR
+from minsnap.plot.style import AXIS_STYLES, PATH_COLOUR, Axes
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 ENDINGS = (".gif", ".mp4", ".webm")
 
@@ -34,7 +31,7 @@ Picture = NDArray[np.uint8]
 """Rows from the top, shape (height, width, 3): red, green, blue."""
 
 
-def check_film_name(file: str | os.PathLike[str]) -> str:
+def check_film_name(file: FileName) -> str:
     """Return the ending of a film's name in lower case, or raise FileError if it cannot be written."""
     ending = FilePath(file).suffix.lower()
     if ending not in ENDINGS:
@@ -45,7 +42,7 @@ def check_film_name(file: str | os.PathLike[str]) -> str:
     return ending
 
 
-def write_film(pictures: Iterator[Picture], file: str | os.PathLike[str], rate: float, *, clobber: bool = True) -> None:
+def write_film(pictures: Iterator[Picture], file: FileName, rate: float, *, clobber: bool = True) -> None:
     """Write pictures as a film, in one step when the last one is there.
 
     Parameters
@@ -113,7 +110,7 @@ NEAR_COLOUR = "#e03131"
 
 def animate_path(
     path: Path | Samples,
-    file: str | os.PathLike[str],
+    file: FileName,
     *,
     flight: Samples | None = None,
     view: str = "xy",
@@ -173,7 +170,7 @@ def animate_path(
 
 def animate_fleet(
     fleet: Fleet,
-    file: str | os.PathLike[str],
+    file: FileName,
     *,
     view: str = "xy",
     rate: float = 15.0,
@@ -212,7 +209,7 @@ def animate_fleet(
     write_film(moving.pictures(progress), file, rate, clobber=clobber)
 
 
-def check_animation_name(file: str | os.PathLike[str], view: str = "xy") -> None:
+def check_animation_name(file: FileName, view: str = "xy") -> None:
     """Raise FileError if an animation of this name cannot be written, InputError if the view is in space."""
     if check_view(view) == "3d":
         raise InputError("an animation is drawn in a plane: choose the view xy, xz or yz")

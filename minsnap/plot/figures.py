@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import io
-import os
 from collections.abc import Sequence
 from html import escape
 from math import ceil
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.text import FileName
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits, VehicleLimits
@@ -26,12 +26,9 @@ from minsnap.plot.profiles import (
     plot_utilisation,
     utilisation_curves,
 )
-from minsnap.plot.style import dense_samples, styled
+from minsnap.plot.style import Figure, dense_samples, styled
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FORMATS: dict[str, dict[str, None]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 """Endings of figures, with the metadata left out so that equal figures are equal files."""
@@ -202,7 +199,7 @@ def _draw_against_time(columns: list[Any], rows: list[Any], path: Path | Samples
         column[0].figure.align_ylabels(column)
 
 
-def save_figure(figure: Figure, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+def save_figure(figure: Figure, path: FileName, *, clobber: bool = True) -> None:
     """Write a figure as PNG, SVG or PDF, by the ending of its name, in one atomic step.
 
     Raises
@@ -215,7 +212,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], *, clobber: bool =
         figure.savefig(file, format=suffix[1:], dpi=DPI, metadata=FORMATS[suffix])
 
 
-def check_figure_name(path: str | os.PathLike[str]) -> str:
+def check_figure_name(path: FileName) -> str:
     """Return the ending of a figure's name in lower case, or raise FileError if it is not supported."""
     suffix = FilePath(path).suffix.lower()
     if suffix not in FORMATS:
@@ -223,7 +220,7 @@ def check_figure_name(path: str | os.PathLike[str]) -> str:
     return suffix
 
 
-def write_page(path: str | os.PathLike[str], title: str, parts: Sequence[str], *, clobber: bool = True) -> None:
+def write_page(path: FileName, title: str, parts: Sequence[str], *, clobber: bool = True) -> None:
     """Write a page of HTML parts under a title, in one atomic step."""
     head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
     with atomic_write(path, clobber=clobber) as file:

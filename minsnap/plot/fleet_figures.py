@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate
-from minsnap.plot.style import new_axes, styled
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from minsnap.plot.style import Axes, new_axes, styled
 
 INSTANTS = 401
 """Instants at which paths and distances are drawn; what is proved is drawn beside them."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,21 +17,10 @@ from minsnap.corridors.keep_out import Obstacle
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError
 from minsnap.native.half_space_sets import bounding_boxes, inner_balls
-from minsnap.plot.style import (
-    CORRIDOR_COLOUR,
-    CORRIDOR_EDGE,
-    PATH_COLOUR,
-    coordinate_name,
-    dense_samples,
-    legend_beside,
-    new_axes,
-    styled,
-)
+from minsnap.plot import style
+from minsnap.plot.style import Axes
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Waypoints = Any
 """What :func:`minsnap.plan` takes: points (n, dim), with gates among them or not."""
@@ -51,17 +40,6 @@ HEAD = 0.035
 """Length of an arrowhead, of the diagonal of the curve."""
 
 
-def nominal_points(waypoints: Waypoints) -> tuple[FloatArray, Mapping[int, Gate]]:
-    """Return positions (n, dim) [m], with the centers of gates, and the gates by waypoint."""
-    points, gates = without_gates(waypoints)
-    return np.asarray(points, dtype=np.float64), gates
-
-
-def draw_waypoints(ax: Axes, points: FloatArray, chosen: list[int]) -> None:
-    """Mark positions (n, dim) with dots, in some of their coordinates."""
-    ax.plot(*points[:, chosen].T, "o", color="black", markersize=4, linestyle="none", label="waypoints", zorder=4)
-
-
 def draw_gates(ax: Axes, gates: Sequence[Gate], chosen: list[int]) -> None:
     """Draw the outline of every opening; from its side it is a line."""
     for number, gate in enumerate(gates):
@@ -79,7 +57,7 @@ def draw_balls(ax: Axes, points: FloatArray, ball: Ball, gates: Mapping[int, Gat
             continue
         for ring in _rings(len(chosen)):
             circle = points[waypoint, chosen] + radii[waypoint] * ring
-            ax.plot(*circle.T, color=CORRIDOR_EDGE, linewidth=1.0, label=label, zorder=4)
+            ax.plot(*circle.T, color=style.CORRIDOR_EDGE, linewidth=1.0, label=label, zorder=4)
             label = None
 
 
@@ -147,7 +125,7 @@ def draw_heads(ax: Any, points: FloatArray, count: int) -> None:
 
     heads = arrow_heads(points, count)
     if len(heads):
-        ax.add_collection3d(Poly3DCollection(heads, facecolor=PATH_COLOUR, edgecolor="none", zorder=4))
+        ax.add_collection3d(Poly3DCollection(heads, facecolor=style.PATH_COLOUR, edgecolor="none", zorder=4))
 
 
 def arrow_heads(points: FloatArray, count: int) -> FloatArray:
@@ -323,7 +301,7 @@ PARTS = 3, 6, 7, 10
 OBSTACLE_COLOUR = "#868e96"
 
 
-@styled
+@style.styled
 def plot_path(
     path: Path | Samples,
     ax: Axes | None = None,
@@ -362,10 +340,10 @@ def plot_path(
     InputError
         If the view is unknown or needs coordinates that the path does not have, or the colour is of nothing known.
     """
-    samples = dense_samples(path)
+    samples = style.dense_samples(path)
     chosen = view_coordinates(view, samples.dim)
     flat_size = fitting_size(samples.position[:, chosen]) if len(chosen) == 2 else (7.5, 5.5)
-    axes = new_axes("3d" if len(chosen) == 3 else None, flat_size) if ax is None else ax
+    axes = style.new_axes("3d" if len(chosen) == 3 else None, flat_size) if ax is None else ax
     if (axes.name == "3d") != (view == "3d"):
         raise InputError(f"the view {view!r} needs axes of {'three' if view == '3d' else 'two'} dimensions")
     points, gates = _waypoints(path, waypoints)
@@ -375,12 +353,13 @@ def plot_path(
         _draw_obstacles(axes, avoid, chosen, samples.position[:, chosen])
     if colour_by is None:
         curve = samples.position[:, chosen].T
-        axes.plot(*curve, color=PATH_COLOUR, linewidth=1.8, label="path", zorder=3)
+        axes.plot(*curve, color=style.PATH_COLOUR, linewidth=1.8, label="path", zorder=3)
     else:
         draw_coloured(axes, samples, chosen, colour_by)
     _draw_ends(axes, samples.position[:, chosen])
     if points is not None:
-        draw_waypoints(axes, np.delete(points, list(gates), axis=0), chosen)
+        dots = np.delete(points, list(gates), axis=0)[:, chosen].T
+        axes.plot(*dots, "o", color="black", markersize=4, linestyle="none", label="waypoints", zorder=4)
         draw_gates(axes, list(gates.values()), chosen)
         if isinstance(tolerance, Ball):
             draw_balls(axes, points, tolerance, gates, chosen)
@@ -391,7 +370,7 @@ def plot_path(
     elif len(chosen) == 3:
         axes.legend(loc="upper left", handlelength=1.8)  # a corner that the box in perspective leaves free
     else:
-        legend_beside(axes)
+        style.legend_beside(axes)
     return axes
 
 
@@ -418,7 +397,8 @@ def view_coordinates(view: str, dim: int) -> list[int]:
 
 def _waypoints(path: Path | Samples, places: Waypoints | None) -> tuple[FloatArray | None, Mapping[int, Gate]]:
     if places is not None:
-        return nominal_points(places)
+        points, gates = without_gates(places)
+        return np.asarray(points, dtype=np.float64), gates
     breaks = getattr(path, "leg_breaks", None)
     return (None if breaks is None or isinstance(path, Samples) else path(breaks)), {}
 
@@ -430,14 +410,18 @@ def _draw_corridor(ax: Axes, corridor: Corridor, waypoints: FloatArray, chosen: 
 
         triangles = np.concatenate([facets(body) for body in bodies])
         space: Any = ax
-        space.add_collection3d(Poly3DCollection(triangles, facecolor=CORRIDOR_COLOUR, alpha=0.12, label="corridor"))
+        space.add_collection3d(
+            Poly3DCollection(triangles, facecolor=style.CORRIDOR_COLOUR, alpha=0.12, label="corridor")
+        )
         return
     from matplotlib.patches import Polygon
 
     for i, body in enumerate(bodies):
         shape = outline(body[:, chosen])
-        ax.add_patch(Polygon(shape, facecolor=CORRIDOR_COLOUR, alpha=0.22, label=None if i else "corridor", zorder=1))
-        ax.add_patch(Polygon(shape, fill=False, edgecolor=CORRIDOR_EDGE, linewidth=1.2, zorder=2))
+        ax.add_patch(
+            Polygon(shape, facecolor=style.CORRIDOR_COLOUR, alpha=0.22, label=None if i else "corridor", zorder=1)
+        )
+        ax.add_patch(Polygon(shape, fill=False, edgecolor=style.CORRIDOR_EDGE, linewidth=1.2, zorder=2))
 
 
 def _draw_obstacles(ax: Axes, avoid: Sequence[Obstacle], chosen: list[int], places: FloatArray) -> None:
@@ -459,8 +443,8 @@ def _draw_obstacles(ax: Axes, avoid: Sequence[Obstacle], chosen: list[int], plac
 
 def _draw_ends(ax: Axes, points: FloatArray) -> None:
     """Mark start, end and direction of the path."""
-    ax.plot(*points[:1].T, marker="^", color=PATH_COLOUR, markersize=9, linestyle="none", label="start", zorder=5)
-    end: dict[str, Any] = {"markerfacecolor": "white", "markeredgecolor": PATH_COLOUR, "markersize": 6}
+    ax.plot(*points[:1].T, marker="^", color=style.PATH_COLOUR, markersize=9, linestyle="none", label="start", zorder=5)
+    end: dict[str, Any] = {"markerfacecolor": "white", "markeredgecolor": style.PATH_COLOUR, "markersize": 6}
     ax.plot(*points[-1:].T, linestyle="none", marker="s", label="end", zorder=6, **end)
     _draw_arrows(ax, points)
 
@@ -471,14 +455,14 @@ def _draw_arrows(ax: Axes, points: FloatArray) -> None:
         draw_heads(ax, points, ARROWS)
         return
     for end, step in zip(*arrow_places(points, ARROWS), strict=True):
-        style = {"arrowstyle": "-|>", "color": PATH_COLOUR, "mutation_scale": 12}
-        ax.annotate("", xy=tuple(end), xytext=tuple(end - step), arrowprops=style, zorder=3)
+        look = {"arrowstyle": "-|>", "color": style.PATH_COLOUR, "mutation_scale": 12}
+        ax.annotate("", xy=tuple(end), xytext=tuple(end - step), arrowprops=look, zorder=3)
 
 
 def finish_place(ax: Axes, chosen: Sequence[int], dim: int) -> None:
     """Name the axes of a view of places, and scale them equally."""
     for name, index in zip(("x", "y", "z"), chosen, strict=False):
-        getattr(ax, f"set_{name}label")(f"{coordinate_name(index, dim)} [m]")
+        getattr(ax, f"set_{name}label")(f"{style.coordinate_name(index, dim)} [m]")
     if len(chosen) == 3:
         equal_space(ax)
         return

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,11 +12,7 @@ from minsnap.corridors.gates import Ball
 from minsnap.paths.missions.mission import Mission
 from minsnap.paths.routes.plan_route import Route
 from minsnap.plot.figures import plot_overview
-from minsnap.plot.style import LIMIT_COLOUR, dense_samples, legend_beside, styled
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from minsnap.plot.style import LIMIT_COLOUR, Axes, Figure, dense_samples, legend_beside, styled
 
 OCCUPIED = "#4d4d4d"
 """Colour of occupied cells."""
@@ -24,12 +20,7 @@ OCCUPIED = "#4d4d4d"
 
 @styled
 def plot_mission(
-    mission: Mission,
-    figure: Figure | None = None,
-    *,
-    view: str = "xy",
-    colour_by: str | None = None,
-    title: str | None = None,
+    mission: Mission, figure: Figure | None = None, *, view: str = "xy", title: str | None = None, **drawn: Any
 ) -> Figure:
     """Draw a mission, its waypoints and gates numbered in the order of the flight, beside its profiles.
 
@@ -38,11 +29,13 @@ def plot_mission(
     mission : Mission
     figure : matplotlib Figure, optional
         Where to draw; by default a new one, that no window shows.
-    view, colour_by
-        As :func:`plot_path` takes them; numbers, and when and how fast gates are passed, are written where the view is
+    view : str
+        As :func:`plot_path` takes it; numbers, and when and how fast gates are passed, are written where it is
         ``"xy"``.
     title : str, optional
         Written above; by default the course's name and the duration.
+    **drawn
+        What else :func:`plot_overview` takes, such as ``colour_by``.
 
     Returns
     -------
@@ -50,17 +43,17 @@ def plot_mission(
     """
     stops = mission.course.stops
     balls = Ball([stop.ball for stop in stops]) if any(stop.ball for stop in stops) else None
-    how: dict[str, Any] = {"waypoints": mission.course.points or None, "tolerance": balls, "limits": mission.limits}
+    drawn |= {"waypoints": mission.course.points or None, "tolerance": balls, "limits": mission.limits}
     name = title or f"{mission.course.name}: {mission.trajectory.duration:.2f} s"
-    drawn = plot_overview(mission.trajectory, figure, view=view, colour_by=colour_by, title=name, **how)
-    place, profiles = drawn.subfigs
+    overview = plot_overview(mission.trajectory, figure, view=view, title=name, **drawn)
+    place, profiles = overview.subfigs
     if view == "xy":
         _number(place.axes[0], mission)
     _mark_gates(profiles.axes, mission)
     for axes in profiles.axes:
         for part in mission.parts[1:]:
             axes.axvline(part.start, color="#000000", linewidth=0.8, linestyle=":")
-    return drawn
+    return overview
 
 
 def _mark_gates(stack: Sequence[Axes], mission: Mission) -> None:
@@ -89,12 +82,7 @@ def _number(ax: Axes, mission: Mission) -> None:
 
 @styled
 def plot_route(
-    route: Route,
-    figure: Figure | None = None,
-    *,
-    view: str = "xy",
-    colour_by: str | None = None,
-    title: str | None = None,
+    route: Route, figure: Figure | None = None, *, view: str = "xy", title: str | None = None, **drawn: Any
 ) -> Figure:
     """Draw a route on its map, with position, derivatives and use of limits against time.
 
@@ -106,10 +94,12 @@ def plot_route(
     route : Route
     figure : matplotlib Figure, optional
         Where to draw; by default a new one, that no window shows.
-    view, colour_by
-        As :func:`plot_path` takes them.
+    view : str
+        As :func:`plot_path` takes it.
     title : str, optional
         Written above, with the least distance to an occupied cell.
+    **drawn
+        What else :func:`plot_overview` takes, such as ``colour_by``.
 
     Returns
     -------
@@ -117,14 +107,14 @@ def plot_route(
     """
     nearest = f"{route.distance:.3f} m from what is occupied" if np.isfinite(route.distance) else "nothing occupied"
     name = nearest if title is None else f"{title}: {nearest}"
-    how: dict[str, Any] = {"corridor": route.corridor, "limits": route.limits, "title": name}
-    drawn = plot_overview(route.trajectory, figure, view=view, colour_by=colour_by, **how)
+    drawn |= {"corridor": route.corridor, "limits": route.limits, "title": name}
+    overview = plot_overview(route.trajectory, figure, view=view, **drawn)
     if view == "xy":
-        plane: Any = drawn.subfigs[0].axes[0]
+        plane: Any = overview.subfigs[0].axes[0]
         draw_cells(plane, route, dense_samples(route.trajectory).position)
         _draw_nearest(plane, route)
         legend_beside(plane)
-    return drawn
+    return overview
 
 
 def draw_cells(ax: Axes, route: Route, position: FloatArray) -> None:

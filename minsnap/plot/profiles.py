@@ -13,29 +13,13 @@ from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.errors import InputError
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, Motion, sampled_motion
-from minsnap.plot.geometry import Corridor, Waypoints, plot_path
-from minsnap.plot.style import (
-    AXIS_STYLES,
-    HEADING_COLOUR,
-    LIMIT_STYLE,
-    NORM_STYLE,
-    POINTS,
-    QUANTITIES,
-    coordinate_name,
-    dense_samples,
-    draw_curves,
-    legend_beside,
-    new_axes,
-    styled,
-    unit_of,
-)
+from minsnap.plot import style
+from minsnap.plot.geometry import plot_path
+from minsnap.plot.style import Axes, Figure
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from minsnap.trajectory.trajectory import Trajectory
     from minsnap.vehicle import Quadrotor
 
@@ -43,13 +27,9 @@ LIMIT_NAMES = {kind.order: kind.name for kind in KINDS if kind.measure == "norm"
 """Limits that are lines beside a norm, by the order of the derivative."""
 
 
-@styled
+@style.styled
 def plot_profiles(
-    path: Path | Samples,
-    axes: ArrayLike | None = None,
-    *,
-    orders: Sequence[int] = (0, 1, 2, 3, 4),
-    limits: Any = None,
+    path: Path | Samples, axes: ArrayLike | None = None, *, orders: Sequence[int] = (0, 1, 2, 3, 4), limits: Any = None
 ) -> NDArray[Any]:
     """Draw each coordinate of position, velocity, acceleration, jerk and snap against time.
 
@@ -74,17 +54,17 @@ def plot_profiles(
     InputError
         If an order is not one of 0 to 4, the samples have none of them, or the axes are too few.
     """
-    samples = dense_samples(path)
+    samples = style.dense_samples(path)
     drawn = available_orders(samples, orders)
     stack = _stack(axes, path, len(drawn), f"{len(drawn)} derivatives need as many axes")
     for ax, order in zip(stack, drawn, strict=False):
         _draw(ax, samples, order)
         limited = _draw_limit(ax, samples, order, getattr(limits, LIMIT_NAMES.get(order, ""), None))
-        legend_beside(ax, handles=None if ax is stack[0] else limited)
+        style.legend_beside(ax, handles=None if ax is stack[0] else limited)
     return stack
 
 
-@styled
+@style.styled
 def plot_heading(path: Path | Samples, axes: ArrayLike | None = None) -> NDArray[Any]:
     """Draw yaw and yaw rate against time.
 
@@ -104,13 +84,13 @@ def plot_heading(path: Path | Samples, axes: ArrayLike | None = None) -> NDArray
     InputError
         If the samples have no yaw, or the axes are too few.
     """
-    samples = dense_samples(path)
+    samples = style.dense_samples(path)
     drawn = heading_rows(samples)
     if not drawn:
         raise InputError("the samples have no yaw: there is nothing to draw")
     stack = _stack(axes, path, len(drawn), f"yaw and yaw rate need {len(drawn)} axes")
     for ax, (name, unit, values) in zip(stack, drawn, strict=False):
-        ax.plot(samples.t, values, color=HEADING_COLOUR, linewidth=1.4)
+        ax.plot(samples.t, values, color=style.HEADING_COLOUR, linewidth=1.4)
         ax.set_ylabel(f"{name}\n[{unit}]")
     return stack
 
@@ -129,9 +109,9 @@ def available_orders(samples: Samples, orders: Sequence[int] = (0, 1, 2, 3, 4)) 
     InputError
         If an order is not one of 0 to 4, or there is none.
     """
-    if any(order not in range(len(QUANTITIES)) for order in orders):
+    if any(order not in range(len(style.QUANTITIES)) for order in orders):
         raise InputError(f"the orders are {tuple(orders)}: choose from 0 (position) to 4 (snap)")
-    available = [order for order in orders if getattr(samples, QUANTITIES[order]) is not None]
+    available = [order for order in orders if getattr(samples, style.QUANTITIES[order]) is not None]
     if not available:
         raise InputError("the samples have none of these derivatives")
     return available
@@ -162,26 +142,28 @@ def _stack(axes: ArrayLike | None, path: Path | Samples, rows: int, needed: str)
 
 def _draw(ax: Axes, samples: Samples, order: int) -> None:
     """Draw each coordinate; then a commanded acceleration, with its feed-forward, thin and without a name."""
-    names = [coordinate_name(i, samples.dim) for i in range(samples.dim)]
-    draw_curves(ax, samples.t, getattr(samples, QUANTITIES[order]), names, linewidth=1.4)
+    names = [style.coordinate_name(i, samples.dim) for i in range(samples.dim)]
+    style.draw_curves(ax, samples.t, getattr(samples, style.QUANTITIES[order]), names, linewidth=1.4)
     if order == 2 and samples.feed_forward is not None:
-        draw_curves(ax, samples.t, samples.commanded().acceleration, [None] * samples.dim, linewidth=0.7, alpha=0.6)
-    ax.set_ylabel(f"{QUANTITIES[order]}\n[{unit_of(order)}]")
+        style.draw_curves(
+            ax, samples.t, samples.commanded().acceleration, [None] * samples.dim, linewidth=0.7, alpha=0.6
+        )
+    ax.set_ylabel(f"{style.QUANTITIES[order]}\n[{style.unit_of(order)}]")
 
 
 def _draw_limit(ax: Axes, samples: Samples, order: int, limit: Any) -> list[Any]:
     """Draw the norm and its limit, and return both lines, if there is a limit."""
     if not isinstance(limit, (int, float)) or not np.isfinite(limit):
         return []
-    norm = np.linalg.norm(getattr(samples, QUANTITIES[order]), axis=1)
-    line = ax.axhline(limit, label="limit", **LIMIT_STYLE)
-    return [*ax.plot(samples.t, norm, label="norm", **NORM_STYLE), line]
+    norm = np.linalg.norm(getattr(samples, style.QUANTITIES[order]), axis=1)
+    line = ax.axhline(limit, label="limit", **style.LIMIT_STYLE)
+    return [*ax.plot(samples.t, norm, label="norm", **style.NORM_STYLE), line]
 
 
 WIDTHS = (1.6, 1.6, 1.6, 1.6, 0.9, 0.9, 0.9, 0.9)
 
 
-@styled
+@style.styled
 def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = None) -> Axes:
     """Draw the utilisation of each limit, value over limit, against time, in percent.
 
@@ -200,17 +182,17 @@ def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = Non
     InputError
         If no limit is set, or the samples lack a derivative that one bounds.
     """
-    samples = dense_samples(path)
+    samples = style.dense_samples(path)
     if isinstance(path, Path) and path.yaw.medium is not None:
         samples = replace(samples, yaw_rate=np.zeros(len(samples)))  # the spin about the thrust axis, which is limited
     curves = utilisation_curves(samples, limits)
-    axes = new_axes() if ax is None else ax
+    axes = style.new_axes() if ax is None else ax
     for i, (name, share) in enumerate(curves.items()):
-        style: dict[str, Any] = AXIS_STYLES[i % len(AXIS_STYLES)]
-        axes.plot(samples.t, 100.0 * share, label=KIND[name].label, linewidth=WIDTHS[i % len(WIDTHS)], **style)
-    axes.axhline(100.0, **LIMIT_STYLE)
+        line: dict[str, Any] = style.AXIS_STYLES[i % len(style.AXIS_STYLES)]
+        axes.plot(samples.t, 100.0 * share, label=KIND[name].label, linewidth=WIDTHS[i % len(WIDTHS)], **line)
+    axes.axhline(100.0, **style.LIMIT_STYLE)
     axes.set(xlabel="time [s]", ylabel="share of\nthe limit [%]", ylim=(0.0, None))
-    legend_beside(axes)
+    style.legend_beside(axes)
     return axes
 
 
@@ -242,7 +224,7 @@ def _values(kind: Kind, samples: Samples, motion: Motion) -> FloatArray:
     return np.abs(samples.yaw_rate)
 
 
-@styled
+@style.styled
 def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
     """Draw the convergence of the search for durations: the best value so far after every evaluated plan.
 
@@ -264,19 +246,21 @@ def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
     steps = trajectory.report.steps if trajectory.report else ()
     if not steps:
         raise InputError("the durations of this trajectory were not searched: there is nothing to draw")
-    axes = new_axes() if ax is None else ax
+    axes = style.new_axes() if ax is None else ax
     tried = [step.evaluation for step in steps]
-    axes.plot(tried, [step.value for step in steps], ".", color=AXIS_STYLES[1]["color"], markersize=4, label="tried")
-    axes.plot(tried, [step.best for step in steps], color=AXIS_STYLES[0]["color"], label="best so far")
+    axes.plot(
+        tried, [step.value for step in steps], ".", color=style.AXIS_STYLES[1]["color"], markersize=4, label="tried"
+    )
+    axes.plot(tried, [step.best for step in steps], color=style.AXIS_STYLES[0]["color"], label="best so far")
     least, first = min(step.best for step in steps), steps[0].best
     shown = (least - 0.05 * (first - least) - 1e-3 * least, first + 0.3 * (first - least) + 1e-3 * least)
     what = "total time [s]" if any(step.value == step.total_time for step in steps) else "cost [m²/s⁷]"
     axes.set(xlabel="plans tried", ylabel=what, ylim=shown)
-    legend_beside(axes)
+    style.legend_beside(axes)
     return axes
 
 
-@styled
+@style.styled
 def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
     """Draw the thrust of every rotor along a path against time, and its limits.
 
@@ -288,27 +272,24 @@ def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
     ax : matplotlib axes, optional
         Where to draw; by default a new figure.
     """
-    axes = new_axes() if ax is None else ax
-    t, thrusts = _rotor_thrusts(path, vehicle)
-    draw_curves(axes, t, thrusts, [f"rotor {number}" for number in (1, 2, 3, 4)], linewidth=1.1)
+    from minsnap.vehicle import flatness_of
+
+    if path.dim not in (2, 3):
+        raise InputError(f"rotors need a path of two or three coordinates, this one has {path.dim}")
+    axes = style.new_axes() if ax is None else ax
+    t = np.linspace(0.0, path.duration, 3 * style.POINTS)
+    thrusts = vehicle.thrusts(flatness_of(vehicle, path, t, drag=vehicle.flat_drag).rotor_speed)
+    style.draw_curves(axes, t, thrusts, [f"rotor {number}" for number in (1, 2, 3, 4)], linewidth=1.1)
     for number, limit in enumerate(vehicle.rotor_thrust_limits):
-        axes.axhline(limit, label=None if number else "limits", **LIMIT_STYLE)
+        axes.axhline(limit, label=None if number else "limits", **style.LIMIT_STYLE)
     axes.set(xlabel="time [s]", ylabel="thrust [N]", xlim=(0.0, path.duration))
-    legend_beside(axes)
+    style.legend_beside(axes)
     return axes
 
 
-@styled
+@style.styled
 def plot_race(
-    path: Path,
-    vehicle: Quadrotor,
-    figure: Figure | None = None,
-    *,
-    view: str = "xy",
-    corridor: Corridor | None = None,
-    waypoints: Waypoints | None = None,
-    tolerance: Any = None,
-    title: str | None = None,
+    path: Path, vehicle: Quadrotor, figure: Figure | None = None, *, view: str = "xy", title: str = "", **drawn: Any
 ) -> Figure:
     """Draw a path coloured by its speed, and the thrust of every rotor below.
 
@@ -319,28 +300,20 @@ def plot_race(
     vehicle : Quadrotor
     figure : matplotlib Figure, optional
         Where to draw; by default a new one, that no window shows.
-    view, corridor, waypoints, tolerance
-        As :func:`plot_path` takes them.
+    view : str
+        As :func:`plot_path` takes it.
     title : str, optional
         Written above.
+    **drawn
+        What else :func:`plot_path` takes.
     """
     from minsnap.plot.shown_figure import ShownFigure
 
-    drawn = ShownFigure(figsize=(9.0, 9.0), layout="constrained") if figure is None else figure
-    above, below = np.asarray(drawn.subfigures(2, 1, height_ratios=(2.4, 1.0)))
+    whole = ShownFigure(figsize=(9.0, 9.0), layout="constrained") if figure is None else figure
+    above, below = np.asarray(whole.subfigures(2, 1, height_ratios=(2.4, 1.0)))
     plane = above.add_subplot(projection="3d" if view == "3d" else None)
-    plot_path(path, plane, view=view, corridor=corridor, waypoints=waypoints, tolerance=tolerance, colour_by="speed")
+    plot_path(path, plane, view=view, colour_by="speed", **drawn)
     plot_rotors(path, vehicle, below.add_subplot())
     if title:
-        drawn.suptitle(title)
-    return drawn
-
-
-def _rotor_thrusts(path: Path, vehicle: Quadrotor) -> tuple[FloatArray, FloatArray]:
-    """Instants (m,) [s] and thrusts (m, 4) [N]."""
-    from minsnap.vehicle import flatness_of
-
-    if path.dim not in (2, 3):
-        raise InputError(f"rotors need a path of two or three coordinates, this one has {path.dim}")
-    t = np.linspace(0.0, path.duration, 3 * POINTS)
-    return t, vehicle.thrusts(flatness_of(vehicle, path, t, drag=vehicle.flat_drag).rotor_speed)
+        whole.suptitle(title)
+    return whole

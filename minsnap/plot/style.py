@@ -14,7 +14,10 @@ from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.figure import Figure as Figure
+else:  # matplotlib is imported when something is drawn
+    Axes = Figure = Any
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -23,28 +22,15 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write, write_file
-from minsnap.basics.storage.text import check_size, digest_of, read_text, reading
+from minsnap.basics.storage.text import FileName, check_size, digest_of, read_text, reading
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any
-from minsnap.files.formats.crazyflie import (
-    MAX_PIECES,
-    read_crazyflie,
-    rounding_bounds,
-    write_compressed,
-    write_crazyflie,
-)
-from minsnap.files.formats.skybrush import (
-    CubicSegments,
-    Lights,
-    cubic_segments,
-    is_line,
-    light_bytes,
-    lights_of,
-    write_skybrush,
-)
+from minsnap.files.formats import crazyflie, skybrush
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.polynomials.bernstein import elevate
 from minsnap.trajectory.trajectory import Trajectory
+
+Lamp = skybrush.Lights | None
 
 MOST_DRONES = 5000
 """Vehicles of a show."""
@@ -75,16 +61,11 @@ class SkybrushShow:
     """
 
     fleet: Fleet
-    lights: tuple[Lights | None, ...]
+    lights: tuple[Lamp, ...]
 
 
 def write_skyc(
-    fleet: Fleet,
-    path: str | os.PathLike[str],
-    lights: Sequence[Lights | None] | None = None,
-    *,
-    title: str = "minsnap",
-    clobber: bool = True,
+    fleet: Fleet, path: FileName, lights: Sequence[Lamp] | None = None, *, title: str = "minsnap", clobber: bool = True
 ) -> float:
     """Write a show in one atomic step, and return the proved distance of its curves to the fleet's [m].
 
@@ -96,7 +77,7 @@ def write_skyc(
     if len(fleet) > MOST_DRONES:
         raise FileError(f"{len(fleet)} vehicles: a show holds {MOST_DRONES}")
     lamps = lamps_of(fleet, lights)
-    curves = [cubic_segments(curve) for curve in fleet]
+    curves = [skybrush.cubic_segments(curve) for curve in fleet]
     files = {f"drones/drone_{i + 1}/trajectory.json": _trajectory_json(curve) for i, curve in enumerate(curves)}
     drones = [_drone(fleet, i, lamp) for i, lamp in enumerate(lamps)]
     files["show.json"] = _show_json(fleet, drones, title)
@@ -107,9 +88,9 @@ def write_skyc(
     return max(curve.distance for curve in curves)
 
 
-def lamps_of(fleet: Fleet, lights: Sequence[Lights | None] | None) -> list[Lights | None]:
+def lamps_of(fleet: Fleet, lights: Sequence[Lamp] | None) -> list[Lamp]:
     """Return the lights of each vehicle, or raise FileError where they are those of another number."""
-    lamps: list[Lights | None] = [None] * len(fleet) if lights is None else list(lights)
+    lamps: list[Lamp] = [None] * len(fleet) if lights is None else list(lights)
     if len(lamps) != len(fleet):
         raise FileError(f"there are lights for {len(lamps)} vehicles of {len(fleet)}: give one for each, or None")
     return lamps
@@ -128,33 +109,33 @@ def _show_json(fleet: Fleet, drones: list[dict[str, Any]], title: str) -> dict[s
     }
 
 
-def _drone(fleet: Fleet, number: int, lamp: Lights | None) -> dict[str, Any]:
+def _drone(fleet: Fleet, number: int, lamp: Lamp) -> dict[str, Any]:
     curve = fleet[number]
     settings = {
         "name": fleet.name(number),
         "home": np.round(curve(0.0), 3).tolist(),
         "landAt": np.round(curve(curve.duration), 3).tolist(),
         "trajectory": {"$ref": f"./drones/drone_{number + 1}/trajectory.json#"},
-        "lights": {"version": 1, "data": base64.b64encode(light_bytes(lamp)).decode()},
+        "lights": {"version": 1, "data": base64.b64encode(skybrush.light_bytes(lamp)).decode()},
     }
     return {"type": "generic", "settings": settings}
 
 
-def _trajectory_json(curve: CubicSegments) -> dict[str, Any]:
+def _trajectory_json(curve: skybrush.CubicSegments) -> dict[str, Any]:
     metres = np.round(curve.points * (curve.scale / 1e3), 3)
     points: list[Any] = [[0.0, metres[0, 0].tolist(), []]]
     seconds = knot_seconds(curve)[1:]
-    for instant, piece, line in zip(seconds, metres, is_line(curve.points), strict=True):
+    for instant, piece, line in zip(seconds, metres, skybrush.is_line(curve.points), strict=True):
         points.append([instant, piece[3].tolist(), [] if line else piece[1:3].tolist()])
     return {"version": 1, "points": points, "takeoffTime": 0.0, "landingTime": seconds[-1]}
 
 
-def knot_seconds(curve: CubicSegments) -> list[float]:
+def knot_seconds(curve: skybrush.CubicSegments) -> list[float]:
     """Return the instants of knots as they are written [s]."""
     return [round(end / 1e3 + LATER * i, 9) for i, end in enumerate(curve.breaks.tolist())]
 
 
-def read_skyc(path: str | os.PathLike[str]) -> SkybrushShow:
+def read_skyc(path: FileName) -> SkybrushShow:
     """Read a show, whoever wrote it: lines, quadratics, cubics and curves up to degree 7.
 
     Raises
@@ -170,7 +151,7 @@ def read_skyc(path: str | os.PathLike[str]) -> SkybrushShow:
             raise FileError(f"{path} has {len(settings)} vehicles: a show has 1 to {MOST_DRONES}")
         curves = [_curve(_resolved(archive, entry["trajectory"])) for entry in settings]
         found = [_resolved(archive, entry.get("lights")) for entry in settings]
-        lamps = [lights_of(base64.b64decode(each["data"])) if each else None for each in found]
+        lamps = [skybrush.lights_of(base64.b64decode(each["data"])) if each else None for each in found]
     names = tuple(str(entry.get("name") or f"drone {i + 1}") for i, entry in enumerate(settings))
     return SkybrushShow(Fleet(tuple(curves), names if len(set(names)) == len(names) else None), tuple(lamps))
 
@@ -240,31 +221,30 @@ MARK, MANIFEST = "minsnap fleet", "manifest.json"
 ENDINGS = (".csv", ".skyb", ".traj", ".json", ".npz")
 """Of files of one vehicle, in folders without a manifest."""
 
-Lamp = Lights | None
 Writer = Callable[[Trajectory, Path, Lamp, bool], float]
 """Writes a vehicle's trajectory and lights, clobbers or does not, and returns the proved distance of the file [m]."""
 
 
 def _write_csv(most: int | None) -> Writer:
     def write(curve: Trajectory, file: Path, lamp: Lamp, clobber: bool) -> float:
-        write_crazyflie(curve, file, max_pieces=most, clobber=clobber)
+        crazyflie.write_crazyflie(curve, file, max_pieces=most, clobber=clobber)
         return 0.0
 
     return write
 
 
 def _write_skyb(curve: Trajectory, file: Path, lamp: Lamp, clobber: bool) -> float:
-    return write_skybrush(curve, file, lamp, clobber=clobber).distance
+    return skybrush.write_skybrush(curve, file, lamp, clobber=clobber).distance
 
 
 def _write_traj(curve: Trajectory, file: Path, lamp: Lamp, clobber: bool) -> float:
-    write_compressed(curve, file, clobber=clobber)
-    return rounding_bounds(curve).position
+    crazyflie.write_compressed(curve, file, clobber=clobber)
+    return crazyflie.rounding_bounds(curve).position
 
 
 FOLDERS: dict[str, tuple[str, Writer]] = {
     "csv": (".csv", _write_csv(None)),
-    "crazyswarm2": (".csv", _write_csv(MAX_PIECES)),
+    "crazyswarm2": (".csv", _write_csv(crazyflie.MAX_PIECES)),
     "skyb": (".skyb", _write_skyb),
     "traj": (".traj", _write_traj),
 }
@@ -295,12 +275,7 @@ class WrittenFleet:
 
 
 def write_fleet(
-    fleet: Fleet,
-    path: str | os.PathLike[str],
-    to: str | None = None,
-    lights: Sequence[Lights | None] | None = None,
-    *,
-    clobber: bool = True,
+    fleet: Fleet, path: FileName, to: str | None = None, lights: Sequence[Lamp] | None = None, *, clobber: bool = True
 ) -> WrittenFleet:
     """Write a fleet.
 
@@ -353,12 +328,12 @@ def _write_manifest(fleet: Fleet, folder: Path, kind: str, files: Sequence[Path]
     return folder / MANIFEST
 
 
-def is_fleet(path: str | os.PathLike[str]) -> bool:
+def is_fleet(path: FileName) -> bool:
     """Whether a file is one of a whole fleet: a folder or a Skybrush show."""
     return Path(path).is_dir() or Path(path).suffix.lower() == ".skyc"
 
 
-def read_fleet(path: str | os.PathLike[str]) -> Fleet:
+def read_fleet(path: FileName) -> Fleet:
     """Read a fleet.
 
     Parameters
@@ -394,7 +369,7 @@ def _listed(folder: Path, content: Any) -> Fleet:
         file = folder / Path(row["file"]).name
         if not file.exists() or digest_of(file) != row["sha256"]:
             raise FileError(f"{file} is missing or was changed since its manifest was written: write the fleet again")
-        curves.append(read_crazyflie(file) if file.suffix == ".csv" else _trajectory(file))
+        curves.append(crazyflie.read_crazyflie(file) if file.suffix == ".csv" else _trajectory(file))
     separation = Separation(**content["separation"]) if content.get("separation") else None
     return Fleet(tuple(curves), tuple(row["name"] for row in content["vehicles"]), separation)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Iterator
 from math import atan2, ceil, cos, pi, radians, sin, sqrt, tan
@@ -14,7 +13,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_positive, is_whole
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.text import read_text, reading
+from minsnap.basics.storage.text import FileName, read_text, reading
 from minsnap.errors import FileError, FleetError
 from minsnap.files.waypoints import read_waypoints
 from minsnap.polynomials.bernstein import basis
@@ -80,7 +79,7 @@ def along(lines: list[FloatArray], count: int) -> FloatArray:
     return np.asarray(starts[leg] + share[:, None] * np.concatenate(steps)[leg])
 
 
-def points_file(path: str | os.PathLike[str]) -> FloatArray:
+def points_file(path: FileName) -> FloatArray:
     """Return the points of a CSV or YAML of waypoints."""
     return np.asarray(read_waypoints(path).points)
 
@@ -100,7 +99,7 @@ def _count(value: Any) -> int:
     return int(value)
 
 
-def mesh(vehicles: int, file: str | os.PathLike[str], size: float, height: float = 0.0) -> FloatArray:
+def mesh(vehicles: int, file: FileName, size: float, height: float = 0.0) -> FloatArray:
     """Return points on the surface of a Wavefront OBJ file, shape (vehicles, 3).
 
     Parameters
@@ -126,7 +125,7 @@ def mesh(vehicles: int, file: str | os.PathLike[str], size: float, height: float
     return _farthest(_drawn(triangles, DRAWN * vehicles), vehicles, scale, middle, height)
 
 
-def read_triangles(file: str | os.PathLike[str]) -> FloatArray:
+def read_triangles(file: FileName) -> FloatArray:
     """Return the faces of an OBJ file as triangles, shape (n, 3, 3); larger faces are fans around a vertex."""
     corners: list[list[float]] = []
     faces: list[list[list[float]]] = []
@@ -175,7 +174,7 @@ NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 WORD = re.compile(rf"[MmLlHhVvCcSsQqTtAaZz]|{NUMBER.pattern}")
 
 
-def svg(vehicles: int, file: str | os.PathLike[str], size: float, height: float = 0.0) -> FloatArray:
+def svg(vehicles: int, file: FileName, size: float, height: float = 0.0) -> FloatArray:
     """Return points at equal lengths along the lines of a drawing, upright in the x-z plane: (vehicles, 3).
 
     Parameters
@@ -200,7 +199,7 @@ def svg(vehicles: int, file: str | os.PathLike[str], size: float, height: float 
     return np.column_stack((placed[:, 0], np.zeros(vehicles), height - placed[:, 1]))
 
 
-def read_lines(file: str | os.PathLike[str]) -> list[FloatArray]:
+def read_lines(file: FileName) -> list[FloatArray]:
     """Return the lines of a drawing as polylines (n, 2), y downwards as in the file."""
     text = read_text(file)
     if "<!ENTITY" in text or "<!DOCTYPE" in text[:4096] and "[" in text[: text.find(">") + 1]:

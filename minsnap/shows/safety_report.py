@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
@@ -12,7 +11,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import point_text
-from minsnap.basics.storage.text import digest_of
+from minsnap.basics.storage.text import FileName, digest_of
 from minsnap.basics.tolerances import EXACT
 from minsnap.fleet.common_clock import Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, extent_of
@@ -79,17 +78,11 @@ class SafetyReport:
         ]
 
 
-def write_report(report: SafetyReport, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+def write_report(report: SafetyReport, path: FileName, *, clobber: bool = True) -> None:
     """Write the page, with its figures inside, in one atomic step."""
-    parts = [
-        _verdict(report),
-        _facts(report),
-        _figures(report.held),
-        _limits(report),
-        _validation(report.held),
-        _stages(report),
-    ]
-    parts += [_pairs(report.held), _vehicles(report.held), _files(report.files), SIGNATURE]
+    held = report.held
+    parts = [_verdict(report), _facts(report), _figures(held), _limits(report), _validation(held), _stages(report)]
+    parts += [_pairs(held), _vehicles(held), _files(report.files), SIGNATURE]
     write_page(path, report.title, parts, clobber=clobber)
 
 
@@ -176,18 +169,10 @@ def _pairs(held: FleetCertificate) -> str:
     rows = []
     for near in sorted(held.nearest[:PAIRS], key=lambda pair: pair.instant):
         place = point_text(held.middle_of(near).round(2) + 0.0)
-        rows.append(
-            (
-                held.fleet.names_of(near.pair),
-                f"{near.instant:.2f}",
-                place,
-                f"{near.distance:.4f}",
-                f"{near.required:.4g}",
-            )
-        )
-    return table(
-        "Nearest pairs, by time", ["vehicles", "at [s]", "between [m]", "distance [m]", "separation [m]"], rows
-    )
+        figures = (f"{near.instant:.2f}", place, f"{near.distance:.4f}", f"{near.required:.4g}")
+        rows.append((held.fleet.names_of(near.pair), *figures))
+    columns = ["vehicles", "at [s]", "between [m]", "distance [m]", "separation [m]"]
+    return table("Nearest pairs, by time", columns, rows)
 
 
 def _vehicles(held: FleetCertificate) -> str:

@@ -9,7 +9,6 @@ are those that it has, times the scale. At knots they have the exact values and 
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil, pi
@@ -21,6 +20,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.table import read_archive
+from minsnap.basics.storage.text import FileName
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError, MinsnapError
 from minsnap.files.formats.skybrush import Lights
@@ -137,7 +137,7 @@ class KeptFlights:
     """
 
     conditions: Conditions
-    folder: str | os.PathLike[str] | None
+    folder: FileName | None
     progress: bool
 
     def between(self, starts: FloatArray, goals: FloatArray, name: str) -> tuple[list[Trajectory], str]:
@@ -310,9 +310,7 @@ class FlownShow:
     stages: tuple[Stage, ...]
 
 
-def fly(
-    show: Show, kept: str | os.PathLike[str] | None = None, told: Told | None = None, progress: bool = False
-) -> FlownShow:
+def fly(show: Show, kept: FileName | None = None, told: Told | None = None, progress: bool = False) -> FlownShow:
     """Plan every flight of a show.
 
     Ctrl-C ends the search for one flight with the best certified so far. That is flown, but not stored: the next run
@@ -337,8 +335,7 @@ def fly(
         If a search ends without a flight; says which.
     """
     show.check()
-    same = np.arange(len(show.home))
-    course = _Course(show.home, [], [[] for _ in same], told)
+    course = _Course(show.home, [], [[] for _ in show.home], told)
     flights = KeptFlights((show.limits, show.separation, show.room, show.seed), kept, progress)
     course.add("take-off", *flights.between(course.now, show.above, "take-off"), 0.0)
     shown = []
@@ -352,9 +349,8 @@ def fly(
     course.add("return", *flights.between(course.now, show.above[order], "return"), 0.0)
     end = course.add("landing", *flights.between(course.now, show.home[order], "landing"), 0.0).end
     fleet = Fleet(tuple(_joined(part) for part in course.parts), None, show.separation)
-    return FlownShow(
-        fleet, tuple(_lights(show, shown, end, vehicle) for vehicle in same.tolist()), tuple(course.stages)
-    )
+    lights = tuple(_lights(show, shown, end, vehicle) for vehicle in range(len(show.home)))
+    return FlownShow(fleet, lights, tuple(course.stages))
 
 
 @dataclass(eq=False)
@@ -420,17 +416,13 @@ def _joined(parts: list[Trajectory]) -> Trajectory:
 
 def _lights(show: Show, shown: list[tuple[IntArray, Stage]], end: float, vehicle: int) -> Lights:
     """Return the colours of the acts at a vehicle's points, white until the first one, dark after the landing."""
-    instants, colours, fades = [0.0], [(255, 255, 255)], [False]
+    keys: list[tuple[float, Any, bool]] = [(0.0, (255, 255, 255), False)]
     for act, (order, stage) in zip(show.acts, shown, strict=True):
         if act.colour is None:
             continue
         if act.fade:
-            instants.append(stage.start)
-            colours.append(colours[-1])
-            fades.append(False)
-        instants.append(stage.arrival)
+            keys.append((stage.start, keys[-1][1], False))
         own = np.asarray(act.colour)
-        colours.append(tuple((own if own.ndim == 1 else own[order[vehicle]]).tolist()))
-        fades.append(act.fade)
-    instants, colours, fades = [*instants, end], [*colours, (0, 0, 0)], [*fades, False]
+        keys.append((stage.arrival, own if own.ndim == 1 else own[order[vehicle]], act.fade))
+    instants, colours, fades = zip(*keys, (end, (0, 0, 0), False), strict=True)
     return Lights(np.array(instants), np.array(colours, dtype=np.float64), np.array(fades))

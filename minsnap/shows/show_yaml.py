@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import BOX, FLAG, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
-from minsnap.basics.storage.text import load_yaml, reading
+from minsnap.basics.storage.text import FileName, load_yaml, reading
 from minsnap.errors import FileError
 from minsnap.files.request_yaml import LIMITS, limits_of
 from minsnap.fleet.common_clock import Separation
@@ -81,7 +80,7 @@ SHOW = mapping(
 """The whole file."""
 
 
-def is_show(path: str | os.PathLike[str]) -> bool:
+def is_show(path: FileName) -> bool:
     """Whether a file is YAML that has acts."""
     if Path(path).suffix.lower() not in (".yaml", ".yml"):
         return False
@@ -89,7 +88,7 @@ def is_show(path: str | os.PathLike[str]) -> bool:
     return isinstance(content, dict) and "acts" in content
 
 
-def read_show(path: str | os.PathLike[str]) -> Show:
+def read_show(path: FileName) -> Show:
     """Read a show.
 
     The keys are those of :data:`SHOW`; a formation is a mapping with one of the keys of :data:`FORMATION`.

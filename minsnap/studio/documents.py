@@ -9,7 +9,7 @@ import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY
+from minsnap.basics.storage.text import FileName
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, WaypointError, YawError
-from minsnap.files.convert import RATE, written
-from minsnap.files.format import Writing
+from minsnap.files.convert import RATE, write_any
 from minsnap.files.request_yaml import besides_rotors, read_request, write_request
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.paths.missions.course import Course, is_course, read_course
@@ -50,7 +50,7 @@ class WorkingFolder:
         If it is none.
     """
 
-    def __init__(self, path: str | os.PathLike[str] = ".") -> None:
+    def __init__(self, path: FileName = ".") -> None:
         self.path = Path(os.path.realpath(path))
         if not self.path.is_dir():
             raise FileError(f"{path} is no folder: give one that exists")
@@ -112,31 +112,15 @@ MOST = 200
 """Waypoints of the largest scene that a page can show."""
 
 
-@dataclass(frozen=True)
-class ExportKind:
-    """A kind of file that a studio writes.
-
-    Parameters
-    ----------
-    ending : str
-        Of its name.
-    format : str
-        Name of the format for :func:`minsnap.files.convert.written`; empty for requests and figures.
-    """
-
-    ending: str
-    format: str = ""
-
-
 EXPORTS = {
-    "setpoints (CSV)": ExportKind(".csv", "setpoints"),
-    "request (YAML)": ExportKind(".yaml"),
-    "Crazyflie (CSV)": ExportKind(".csv", "crazyflie"),
-    "plan (JSON)": ExportKind(".json", "polynomials"),
-    "figure (PNG)": ExportKind(".png"),
-    "figure (SVG)": ExportKind(".svg"),
+    "setpoints (CSV)": (".csv", "setpoints"),
+    "request (YAML)": (".yaml", ""),
+    "Crazyflie (CSV)": (".csv", "crazyflie"),
+    "plan (JSON)": (".json", "polynomials"),
+    "figure (PNG)": (".png", ""),
+    "figure (SVG)": (".svg", ""),
 }
-"""By the words of the page."""
+"""Ending, and name of the format for :func:`minsnap.files.convert.write_any`, if any, by the words of the page."""
 
 
 def example_scene() -> PlanRequest:
@@ -145,7 +129,7 @@ def example_scene() -> PlanRequest:
     return PlanRequest(corners, total_time=12.0, corridor=(0.3,) * 4, vehicle="dji_f330")
 
 
-def open_scene(path: str | os.PathLike[str]) -> PlanRequest:
+def open_scene(path: FileName) -> PlanRequest:
     """Return the scene of a file: a request or waypoints in YAML, waypoints in CSV, or a QGroundControl plan.
 
     A plan that was written as JSON or YAML gives its waypoints, durations, walls, limits and heading. What has no times
@@ -225,7 +209,7 @@ def save_as(kind: str, state: BenchState, path: Path) -> str:
     facts: dict[str, Any] = {"waypoints": passed if request.openings else np.array(request.waypoints)}
     facts |= {"corridor": request.walls, "gates": request.gates}
     facts |= {"limits": request.bounds, "command": ("minsnap", "studio")}
-    return written(scene.trajectory, path, EXPORTS[kind].format, RATE, Writing(request.frame, True, facts))[1] or ""
+    return write_any(scene.trajectory, path, EXPORTS[kind][1], RATE, request.frame, facts=facts)[1] or ""
 
 
 def _draw(scene: PlannedScene, path: Path) -> None:
@@ -261,7 +245,7 @@ def _of_course(course: Course) -> PlanRequest:
     return scene.as_lap() if course.closed else scene
 
 
-def _of_plan(path: str | os.PathLike[str]) -> PlanRequest:
+def _of_plan(path: FileName) -> PlanRequest:
     from minsnap.files.formats.polynomials import read_polynomials
 
     stored = read_polynomials(path)
@@ -317,14 +301,9 @@ def scene_of(curve: Any, waypoints: Any = None, corridor: Any = None, limits: Li
         raise WaypointError(
             f"the waypoints have shape {points.shape}: a path of {curve.legs} legs in space has ({curve.legs + 1}, 3)"
         )
-    return PlanRequest(
-        tuple(tuple(row) for row in points.tolist()),
-        tuple(np.diff(curve.leg_breaks).tolist()),
-        degree=curve.degree,
-        pieces=curve.pieces,
-        **_walls(as_constraints(corridor), curve.legs),
-        **bounds_of(limits),
-    )
+    rows, times = tuple(tuple(row) for row in points.tolist()), tuple(np.diff(curve.leg_breaks).tolist())
+    bounds = _walls(as_constraints(corridor), curve.legs) | bounds_of(limits)
+    return PlanRequest(rows, times, degree=curve.degree, pieces=curve.pieces, **bounds)
 
 
 def _walls(parts: list[Constraint], legs: int) -> dict[str, Any]:

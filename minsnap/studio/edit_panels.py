@@ -17,28 +17,7 @@ from minsnap.files.frames import FRAMES
 from minsnap.flight.simulation.controllers import GeometricController
 from minsnap.flight.simulation.simulated_flight import Flight, simulate
 from minsnap.planning.request import RESERVE, Opening, PlanRequest
-from minsnap.studio.edits import (
-    WIDTH,
-    change_box,
-    delete_waypoint,
-    insert_waypoint,
-    move_in_order,
-    move_waypoint,
-    named_boxes,
-    resize_gate,
-    set_duration,
-    set_limit,
-    set_margin,
-    set_reserve,
-    set_width,
-    size_of,
-    straight_durations,
-    with_boxes,
-    with_gate,
-    with_room,
-    with_time,
-    with_tube,
-)
+from minsnap.studio import edits
 from minsnap.studio.page_inputs import InputRows, Inputs, follow, sentence, table, when_changed, when_clicked
 from minsnap.studio.path_view import GateView, PathView, WaypointView
 from minsnap.studio.wall_view import NO_FACES, WallView
@@ -79,11 +58,11 @@ class RoutePanel:
         self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), self._choose)
         gui.add_button_group("Order", ORDER).on_click(self._reorder)
         self._gate, gated = gui.add_checkbox("Gate", False), lambda request: self._opening(request) is not None
-        bind(self._gate, gated, self._at(with_gate))
+        bind(self._gate, gated, self._at(edits.with_gate))
         self._size = gui.add_vector2("Width, height [m]", (1.0, 1.0), min=(0.05, 0.05), step=0.05, visible=False)
-        bind(self._size, self._size_of_gate, self._at(resize_gate), "gate")
+        bind(self._size, self._size_of_gate, self._at(edits.resize_gate), "gate")
         self._margin = gui.add_number("Margin [m]", 0.0, min=0.0, step=0.05, visible=False)
-        bind(self._margin, lambda request: (self._opening(request) or (None,))[-1], self._at(set_margin), "margin")
+        bind(self._margin, lambda r: (self._opening(r) or (None,))[-1], self._at(edits.set_margin), "margin")
         bind(gui.add_checkbox("Closed lap", False), lambda request: request.closed, _closed)
         bind(gui.add_dropdown("Heading", HEADINGS), _heading, _headed)
         turned = lambda request, angle: replace(request, yaw=radians(angle))  # noqa: E731
@@ -103,7 +82,7 @@ class RoutePanel:
 
     def _row(self, index: int) -> tuple[Any]:
         point = self._inputs.gui.add_vector3(f"{index}", (0.0, 0.0, 0.0), step=0.05)
-        move = lambda request, place: move_waypoint(request, index, place)  # noqa: E731
+        move = lambda request, place: edits.move_waypoint(request, index, place)  # noqa: E731
         return (self._inputs.edits(point, move, f"waypoint {index}"),)
 
     async def _reorder(self, event: Any) -> None:
@@ -111,10 +90,10 @@ class RoutePanel:
             return
         index, what = self._index, event.target.value
         change = {
-            ORDER[0]: lambda request: insert_waypoint(request, _within(request, index)),
-            ORDER[1]: lambda request: delete_waypoint(request, _within(request, index)),
-            ORDER[2]: lambda request: move_in_order(request, _within(request, index), -1),
-            ORDER[3]: lambda request: move_in_order(request, _within(request, index), 1),
+            ORDER[0]: lambda request: edits.insert_waypoint(request, _within(request, index)),
+            ORDER[1]: lambda request: edits.delete_waypoint(request, _within(request, index)),
+            ORDER[2]: lambda request: edits.move_in_order(request, _within(request, index), -1),
+            ORDER[3]: lambda request: edits.move_in_order(request, _within(request, index), 1),
         }[what]
         self._inputs.editor.edit(change)
         self.choose(index + {ORDER[0]: 1, ORDER[2]: -1, ORDER[3]: 1}.get(what, 0))
@@ -140,12 +119,12 @@ class RoutePanel:
 
     def _size_of_gate(self, request: PlanRequest) -> tuple[float, ...] | None:
         gate = self._opening(request)
-        return None if gate is None else tuple(size_of(np.array(gate.corners)).round(6).tolist())
+        return None if gate is None else tuple(edits.size_of(np.array(gate.corners)).round(6).tolist())
 
     def delete(self) -> None:
         """Delete the chosen waypoint."""
         index = self._index
-        self._inputs.editor.edit(lambda request: delete_waypoint(request, _within(request, index)))
+        self._inputs.editor.edit(lambda request: edits.delete_waypoint(request, _within(request, index)))
 
     def _turn(self, index: int) -> tuple[Any]:
         def change(request: PlanRequest, angle: float) -> PlanRequest:
@@ -194,10 +173,10 @@ class CorridorPanel:
     def __init__(self, inputs: Inputs, view: WallView) -> None:
         self._inputs, self._view, gui = inputs, view, inputs.gui
         self._request: PlanRequest | None = None
-        self._checkbox("Corridor: a tube around each leg", "corridor", with_tube)
+        self._checkbox("Corridor: a tube around each leg", "corridor", edits.with_tube)
         self._rows = InputRows(gui.add_folder("Half-width per leg [m]"), self._row)
-        self._checkbox("Corridor: a box around each leg", "boxes", with_boxes)
-        self._checkbox("Room around all legs", "room", with_room)
+        self._checkbox("Corridor: a box around each leg", "boxes", edits.with_boxes)
+        self._checkbox("Room around all legs", "room", edits.with_room)
         self._faces = when_changed(gui.add_dropdown("Faces to drag", (NO_FACES,)), self._choose)
         for side, label in enumerate(("Lower corner", "Upper corner")):
             corner = gui.add_vector3(label, (float(side),) * 3, step=0.05, visible=False)
@@ -211,7 +190,7 @@ class CorridorPanel:
             note.visible = bool(state.refusal) and state.leg == leg
             if note.visible:
                 note.content = sentence(state.refusal, "refusal")
-        options = (NO_FACES, *named_boxes(request))
+        options = (NO_FACES, *edits.named_boxes(request))
         if tuple(self._faces.options) != options:
             kept = self._faces.value if self._faces.value in options else NO_FACES
             self._faces.options = options
@@ -224,8 +203,8 @@ class CorridorPanel:
         self._inputs.bind(box, lambda request: getattr(request, walls) is not None, change)
 
     def _row(self, leg: int) -> tuple[Any, Any]:
-        gui, how = self._inputs.gui, {"min": NARROWEST, "max": WIDEST, "step": 0.01, "initial_value": WIDTH}
-        widen = lambda request, width: set_width(request, leg, width)  # noqa: E731
+        gui, how = self._inputs.gui, {"min": NARROWEST, "max": WIDEST, "step": 0.01, "initial_value": edits.WIDTH}
+        widen = lambda request, width: edits.set_width(request, leg, width)  # noqa: E731
         slider = self._inputs.edits(gui.add_slider(f"Leg {leg}", **how), widen, f"width {leg}")
         return slider, gui.add_html("", visible=False)
 
@@ -235,11 +214,11 @@ class CorridorPanel:
             self._inputs.show(self._request)
 
     def _corner(self, side: int, request: PlanRequest) -> Any:
-        box = named_boxes(request).get(self._faces.value)
-        return None if box is None else box[side]
+        return edits.named_boxes(request).get(self._faces.value, (None, None))[side]
 
     def _with_corner(self, side: int, request: PlanRequest, value: Any) -> PlanRequest:
-        return change_box(request, self._faces.value, lambda box: (value, box[1]) if side == 0 else (box[0], value))
+        changed = lambda box: (value, box[1]) if side == 0 else (box[0], value)  # noqa: E731
+        return edits.change_box(request, self._faces.value, changed)
 
 
 MODES = ("durations", "total time", "limits")
@@ -281,7 +260,8 @@ class TimePanel:
         self._inputs, gui, bind = inputs, inputs.gui, inputs.bind
         bind(gui.add_dropdown("Time from", MODES), _mode, self._timed)
         total = gui.add_slider("Total [s]", min=0.5, max=60.0, step=0.1, initial_value=12.0)
-        bind(total, lambda request: request.total_time, _with_total, "total time")
+        timed = lambda request, seconds: replace(request, total_time=float(seconds), durations=None)  # noqa: E731
+        bind(total, lambda request: request.total_time, timed, "total time")
         self._rows = InputRows(gui.add_folder("Duration per leg [s]"), self._row)
         self._limits = gui.add_folder("Limits")
         with self._limits:
@@ -290,7 +270,7 @@ class TimePanel:
             rotors = gui.add_checkbox("rotors of the vehicle", False)
             bind(rotors, lambda request: request.rotors is not None, _with_rotors)
             reserve = gui.add_slider("reserve", min=0.0, max=0.9, step=0.01, initial_value=RESERVE, visible=False)
-            self._reserve = bind(reserve, lambda request: request.rotors, set_reserve, "reserve")
+            self._reserve = bind(reserve, lambda request: request.rotors, edits.set_reserve, "reserve")
         with gui.add_folder("Polynomials"):
             self._add_polynomials()
         self._durations: tuple[float, ...] = ()
@@ -305,12 +285,12 @@ class TimePanel:
         self._inputs.show(request)
 
     def _timed(self, request: PlanRequest, mode: str) -> PlanRequest:
-        known = self._durations if len(self._durations) == request.legs else straight_durations(request)
-        return with_time(request, mode, known, USUAL)
+        known = self._durations if len(self._durations) == request.legs else edits.straight_durations(request)
+        return edits.with_time(request, mode, known, USUAL)
 
     def _row(self, leg: int) -> tuple[Any]:
         slider = self._inputs.gui.add_slider(f"Leg {leg} ", min=0.1, max=20.0, step=0.05, initial_value=1.0)
-        change = lambda request, seconds: set_duration(request, leg, seconds)  # noqa: E731
+        change = lambda request, seconds: edits.set_duration(request, leg, seconds)  # noqa: E731
         return (self._inputs.edits(slider, change, f"duration {leg}"),)
 
     def _add_limit(self, name: str) -> None:
@@ -325,10 +305,10 @@ class TimePanel:
             return None if value is None else round(degrees(value) if kind.degrees else value, 9)
 
         def change(request: PlanRequest, value: float) -> PlanRequest:
-            return set_limit(request, name, radians(value) if kind.degrees else value)
+            return edits.set_limit(request, name, radians(value) if kind.degrees else value)
 
         def switch(request: PlanRequest, wanted: bool) -> PlanRequest:
-            return change(request, slider.value) if wanted else set_limit(request, name, None)
+            return change(request, slider.value) if wanted else edits.set_limit(request, name, None)
 
         self._inputs.bind(box, lambda request: shown(request) is not None, switch)
         self._inputs.bind(slider, shown, change, f"limit {name}")
@@ -341,10 +321,6 @@ class TimePanel:
         bind(continuity, lambda r: str(r.continuity or AUTOMATIC), lambda r, text: replace(r, continuity=_whole(text)))
         pieces = gui.add_dropdown("Pieces per leg", ("1", "2", "3", "4", "5", "6", "auto"))
         bind(pieces, lambda r: str(r.pieces), lambda r, text: replace(r, pieces=text if text == "auto" else int(text)))
-
-
-def _with_total(request: PlanRequest, seconds: float) -> PlanRequest:
-    return replace(request, total_time=float(seconds), durations=None)
 
 
 def _with_rotors(request: PlanRequest, wanted: bool) -> PlanRequest:
@@ -404,9 +380,8 @@ class VehiclePanel:
             raise FileError("there is no plan to fly yet")
         self._flown.content = sentence("flying ...")
         try:
-            flight = simulate(
-                named_vehicle(planned.request.vehicle or DRAWN), GeometricController(), planned.trajectory
-            )
+            craft = named_vehicle(planned.request.vehicle or DRAWN)
+            flight = simulate(craft, GeometricController(), planned.trajectory)
         except Exception:
             self._flown.content = ""
             raise

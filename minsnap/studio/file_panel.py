@@ -25,7 +25,8 @@ END = "END_OF_REQUEST"
 
 def as_python(request: PlanRequest) -> str:
     """Return a script that plans a request and leaves it in ``trajectory``; numbers are written exactly."""
-    own = {"limits": _limits(request), "corridor": _walls(request), "avoid": _avoided(request)}
+    avoided = ", ".join(f"named_obstacle({name!r}, {numbers!r})" for name, numbers in request.avoid)
+    own = {"limits": _limits(request), "corridor": _walls(request), "avoid": f"[{avoided}]" if avoided else None}
     usual = vars(PlanRequest(request.waypoints))
     values = {n: repr(list(v) if isinstance(v, tuple) else v) for n, v in vars(request).items() if v != usual[n]}
     values |= {"search": f"minsnap.{request.search!r}"} if request.search else {}
@@ -60,11 +61,6 @@ def _limits(request: PlanRequest) -> str | None:
         return f"minsnap.Limits({fields})" if fields else None
     vehicle = f"Quadrotor.{request.vehicle}(), reserve={request.rotors!r}"
     return f"minsnap.Limits.of({vehicle}{', ' if fields else ''}{fields})"
-
-
-def _avoided(request: PlanRequest) -> str | None:
-    each = [f"named_obstacle({name!r}, {numbers!r})" for name, numbers in request.avoid]
-    return f"[{', '.join(each)}]" if each else None
 
 
 def _walls(request: PlanRequest) -> str | None:
@@ -153,14 +149,14 @@ class FilePanel:
 
     def _save(self) -> None:
         kind = self._kind.value
-        target = self._folder.destination(self._name.value, EXPORTS[kind].ending)
+        target = self._folder.destination(self._name.value, EXPORTS[kind][0])
         lost = save_as(kind, self._state(), target)
         self._saved.content = sentence(f"{target.name} is written to {self._folder.path}. {lost}", "good")
 
     def _download(self, client: Any) -> None:
         kind = self._kind.value
-        name = self._folder.destination(self._name.value, EXPORTS[kind].ending).name
-        with self._folder.scratch(EXPORTS[kind].ending) as path:
+        name = self._folder.destination(self._name.value, EXPORTS[kind][0]).name
+        with self._folder.scratch(EXPORTS[kind][0]) as path:
             save_as(kind, self._state(), path)
             client.send_file_download(name, path.read_bytes(), save_immediately=True)
 

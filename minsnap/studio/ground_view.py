@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, NDArray, ReadOnly
 from minsnap.basics.storage.table import read_archive
-from minsnap.basics.storage.text import check_size, reading
+from minsnap.basics.storage.text import FileName, check_size, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.frames import get_frame
 from minsnap.files.waypoints import read_waypoints
@@ -103,9 +102,7 @@ class Obstacles(ReadOnly):
 
     def surface(self) -> tuple[FloatArray, IntArray]:
         """Return the boxes as vertices (8 m, 3) [m] and triangles (12 m, 3)."""
-        parts = [box_surface((tuple(low), tuple(high))) for low, high in self.boxes.tolist()]
-        faces = np.concatenate([faces + 8 * i for i, (_, faces) in enumerate(parts)])
-        return np.concatenate([vertices for vertices, _ in parts]), faces
+        return box_surface(self.boxes)
 
 
 def cloud(points: ArrayLike) -> Obstacles:
@@ -153,7 +150,7 @@ def grid(occupancy: ArrayLike, resolution: ArrayLike, origin: ArrayLike | None =
     return Obstacles(corner + side * _columns(taken), np.zeros((0, 3)))
 
 
-def floor(path: str | os.PathLike[str], resolution: float, corner: ArrayLike) -> Obstacles:
+def floor(path: FileName, resolution: float, corner: ArrayLike) -> Obstacles:
     """Read a picture of the ground: metres a pixel, and where its lower left corner lies [m].
 
     Raises
@@ -178,7 +175,7 @@ def floor(path: str | os.PathLike[str], resolution: float, corner: ArrayLike) ->
     return Obstacles(np.zeros((0, 2, 3)), nothing, floor=shown)
 
 
-def read_obstacles(path: str | os.PathLike[str]) -> Obstacles:
+def read_obstacles(path: FileName) -> Obstacles:
     """Read obstacles: x,y,z CSV; or an ``.npz`` archive of ``points``, or of ``occupancy``, ``resolution``, ``origin``.
 
     A map of ROS's map_server (YAML with its picture beside it) is a floor.
@@ -236,13 +233,8 @@ class GroundView:
         center, size = points.mean(axis=0), float(np.ceil(2.0 * np.ptp(points, axis=0)[:2].max() + 8.0))
         middle = (float(np.round(center[0])), float(np.round(center[1])), 0.0)
         cell = 1.0 if size < 100.0 else 10.0
-        cells = {
-            "cell_size": cell,
-            "section_size": 5.0 * cell,
-            "fade_distance": 4.0 * size,
-            "cell_color": lines[0],
-            "section_color": lines[1],
-        }
+        sizes = {"cell_size": cell, "section_size": 5.0 * cell, "fade_distance": 4.0 * size}
+        cells = sizes | {"cell_color": lines[0], "section_color": lines[1]}
         if self._place != (size, middle):
             self._place = size, middle
             self._server.scene.add_grid("/ground", size, size, position=middle, shadow_opacity=0.0, **cells)

@@ -12,6 +12,8 @@ import numpy as np
 from minsnap.planning.request import PlanRequest
 
 Change = Callable[[PlanRequest], PlanRequest]
+Shown = Callable[[PlanRequest], Any]
+ValueChange = Callable[[PlanRequest, Any], PlanRequest]
 """Returns the document after an edit."""
 
 
@@ -171,26 +173,16 @@ class Inputs:
 
     def __init__(self, gui: Any, editor: Editor) -> None:
         self.gui, self.editor = gui, editor
-        self._bound: list[tuple[Any, Callable[[PlanRequest], Any]]] = []
+        self._bound: list[tuple[Any, Shown]] = []
 
-    def edits(self, handle: Any, change: Callable[[PlanRequest, Any], PlanRequest], subject: str = "") -> Any:
+    def edits(self, handle: Any, change: ValueChange, subject: str = "") -> Any:
         """Let an input edit the document with every value that a browser gives it; return the input."""
         return when_changed(handle, lambda value: self.editor.edit(lambda request: change(request, value), subject))
 
-    def follows(self, handle: Any, shown: Callable[[PlanRequest], Any]) -> Any:
-        """Let an input show what ``shown`` returns of the document, hidden where that is None; return the input."""
+    def bind(self, handle: Any, shown: Shown, change: ValueChange, subject: str = "") -> Any:
+        """Let an input edit the document, and show what ``shown`` returns of it, hidden where that is None."""
         self._bound.append((handle, shown))
-        return handle
-
-    def bind(
-        self,
-        handle: Any,
-        shown: Callable[[PlanRequest], Any],
-        change: Callable[[PlanRequest, Any], PlanRequest],
-        subject: str = "",
-    ) -> Any:
-        """Let an input both follow the document and edit it; return the input."""
-        return self.edits(self.follows(handle, shown), change, subject)
+        return self.edits(handle, change, subject)
 
     def show(self, request: PlanRequest) -> None:
         """Give all inputs the values of the document."""

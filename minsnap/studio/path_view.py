@@ -45,11 +45,11 @@ class PathView:
     """
 
     def __init__(self, server: Any) -> None:
-        nothing, white = np.zeros((1, 2, 3)), (255, 255, 255)
+        nothing = np.zeros((1, 2, 3))
         lines = {"thickness_units": "screen", "visible": False}
         add = server.scene.add_line_segments
-        self._path = add("/plan/path", nothing, np.zeros((1, 2, 3)), thickness=WIDTH, **lines)
-        self._ghost = add("/plan/before", nothing, GHOST or white, thickness=WIDTH / 2.0, **lines)
+        self._path = add("/plan/path", nothing, nothing, thickness=WIDTH, **lines)
+        self._ghost = add("/plan/before", nothing, GHOST, thickness=WIDTH / 2.0, **lines)
         self._flight = add("/plan/flight", nothing, FLIGHT, thickness=WIDTH / 1.5, **lines)
         self._drawn: Trajectory | None = None
         self._before: Trajectory | None = None

@@ -128,16 +128,11 @@ def thin_lines(points: FloatArray, colours: FloatArray) -> bytes:
     places = points.reshape(-1, 3).astype("<f4")
     first = (each * np.arange(count)[:, None] + np.arange(each - 1)).ravel()
     pairs = np.stack([first, first + 1], axis=1).astype("<u4")
-    linear = np.round(255.0 * _linear(np.clip(colours / 255.0, 0.0, 1.0)))
-    shades = np.tile(np.column_stack([linear, np.full(each, 255)]).astype(np.uint8), (count, 1))
+    shares = np.clip(colours / 255.0, 0.0, 1.0)
+    linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)  # of sRGB, IEC 61966-2-1
+    shades = np.tile(np.column_stack([np.round(255.0 * linear), np.full(each, 255)]).astype(np.uint8), (count, 1))
     parts = [places.tobytes(), shades.tobytes(), pairs.tobytes()]
     return _glb(_layout(places, pairs.size, [len(part) for part in parts]), b"".join(parts))
-
-
-def _linear(colours: FloatArray) -> FloatArray:
-    """Return the intensities of colours of sRGB (IEC 61966-2-1), both from 0 to 1."""
-    low = colours / 12.92
-    return np.asarray(np.where(colours <= 0.04045, low, ((colours + 0.055) / 1.055) ** 2.4))
 
 
 def _layout(places: FloatArray, indices: int, sizes: list[int]) -> dict[str, Any]:
@@ -180,12 +175,8 @@ LIMIT, CURSOR = "#c92a2a", "#343a40"
 """Colours: of the curves, from the palette of Okabe and Ito; of limits; of the cursor."""
 
 
-CHARTS = {
-    "speed [m/s]": KIND["speed"],
-    "acceleration [m/s²]": KIND["acceleration"],
-    "thrust [weights]": KIND["max_thrust"],
-    "tilt [degrees]": KIND["tilt"],
-}
+CHARTS = {"speed [m/s]": KIND["speed"], "acceleration [m/s²]": KIND["acceleration"]}
+CHARTS |= {"thrust [weights]": KIND["max_thrust"], "tilt [degrees]": KIND["tilt"]}
 """Plots of what limits bound, by their titles, from top to bottom; those of the rotors follow."""
 
 ROTORS = "rotor thrusts [N]"
@@ -278,32 +269,12 @@ def _bounds(curves: FloatArray, least: float | None, most: float | None) -> tupl
 
 def round_up(value: float) -> float:
     """Return the next of 1, 1.25, 1.6, 2, 2.5, 3.2, 4, 5, 6.4, 8 times a power of ten, so that edges seldom move."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(
-        power
-        * next(step for step in (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 6.4, 8.0, 10.0) if step * power >= value)
-    )
+    steps = np.array([1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0, 6.4, 8.0, 10.0]) * 10.0 ** np.floor(np.log10(value))
+    return float(steps[steps >= value][0])
 
 
-class SpeedLegend:
-    """A bar of the colours of the path, from rest to the greatest speed.
-
-    Parameters
-    ----------
-    gui : viser.GuiApi
-        Where it is added, in the present container.
-    """
-
-    def __init__(self, gui: Any) -> None:
-        self._bar = gui.add_html(legend(0.0))
-
-    def show(self, top: float) -> None:
-        """Show the greatest speed [m/s]."""
-        self._bar.content = legend(top)
-
-
-def legend(top: float) -> str:
-    """Return the bar with its numbers as HTML; ``top`` is the greatest speed [m/s]."""
+def speed_legend(top: float) -> str:
+    """Return a bar of the colours of a path with its numbers as HTML; ``top`` is the greatest speed [m/s]."""
     stops = ",".join(f"rgb({','.join(str(int(c)) for c in colour)})" for colour in SPEED_SCALE)
     numbers = "".join(f"<span>{share * top:.2f}</span>" for share in (0.0, 0.5, 1.0))
     bar = f'<div style="height:10px;border-radius:3px;background:linear-gradient(to right,{stops})"></div>'

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray
+from minsnap.basics.storage.text import FileName
 from minsnap.certificate import certify
 from minsnap.errors import InputError
 from minsnap.fleet.common_clock import Fleet
@@ -24,7 +25,7 @@ from minsnap.studio.fleet_studio import FleetStudio
 from minsnap.studio.ground_view import GroundView, Obstacles, cloud, grid
 from minsnap.studio.page_inputs import Change, Inputs
 from minsnap.studio.path_view import GateView, PathView, VehicleView, WaypointView
-from minsnap.studio.plan_drawing import Charts, SpeedLegend, pose_at, profiles_of
+from minsnap.studio.plan_drawing import Charts, pose_at, profiles_of, speed_legend
 from minsnap.studio.wall_view import WallView
 from minsnap.studio.workbench import BenchState, PlannedScene, Workbench
 from minsnap.trajectory.trajectory import Trajectory
@@ -132,7 +133,7 @@ class Studio(Page):
             self.add_recording(gui)
         panel = gui.add_panel()
         with panel.add_tab("Plots"):
-            self._legend, self._charts = SpeedLegend(gui), Charts(gui)
+            self._legend, self._charts = gui.add_html(speed_legend(0.0)), Charts(gui)
         self._open(
             panel,
             ("Undo", "Z", "cmd/ctrl", self.undo),
@@ -158,12 +159,8 @@ class Studio(Page):
     def _show_document(self, state: BenchState) -> None:
         points = np.array(state.request.waypoints)
         self._ground.show(state.request.frame, points)
-        self._waypoints.show(state)
-        self._walls.show(state)
-        self._gates.show(state)
-        self._route.show(state)
-        self._corridor.show(state)
-        self._time.show(state)
+        for shown in (self._waypoints, self._walls, self._gates, self._route, self._corridor, self._time):
+            shown.show(state)
         larger = self._vehicle.show(self._flown_vehicle(state), float(np.ptp(points, axis=0).max()))
         self._flying.show(state, larger)
 
@@ -176,7 +173,7 @@ class Studio(Page):
             return
         self._profiled = key
         self._player.show(curve.duration)
-        self._legend.show(self._path.top_speed)
+        self._legend.content = speed_legend(self._path.top_speed)
         vehicle = self._flown_vehicle(state)
         self._charts.show(profiles_of(curve, vehicle), request, vehicle, self._player.now)
         self._vehicle.place(pose_at(curve, vehicle, self._player.now))
@@ -208,7 +205,7 @@ def show(
     occupancy: ArrayLike | None = None,
     resolution: ArrayLike = 1.0,
     origin: ArrayLike | None = None,
-    folder: str | os.PathLike[str] = ".",
+    folder: FileName = ".",
     host: str = LOOPBACK,
     port: int = 0,
     browser: bool = True,

@@ -9,12 +9,10 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.planning.request import Box, PlanRequest
+from minsnap.plot.geometry import leg_bodies
 from minsnap.studio.edits import ROOM, change_box, move_face, named_boxes
 from minsnap.studio.page_inputs import Change, DragHandles, Editor
 from minsnap.studio.workbench import BenchState
-
-TOUCHING = 1e-9
-"""Relative distance from a plane below which a corner lies on it."""
 
 _BOX_FACES = np.array(
     [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4]]
@@ -30,39 +28,37 @@ NO_FACES = "none"
 
 
 def tube_prism(start: Sequence[float], end: Sequence[float], half_width: float) -> tuple[FloatArray, IntArray]:
-    r"""Return the surface of a tube between the waypoints of its leg.
-
-    Across the leg the tube is the polygon :math:`\|d\|_\infty \le \delta` of the plane :math:`d \perp u` (see
-    :class:`~minsnap.Tube`): its corners are where two of the planes :math:`d_k = \pm\delta` meet.
+    """Return the sides of a tube between the waypoints of its leg, whose body is that of the figures.
 
     Parameters
     ----------
     start, end : sequence of 3 floats
         Waypoints [m], different ones.
     half_width : float
-        :math:`\delta` [m].
+        [m].
 
     Returns
     -------
     vertices : ndarray, shape (2 m, 3)
-        The polygon at the start, then at the end [m].
+        Corners at the start and at the end [m].
     faces : ndarray of int, shape (2 m, 3)
         Triangles of the sides.
     """
-    first, last = np.array(start, dtype=np.float64), np.array(end, dtype=np.float64)
-    corners = _polygon((last - first) / np.linalg.norm(last - first), half_width)
-    count = len(corners)
-    here, following = np.arange(count), np.roll(np.arange(count), -1)
-    lower = np.column_stack([here, following, here + count])
-    upper = np.column_stack([following, following + count, here + count])
-    return np.vstack([corners + first, corners + last]), np.vstack([lower, upper])
+    from scipy.spatial import ConvexHull
+
+    ends = np.array((start, end), dtype=np.float64)
+    corners = leg_bodies(half_width, ends)[0]
+    there = (corners - ends.mean(axis=0)) @ (ends[1] - ends[0]) > 0.0
+    faces = ConvexHull(corners).simplices
+    return corners, faces[there[faces].any(axis=1) & ~there[faces].all(axis=1)]
 
 
-def box_surface(box: Box) -> tuple[FloatArray, IntArray]:
-    """Return the corners and the triangles of a box, shapes (8, 3) [m] and (12, 3)."""
-    bounds = np.array(box, dtype=np.float64)
+def box_surface(boxes: Any) -> tuple[FloatArray, IntArray]:
+    """Return the corners and the triangles of boxes, shapes (8 n, 3) [m] and (12 n, 3), from (n, 2, 3) or one."""
+    bounds = np.array(boxes, dtype=np.float64).reshape(-1, 2, 3)
     pick = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)])
-    return bounds[pick, np.arange(3)], _BOX_FACES
+    faces = _BOX_FACES + 8 * np.arange(len(bounds))[:, None, None]
+    return bounds[:, pick, np.arange(3)].reshape(-1, 3), faces.reshape(-1, 3)
 
 
 def box_edges(box: Box) -> FloatArray:
@@ -76,36 +72,8 @@ def face_centres(box: Box) -> FloatArray:
     """Return the centers of the faces, shape (3, 2, 3) by axis and side [m]."""
     bounds = np.array(box, dtype=np.float64)
     centers = np.tile(bounds.mean(axis=0), (3, 2, 1))
-    for axis in range(3):
-        centers[axis, :, axis] = bounds[:, axis]
+    centers[range(3), :, range(3)] = bounds.T
     return centers
-
-
-def _polygon(along: FloatArray, half_width: float) -> FloatArray:
-    """Return the corners of the section across a direction, in order, shape (m, 3) [m]."""
-    across = _basis(along)
-    normals = np.vstack([across, -across])
-    kept = np.linalg.norm(normals, axis=1) > TOUCHING
-    normals = normals[kept]
-    vertices = []
-    for i, first in enumerate(normals):
-        for second in normals[i + 1 :]:
-            matrix = np.array([first, second])
-            if abs(np.linalg.det(matrix)) > TOUCHING:
-                corner = np.linalg.solve(matrix, np.full(2, half_width))
-                if (normals @ corner).max() <= half_width * (1.0 + TOUCHING):
-                    vertices.append(corner)
-    corners = np.array(vertices)
-    order = np.argsort(np.arctan2(corners[:, 1], corners[:, 0]))
-    return np.asarray(corners[order] @ across.T)
-
-
-def _basis(along: FloatArray) -> FloatArray:
-    """Return two unit vectors across a direction as columns, shape (3, 2): row k is axis k in their plane."""
-    helper = np.eye(3)[int(np.abs(along).argmin())]
-    first = np.cross(along, helper)
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(along, first)])
 
 
 class WallView:

@@ -8,7 +8,6 @@ clockwise.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache, cached_property
@@ -31,6 +30,7 @@ from minsnap.basics.arrays import (
 )
 from minsnap.basics.messages import SHOWN, shown
 from minsnap.basics.schema import ANYTHING, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError, VehicleError
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, Surface, SurfaceDrag
 
@@ -206,11 +206,11 @@ class Quadrotor(ReadOnly):
         return named_vehicle("crazyflie")
 
     @staticmethod
-    def from_yaml(path: str | os.PathLike[str]) -> Quadrotor:
+    def from_yaml(path: FileName) -> Quadrotor:
         """Read a vehicle from a file; see :func:`minsnap.vehicle.read_vehicle`."""
         return read_vehicle(path)
 
-    def to_yaml(self, path: str | os.PathLike[str]) -> None:
+    def to_yaml(self, path: FileName) -> None:
         """Write the vehicle to a file; see :func:`minsnap.vehicle.write_vehicle`."""
         write_vehicle(self, path)
 
@@ -321,7 +321,7 @@ VEHICLE = mapping(
 """The whole file."""
 
 
-def read_vehicle(path: str | os.PathLike[str]) -> Quadrotor:
+def read_vehicle(path: FileName) -> Quadrotor:
     """Read a vehicle from YAML.
 
     ``drag`` is a mapping with ``linear`` and ``quadratic``, with ``per_rotor_speed``, or with ``surface``: a mapping of
@@ -339,7 +339,7 @@ def read_vehicle(path: str | os.PathLike[str]) -> Quadrotor:
     return vehicle_from(load_yaml(path), f"{path}")
 
 
-def write_vehicle(vehicle: Quadrotor, path: str | os.PathLike[str]) -> None:
+def write_vehicle(vehicle: Quadrotor, path: FileName) -> None:
     """Write a vehicle as YAML in one atomic step; reading it returns exactly the same numbers.
 
     Raises

@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import IO, Any
 
 from minsnap.basics.messages import shown
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError
 
 
 @contextmanager
-def atomic_write(
-    path: str | os.PathLike[str], mode: str = "w", *, clobber: bool = True, **options: Any
-) -> Iterator[IO[Any]]:
+def atomic_write(path: FileName, mode: str = "w", *, clobber: bool = True, **options: Any) -> Iterator[IO[Any]]:
     """Open a file for writing that appears under its name only when it is complete.
 
     A temporary file in the same folder is opened; it is flushed to the disk and renamed when the block ends without an
@@ -74,13 +73,13 @@ def atomic_write(
             beside.unlink(missing_ok=True)
 
 
-def write_file(path: str | os.PathLike[str], content: str | bytes, *, clobber: bool = True) -> None:
+def write_file(path: FileName, content: str | bytes, *, clobber: bool = True) -> None:
     """Write a text or bytes whole or not at all, as :func:`atomic_write` does."""
     with atomic_write(path, "w" if isinstance(content, str) else "wb", clobber=clobber) as file:
         file.write(content)
 
 
-def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> Path:
+def check_destination(path: FileName, *, clobber: bool = True) -> Path:
     """Return the file that a name refers to, with links resolved.
 
     Raises
@@ -106,7 +105,7 @@ def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> 
     return destination
 
 
-def refuse_source(path: str | os.PathLike[str] | None, *sources: str | os.PathLike[str] | None) -> None:
+def refuse_source(path: FileName | None, *sources: FileName | None) -> None:
     """Raise FileError if a file to write is one of those that are read, under another name too; None is no file."""
     for source in sources:
         if path is None or source is None or not Path(path).is_file():

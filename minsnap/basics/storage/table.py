@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-import os
 import re
 import zipfile
 from collections.abc import Collection, Mapping, Sequence
@@ -15,15 +14,11 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, NDArray
-from minsnap.basics.storage.text import check_size, read_text, reading
+from minsnap.basics.storage.text import FileName, check_size, read_text, reading
 from minsnap.errors import FileError
 
 
-def read_table(
-    path: str | os.PathLike[str],
-    required: Sequence[str],
-    optional: Sequence[str] | None = (),
-) -> dict[str, FloatArray]:
+def read_table(path: FileName, required: Sequence[str], optional: Sequence[str] | None = ()) -> dict[str, FloatArray]:
     """Read the columns of a comma-separated file whose first line names them, in any order.
 
     Parameters
@@ -135,9 +130,7 @@ class LooseColumns:
     ambiguous: str
 
 
-def read_loose_table(
-    path: str | os.PathLike[str], columns: LooseColumns
-) -> tuple[dict[str, FloatArray], dict[str, str]]:
+def read_loose_table(path: FileName, columns: LooseColumns) -> tuple[dict[str, FloatArray], dict[str, str]]:
     """Read a table with commas, semicolons, tabs or spaces between the cells.
 
     Empty lines and what follows a ``#`` are left out, but for a comment in the first line that names the columns, as
@@ -186,7 +179,7 @@ def _named_by_comment(raw: list[str], columns: LooseColumns) -> tuple[list[str],
     return titles, {}, 0
 
 
-def _separator(path: str | os.PathLike[str], lines: list[tuple[int, str]]) -> str | None:
+def _separator(path: FileName, lines: list[tuple[int, str]]) -> str | None:
     """Return the separator of the cells; None for spaces."""
     present = [separator for separator in SEPARATORS if any(separator in text for _, text in lines)]
     if len(present) > 1:
@@ -237,7 +230,7 @@ RATIO = 20
 """How many times its own size a larger one may have unpacked."""
 
 
-def read_archive(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
+def read_archive(path: FileName) -> dict[str, NDArray[Any]]:
     """Return the arrays of an ``.npz`` file by name: numbers as float64, text unchanged.
 
     Raises

@@ -15,12 +15,15 @@ from typing import Any
 from minsnap.basics.messages import shown
 from minsnap.errors import FileError, MinsnapError
 
+FileName = str | os.PathLike[str]
+"""A path of a file, as text or as what stands for one."""
+
 LARGEST = 1 << 30
 """Bytes of the largest file that is read."""
 
 
 @contextmanager
-def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
+def reading(path: FileName, what: str) -> Iterator[None]:
     """Convert any exception of a file reader to a FileError that names the file.
 
     Parameters
@@ -48,7 +51,7 @@ def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
         raise FileError(f"{path} is not {what}") from error
 
 
-def check_regular(path: str | os.PathLike[str]) -> None:
+def check_regular(path: FileName) -> None:
     """Raise FileError for a device, a pipe or a socket, which may have no end; what is not there is said on opening."""
     if not isinstance(path, (str, os.PathLike)):
         return
@@ -60,7 +63,7 @@ def check_regular(path: str | os.PathLike[str]) -> None:
         raise FileError(f"{path} is no regular file but a device, a pipe or a socket: give a file")
 
 
-def check_size(path: str | os.PathLike[str], largest: int = LARGEST) -> int:
+def check_size(path: FileName, largest: int = LARGEST) -> int:
     """Return the size of a file in bytes.
 
     Raises
@@ -80,7 +83,7 @@ def check_size(path: str | os.PathLike[str], largest: int = LARGEST) -> int:
     return size
 
 
-def read_bytes(path: str | os.PathLike[str], largest: int = LARGEST) -> bytes:
+def read_bytes(path: FileName, largest: int = LARGEST) -> bytes:
     """Read a whole file.
 
     Raises
@@ -97,7 +100,7 @@ BEGINNING = 4096
 """Bytes of a file that say what it is."""
 
 
-def beginning(path: str | os.PathLike[str]) -> str:
+def beginning(path: FileName) -> str:
     """Return how a file begins, as text whatever it is; nothing where no file is, or a pipe, which would be waited for.
 
     Raises
@@ -115,7 +118,7 @@ def beginning(path: str | os.PathLike[str]) -> str:
         return ""
 
 
-def digest_of(path: str | os.PathLike[str]) -> str:
+def digest_of(path: FileName) -> str:
     """Return the SHA-256 of a file, as 64 hexadecimal digits."""
     total = hashlib.sha256()
     with reading(path, "a file"), open(path, "rb") as file:
@@ -134,7 +137,7 @@ DEEPEST = 32
 """Levels of nesting up to which YAML is read."""
 
 
-def read_text(path: str | os.PathLike[str], largest: int = LARGEST) -> str:
+def read_text(path: FileName, largest: int = LARGEST) -> str:
     """Return a UTF-8 file's text, with or without a byte-order mark; ``-`` is the standard input.
 
     Raises
@@ -159,7 +162,7 @@ def _standard_input() -> str:
         return content.decode("utf-8-sig")
 
 
-def load_yaml(path: str | os.PathLike[str]) -> Any:
+def load_yaml(path: FileName) -> Any:
     """Return the content of a YAML file, loaded safely: numbers, text, lists and mappings only.
 
     Numbers are those of YAML 1.2: ``1:30`` and ``yes`` are text. Aliases, duplicate keys, and deep nesting are refused.

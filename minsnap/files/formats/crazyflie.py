@@ -11,7 +11,6 @@ there and nowhere else, and flies on without it into what lies behind in its mem
 
 from __future__ import annotations
 
-import os
 import struct
 import warnings
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, NDArray
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.table import number_row
-from minsnap.basics.storage.text import beginning, read_bytes, read_text, reading
+from minsnap.basics.storage.text import FileName, beginning, read_bytes, read_text, reading
 from minsnap.errors import FileError, FirmwareWarning, MinsnapError
 from minsnap.files.format import Format
 from minsnap.files.formats.bezier_segments import DEGREE, LONGEST, check_range, distance_bounds, packed, unpacked
@@ -151,13 +150,13 @@ def rounding_bounds(trajectory: Trajectory) -> Rounding:
     return Rounding(*distance_bounds(trajectory, _unpacked(_content(trajectory)[0]), 3).tolist())
 
 
-def write_compressed(trajectory: Path, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+def write_compressed(trajectory: Path, path: FileName, *, clobber: bool = True) -> None:
     """Write a trajectory or a shape as the firmware's bytes in one atomic step; errors as of :func:`compressed`."""
     content = compressed(polynomials_of(trajectory, MOST_PIECES)[0])
     write_file(path, content, clobber=clobber)
 
 
-def read_compressed(path: str | os.PathLike[str]) -> Trajectory:
+def read_compressed(path: FileName) -> Trajectory:
     """Read a compressed trajectory.
 
     Raises
@@ -195,7 +194,7 @@ def _control_points(trajectory: Trajectory) -> FloatArray:
     return np.concatenate([place, (powers @ powers_to_points(DEGREE).T)[:, None]], axis=1)
 
 
-def _write(content: Trajectory, path: str | os.PathLike[str], *, clobber: bool) -> str:
+def _write(content: Trajectory, path: FileName, *, clobber: bool) -> str:
     write_compressed(content, path, clobber=clobber)
     error = rounding_bounds(content)
     return (
@@ -223,11 +222,7 @@ COLUMNS = ("duration", *(f"{axis}^{power}" for axis in ("x", "y", "z", "yaw") fo
 
 
 def write_crazyflie(
-    trajectory: Path,
-    path: str | os.PathLike[str],
-    *,
-    max_pieces: int | None = MAX_PIECES,
-    clobber: bool = True,
+    trajectory: Path, path: FileName, *, max_pieces: int | None = MAX_PIECES, clobber: bool = True
 ) -> None:
     """Write a trajectory for the Crazyflie.
 
@@ -282,7 +277,7 @@ def _smaller(trajectory: Trajectory) -> str:
     return f"write the format crazyflie-compressed (.traj), in which {fit} of them fit, or "
 
 
-def read_crazyflie(path: str | os.PathLike[str]) -> Trajectory:
+def read_crazyflie(path: FileName) -> Trajectory:
     """Read a Crazyflie file: 33 numbers per row, a trailing comma allowed; the first line is taken as a header.
 
     Raises
@@ -306,31 +301,15 @@ def _row(where: str, line: str) -> list[float]:
     return values
 
 
-def _is_crazyflie(path: str | os.PathLike[str]) -> bool:
+def _is_crazyflie(path: FileName) -> bool:
     """Whether the second line has the numbers of a piece."""
     second = beginning(path).splitlines()[1:2]
     return bool(second) and len(second[0].rstrip().rstrip(",").split(",")) == len(COLUMNS)
 
 
+_RAW = ((), write_crazyflie, (".csv",), read_crazyflie, _is_crazyflie)
+_COMPRESSED = ((".traj",), _write, (".traj",), read_compressed)
 FORMATS = (
-    Format(
-        "crazyflie",
-        "polynomials",
-        (),
-        write_crazyflie,
-        (".csv",),
-        read_crazyflie,
-        _is_crazyflie,
-        most_pieces=MAX_PIECES,
-    ),
-    Format(
-        "crazyflie-compressed",
-        "polynomials",
-        (".traj",),
-        _write,
-        (".traj",),
-        read_compressed,
-        most_pieces=MOST_PIECES,
-        rounding=_resolution,
-    ),
+    Format("crazyflie", "polynomials", *_RAW, most_pieces=MAX_PIECES),
+    Format("crazyflie-compressed", "polynomials", *_COMPRESSED, most_pieces=MOST_PIECES, rounding=_resolution),
 )

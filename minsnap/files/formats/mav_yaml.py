@@ -6,14 +6,13 @@ to half a nanosecond.
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import write_file
-from minsnap.basics.storage.text import load_yaml, reading
+from minsnap.basics.storage.text import FileName, load_yaml, reading
 from minsnap.errors import FileError
 from minsnap.files.format import Format
 from minsnap.files.formats.pieces import from_powers, polynomials_of, position_powers, yaw_powers
@@ -21,7 +20,7 @@ from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
 
-def write_mav_yaml(trajectory: Path, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+def write_mav_yaml(trajectory: Path, path: FileName, *, clobber: bool = True) -> None:
     """Write a trajectory as segments, with its heading as a fourth dimension unless it is constantly zero.
 
     Parameters
@@ -65,7 +64,7 @@ def _segment(duration: float, piece: FloatArray) -> str:
     return f"{head}    coefficients:\n{rows}"
 
 
-def read_mav_yaml(path: str | os.PathLike[str]) -> Trajectory:
+def read_mav_yaml(path: FileName) -> Trajectory:
     """Read segments; their fourth dimension, if present, is the heading.
 
     Raises

@@ -7,7 +7,6 @@ World axes, z up; metres, seconds, radians; the file states its units.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from math import inf
@@ -18,7 +17,7 @@ import numpy as np
 
 from minsnap.basics.arrays import plain
 from minsnap.basics.storage.atomic import write_file
-from minsnap.basics.storage.text import beginning, load_yaml, read_text, reading
+from minsnap.basics.storage.text import FileName, beginning, load_yaml, read_text, reading
 from minsnap.basics.tolerances import EXACT
 from minsnap.basics.version import __version__
 from minsnap.corridors.gates import Gate
@@ -112,7 +111,7 @@ def _said(certificate: Mapping[str, Any] | None) -> tuple[float, float, int, dic
 
 def write_polynomials(
     trajectory: Path,
-    path: str | os.PathLike[str],
+    path: FileName,
     *,
     waypoints: Any = None,
     corridor: Any = None,
@@ -185,7 +184,7 @@ def _description(plan: PlanFile) -> dict[str, Any]:
     }
 
 
-def read_polynomials(path: str | os.PathLike[str]) -> PlanFile:
+def read_polynomials(path: FileName) -> PlanFile:
     """Read what :func:`write_polynomials` wrote.
 
     Raises
@@ -212,12 +211,8 @@ def read_polynomials(path: str | os.PathLike[str]) -> PlanFile:
 
 
 def _plan(where: str, content: Mapping[str, Any]) -> PlanFile:
-    trajectory = Trajectory(
-        np.array(content["control_points"], dtype=np.float64),
-        np.array(content["durations"], dtype=np.float64),
-        pieces=int(content["pieces_per_leg"]),
-    )
-    trajectory = headed(trajectory, content["yaw"])
+    control, times = (np.array(content[name], dtype=np.float64) for name in ("control_points", "durations"))
+    trajectory = headed(Trajectory(control, times, pieces=int(content["pieces_per_leg"])), content["yaw"])
     waypoints = content.get("waypoints")
     points = None if waypoints is None else np.array(waypoints, dtype=np.float64)
     limits = None if content.get("limits") is None else limits_of(f"{where}: limits", content["limits"], FilePath())
@@ -263,12 +258,12 @@ def _limits(limits: Limits) -> dict[str, Any]:
     return {"norm": limits.norm, "rotors": {"vehicle": vehicle, "reserve": limits.reserve}} | besides_rotors(limits)
 
 
-def is_polynomials(path: str | os.PathLike[str]) -> bool:
+def is_polynomials(path: FileName) -> bool:
     """Whether a file begins like a file of polynomials."""
     return MARK in beginning(path)[:200]
 
 
-def _read(path: str | os.PathLike[str]) -> Trajectory:
+def _read(path: FileName) -> Trajectory:
     return read_polynomials(path).trajectory
 
 

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, NDArray
 from minsnap.basics.storage.atomic import atomic_write, write_file
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError
 from minsnap.files.format import Format
 from minsnap.files.frames import map_samples
@@ -68,7 +68,7 @@ def offboard_control_mode(timestamp: int = 0) -> dict[str, int | bool]:
     return {"timestamp": timestamp, "position": True} | dict.fromkeys(rest, False)
 
 
-def write_px4(samples: Samples, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+def write_px4(samples: Samples, path: FileName, *, clobber: bool = True) -> None:
     """Write the messages as a NumPy file of :data:`DTYPE`; ``numpy.load`` reads it."""
     messages = px4_setpoints(samples)
     with atomic_write(path, "wb", clobber=clobber) as file:
@@ -101,7 +101,7 @@ def multidof(samples: Samples, frame_id: str = "map", joint: str = "base_link") 
     return {"header": header, "joint_names": [joint], "points": points}
 
 
-def write_multidof(samples: Samples, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+def write_multidof(samples: Samples, path: FileName, *, clobber: bool = True) -> None:
     """Write the message as JSON."""
     text = json.dumps(multidof(samples), allow_nan=False)
     write_file(path, text + "\n", clobber=clobber)

@@ -15,7 +15,6 @@ colour r g b d, 8 fade to colour r g b d; loops (12 begin n, 13 end) are read to
 
 from __future__ import annotations
 
-import os
 import struct
 import zlib
 from dataclasses import dataclass
@@ -25,7 +24,7 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, NDArray, ReadOnly, numbers, set_fields
 from minsnap.basics.checks import check_positive
 from minsnap.basics.storage.atomic import write_file
-from minsnap.basics.storage.text import read_bytes, reading
+from minsnap.basics.storage.text import FileName, read_bytes, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.format import Format
 from minsnap.files.formats.bezier_segments import LARGEST, distance_bounds, distances_within, packed, unpacked
@@ -395,7 +394,7 @@ def checksum(content: bytes) -> int:
 
 
 def write_skybrush(
-    trajectory: Path, path: str | os.PathLike[str], lights: Lights | None = None, *, clobber: bool = True
+    trajectory: Path, path: FileName, lights: Lights | None = None, *, clobber: bool = True
 ) -> CubicSegments:
     """Write a trajectory or a shape in one atomic step, and return what was written; raises as ``cubic_segments``."""
     segments = cubic_segments(polynomials_of(trajectory)[0])
@@ -404,7 +403,7 @@ def write_skybrush(
     return segments
 
 
-def read_skybrush(path: str | os.PathLike[str]) -> SkybrushFile:
+def read_skybrush(path: FileName) -> SkybrushFile:
     """Read a binary show of version 1 or 2.
 
     Raises
@@ -468,13 +467,13 @@ def _blocks(content: bytes, offset: int) -> dict[int, bytes]:
     return blocks
 
 
-def _write(content: Trajectory, path: str | os.PathLike[str], *, clobber: bool) -> str:
+def _write(content: Trajectory, path: FileName, *, clobber: bool) -> str:
     segments = write_skybrush(content, path, clobber=clobber)
     count = len(segments.points)
     return f"written as {count} cubics, at most {1e3 * segments.distance:.2g} mm from the curve; headings are left out"
 
 
-def _read(path: str | os.PathLike[str]) -> Trajectory:
+def _read(path: FileName) -> Trajectory:
     return read_skybrush(path).trajectory
 
 

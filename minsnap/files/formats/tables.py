@@ -7,7 +7,6 @@ CSV.
 from __future__ import annotations
 
 import json
-import os
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from minsnap.basics.messages import shown
 from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.table import read_archive
-from minsnap.basics.storage.text import check_size, reading
+from minsnap.basics.storage.text import FileName, check_size, reading
 from minsnap.errors import FileError
 from minsnap.files.format import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
@@ -101,7 +100,7 @@ def from_dataframe(table: Any) -> Samples:
     return map_samples(samples, table.attrs.get("frame", "enu"), "enu")
 
 
-def write_parquet(samples: Samples, path: str | os.PathLike[str], frame: str = "enu", *, clobber: bool = True) -> None:
+def write_parquet(samples: Samples, path: FileName, frame: str = "enu", *, clobber: bool = True) -> None:
     """Write samples as a Parquet file that names its frame.
 
     Raises
@@ -114,7 +113,7 @@ def write_parquet(samples: Samples, path: str | os.PathLike[str], frame: str = "
         table.to_parquet(file, engine="pyarrow", index=False)
 
 
-def read_parquet(path: str | os.PathLike[str]) -> Samples:
+def read_parquet(path: FileName) -> Samples:
     """Read such a file, or any Parquet file with its columns.
 
     Raises
@@ -139,7 +138,7 @@ _HEADING = ("angle", "control_points", "durations")
 _KNOWN = (*ARRAYS, "lead", "control_points", "durations", *(f"yaw_{name}" for name in _HEADING), "yaw_rule", "frame")
 
 
-def write_npz(source: Path | Samples, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+def write_npz(source: Path | Samples, path: FileName, *, clobber: bool = True) -> None:
     """Write a trajectory or samples, in z-up world axes (the archive's ``frame`` says ``enu``).
 
     A shape is written as polynomials within 1e-6 m of it.
@@ -167,7 +166,7 @@ def _of_trajectory(trajectory: Trajectory) -> dict[str, FloatArray]:
     return arrays | {f"yaw_{name}": np.array(value) for name, value in heading.items()}
 
 
-def read_npz(path: str | os.PathLike[str]) -> Trajectory | Samples:
+def read_npz(path: FileName) -> Trajectory | Samples:
     """Read what :func:`write_npz` wrote.
 
     Raises

@@ -6,7 +6,7 @@ import errno
 import socket
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -235,11 +235,12 @@ class TcpListener(_Stream):
         return True
 
 
-class _Udp(LinkTransport):
-    """Common part of listener and sender: datagrams to the known peers, and from any."""
+class Udp(LinkTransport):
+    """Datagrams to one address, or to all that are heard until the vehicle is chosen, then to the vehicle only."""
 
     def __init__(self, address: str, bound: socket.socket, *peers: Peer) -> None:
         self.address, self._socket, self._peers = address, bound, set(peers)
+        self._listens = self._gathers = not peers
 
     def send(self, data: bytes) -> None:
         for peer in self._peers:
@@ -248,9 +249,16 @@ class _Udp(LinkTransport):
 
     def receive(self) -> tuple[bytes, Peer]:
         try:
-            return self._socket.recvfrom(65535)
+            data, peer = self._socket.recvfrom(65535)
         except OSError:  # no data, or an ICMP error for an earlier datagram
             return b"", None
+        if data and self._gathers:
+            self._peers.add(peer)
+        return data, peer
+
+    def choose(self, peer: Peer) -> None:
+        if self._listens:
+            self._gathers, self._peers = False, {peer}
 
     def readers(self) -> Sequence[int]:
         return [self._socket.fileno()]
@@ -262,32 +270,18 @@ class _Udp(LinkTransport):
         self._socket.close()
 
 
-class UdpListener(_Udp):
-    """``udpin``: bound to a port; sends to all known peers until the vehicle is chosen, then to the vehicle only."""
-
-    def __init__(self, host: str, port: int) -> None:
-        address = f"udpin:{host}:{port}"
-        super().__init__(address, bind_udp(host, port, address))
-        self._chosen = False
-
-    def receive(self) -> tuple[bytes, Peer]:
-        data, peer = super().receive()
-        if data and not self._chosen:
-            self._peers.add(peer)
-        return data, peer
-
-    def choose(self, peer: Peer) -> None:
-        self._chosen, self._peers = True, {peer}
+def listen_udp(host: str, port: int) -> Udp:
+    """``udpin``: listen on a port."""
+    address = f"udpin:{host}:{port}"
+    return Udp(address, bind_udp(host, port, address))
 
 
-class UdpSender(_Udp):
-    """``udpout``: sends to one address from a port of its own, and listens there."""
-
-    def __init__(self, host: str, port: int) -> None:
-        address = f"udpout:{host}:{port}"
-        there = resolve(host, address)
-        own = LOOPBACK if there.startswith("127.") else "0.0.0.0"
-        super().__init__(address, bind_udp(own, 0, address), (there, port))
+def send_udp(host: str, port: int) -> Udp:
+    """``udpout``: send to one address from a port of its own, and listen there."""
+    address = f"udpout:{host}:{port}"
+    there = resolve(host, address)
+    own = LOOPBACK if there.startswith("127.") else "0.0.0.0"
+    return Udp(address, bind_udp(own, 0, address), (there, port))
 
 
 def bind_udp(host: str, port: int, address: str) -> socket.socket:
@@ -333,10 +327,10 @@ def open_transport(connection: str, baud: int = 115200) -> LinkTransport:
     kind, _, rest = connection.partition(":")
     if kind == "serial" or "/" in kind or kind.upper().startswith("COM"):
         return open_port(rest if kind == "serial" else connection, baud)
-    kinds = {"udpin": UdpListener, "udp": UdpListener, "udpout": UdpSender}
-    opener = (kinds | {"tcp": TcpClient, "tcpin": TcpListener}).get(kind)
-    host, port = _host_and_port(connection if opener is None else rest, connection)
-    return (opener or UdpListener)(host, port)
+    kinds: dict[str, Callable[[str, int], LinkTransport]] = {"udpin": listen_udp, "udp": listen_udp, "udpout": send_udp}
+    kinds |= {"tcp": TcpClient, "tcpin": TcpListener}
+    host, port = _host_and_port(rest if kind in kinds else connection, connection)
+    return kinds.get(kind, listen_udp)(host, port)
 
 
 def _host_and_port(text: str, connection: str) -> tuple[str, int]:

@@ -7,7 +7,6 @@ in each without bursts; several vehicles begin together.
 from __future__ import annotations
 
 import math
-import os
 import select
 import threading
 import time
@@ -20,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.text import read_bytes
+from minsnap.basics.storage.text import FileName, read_bytes
 from minsnap.errors import FileError, LinkError, TimingError
 from minsnap.flight.mavlink._transports import LinkTransport, Peer, open_transport
 from minsnap.flight.mavlink.vehicle_messages import TEXTS, Message, VehicleState, load_dialect
@@ -407,7 +406,7 @@ def open_link(
     baud: int = 115200,
     system: int | None = None,
     source_system: int = 245,
-    signing_key: bytes | str | os.PathLike[str] | None = None,
+    signing_key: bytes | FileName | None = None,
     events: Mapping[int, str] = TEXTS,
 ) -> Link:
     """Open a connection string as a link; see :func:`~minsnap.flight.mavlink._transports.open_transport`.
@@ -426,7 +425,7 @@ def open_link(
     )
 
 
-def read_signing_key(path: str | os.PathLike[str]) -> bytes:
+def read_signing_key(path: FileName) -> bytes:
     """Read a MAVLink signing key: 32 raw bytes, or 64 hexadecimal digits.
 
     Raises

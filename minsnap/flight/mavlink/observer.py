@@ -10,9 +10,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError
 from minsnap.flight.mavlink.sequence import Sequence, SetpointStep
-from minsnap.flight.mavlink.setpoints import FIELDS, ChangingTable, Setpoint, SetpointTable
+from minsnap.flight.mavlink.setpoints import FIELDS, Setpoint, Setpoints
 from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamStatus
 from minsnap.flight.mavlink.vehicle_messages import Message, VehicleState
 from minsnap.trajectory.samples import column_names
@@ -44,14 +45,14 @@ class StreamLog:
         If the file is there already or cannot be made.
     """
 
-    def __init__(self, path: str | os.PathLike[str] | None, frame: str, start: float, lead: float = 0.0) -> None:
+    def __init__(self, path: FileName | None, frame: str, start: float, lead: float = 0.0) -> None:
         self._start, self._file = start, None if path is None else self._open(path)
         self.event(start, f"frame={frame}")
         if lead:
             self.event(start, f"lead={lead!r}")
 
     @staticmethod
-    def _open(path: str | os.PathLike[str]) -> int:
+    def _open(path: FileName) -> int:
         try:
             file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o666)
         except FileExistsError:
@@ -117,7 +118,7 @@ class StreamObserver:
 
     def __init__(
         self,
-        table: SetpointTable | ChangingTable,
+        table: Setpoints,
         options: StreamOptions,
         start: float,
         on_event: EventCallback | None,

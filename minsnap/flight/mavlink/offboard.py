@@ -9,7 +9,6 @@ flown; ``"yaw"`` beside them is one heading for each [rad]. ``"stop"`` leads to 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -19,6 +18,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
+from minsnap.basics.storage.text import FileName
 from minsnap.certificate import certify
 from minsnap.corridors.boxes import Room
 from minsnap.corridors.gates import Gate, center_of
@@ -42,7 +42,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 
 def stream(
-    source: Samples | Path | str | os.PathLike[str],
+    source: Samples | Path | FileName,
     connect: str | Link,
     options: StreamOptions | None = None,
     *,
@@ -91,7 +91,7 @@ def stream(
             link.close()
 
 
-def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> SetpointTable:
+def prepare(source: Samples | Path | FileName, options: StreamOptions) -> SetpointTable:
     """Read and check what is to be flown, and tabulate it as setpoints.
 
     Raises
@@ -122,7 +122,7 @@ def _at_speed(samples: Samples, report: ConsistencyReport) -> str:
     return f"the path {' and '.join(moving)}, where the vehicle is held at rest" if moving else ""
 
 
-def sampled(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> tuple[Samples, str]:
+def sampled(source: Samples | Path | FileName, options: StreamOptions) -> tuple[Samples, str]:
     """Return the source as samples in z-up world axes, and its frame."""
     rate = 20.0 if options.rate is None else options.rate
     if isinstance(source, (Samples, Path)):

@@ -8,7 +8,6 @@ feedback, is what a path may ask for.
 from __future__ import annotations
 
 import math
-import os
 import struct
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from typing import Any
 
 from minsnap.basics.arrays import GRAVITY
 from minsnap.basics.storage.atomic import write_file
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import LinkError
 from minsnap.flight.mavlink.link import Clock, Link
 from minsnap.flight.mavlink.vehicle_messages import PX4, Message, load_dialect
@@ -265,9 +265,7 @@ class LogDownload:
 DOWNLOAD = LogDownload()
 
 
-def download_log(
-    link: Link, clock: Clock, path: str | os.PathLike[str], progress: Callable[[float], None] = lambda _: None
-) -> None:
+def download_log(link: Link, clock: Clock, path: FileName, progress: Callable[[float], None] = lambda _: None) -> None:
     """Fetch the newest log and write it; autopilots refuse while they fly.
 
     Parameters
@@ -292,14 +290,10 @@ def download_log(
     content, missing = bytearray(entry.size), set(range(0, entry.size, DOWNLOAD.piece))
     tries = 0
     while missing:
-        first = min(missing)
-        link.send(
-            dialect.MAVLink_log_request_data_message(
-                *target, entry.id, first, min(DOWNLOAD.request, entry.size - first)
-            )
-        )
-        before = len(missing)
-        _receive(link, clock, entry, content, missing, min(first + DOWNLOAD.request, entry.size))
+        first, before = min(missing), len(missing)
+        count = min(DOWNLOAD.request, entry.size - first)
+        link.send(dialect.MAVLink_log_request_data_message(*target, entry.id, first, count))
+        _receive(link, clock, entry, content, missing, first + count)
         progress(1.0 - len(missing) * DOWNLOAD.piece / max(entry.size, 1))
         tries = 0 if len(missing) < before else tries + 1
         if tries == DOWNLOAD.tries:

@@ -324,13 +324,7 @@ class WatchSettings:
 WATCHED = WatchSettings()
 
 
-_ESTIMATED = {
-    "attitude": 1,
-    "horizontal velocity": 2,
-    "vertical velocity": 4,
-    "horizontal position": 8 | 16,
-    "height": 32,
-}
+_SOUND = {"attitude": 1, "horizontal velocity": 2, "vertical velocity": 4, "horizontal position": 8 | 16, "height": 32}
 _SPOILT = {"its position is assumed constant": 128, "GPS glitches": 1024, "its accelerometer is off": 2048}
 _PREARM, _AHRS = 0x10000000, 0x200000
 _SENSORS = {
@@ -402,10 +396,7 @@ class VehicleWatch:
             "home": _home(self._said.get("HOME_POSITION"), places),
             "link": self._quality(),
         }
-        return [
-            Finding((), name, *told, grave=name == "estimate" and told[0] is not None)
-            for name, told in subjects.items()
-        ]
+        return [Finding((), name, *told, grave=name == "estimate" and bool(told[0])) for name, told in subjects.items()]
 
     def _quality(self) -> Told:
         share = self._missing / max(1, self._received + self._missing)
@@ -420,7 +411,7 @@ Told = tuple[str | None, str | None]
 
 def _estimate(status: Message | None, system: Message | None) -> Told:
     if status is not None:
-        gone = [f"no {name}" for name, bits in _ESTIMATED.items() if not status.flags & bits]
+        gone = [f"no {name}" for name, bits in _SOUND.items() if not status.flags & bits]
         gone += [words for words, bit in _SPOILT.items() if status.flags & bit]
         problem = f"the estimate is not fit to fly by: {', '.join(gone)}" if gone else None
         return problem, f"flags {status.flags}"

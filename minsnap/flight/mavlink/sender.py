@@ -279,18 +279,12 @@ SetpointSender = DirectSender | ThreadedSender
 
 
 def open_sender(
-    link: Link,
-    clock: Clock,
-    rate: float,
-    max_gap: float,
-    encode: Encoder,
-    aligned: Callable[[float], float] | None = None,
+    link: Link, clock: Clock, rate: float, max_gap: float, encode: Encoder, aligned: Callable[[float], float] = float
 ) -> SetpointSender:
     """Return the sender for a link: a thread of its own on real time, where the native core and the link allow it.
 
     ``aligned`` moves the instant of its first slot later.
     """
-    aligned = aligned or float
     if type(clock) is Clock:
         start = aligned(clock.now() + 1.0 / rate + SENDING.setting_up)
         threaded = ThreadedSender.open(link, rate, start, max_gap, encode)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from minsnap.flight.mavlink.setpoints import ChangingTable, Setpoint, SetpointTable
+from minsnap.flight.mavlink.setpoints import Setpoint, Setpoints
 from minsnap.flight.mavlink.stream_options import STREAM, Phase, StreamOptions
 from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, Vector, VehicleState, command
 
@@ -93,12 +93,7 @@ class Sequence:
     """
 
     def __init__(
-        self,
-        table: SetpointTable | ChangingTable,
-        autopilot: Autopilot,
-        options: StreamOptions,
-        start: float,
-        here: Vector | None = None,
+        self, table: Setpoints, autopilot: Autopilot, options: StreamOptions, start: float, here: Vector | None = None
     ) -> None:
         self._table, self._autopilot, self._options, self._rules = table, autopilot, options, options.rules
         self._prestream_end = start + options.prestream

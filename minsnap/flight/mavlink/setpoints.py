@@ -462,10 +462,8 @@ class ChangingTable:
         steps = max(math.ceil((trajectory.duration - begin) * self.rate - 1e-9), 1)
         t = np.arange(steps + 1) / self.rate
         inside = np.clip(begin + t, 0.0, trajectory.duration)
-        position, velocity, acceleration = (trajectory(inside, order) for order in range(3))
-        samples = Samples(
-            t, position, velocity, acceleration, yaw=trajectory.yaw(inside), yaw_rate=trajectory.yaw(inside, 1)
-        )
+        motion: dict[str, Any] = {name: trajectory(inside, order) for order, name in enumerate(HERMITE[0])}
+        samples = Samples(t, **motion, yaw=trajectory.yaw(inside), yaw_rate=trajectory.yaw(inside, 1))
         return tabulate(self._added.applied(samples), None, self.fields, self.frame).rows
 
     def _check(self, table: SetpointTable, trajectory: Trajectory, at: float) -> None:
@@ -503,3 +501,7 @@ def _hermite(a: FloatArray, b: FloatArray, u: FloatArray, v: FloatArray, s: floa
     """Position between two, with their derivatives over the step; SciPy's takes too long to import in flight."""
     cubic = (2 * s**3 - 3 * s**2 + 1) * a + (s**3 - 2 * s**2 + s) * u + (3 * s**2 - 2 * s**3) * b + (s**3 - s**2) * v
     return np.asarray(cubic)
+
+
+Setpoints = SetpointTable | ChangingTable
+"""What a stream flies, whether it can change or not."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError, TimingError
 from minsnap.flight.mavlink.link import Lateness
 from minsnap.flight.mavlink.setpoints import FeedForward, Setpoint
@@ -272,7 +272,7 @@ class StreamOptions:
     prestream: float = 2.0
     wait: float = 30.0
     give_up: float = 30.0
-    log: str | os.PathLike[str] | None = None
+    log: FileName | None = None
     feed_forward: FeedForward = field(default_factory=FeedForward)
     delay: float | None = None
     stays: bool = False

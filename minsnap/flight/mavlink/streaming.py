@@ -243,7 +243,7 @@ class Streamer:
         if self._table.note:
             self._say(self._table.note)
         self._say(f"streaming the start at {self._table.rate:g} Hz")
-        aligned = None if self._common is None else self._common[0].aligned
+        aligned = float if self._common is None else self._common[0].aligned
         how = (self._link, self._clock, self._table.rate, self._options.rules.max_gap, self._message)
         self._sender = open_sender(*how, aligned)
         try:

@@ -14,7 +14,6 @@ from __future__ import annotations
 import json
 import lzma
 import math
-import os
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from minsnap.basics.optional_packages import optional
-from minsnap.basics.storage.text import read_bytes, reading
+from minsnap.basics.storage.text import FileName, read_bytes, reading
 from minsnap.errors import LinkError
 
 Message = Any
@@ -91,7 +90,7 @@ TEXTS: Mapping[int, str] = _texts_of(json.loads(Path(__file__).with_name("px4_ev
 """Texts of the common checks (src/modules/commander/HealthAndArmingChecks), by number."""
 
 
-def read_events(path: str | os.PathLike[str]) -> dict[int, str]:
+def read_events(path: FileName) -> dict[int, str]:
     """Read the texts of a build's events, ``all_events.json`` or ``.json.xz``, beside those known here.
 
     Raises

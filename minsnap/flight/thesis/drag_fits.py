@@ -9,23 +9,20 @@ for compensation.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, OwnsArrays
 from minsnap.basics.storage.table import read_table
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import FitError, VehicleError
-from minsnap.plot.style import AXIS_STYLES, new_axes
+from minsnap.plot.style import AXIS_STYLES, Axes, new_axes
 from minsnap.vehicle.drag import RPM, BodyDrag, Range, Surface, SurfaceDrag, linear_rotor_drag
 from minsnap.vehicle.rotor_fit import CoefficientFit, columns, explained, fit_thrust_coefficient, fit_torque_coefficient
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 _TUNNEL = {"pitch_deg": (-20.0, 20.0), "velocity": (7.0, 28.0)}
 
@@ -39,22 +36,17 @@ PUBLISHED_PARASITIC = Surface(
 )
 """Drag of the bare airframe from pitch and velocity (section 3.3.2)."""
 
-PUBLISHED_PARASITIC_REDUCED = Surface(
-    "the published parasitic curve",
-    ("velocity",),
-    ((0,), (1,), (2,)),
-    np.array([-0.1069, -0.01856, 0.008744]),
-    {"velocity": (7.0, 28.0)},
-)
+
+def _along(name: str, *coefficients: float) -> Surface:
+    """Return a polynomial in the velocity alone, from its constant on."""
+    powers = tuple((power,) for power in range(len(coefficients)))
+    return Surface(name, ("velocity",), powers, np.array(coefficients), {"velocity": _TUNNEL["velocity"]})
+
+
+PUBLISHED_PARASITIC_REDUCED = _along("the published parasitic curve", -0.1069, -0.01856, 0.008744)
 """The same without its pitch terms (section 3.3.3)."""
 
-PUBLISHED_PARASITIC_LINEAR = Surface(
-    "the published linear parasitic model",
-    ("velocity",),
-    ((0,), (1,)),
-    np.array([-0.1069, -0.01856]),
-    {"velocity": (7.0, 28.0)},
-)
+PUBLISHED_PARASITIC_LINEAR = _along("the published linear parasitic model", -0.1069, -0.01856)
 """The same without the square of velocity: what the thesis compensated with (section 3.3.3)."""
 
 PUBLISHED_PROPELLER = Surface(
@@ -68,12 +60,8 @@ PUBLISHED_PROPELLER = Surface(
 """Drag of one propeller from pitch, velocity and rotor speed (section 3.4.2)."""
 
 
-FORMS = {
-    "parasitic": PUBLISHED_PARASITIC,
-    "reduced": PUBLISHED_PARASITIC_REDUCED,
-    "linear": PUBLISHED_PARASITIC_LINEAR,
-    "propeller": PUBLISHED_PROPELLER,
-}
+FORMS = {"parasitic": PUBLISHED_PARASITIC, "reduced": PUBLISHED_PARASITIC_REDUCED}
+FORMS |= {"linear": PUBLISHED_PARASITIC_LINEAR, "propeller": PUBLISHED_PROPELLER}
 """The forms of the thesis that :func:`fit_drag` fits, by name."""
 
 
@@ -85,7 +73,7 @@ def published_drag(name: str = "linear") -> SurfaceDrag:
     return SurfaceDrag(models[name], count=4 if name == "propeller" else 1)
 
 
-Table = str | os.PathLike[str] | Mapping[str, ArrayLike]
+Table = FileName | Mapping[str, ArrayLike]
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,12 +248,7 @@ _POINTS: dict[str, Any] = {"color": AXIS_STYLES[0]["color"], "marker": "o", "mar
 
 
 def plot_coefficient_fit(
-    fit: CoefficientFit,
-    speed: ArrayLike,
-    values: ArrayLike,
-    ax: Axes | None = None,
-    *,
-    quantity: str = "thrust [N]",
+    fit: CoefficientFit, speed: ArrayLike, values: ArrayLike, ax: Axes | None = None, *, quantity: str = "thrust [N]"
 ) -> Axes:
     """Draw measurements and the fitted parabola over rotor speed, with its 95 % band (Figures 15 and 18 of the thesis).
 
@@ -392,7 +375,7 @@ class TableFit(OwnsArrays):
         }
 
 
-def fit_table(path: str | os.PathLike[str], form: str) -> TableFit:
+def fit_table(path: FileName, form: str) -> TableFit:
     """Fit a form to the measurements in a CSV file.
 
     Parameters
@@ -423,7 +406,7 @@ def fit_table(path: str | os.PathLike[str], form: str) -> TableFit:
     raise FitError(f"no form is called {form!r}: choose from {', '.join([*_BENCH, *FORMS, 'consistent'])}")
 
 
-def _bench(path: str | os.PathLike[str], form: str) -> TableFit:
+def _bench(path: FileName, form: str) -> TableFit:
     table = read_table(path, ("speed_rpm", form), None)
     fit = _BENCH[form](table["speed_rpm"] * RPM, table[form])
     unit = "N" if form == "thrust" else "N m"
@@ -434,7 +417,7 @@ def _bench(path: str | os.PathLike[str], form: str) -> TableFit:
     return TableFit(form, terms, fit.r_squared, fit.residuals, _ranges(table, ("speed_rpm",)), table, fit)
 
 
-def _surface(path: str | os.PathLike[str], form: str) -> TableFit:
+def _surface(path: FileName, form: str) -> TableFit:
     variables = FORMS[form].variables
     table = read_table(path, (*variables, "drag"), None)
     fit = fit_drag(table, form)
@@ -443,7 +426,7 @@ def _surface(path: str | os.PathLike[str], form: str) -> TableFit:
     return TableFit(form, terms, fit.r_squared, fit.residuals, fit.surface.measured, table, fit)
 
 
-def _consistent(path: str | os.PathLike[str]) -> TableFit:
+def _consistent(path: FileName) -> TableFit:
     table = _consistent_columns(path)
     values, residuals, quality = consistent_fit(table)
     names = ("linear x, y [N s/m]", "linear z [N s/m]", "quadratic x, y [N s^2/m^2]", "quadratic z [N s^2/m^2]")

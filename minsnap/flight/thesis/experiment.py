@@ -6,17 +6,17 @@ A course is hover, then its repetitions as setpoints at 20 Hz, then a hold (Tabl
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from minsnap.basics.checks import check_number
 from minsnap.basics.messages import aligned
 from minsnap.basics.progress import progress_line
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError, VehicleError
 from minsnap.flight.simulation.controllers import CascadeController, Controller
 from minsnap.flight.simulation.flight_inputs import Sensors, Wind, reference_states
@@ -24,14 +24,12 @@ from minsnap.flight.simulation.simulated_flight import STEP, Flight, simulate
 from minsnap.flight.thesis.drag_fits import consistent_parasitic_drag, published_drag
 from minsnap.flight.tracking.comparison import Comparison, compare
 from minsnap.flight.tracking.tracking_plot import plot_tracking
+from minsnap.plot.style import Figure
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.drag import Drag
 from minsnap.vehicle.dynamics import check_rotor_limits
 from minsnap.vehicle.quadrotor import Quadrotor
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 HOVER = 5.0
 """Hover at the start of the course before the trigger [s]."""
@@ -369,7 +367,7 @@ def _part_table(experiment: Experiment) -> list[str]:
     return ["3-D error [m]: transient and steady state apart", aligned(rows)]
 
 
-def write_flights(experiment: Experiment, folder: str | os.PathLike[str]) -> list[FilePath]:
+def write_flights(experiment: Experiment, folder: FileName) -> list[FilePath]:
     """Write the reference and every flight as CSV, which ``minsnap compare`` reads; return the files.
 
     Parameters
@@ -393,17 +391,10 @@ def write_flights(experiment: Experiment, folder: str | os.PathLike[str]) -> lis
 
 def experiment_dict(experiment: Experiment) -> dict[str, Any]:
     """Return the same as plain numbers, for JSON."""
-    course = experiment.course
-    runs = [
-        {
-            "compensation": run.compensation,
-            "whole": run.whole.as_dict(),
-            "transient": run.transient.as_dict(),
-            "steady": run.steady.as_dict(),
-            "saturated": float(run.flight.saturated.mean()),
-        }
-        for run in experiment.runs
-    ]
+    course, runs = experiment.course, []
+    for run in experiment.runs:
+        parts = {part: getattr(run, part).as_dict() for part in ("whole", "transient", "steady")}
+        runs.append({"compensation": run.compensation, **parts, "saturated": float(run.flight.saturated.mean())})
     thesis = PUBLISHED_RMSE[course.name] if experiment.vehicle.name == MEASURED else None
     return {"course": course.name, "repetitions": course.repetitions, "runs": runs, "thesis": thesis}
 

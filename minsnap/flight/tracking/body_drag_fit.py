@@ -13,14 +13,13 @@ blunt body. A wind w is told from a bias only by turning in it.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray, OwnsArrays, interpolated
-from minsnap.basics.storage.text import check_size
+from minsnap.basics.storage.text import FileName, check_size
 from minsnap.errors import FileError, FitError
 from minsnap.files.flight_log import FlightLog, InertialLog
 from minsnap.files.flights import read_log
@@ -159,7 +158,7 @@ class FlightMotion(OwnsArrays):
         return float((len(self.t) - 1) / (self.t[-1] - self.t[0]))
 
 
-def read_flight_log(path: str | os.PathLike[str]) -> FlightLog:
+def read_flight_log(path: FileName) -> FlightLog:
     """Read a ULog, a dataflash log or the log of a stream, with what the body felt where it was logged.
 
     Raises
@@ -205,14 +204,10 @@ def body_motion(flight: Samples, felt: InertialLog) -> FlightMotion:
     return FlightMotion(
         t,
         interpolated(t, flight.t, flight.velocity),
-        _attitudes(t, felt),
+        rotations(interpolated(t, felt.attitude_t, felt.quaternion)),
         _means(t, 1.0 / rate, felt.force_t, felt.specific_force),
         None if felt.throttle is None or felt.throttle_t is None else np.interp(t, felt.throttle_t, felt.throttle),
     )
-
-
-def _attitudes(t: FloatArray, felt: InertialLog) -> FloatArray:
-    return rotations(interpolated(t, felt.attitude_t, felt.quaternion))
 
 
 def _means(t: FloatArray, width: float, known: FloatArray, values: FloatArray) -> FloatArray:

@@ -12,7 +12,6 @@ are given.
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -21,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, interpolated
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import FitError
 from minsnap.files.flight_log import FlightLog
 from minsnap.flight.simulation.controllers import CascadeController
@@ -257,7 +257,7 @@ class FlightFit(BodyDragFit):
         }
 
 
-def fit_flight(source: str | os.PathLike[str] | FlightLog, lead: float | None = None) -> FlightFit:
+def fit_flight(source: FileName | FlightLog, lead: float | None = None) -> FlightFit:
     """Fit drag, wind, hover throttle and delay to the log of a flight.
 
     With attitude and accelerometer in the log, drag along each axis of the body is fitted to what the accelerometer
@@ -344,6 +344,6 @@ def _plain(number: FittedNumber | None) -> dict[str, float] | None:
     return None if number is None else {"value": number.value, "standard error": number.error}
 
 
-def default_name(path: str | os.PathLike[str]) -> str:
+def default_name(path: FileName) -> str:
     """Return the name of a vehicle fitted to a file."""
     return f"fitted to {Path(path).name}"

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import MinsnapError
 from minsnap.flight.tracking.comparison import position_at
 from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight
 from minsnap.flight.tracking.log_comparison import ComparedFlight
 from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.geometry import finish_place, view_coordinates
-from minsnap.plot.style import AXIS_STYLES, coordinate_name, legend_beside, styled, unit_of
+from minsnap.plot.style import AXIS_STYLES, Axes, Figure, coordinate_name, legend_beside, styled, unit_of
 from minsnap.trajectory.samples import Samples
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Pairs = Mapping[str, tuple[Samples, Samples]]
 """What was to be flown and what was, by the name of the flight."""
@@ -183,10 +179,10 @@ PARTS = 8
 
 def write_flight_page(
     flights: Mapping[str, ComparedFlight],
-    path: str | os.PathLike[str],
+    path: FileName,
     *,
     title: str = "Flights compared",
-    logs: Mapping[str, str | os.PathLike[str]] | None = None,
+    logs: Mapping[str, FileName] | None = None,
     waypoints: ArrayLike | None = None,
     clobber: bool = True,
 ) -> None:
@@ -220,7 +216,7 @@ def write_flight_page(
     write_page(path, title, parts, clobber=clobber)
 
 
-def _fitted(logs: Mapping[str, str | os.PathLike[str]]) -> tuple[dict[str, FlightFit], list[str]]:
+def _fitted(logs: Mapping[str, FileName]) -> tuple[dict[str, FlightFit], list[str]]:
     """Return the fits of the logs, and the reason for each log without one."""
     fits, untold = {}, []
     for name, log in logs.items():
@@ -330,6 +326,5 @@ def _fits(fits: Mapping[str, FlightFit]) -> str:
         wind = "not told" if fit.wind is None else " and ".join(str(each) for each in fit.wind)
         delay = "not told" if fit.delay is None else str(fit.delay)
         rows.append([name, str(drag[0]) if drag else "not told", wind, delay])
-    return table(
-        "What the logs tell", ["flight", "drag over mass [1/s]", "wind along x and y [m/s]", "delay [s]"], rows
-    )
+    columns = ["flight", "drag over mass [1/s]", "wind along x and y [m/s]", "delay [s]"]
+    return table("What the logs tell", columns, rows)

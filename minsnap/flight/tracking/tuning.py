@@ -11,14 +11,15 @@ corrected position, so that they stay consistent.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, interpolated
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError
 from minsnap.files.flights import load_log
 from minsnap.flight.tracking.comparison import compare, position_at
@@ -99,12 +100,9 @@ def learned(
     change = before + settings.gain * _smooth(ahead, step, settings.cutoff)
     change = _bounded(change, settings.largest) * _window(plan, settings.ramp)[:, None]
     speed = np.gradient(change, step, axis=0)
-    return replace(
-        sent,
-        position=plan.position + change,
-        velocity=plan.velocity + speed,
-        acceleration=plan.acceleration + np.gradient(speed, step, axis=0),
-    )
+    push = np.gradient(speed, step, axis=0)
+    moved: dict[str, Any] = {"position": plan.position + change, "velocity": plan.velocity + speed}
+    return replace(sent, **moved, acceleration=plan.acceleration + push)
 
 
 def _smooth(values: FloatArray, step: float, cutoff: float) -> FloatArray:
@@ -157,9 +155,7 @@ class TunedFlight:
         return self.flown.comparison.rmse_3d
 
 
-def learn_from(
-    plan: Samples, sent: Samples, log: str | os.PathLike[str], settings: LearningSettings | None = None
-) -> TunedFlight:
+def learn_from(plan: Samples, sent: Samples, log: FileName, settings: LearningSettings | None = None) -> TunedFlight:
     """Compare the last flight of a log with the plan, and correct what was sent.
 
     Parameters

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import cos, pi, radians, sin, tan
@@ -15,7 +14,7 @@ from minsnap.basics.arrays import FloatArray, set_fields
 from minsnap.basics.checks import check_array, check_degree, check_distance, check_switch, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import ANYTHING, FLAG, NUMBER, POINT, TEXT, WHOLE, Key, either, mapping, several
-from minsnap.basics.storage.text import load_yaml, reading
+from minsnap.basics.storage.text import FileName, load_yaml, reading
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate, center_of
@@ -316,7 +315,7 @@ COURSE = mapping(
 """The whole file."""
 
 
-def is_course(path: str | os.PathLike[str], wanted: bool = True) -> bool:
+def is_course(path: FileName, wanted: bool = True) -> bool:
     """Whether a file describes a course: YAML with more than waypoints, headings and durations, and no request.
 
     Points with ``limits`` alone may be either, and are a course where one is wanted.
@@ -331,7 +330,7 @@ def is_course(path: str | os.PathLike[str], wanted: bool = True) -> bool:
     return not has_points(content.get("waypoints") if isinstance(content, dict) else content)
 
 
-def read_course(path: str | os.PathLike[str]) -> Course:
+def read_course(path: FileName) -> Course:
     """Read a course from YAML; all in SI units, angles in radians.
 
     The keys are those of :data:`COURSE`. ``waypoints`` are points, mappings with ``x``, ``y``, ``z``, or gates:

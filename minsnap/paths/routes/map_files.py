@@ -7,7 +7,6 @@ largest y. Programs write cells as probabilities, percentages, or unknown.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, NDArray
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import FLAG, NUMBER, TEXT, WHOLE, Key, either, from_to, mapping, several, word
-from minsnap.basics.storage.text import check_size, load_yaml, reading
+from minsnap.basics.storage.text import FileName, check_size, load_yaml, reading
 from minsnap.errors import CorridorError, FileError
 from minsnap.paths.routes.grid_map import LARGEST_MAP, GridMap
 from minsnap.paths.routes.point_clouds import CLOUDS, cloud_map, read_cloud
@@ -116,7 +115,7 @@ def _scale(values: NDArray[Any], whole: bool, name: str) -> float:
     )
 
 
-def read_map_yaml(path: str | os.PathLike[str], how: Reading) -> GridMap:
+def read_map_yaml(path: FileName, how: Reading) -> GridMap:
     """Read a map_server YAML file and its picture.
 
     Probabilities are (255 - value) / 255, or value / 255 with ``negate``. In the modes trinary (the default) and scale,
@@ -139,7 +138,7 @@ def read_map_yaml(path: str | os.PathLike[str], how: Reading) -> GridMap:
     return GridMap(cells, np.full(2, content["resolution"]), np.array(content["origin"][:2]), Path(path).name)
 
 
-def read_map_entries(path: str | os.PathLike[str]) -> dict[str, Any]:
+def read_map_entries(path: FileName) -> dict[str, Any]:
     """Return the entries of a map_server YAML file, checked.
 
     Raises
@@ -156,7 +155,7 @@ def read_map_entries(path: str | os.PathLike[str]) -> dict[str, Any]:
     return content
 
 
-def read_picture(path: str | os.PathLike[str]) -> NDArray[np.uint8]:
+def read_picture(path: FileName) -> NDArray[np.uint8]:
     """Return the grey values of a picture, rows from top to bottom: (rows, columns); -1 where it is transparent.
 
     Raises
@@ -192,7 +191,7 @@ ENDINGS = (".yaml", ".yml", ".npy", *CLOUDS)
 
 
 def read_map(
-    path: str | os.PathLike[str],
+    path: FileName,
     resolution: float | None = None,
     origin: ArrayLike | None = None,
     threshold: float | None = None,
@@ -258,7 +257,7 @@ def array_map(
     return GridMap(how.occupied(cells, name), resolution, origin, name)  # type: ignore[arg-type]
 
 
-def _needed(path: str | os.PathLike[str], resolution: Any) -> float:
+def _needed(path: FileName, resolution: Any) -> float:
     if resolution is None:
         raise CorridorError(f"{path} does not say how large its cells are: give the resolution [m]")
     if not is_number(resolution) or resolution <= 0.0:
@@ -266,14 +265,14 @@ def _needed(path: str | os.PathLike[str], resolution: Any) -> float:
     return float(resolution)
 
 
-def _in_space(path: str | os.PathLike[str], ends: ArrayLike) -> FloatArray:
+def _in_space(path: FileName, ends: ArrayLike) -> FloatArray:
     points = np.asarray(ends, dtype=np.float64)
     if points.size and points.shape[-1] != 3:
         raise CorridorError(f"{path} is a map in space: give start and goal with three coordinates")
     return points.reshape(-1, 3)
 
 
-def read_array(path: str | os.PathLike[str]) -> NDArray[Any]:
+def read_array(path: FileName) -> NDArray[Any]:
     """Return the array of an ``.npy`` file; objects are never loaded."""
     check_size(path)
     with reading(path, "an array of numbers"):

@@ -17,6 +17,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, read_only
 from minsnap.basics.checks import check_distance
+from minsnap.basics.storage.text import FileName
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.occupancy_grid import GridCorridor
 from minsnap.errors import CorridorError, WaypointError
@@ -253,7 +254,7 @@ class Route(Path):
 
 
 def plan_through(
-    grid: GridMap | str | os.PathLike[str] | ArrayLike,
+    grid: GridMap | FileName | ArrayLike,
     start: ArrayLike,
     goal: ArrayLike,
     clearance: float = 0.3,
@@ -331,7 +332,7 @@ def plan_through(
 
 
 def _as_map(
-    grid: GridMap | str | os.PathLike[str] | ArrayLike, reading: dict[str, Any], ends: list[Any], clearance: float
+    grid: GridMap | FileName | ArrayLike, reading: dict[str, Any], ends: list[Any], clearance: float
 ) -> GridMap:
     if isinstance(grid, GridMap):
         names = [name for name, value in reading.items() if value not in (None, "occupied")]

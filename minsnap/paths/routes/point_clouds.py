@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import struct
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.storage.text import check_size, read_text, reading
+from minsnap.basics.storage.text import FileName, check_size, read_text, reading
 from minsnap.errors import CorridorError, FileError
 from minsnap.paths.routes.grid_map import LARGEST_MAP, GridMap
 
@@ -66,7 +65,7 @@ def _repeat(output: bytearray, back: int, length: int) -> None:
     output += (piece * (length // len(piece) + 1))[:length]
 
 
-def read_pcd(path: str | os.PathLike[str]) -> FloatArray:
+def read_pcd(path: FileName) -> FloatArray:
     """Return the coordinates of a PCD file: (n, 3) [m].
 
     Raises
@@ -85,7 +84,7 @@ def read_pcd(path: str | os.PathLike[str]) -> FloatArray:
         return np.stack([np.asarray(rows[axis], dtype=np.float64) for axis in "xyz"], axis=-1)
 
 
-def _split(path: str | os.PathLike[str], content: bytes) -> tuple[dict[str, list[str]], bytes]:
+def _split(path: FileName, content: bytes) -> tuple[dict[str, list[str]], bytes]:
     """Return the entries of the header, and the rest of the file."""
     entries: dict[str, list[str]] = {}
     at = 0
@@ -158,7 +157,7 @@ BEYOND = 1.0
 """Margin of a map around the points, start, goal and clearance: room to pass around and above [m]."""
 
 
-def read_ply(path: str | os.PathLike[str]) -> FloatArray:
+def read_ply(path: FileName) -> FloatArray:
     """Return the coordinates of the vertices of a PLY file: (n, 3) [m].
 
     Raises
@@ -184,7 +183,7 @@ def read_ply(path: str | os.PathLike[str]) -> FloatArray:
         return np.stack([np.asarray(vertices[axis], dtype=np.float64) for axis in "xyz"], axis=-1)
 
 
-def _vertices(path: str | os.PathLike[str], lines: list[list[str]]) -> tuple[int, list[str], list[str]]:
+def _vertices(path: FileName, lines: list[list[str]]) -> tuple[int, list[str], list[str]]:
     """Return number, names and types of the properties of the vertices, which come first."""
     elements = [i for i, line in enumerate(lines) if line[:1] == ["element"]]
     if not elements or lines[elements[0]][1] != "vertex":
@@ -196,7 +195,7 @@ def _vertices(path: str | os.PathLike[str], lines: list[list[str]]) -> tuple[int
     return int(lines[elements[0]][2]), [line[2] for line in properties], [TYPES[line[1]] for line in properties]
 
 
-def read_cloud(path: str | os.PathLike[str]) -> FloatArray:
+def read_cloud(path: FileName) -> FloatArray:
     """Return the points of a ``.pcd``, ``.ply`` or ``.xyz`` file, those that are not finite left out: (n, 3) [m].
 
     Raises
@@ -212,7 +211,7 @@ def read_cloud(path: str | os.PathLike[str]) -> FloatArray:
     return np.asarray(kept)
 
 
-def read_xyz(path: str | os.PathLike[str]) -> FloatArray:
+def read_xyz(path: FileName) -> FloatArray:
     """Return the points of a text file with x, y, z first in every row; further columns and # comments are left out."""
     lines = [line.split("#")[0].replace(",", " ").split() for line in read_text(path).splitlines()]
     rows = [line[:3] for line in lines if line]
