@@ -138,10 +138,8 @@ def _write_frames(
     values = {name: np.concatenate([one[name] for one in frames]) for name in frames[0]}
     index, own = np.arange(ranges.frames, start), np.concatenate([np.arange(length) for length in lengths])
     ranges.add(values)
-    columns = {
-        name: pyarrow.FixedSizeListArray.from_arrays(table.astype(np.float32).ravel(), table.shape[1])
-        for name, table in values.items()
-    }
+    lists = pyarrow.FixedSizeListArray.from_arrays
+    columns = {name: lists(table.astype(np.float32).ravel(), table.shape[1]) for name, table in values.items()}
     numbers = np.repeat(np.arange(first, first + len(frames)), lengths)
     columns |= {"timestamp": (own / fps).astype(np.float32), "frame_index": own, "episode_index": numbers}
     columns |= {"index": index, "task_index": np.zeros(len(index), dtype=np.int64)}

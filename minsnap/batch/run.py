@@ -300,7 +300,9 @@ def run_batch(
     ImportError
         If Dask or pyarrow is not there.
     """
-    _check(workers, problem_timeout)
+    if workers is not None:
+        check_number("workers", workers, 1, 1024, "use 1 to 1024", whole=True)
+    check_number("the timeout of a problem", problem_timeout, 1e-3, 1e6, "use 0.001 to 1000000 seconds")
     if not os.fspath(folder):
         raise FileError("the folder of a dataset has no name: give one")
     where = Path(folder).resolve()
@@ -342,9 +344,3 @@ def _joined(shards: list[Shard]) -> Tally:
     for shard in shards:
         tally.join(Tally(shard.tally))
     return tally
-
-
-def _check(workers: Any, timeout: Any) -> None:
-    if workers is not None:
-        check_number("workers", workers, 1, 1024, "use 1 to 1024", whole=True)
-    check_number("the timeout of a problem", timeout, 1e-3, 1e6, "use 0.001 to 1000000 seconds")

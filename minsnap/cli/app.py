@@ -55,13 +55,9 @@ app = typer.Typer(
 )
 
 
-ARGUMENTS = {
-    name: f"--{name.replace('_', '-')}"
-    for name in (
-        *("align", "closed", "continuity", "corridor", "degree", "hold_below", "pieces", "solver", "split"),
-        *("time_limit", "time_weight", "yaw", "yaw_rate"),
-    )
-} | {"limits": "a limit such as --max-speed", "total_time": "--time"}
+_ALIKE = "align closed continuity corridor degree hold_below pieces solver split time_limit time_weight yaw yaw_rate"
+ARGUMENTS = {name: f"--{name.replace('_', '-')}" for name in _ALIKE.split()}
+ARGUMENTS |= {"limits": "a limit such as --max-speed", "total_time": "--time"}
 """Arguments of functions, and the options that stand for them."""
 
 _GIVEN = re.compile(r"\b([a-z]+(?:_[a-z]+)*)=('[^']*'|[^\s,:;]*)")

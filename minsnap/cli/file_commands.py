@@ -63,7 +63,9 @@ def check(
     plan = _plan(file, exact)
     certificate, faults = (None, []) if plan is None else plan.certified()
     proved = _proved(certificate) if exact and certificate is not None else None
-    problems = [*report.problems, *_escape(inside), *_unproved(proved), *faults]
+    if proved is not None and not proved["holds"]:
+        faults.insert(0, "the figures of the certificate are not proved in exact arithmetic")
+    problems = [*report.problems, *_escape(inside), *faults]
     if json:
         verdict = {"problems": problems, "ok": not problems, "frame": frame_of(file, frame), "origin": origin_of(file)}
         print(as_json(asdict(report) | verdict | {"corridor": inside and asdict(inside), "exact": proved}))
@@ -93,12 +95,6 @@ def _proved(certificate: Certificate) -> dict[str, Any]:
     return {"holds": certificate.verify(), **known, "exceeded": exceeded}
 
 
-def _unproved(proved: dict[str, Any] | None) -> list[str]:
-    if proved is None or proved["holds"]:
-        return []
-    return ["the figures of the certificate are not proved in exact arithmetic"]
-
-
 def _membership(samples: Samples, waypoints: Path | None, corridor: str | None) -> Membership | None:
     if waypoints is None:
         return None
@@ -116,11 +112,12 @@ def _escape(inside: Membership | None) -> list[str]:
 def _as_text(
     report: ConsistencyReport, inside: Membership | None, proved: dict[str, Any] | None, problems: list[str], frame: str
 ) -> str:
+    words = {None: "unknown", True: "yes", False: "no"}
     lines = [
         ("frame", frame),
         ("rows", str(report.rows)),
         ("duration", f"{report.duration:.6g} s at {report.rate:.6g} Hz"),
-        ("at rest", _rests(report)),
+        ("at rest", f"{words[report.starts_at_rest]} at the start, {words[report.ends_at_rest]} at the end"),
         ("largest step", f"{report.largest_jump:.4g} m, at {report.jump_time:.6g} s"),
     ]
     if report.feed_forward is not None:
@@ -140,11 +137,6 @@ def _as_text(
     axes = ["", _table(report.axes)] if report.axes else []
     verdict = [f"problem: {problem}" for problem in problems] or ["consistent"]
     return "\n".join([labelled(lines), *axes, "", *verdict])
-
-
-def _rests(report: ConsistencyReport) -> str:
-    words = {None: "unknown", True: "yes", False: "no"}
-    return f"{words[report.starts_at_rest]} at the start, {words[report.ends_at_rest]} at the end"
 
 
 def _table(axes: tuple[AxisFigures, ...]) -> str:

@@ -63,9 +63,8 @@ def fleet(
     flown = fly(wider, kept, lambda line: print(f"minsnap: {line}", file=sys.stderr, flush=True), progress)
     output.mkdir(parents=True, exist_ok=True)
     place = output / "show.skyc" if to == "skyc" else output
-    written = write_fleet(
-        replace(flown.fleet, separation=described.separation), place, to, flown.lights, clobber=not no_clobber
-    )
+    named = replace(flown.fleet, separation=described.separation)
+    written = write_fleet(named, place, to, flown.lights, clobber=not no_clobber)
     certificates = _certified(described, flown.fleet, read_fleet(place))
     page = SafetyReport(show.stem, *certificates, written.distance, flown.stages, written.files)
     if report is not None:

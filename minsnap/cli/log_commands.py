@@ -15,7 +15,6 @@ from minsnap.cli.output import as_json, check_figure
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.files.flight_log import FlightLog
     from minsnap.flight.tracking.log_comparison import ComparedFlight
     from minsnap.trajectory.samples import Samples
 
@@ -61,7 +60,11 @@ class Matching:
         if log is not None and log.reference is not None and log.flight is not None:
             planned = None if sent is None else wanted
             return compare_in_log(sent or wanted, log.reference, log.flight, self.max_delay, planned)
-        _refuse_unknown_clock(path, log, self.align)
+        if log is not None and log.flight is not None and not self.align:
+            raise InputError(
+                f"{path} holds no setpoints, so when the flight began is not known: log them, or give --align, "
+                "which counts the vehicle's delay as part of the clocks' offset"
+            )
         flight = load_flight(path, self.frame)
         comparison = minsnap.flight.compare(wanted, flight, align=self.align, max_delay=self.max_delay)
         return [ComparedFlight(comparison, wanted, moved(flight, comparison.offset))]
@@ -101,14 +104,6 @@ def compare(
         legs = None if waypoints is None else minsnap.read_waypoints(waypoints).points
         write_flight_page(compared, report, logs={_name(path, flights): path for path in flights}, waypoints=legs)
     _say(compared, kept, json)
-
-
-def _refuse_unknown_clock(path: Path, log: FlightLog | None, align: bool) -> None:
-    if log is not None and log.flight is not None and not align:
-        raise InputError(
-            f"{path} holds no setpoints, so when the flight began is not known: log them, or give --align, "
-            "which counts the vehicle's delay as part of the clocks' offset"
-        )
 
 
 def _kept(flight: Samples, waypoints: Path | None, corridor: str | None, max_speed: float | None) -> dict[str, Any]:
@@ -157,9 +152,8 @@ def _kept_in_words(kept: dict[str, Any]) -> list[str]:
     sentences = []
     if "corridor_margin" in kept:
         margin = kept["corridor_margin"]
-        sentences.append(
-            f"{abs(margin):.3f} m {'inside' if margin >= 0 else 'outside'} the corridor where it was worst"
-        )
+        side = "inside" if margin >= 0 else "outside"
+        sentences.append(f"{abs(margin):.3f} m {side} the corridor where it was worst")
     if "max_speed" in kept:
         sentences.append(f"at most {kept['max_speed']:.2f} m/s, {kept['max_speed_allowed']:g} m/s allowed")
     return sentences

@@ -139,10 +139,8 @@ def _of_plan(path: Trajectory) -> dict[str, Any]:
     figures["cost_unit"], report = cost_unit(path.cost_order), path.report
     if report is None:
         return figures
-    made = {name: getattr(report, name) for name in ("solver", "rounds", "milliseconds")}
-    return (
-        figures | made | {"interrupted": "yes" if report.interrupted else None, "note": "; ".join(report.notes) or None}
-    )
+    figures |= {name: getattr(report, name) for name in ("solver", "rounds", "milliseconds")}
+    return figures | {"interrupted": "yes" if report.interrupted else None, "note": "; ".join(report.notes) or None}
 
 
 def _start(path: Any) -> str | None:

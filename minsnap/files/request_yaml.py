@@ -284,9 +284,8 @@ def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any]) 
         key: FURTHER[key].form.read(f"{where}: {key}", content[key]) for key in FURTHER if content.get(key) is not None
     }
     if "limits" in changes:
-        changes |= _limits(
-            f"{where}: limits", changes.pop("limits"), request.durations is not None or "total_time" in changes
-        )
+        timed = request.durations is not None or "total_time" in changes
+        changes |= _limits(f"{where}: limits", changes.pop("limits"), timed)
     widths = changes.get("corridor")
     if isinstance(widths, float):
         changes["corridor"] = (widths,) * max(request.legs, 1)

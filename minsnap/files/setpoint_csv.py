@@ -259,7 +259,11 @@ def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") ->
     columns = columns_of(mapped)
     if axes.name != "enu" or _below_ground(flat.position[:, 2]):
         columns[COLUMN + axes.name] = np.ones(len(mapped))
-    return _lines(list(columns), _checked(list(columns), np.column_stack(list(columns.values()))))
+    names, values = list(columns), np.column_stack(list(columns.values()))
+    if not np.isfinite(values).all():
+        row, column = np.argwhere(~np.isfinite(values))[0]
+        raise FileError(f"{names[column]} of sample {row} is {values[row, column]}: only finite numbers are written")
+    return _lines(names, values)
 
 
 def columns_of(samples: Samples) -> dict[str, FloatArray]:
@@ -323,14 +327,6 @@ def in_space(samples: Samples) -> Samples:
         raise FileError(f"a setpoint file holds 2 or 3 coordinates, and the path has {samples.dim}")
     padded: dict[str, Any] = {name: np.pad(array, ((0, 0), (0, 1))) for name, array in samples.vectors().items()}
     return replace(samples, **padded)
-
-
-def _checked(names: list[str], values: FloatArray) -> FloatArray:
-    finite = np.isfinite(values)
-    if not finite.all():
-        row, column = np.argwhere(~finite)[0]
-        raise FileError(f"{names[column]} of sample {row} is {values[row, column]}: only finite numbers are written")
-    return values
 
 
 def _lines(names: list[str], values: FloatArray) -> Iterator[str]:

@@ -148,11 +148,9 @@ def _figure(shape: float, view: str, rows: int, heights: tuple[float, float] | N
 def _panels(drawn: Figure, heights: tuple[float, float] | None) -> tuple[Any, Any]:
     """Return the panel of places and that of curves against time, below each other or beside."""
     if heights is not None:
-        place, profiles = np.asarray(drawn.subfigures(2, 1, height_ratios=heights))
-    else:
-        widths = (drawn.get_figwidth() - PROFILES, PROFILES)
-        place, profiles = np.asarray(drawn.subfigures(1, 2, width_ratios=widths))
-    return place, profiles
+        return tuple(np.asarray(drawn.subfigures(2, 1, height_ratios=heights)))
+    widths = (drawn.get_figwidth() - PROFILES, PROFILES)
+    return tuple(np.asarray(drawn.subfigures(1, 2, width_ratios=widths)))
 
 
 def _columns(panel: Any, rows: int, count: int) -> list[Any]:
@@ -160,10 +158,8 @@ def _columns(panel: Any, rows: int, count: int) -> list[Any]:
     each = -(-rows // count)
     lengths = [min(each, rows - first) for first in range(0, rows, each)]
     grid = panel.add_gridspec(1, len(lengths))
-    return [
-        place.subgridspec(length, 1).subplots(sharex=True, squeeze=False)[:, 0]
-        for place, length in zip(grid, lengths, strict=True)
-    ]
+    places = zip(grid, lengths, strict=True)
+    return [place.subgridspec(length, 1).subplots(sharex=True, squeeze=False)[:, 0] for place, length in places]
 
 
 def _draw_place(panel: Any, path: Path | Samples, view: str, side: bool, how: dict[str, Any]) -> None:

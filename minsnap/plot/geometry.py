@@ -410,17 +410,15 @@ def _draw_corridor(ax: Axes, corridor: Corridor, waypoints: FloatArray, chosen: 
 
         triangles = np.concatenate([facets(body) for body in bodies])
         space: Any = ax
-        space.add_collection3d(
-            Poly3DCollection(triangles, facecolor=style.CORRIDOR_COLOUR, alpha=0.12, label="corridor")
-        )
+        walls = Poly3DCollection(triangles, facecolor=style.CORRIDOR_COLOUR, alpha=0.12, label="corridor")
+        space.add_collection3d(walls)
         return
     from matplotlib.patches import Polygon
 
     for i, body in enumerate(bodies):
         shape = outline(body[:, chosen])
-        ax.add_patch(
-            Polygon(shape, facecolor=style.CORRIDOR_COLOUR, alpha=0.22, label=None if i else "corridor", zorder=1)
-        )
+        label = None if i else "corridor"
+        ax.add_patch(Polygon(shape, facecolor=style.CORRIDOR_COLOUR, alpha=0.22, label=label, zorder=1))
         ax.add_patch(Polygon(shape, fill=False, edgecolor=style.CORRIDOR_EDGE, linewidth=1.2, zorder=2))
 
 

@@ -145,9 +145,8 @@ def _draw(ax: Axes, samples: Samples, order: int) -> None:
     names = [style.coordinate_name(i, samples.dim) for i in range(samples.dim)]
     style.draw_curves(ax, samples.t, getattr(samples, style.QUANTITIES[order]), names, linewidth=1.4)
     if order == 2 and samples.feed_forward is not None:
-        style.draw_curves(
-            ax, samples.t, samples.commanded().acceleration, [None] * samples.dim, linewidth=0.7, alpha=0.6
-        )
+        pushed = samples.commanded().acceleration
+        style.draw_curves(ax, samples.t, pushed, [None] * samples.dim, linewidth=0.7, alpha=0.6)
     ax.set_ylabel(f"{style.QUANTITIES[order]}\n[{style.unit_of(order)}]")
 
 
@@ -248,10 +247,9 @@ def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
         raise InputError("the durations of this trajectory were not searched: there is nothing to draw")
     axes = style.new_axes() if ax is None else ax
     tried = [step.evaluation for step in steps]
-    axes.plot(
-        tried, [step.value for step in steps], ".", color=style.AXIS_STYLES[1]["color"], markersize=4, label="tried"
-    )
-    axes.plot(tried, [step.best for step in steps], color=style.AXIS_STYLES[0]["color"], label="best so far")
+    first_colour, second_colour = (style.AXIS_STYLES[k]["color"] for k in (0, 1))
+    axes.plot(tried, [step.value for step in steps], ".", color=second_colour, markersize=4, label="tried")
+    axes.plot(tried, [step.best for step in steps], color=first_colour, label="best so far")
     least, first = min(step.best for step in steps), steps[0].best
     shown = (least - 0.05 * (first - least) - 1e-3 * least, first + 0.3 * (first - least) + 1e-3 * least)
     what = "total time [s]" if any(step.value == step.total_time for step in steps) else "cost [m²/s⁷]"

@@ -220,9 +220,8 @@ def _plan(where: str, content: Mapping[str, Any]) -> PlanFile:
     gates = {int(gate.pop("waypoint")): Gate.polygon(**gate) for gate in map(dict, content.get("openings", ()))}
     made_by, certificate = str(content.get("made_by", "")), dict(content.get("certificate") or {})
     _said(certificate)
-    return PlanFile(
-        trajectory, points, _constraint(content.get("corridor")), limits, words, made_by, certificate, gates
-    )
+    corridor = _constraint(content.get("corridor"))
+    return PlanFile(trajectory, points, corridor, limits, words, made_by, certificate, gates)
 
 
 def _corridor(corridor: Any) -> Any:

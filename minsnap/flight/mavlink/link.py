@@ -420,9 +420,8 @@ def open_link(
     """
     key = signing_key if isinstance(signing_key, bytes) or signing_key is None else read_signing_key(signing_key)
     load_dialect()
-    return Link(
-        open_transport(connection, baud), clock or Clock(), system, source_system, signing_key=key, events=events
-    )
+    transport = open_transport(connection, baud)
+    return Link(transport, clock or Clock(), system, source_system, signing_key=key, events=events)
 
 
 def read_signing_key(path: FileName) -> bytes:

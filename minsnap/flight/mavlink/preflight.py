@@ -200,10 +200,9 @@ def jerk_time(name: str, need: str) -> Rule:
     """Return the rule that a limit of jerk lets the flight's acceleration build up within half a second."""
 
     def judge(values: Values, needs: FlightNeeds) -> str | None:
-        time = getattr(needs, need) / values[name]
-        return (
-            None if time <= 0.5 else f"it takes {time:.2g} s to build up the flight's {getattr(needs, need):.3g} m/s^2"
-        )
+        push = getattr(needs, need)
+        time = push / values[name]
+        return None if time <= 0.5 else f"it takes {time:.2g} s to build up the flight's {push:.3g} m/s^2"
 
     return Rule((name,), judge)
 

@@ -348,16 +348,13 @@ class Streamer:
             self._observer.heard(self._clock.now(), message, self._link.vehicle, self._sequence)
 
     def _conditions(self, sequence: Sequence, late: float = 0.0) -> Conditions:
-        now = self._clock.now()
+        now, common, trigger = self._clock.now(), self._common, self._options.trigger
         slot = self._sender.decisions.take(now)
-        if self._common is not None:
-            return self._together(
-                sequence, self._common[0], Conditions(slot, now, self._link.vehicle, False, self._stops, late)
-            )
-        trigger = self._options.trigger
-        if not self._triggered and callable(trigger) and sequence.phase is Phase.READY:
+        if common is None and not self._triggered and callable(trigger) and sequence.phase is Phase.READY:
             self._triggered = bool(trigger())
-        return Conditions(slot, now, self._link.vehicle, self._triggered, self._stops, late)
+        triggered = common is None and self._triggered
+        at = Conditions(slot, now, self._link.vehicle, triggered, self._stops, late)
+        return at if common is None else self._together(sequence, common[0], at)
 
     def _together(self, sequence: Sequence, common: CommonFlight, at: Conditions) -> Conditions:
         """Return the conditions of a flight that begins with others, stopped where one of them is."""

@@ -322,10 +322,8 @@ def simulate_open_loop(
 def _instants(path: Path, step: float) -> FloatArray:
     """Return instants from 0 to the end, the knots of a trajectory among them, no further apart than a step."""
     knots = np.asarray(getattr(path, "breaks", (0.0, path.duration)), dtype=np.float64)
-    legs = [
-        np.linspace(start, end, math.ceil((end - start) / step - 1e-9) + 1)[:-1]
-        for start, end in itertools.pairwise(knots.tolist())
-    ]
+    ends = itertools.pairwise(knots.tolist())
+    legs = [np.linspace(start, end, math.ceil((end - start) / step - 1e-9) + 1)[:-1] for start, end in ends]
     return np.concatenate([*legs, knots[-1:]])
 
 

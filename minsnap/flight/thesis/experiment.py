@@ -139,9 +139,8 @@ def _framed(name: str, flown: Samples, repetitions: int, slows: bool) -> Experim
     start = len(hover) / rate
     end, each = start + flown.duration, flown.duration / repetitions
     settled = start + each if repetitions > 1 else end
-    return ExperimentCourse(
-        name, samples, start, end, settled, end - each if slows and repetitions > 2 else end, repetitions
-    )
+    slowing = end - each if slows and repetitions > 2 else end
+    return ExperimentCourse(name, samples, start, end, settled, slowing, repetitions)
 
 
 def _resting(samples: Samples, index: int, count: int) -> Samples:

@@ -183,9 +183,8 @@ def _coefficients(one: FloatArray, other: FloatArray) -> FloatArray:
     x, y = one - one.mean(axis=0), other - other.mean(axis=0)
     shared = correlate(np.ones(len(y)), np.ones(len(x)), method="fft")
     cross = sum(correlate(v, u, method="fft") for u, v in zip(x.T, y.T, strict=True))
-    energy = correlate(np.ones(len(y)), np.sum(x**2, axis=1), method="fft") * correlate(
-        np.sum(y**2, axis=1), np.ones(len(x)), method="fft"
-    )
+    energy = correlate(np.ones(len(y)), np.sum(x**2, axis=1), method="fft")
+    energy *= correlate(np.sum(y**2, axis=1), np.ones(len(x)), method="fft")
     floor = 1e-9 * float(np.sum(x**2) * np.sum(y**2))
     scores = cross / np.sqrt(np.maximum(energy, floor))
     scores[shared < COMPARED.overlap * min(len(x), len(y))] = -1.0

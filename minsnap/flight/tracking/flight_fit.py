@@ -109,9 +109,7 @@ class _Series:
         first, last = flown_span(flight)
         assert flight.velocity is not None
         t = np.arange(max(first, reference.t[0]), min(last, reference.t[-1], flight.t[-1]), 1.0 / RESPONSE.rate)
-        place, self._velocity = (
-            interpolated(t, flight.t, values[:, :2]) for values in (flight.position, flight.velocity)
-        )
+        place, self._velocity = (interpolated(t, flight.t, each[:, :2]) for each in (flight.position, flight.velocity))
         row = np.clip(np.searchsorted(reference.t, t, side="right") - 1, 0, len(reference) - 1)
         gains = {name: np.array(getattr(settings, name)[:2]) for name in _GAINS}
         assert reference.velocity is not None
