@@ -36,6 +36,8 @@ class FittingSettings:
         Excess below zero that is enough, in widths.
     effort : float
         Share of the work that least slacks are worth for those of one try.
+    far : float
+        Slack from which one that is not the least yet, its work being spent, counts as no curve.
     patience, falls : int, float
         Iterations for each leg in which the excess must fall to that share.
     shorter : float
@@ -45,6 +47,7 @@ class FittingSettings:
 
     room: float = 0.01
     effort: float = 0.1
+    far: float = 0.3
     patience: int = 5
     falls: float = 0.7
     shorter: float = 1.1
@@ -114,6 +117,8 @@ class _LeastExcess:
             self.deadline.spend(WORK.free_curve + WORK.solve * known.work)  # short ones take twice what they count
         if known is not None and known.status is Status.DONE:
             return float(known.slacks.max())
+        if known is not None and known.status is Status.SPENT and known.slacks.max() > FITTING.far:
+            raise SolverError("the least slack is far from gone, and its work is spent")
         unknowns = self.free.legs * self.free.pieces * (self.free.half - 1) * bool(self.free.jumps)
         self.deadline.spend(WORK.free_curve + WORK.joined * self.free.dim * unknowns**3)
         return _largest_excess(self.task.walls, solve(self.free, durations).trajectory)
