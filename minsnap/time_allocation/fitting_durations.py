@@ -40,6 +40,8 @@ class FittingSettings:
         Slack from which one that is not the least yet, its work being spent, counts as no curve.
     patience, falls : int, float
         Iterations for each leg in which the excess must fall to that share.
+    near : float
+        Excess beyond the room that is wanted, from which it may fall slowly, in widths.
     shorter : float
         Factor on a total from which the shortest plan that was found is far, where more derivatives join than a piece
         of its search shares.
@@ -50,6 +52,7 @@ class FittingSettings:
     far: float = 0.3
     patience: int = 5
     falls: float = 0.7
+    near: float = 0.05
     shorter: float = 1.1
 
 
@@ -144,7 +147,7 @@ class _LeastExcess:
         self.excesses.append(self.best[0] + FITTING.room)
         window, now = FITTING.patience * self.task.legs, self.excesses[-1]
         before = self.excesses[-1 - window] if len(self.excesses) > window else np.inf
-        if now < 0.0 or now > FITTING.falls * before or self.deadline.passed:
+        if now < 0.0 or now > max(FITTING.falls * before, FITTING.near) or self.deadline.passed:
             raise StopIteration
 
 
