@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.optimize
 from combination_oracle import Judge, greatest, squared
 from random_combinations import judged, outcome, planted, question
 
@@ -90,6 +91,18 @@ def test_the_sign_of_slacks_is_proved_with_a_part_of_the_work_that_they_are_wort
         minsnap.plan(**question(210001264)[0])
     assert ended
     assert all(one.status is Status.DONE for one in ended)
+
+
+@pytest.mark.slow
+def test_pivots_of_a_programme_of_slacks_end_with_the_work_of_the_question(monkeypatch):
+    """The third of this one took 34,795 pivots, 13 s, and was counted as 0.6 s."""
+    pivots, solved = [], scipy.optimize.linprog
+    monkeypatch.setattr(
+        scipy.optimize, "linprog", lambda *asked, **how: pivots.append(solved(*asked, **how)) or pivots[-1]
+    )
+    _, kind, said, _ = outcome(310004946)
+    assert kind == "late", said
+    assert 1000 < sum(one.nit for one in pivots) < 6000
 
 
 @pytest.mark.slow

@@ -36,8 +36,10 @@ class WorkPrices:
         A curve without walls, and how far it is outside.
     joined : float
         The same for each coordinate, and the cube of the unknowns, where more derivatives join than a piece shares.
-    active_set, interior_point, slacks : float
-        A QP by either method, and a programme of slacks, for each entry of its rows and each unknown.
+    active_set, interior_point : float
+        A QP by either method, for each entry of its rows and each unknown.
+    slacks : float
+        A pivot of a programme of slacks, for each entry of its rows.
     term : float
         An exact coefficient that is added to a sum.
     question, legs, pieces : float, int, int
@@ -52,7 +54,7 @@ class WorkPrices:
     joined: float = 1.2e-5
     active_set: float = 1e-5
     interior_point: float = 6e-5
-    slacks: float = 1.2e-5
+    slacks: float = 4e-6
     term: float = 0.01
     question: float = 1650.0
     legs: int = 5
@@ -163,6 +165,11 @@ class Deadline:
     def unspent(self) -> float:
         """Work that is left until what was found is not improved any more."""
         return 0.5 * self.work.worth - self.work.done
+
+    @property
+    def left_of_work(self) -> float:
+        """Work that is left until nothing new is begun."""
+        return self.work.worth - self.work.done
 
     @property
     def spent(self) -> bool:

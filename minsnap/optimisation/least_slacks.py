@@ -167,8 +167,8 @@ class SlackProgramme:
         moved = coo_matrix((-self.give.weight[wall[gives]], places), shape=(len(wall), slacks))
         sums, size = csr_matrix(hstack((matrix, moved))), self.problem.size
         self.deadline.require()
-        self.deadline.spend(WORK.slacks * sums.nnz * sums.shape[1])
-        most = 5 * sum(sums.shape)  # pivots of the simplex method, which can cycle; up to three were needed
+        price = WORK.slacks * (sums.nnz + 1)
+        pivots = 5 * sum(sums.shape)  # of the simplex method, which can cycle; up to three were needed
         found = linprog(
             np.append(np.zeros(size), np.ones(slacks)),
             sums,
@@ -176,8 +176,9 @@ class SlackProgramme:
             hstack((self.equal, csr_matrix((len(self.sides), slacks)))) if len(self.sides) else None,
             self.sides if len(self.sides) else None,
             [(None, None)] * size + [(self.lowest, None)] * slacks,
-            options={"maxiter": most},
+            options={"maxiter": int(min(pivots, 1.0 + self.deadline.left_of_work / price))},
         )
+        self.deadline.spend(price * found.nit)
         if not found.success:
             return None
         knots = self.problem.add(self.base, found.x[:size] * self.scale)

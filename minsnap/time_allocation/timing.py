@@ -189,7 +189,8 @@ def solved_or_explained(task: Task, durations: FloatArray, refuse: Callable[[], 
             with suppress(GaveUpError):
                 return solve(task, durations, task.samples, effort=Effort.GLANCE)
             refuse()
-        return solve(task, durations, task.samples, effort=Effort.WHOLE)
+        whole = Effort.WHOLE if refuse is nothing else Effort.TRY  # limits have a proof more often than a late curve
+        return solve(task, durations, task.samples, effort=whole)
     except GaveUpError as reason:
         refused = _explained(task, durations)
         if getattr(refused, "contradiction", None) is None:
