@@ -7,7 +7,7 @@ to 2k - 2 join, so that durations leave one curve or few, it is the largest exce
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,6 +36,8 @@ class FittingSettings:
         Excess below zero that is enough, in widths.
     effort : float
         Share of the work that least slacks are worth for those of one try.
+    same : float
+        Share of the least excess from another start above which that led to the same.
     far : float
         Slack from which one that is not the least yet, its work being spent, counts as no curve.
     patience, falls : int, float
@@ -49,6 +51,7 @@ class FittingSettings:
 
     room: float = 0.01
     effort: float = 0.1
+    same: float = 0.99
     far: float = 0.3
     patience: int = 5
     falls: float = 0.7
@@ -59,15 +62,17 @@ class FittingSettings:
 FITTING = FittingSettings()
 
 
-def fitting_durations(task: Task, first: FloatArray, total: float | None, deadline: Deadline) -> FloatArray | None:
+def fitting_durations(
+    task: Task, starts: Iterable[FloatArray], total: float | None, deadline: Deadline
+) -> FloatArray | None:
     """Find durations of the legs.
 
     Parameters
     ----------
     task : Task
         With all walls.
-    first : ndarray, shape (legs,)
-        Durations to begin with [s]; without a total they are scaled first.
+    starts : iterable of ndarray, shape (legs,)
+        Durations to begin with [s], one after another; without a total they are scaled first.
     total : float or None
         Of all legs together [s]; it leaves one leg nothing to choose.
     deadline : Deadline
@@ -80,10 +85,17 @@ def fitting_durations(task: Task, first: FloatArray, total: float | None, deadli
     """
     if total is not None and task.legs == 1:
         return None
-    search = _LeastExcess(task, first, total, deadline)
-    search.run()
-    excess, at = search.best
-    return search.durations(at) if excess < 0.0 else None
+    least = np.inf
+    for first in starts:
+        search = _LeastExcess(task, first, total, deadline)
+        search.run()
+        excess, at = search.best
+        if excess < 0.0:
+            return search.durations(at)
+        if excess == np.inf or excess > FITTING.same * least:  # no curve at any scale, or where the last one led
+            return None
+        least = excess
+    return None
 
 
 class _LeastExcess:

@@ -79,8 +79,8 @@ def _searched_in_vain(task: Task, timing: Timing, refused: Refused) -> bool:
 
 def _where_free_curves_fit(task: Task, bounded: Task, timing: Timing, refused: Refused) -> Timed | None:
     """Plan from durations whose curve without walls is inside, of a price or a total near to the cheapest of these."""
-    first = leg_sums(next(_proportions(task, timing, refused)), task.pieces)
-    fitting = fitting_durations(bounded, first, timing.total_time, bounded.deadline)
+    starts = (leg_sums(one, task.pieces) for one in _proportions(task, timing, refused))
+    fitting = fitting_durations(bounded, starts, timing.total_time, bounded.deadline)
     if fitting is None:
         return None
     priced = timing.time_weight is not None or timing.total_time is not None

@@ -7,9 +7,10 @@
 2. Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
    legs. Where none is found, the same path more slowly, or rest at every waypoint.
-3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
+3. Where several pieces have no end, one piece, and the least cost in barely longer durations of what they left.
+4. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards.
-4. Else the reason why there is none.
+5. Else the reason why there is none.
 
 It ends when the time allowed is over, and where Ctrl-C asks for the best so far: then also a plan that rests at every
 waypoint will do.
@@ -93,6 +94,8 @@ class StrategySettings:
         Use of limits up to which a curve counts whose search found no end.
     seen, enough : float
         Excess of a limit beyond which the search has not seen it, and by how many of them it is tightened.
+    longer : tuple of float
+        Factors on the durations of a curve that a search left without an end, in which the least cost is searched.
     not_longer : float
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
     """
@@ -109,6 +112,7 @@ class StrategySettings:
     near: float = 1.1
     seen: float = 0.05
     enough: float = 2.0
+    longer: tuple[float, ...] = (1.01, 1.03, 1.1)
     not_longer: float = 1e-3
 
 
@@ -304,6 +308,16 @@ class Strategy:
             self._end_at_ctrl_c()
             return None
 
+    def _in_longer_durations(self) -> SolvedTask | None:
+        """Search the least cost in durations barely longer than those of a search that found no end."""
+        answer = self.answer
+        if answer is None or answer.kept or self._turns or len(answer.durations) == self.task.legs:
+            return None
+        plans = (
+            self.solve_timed(solved_at(self.task, answer), longer * answer.durations) for longer in SETTINGS.longer
+        )
+        return next((one for one in plans if one is not None or self.interrupted), None)
+
     def _within(
         self, solved: SolvedTask, question: ShortestQuestion, limits: Limits, far: float
     ) -> tuple[SolvedTask | None, float]:
@@ -423,17 +437,27 @@ class Strategy:
         return solved if keeps(self.limits, solved.flown) else None
 
     def _from_one_piece(self) -> SolvedTask | None:
-        """Search with one piece a leg where several have no curve, then with several from that curve, or cut it."""
+        """Search with one piece a leg where there is no curve, then with several, or cut it into the wanted number."""
         task = self.task
         if task.pieces == 1 and not self.timing.refine:
             return None
-        alone = Strategy(replace(task, pieces=1), replace(self.timing, refine=False))
-        alone.log, alone.deadline = self.log, self.deadline
+        alone = self._alike(1)
         first = alone.solve(None)
-        if first is None or alone.interrupted or self.timing.refine:
-            self.ended = alone.ended
+        self.ended = alone.ended
+        if first is None or alone.interrupted:
             return first
-        return self.solve(guess_of(first.trajectory, alone.task)) or self._cut(first)
+        refine = self.timing.refine
+        several = self._alike(QUESTION.divisions[0]) if refine else self
+        solved = several.solve(None if refine else guess_of(first.trajectory, alone.task))
+        solved = solved or several._in_longer_durations()
+        self.ended = several.ended
+        return shorter(solved, first if refine else self._cut(first))
+
+    def _alike(self, pieces: int) -> Strategy:
+        """Return the same search of a fixed number of pieces a leg; its steps and its end are those of this one."""
+        other = Strategy(replace(self.task, pieces=pieces), replace(self.timing, refine=False))
+        other.log, other.deadline = self.log, self.deadline
+        return other
 
     def _cut(self, first: SolvedTask) -> SolvedTask | None:
         """Cut a plan of one piece a leg into the wanted number; more samples of it may find it barely too fast."""

@@ -22,15 +22,21 @@ def test_a_smooth_curve_that_only_its_durations_bend_is_brought_inside(total):
     lengths = np.linalg.norm(np.diff(np.array(POINTS, float), axis=0), axis=1)
     free = minsnap.plan(POINTS, lengths, continuity=6)
     assert minsnap.certify(free, corridor=0.2).corridor_margin < 0.0
-    found = fitting_durations(task(0.2), lengths, total, NEVER)
+    found = fitting_durations(task(0.2), [lengths], total, NEVER)
     assert total is None or found.sum() == pytest.approx(total, rel=1e-14)
     assert minsnap.certify(minsnap.plan(POINTS, found, continuity=6), corridor=0.2).corridor_margin > 0.0
 
 
 def test_no_durations_are_found_where_none_bring_the_curve_inside_or_no_time_is_left():
     lengths = np.ones(4)
-    assert fitting_durations(task(1e-3), lengths, None, NEVER) is None
-    assert fitting_durations(task(0.2), lengths, 10.0, Deadline(0.0)) is None
+    assert fitting_durations(task(1e-3), [lengths], None, NEVER) is None
+    assert fitting_durations(task(0.2), [lengths], 10.0, Deadline(0.0)) is None
+
+
+def test_no_other_start_is_tried_after_two_that_lead_to_the_same_excess():
+    starts = iter([np.ones(4)] * 4)
+    assert fitting_durations(task(1e-3), starts, 10.0, NEVER) is None
+    assert len(list(starts)) == 2
 
 
 @pytest.mark.parametrize(

@@ -57,3 +57,17 @@ def test_a_total_longer_than_the_shortest_is_kept_where_states_do_not_scale(pinn
     total = 1.05 * minsnap.plan(REFERENCE, limits=limits, **pinned).duration
     path = minsnap.plan(REFERENCE, total_time=total, limits=limits, **pinned)
     assert path.duration == pytest.approx(total) and minsnap.certify(path, limits=limits).ok
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("pieces", "points"),
+    [
+        ("auto", [(1.38, 4.67, 3.83), (1.86, 5.77, 3.0), (0.67, 6.73, 3.55)]),
+        (3, [(1.77, -2.01, 3.77), (-3.27, -0.07, 3.0), (-1.21, 0.87, 4.47)]),
+    ],
+)
+def test_several_pieces_are_flown_where_their_search_finds_no_end(pieces, points):
+    """Rotors near free fall. Plans with one piece a leg were returned, which take 13 and 22 % longer."""
+    path, alone = (minsnap.plan(points, limits=ROTORS, pieces=one) for one in (pieces, 1))
+    assert path.duration < 0.9 * alone.duration and minsnap.certify(path, limits=ROTORS).ok
