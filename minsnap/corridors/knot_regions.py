@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, OwnsArrays, read_only
+from minsnap.basics.arrays import FloatArray, OwnsArrays
 from minsnap.basics.checks import point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Room
@@ -208,7 +208,8 @@ def _from_sets(
             inside, lower, upper = _within(room, inside, lower, upper)
     if closed:
         inside, lower, upper = (np.concatenate((part, part[:1])) for part in (inside, lower, upper))
-    inside = read_only(_apart(inside, upper))
+    inside = _apart(inside, upper)
+    inside.setflags(write=False)
     return inside, lower - inside, upper - inside
 
 

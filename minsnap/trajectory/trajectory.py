@@ -102,8 +102,8 @@ class Trajectory(Path):
         checked: bool = False,
     ) -> None:
         if not checked:
-            control_points, durations, yaw = owned(control_points), owned(durations), as_heading(yaw)
-            pieces = _checked_pieces(control_points, durations, pieces)
+            yaw = as_heading(yaw)
+            control_points, durations, pieces = _checked(control_points, durations, pieces)
         self._points, self._durations = read_only(control_points), read_only(durations)
         self._yaw, self._pieces, self._how, self._rest_of = yaw, pieces, how, rest_of
         self._breaks: FloatArray | None = None
@@ -249,7 +249,8 @@ class Trajectory(Path):
 
     def with_yaw(self, yaw: Heading | YawFunction) -> Trajectory:
         """Return the same curve with another yaw and without a report."""
-        return self.changed(yaw=as_heading(yaw), checked=True)
+        heading = as_heading(yaw)
+        return self.changed(yaw=heading, checked=True)
 
     def derivative(self, order: int = 1) -> Trajectory:
         """Return the derivative of that order as a trajectory of lower degree; zero past the degree."""
@@ -423,8 +424,9 @@ class Trajectory(Path):
         return cls(points.reshape(*points.shape[:2], -1).swapaxes(0, 1), np.diff(bpoly.x), yaw or ZERO_YAW)
 
 
-def _checked_pieces(points: FloatArray, durations: FloatArray, pieces: int) -> int:
-    """Return how many polynomials a leg has; raise an error for wrong control points or durations."""
+def _checked(points: FloatArray, durations: FloatArray, pieces: int) -> tuple[FloatArray, FloatArray, int]:
+    """Return arrays of its own, and how many polynomials a leg has; raise an error for what is wrong."""
+    points, durations = owned(points), owned(durations)
     if points.ndim != 3 or 0 in points.shape or not (np.abs(points) <= FARTHEST).all():
         raise WaypointError(
             f"control points must be finite, of shape (pieces, degree + 1, dim), not {points.shape}, and at most "
@@ -440,7 +442,7 @@ def _checked_pieces(points: FloatArray, durations: FloatArray, pieces: int) -> i
             f"durations must be positive and finite, from {SHORTEST_PIECE:g} to {LONGEST_PIECE:g} s, and that of "
             f"piece {wrong} is {durations[wrong]} s"
         )
-    return int(pieces)
+    return points, durations, int(pieces)
 
 
 def costs_of_pieces(points: FloatArray, durations: FloatArray, order: int) -> FloatArray:
