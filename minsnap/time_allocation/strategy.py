@@ -311,7 +311,7 @@ class Strategy:
     def _in_longer_durations(self) -> SolvedTask | None:
         """Search the least cost in durations barely longer than those of a search that found no end."""
         answer = self.answer
-        if answer is None or answer.kept or self._turns or len(answer.durations) == self.task.legs:
+        if answer is None or answer.kept or self.interrupted:
             return None
         plans = (
             self.solve_timed(solved_at(self.task, answer), longer * answer.durations) for longer in SETTINGS.longer
@@ -388,6 +388,8 @@ class Strategy:
             turned = shorter(turned, self._certified(question, self.limits, SETTINGS.not_longer))
             if self.interrupted or (turned is not None and self.answer is not None and self.answer.kept):
                 break
+        if turned is None and not price:
+            turned = self._in_longer_durations()
         if turned is not None:
             return turned
         self.answer = answer

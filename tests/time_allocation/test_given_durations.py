@@ -1,5 +1,7 @@
 """Limits that are no walls of the QP, in durations that are given: a search of the curve alone."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from tasks import REFERENCE, random_legs, task_of
@@ -8,6 +10,7 @@ import minsnap
 from minsnap import Limits
 from minsnap.native.library import core
 from minsnap.optimisation.solve import solve
+from minsnap.time_allocation import strategy
 from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.timing import Timing
 from minsnap.vehicle import Quadrotor
@@ -57,6 +60,20 @@ def test_a_total_longer_than_the_shortest_is_kept_where_states_do_not_scale(pinn
     total = 1.05 * minsnap.plan(REFERENCE, limits=limits, **pinned).duration
     path = minsnap.plan(REFERENCE, total_time=total, limits=limits, **pinned)
     assert path.duration == pytest.approx(total) and minsnap.certify(path, limits=limits).ok
+
+
+def test_a_turn_along_the_velocity_whose_search_finds_no_end_is_searched_in_longer_durations(monkeypatch):
+    asked = {"limits": Limits(speed=4.0, acceleration=6.0, yaw_rate=1.5), "yaw": "velocity", "corridor": 0.5}
+    asked["end"] = {"velocity": (0.5, 0.6, 0.1)}  # no curve near its limits may be flown more slowly
+    search, alone = strategy.search_shortest, minsnap.plan(REFERENCE, **asked)
+
+    def without_end(question, poll):
+        answer = search(question, poll)
+        return dataclasses.replace(answer, kept=answer.kept and (question.timed or not question.limits))
+
+    monkeypatch.setattr(strategy, "search_shortest", without_end)
+    path = minsnap.plan(REFERENCE, **asked)
+    assert path.duration <= 1.04 * alone.duration and minsnap.certify(path, limits=asked["limits"]).ok
 
 
 @pytest.mark.slow
