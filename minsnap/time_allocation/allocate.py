@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from minsnap.basics.checks import check_durations
 from minsnap.basics.deadline import LATE, LateError
-from minsnap.errors import InfeasibleError, SolverError, TimingError
+from minsnap.errors import InfeasibleError, SolverError, TimingError, UnprovedError
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import priced_first_guess
 from minsnap.time_allocation.last_look import fault
@@ -55,7 +56,10 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
         if timing.refine:  # a refusal of one piece proves nothing of more
             refuse_short(task, timing)
             parted = timing.in_time(replace(task, pieces=PARTS))
-            return plan_timed(parted, replace(timing, refine=False))
+            try:
+                return plan_timed(parted, replace(timing, refine=False))
+            except UnprovedError as other:
+                raise min(other, refused, key=lambda error: getattr(error, "shortest", None) or inf) from None
         again = by_necessary_walls(task, timing, refused)
         if isinstance(again, Timed):
             return looked_at(again, task, timing)

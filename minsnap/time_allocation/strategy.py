@@ -209,7 +209,7 @@ class Strategy:
     def solve_timed(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
         """Search the curve of least cost in piece durations [s], from a curve in any; None where none is found."""
         task, curve = self.task, first.trajectory
-        guess = guess_of(curve, task)
+        guess = guess_of(curve, replace(task, pieces=first.task.pieces))
         if guess is None or task.continuity > task.half - 1:
             return None
         price = float(f"{(2 * task.half - 1) * curve.cost(task.half) / curve.duration:.6g}")
@@ -311,7 +311,7 @@ class Strategy:
     def _in_longer_durations(self) -> SolvedTask | None:
         """Search the least cost in durations barely longer than those of a search that found no end."""
         answer = self.answer
-        if answer is None or answer.kept or self.interrupted:
+        if answer is None or self.interrupted:
             return None
         plans = (
             self.solve_timed(solved_at(self.task, answer), longer * answer.durations) for longer in SETTINGS.longer

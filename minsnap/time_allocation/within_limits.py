@@ -227,7 +227,8 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     factor = total / best.trajectory.duration
     if task.still or factor <= 1.0 + KEPT:
         slower = timed(best, run, factor)
-        return slower if keeps(timing.bounds, slower.trajectory) else None
+        kept = keeps(timing.bounds, slower.trajectory)
+        return slower if kept else searched_in_time(best, asked, timing, factor * durations)
     between = durations.copy()
     between[: task.pieces * (0 in task.moving)] = 0.0
     between[len(between) - task.pieces * (task.legs in task.moving) :] = 0.0
