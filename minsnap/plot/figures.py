@@ -16,7 +16,7 @@ from minsnap.basics.storage.text import FileName
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.plot.geometry import FLATTEST, VIEWS, Corridor, Waypoints, check_view, plot_path
+from minsnap.plot.geometry import FLATTEST, Corridor, Waypoints, check_view, plot_path, view_coordinates
 from minsnap.plot.profiles import (
     available_orders,
     heading_rows,
@@ -121,7 +121,7 @@ def _shape(samples: Samples, view: str, side: bool) -> float:
     if view == "3d":
         return 1.0 / 1.2
     spans = np.ptp(samples.position, axis=0)
-    across, up = spans[list(VIEWS[view])]
+    across, up = spans[view_coordinates(view, samples.dim)]
     across = max(across, FLATTEST * up)
     if across == 0.0:
         return 1.0

@@ -259,9 +259,9 @@ def _directions(matrix: FloatArray) -> tuple[FloatArray, float]:
 def _is_tube(rows: FloatArray, step: FloatArray) -> bool:
     """Whether half-spaces are unbounded only along the direction of the leg."""
     normals = rows[:, :-1] / np.maximum(np.linalg.norm(rows[:, :-1], axis=1, keepdims=True), 1e-300)
-    across = np.abs(normals @ step).max(initial=0.0) < 1e-9 * np.linalg.norm(step)
-    paired = (normals @ normals.T).min(axis=1, initial=0.0) < 1e-9 - 1.0
-    return bool(across and paired.all() and np.linalg.matrix_rank(normals, tol=1e-9) == len(step) - 1)
+    across = np.abs(normals @ step).max(initial=0.0) < 1e-6 * np.linalg.norm(step)
+    paired = (normals @ normals.T).min(axis=1, initial=0.0) < 1e-6 - 1.0
+    return bool(across and paired.all() and np.linalg.matrix_rank(normals, tol=1e-6) == len(step) - 1)
 
 
 def _ends(start: FloatArray, end: FloatArray) -> FloatArray:

@@ -43,9 +43,9 @@ def plot_mission(
     """
     stops = mission.course.stops
     balls = Ball([stop.ball for stop in stops]) if any(stop.ball for stop in stops) else None
-    drawn |= {"waypoints": mission.course.points or None, "tolerance": balls, "limits": mission.limits}
+    how: dict[str, Any] = {"waypoints": mission.course.points or None, "tolerance": balls, "limits": mission.limits}
     name = title or f"{mission.course.name}: {mission.trajectory.duration:.2f} s"
-    overview = plot_overview(mission.trajectory, figure, view=view, title=name, **drawn)
+    overview = plot_overview(mission.trajectory, figure, view=view, title=name, **how, **drawn)
     place, profiles = overview.subfigs
     if view == "xy":
         _number(place.axes[0], mission)
@@ -107,8 +107,8 @@ def plot_route(
     """
     nearest = f"{route.distance:.3f} m from what is occupied" if np.isfinite(route.distance) else "nothing occupied"
     name = nearest if title is None else f"{title}: {nearest}"
-    drawn |= {"corridor": route.corridor, "limits": route.limits, "title": name}
-    overview = plot_overview(route.trajectory, figure, view=view, **drawn)
+    how: dict[str, Any] = {"corridor": route.corridor, "limits": route.limits, "title": name}
+    overview = plot_overview(route.trajectory, figure, view=view, **how, **drawn)
     if view == "xy":
         plane: Any = overview.subfigs[0].axes[0]
         draw_cells(plane, route, dense_samples(route.trajectory).position)
