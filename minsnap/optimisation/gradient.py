@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task_walls import all_walls
-from minsnap.polynomials.bernstein import basis, differentiate
-from minsnap.trajectory.trajectories import free_slopes
+from minsnap.polynomials.bernstein import basis, differentiate, ends_to_highest, gram_root
 
 
 class PressingRows(NamedTuple):
@@ -75,5 +75,14 @@ def cost_gradient(solved: SolvedTask) -> FloatArray:
         values = np.einsum("rj,rjd,rd->r", factors, ends[rows.piece], rows.normal)
         np.add.at(slopes, rows.piece, rows.multiplier * values)
     unit = solved.units.length**2 * solved.units.time ** (-2.0 * problem.half)
-    free = free_slopes(problem.relative_points(knots), problem.durations)[0]
-    return np.asarray((free + slopes / problem.durations) * unit)
+    return np.asarray((_cost_slopes(problem, knots) + slopes) / problem.durations * unit)
+
+
+def _cost_slopes(problem: ReducedProblem, knots: FloatArray) -> FloatArray:
+    """T dc/dT of every piece at fixed knot derivatives, from the same squares as the cost."""
+    k = problem.half
+    ends = problem.moved_ends(knots)
+    orders = np.tile(np.arange(k), 2)[:, None]
+    root, highest = gram_root(k - 1), ends_to_highest(problem.degree)
+    slope = np.matmul(root, np.matmul(highest, ((1.0 - 2.0 * k) + 2.0 * orders) * ends))
+    return np.asarray((problem.cost_roots(knots) * slope).sum(axis=(1, 2)) * problem.durations ** (1.0 - 2.0 * k))
