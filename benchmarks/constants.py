@@ -17,7 +17,7 @@ from problems import DURATIONS, RECTANGLE, corridor, walk
 import minsnap
 from minsnap.basics import tolerances
 from minsnap.errors import MinsnapError
-from minsnap.optimisation import infeasibility, least_slacks, linear_rows, qp, reference_core, solve
+from minsnap.optimisation import infeasibility, least_slacks, linear_rows, qp, reference_core, solve, unconstrained
 from minsnap.polynomials import extrema
 
 CONSTANTS = (
@@ -28,6 +28,7 @@ CONSTANTS = (
     (reference_core, "STALLED"),
     (linear_rows, "DENSE"),
     (qp, "ACCURACY"),
+    (unconstrained, "DIGITS"),
     (least_slacks, "ACCURACY"),
     (least_slacks, "ROUNDS"),
     (least_slacks, "STALLED"),

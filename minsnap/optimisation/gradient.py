@@ -84,5 +84,6 @@ def _cost_slopes(problem: ReducedProblem, knots: FloatArray) -> FloatArray:
     ends = problem.moved_ends(knots)
     orders = np.tile(np.arange(k), 2)[:, None]
     root, highest = gram_root(k - 1), ends_to_highest(problem.degree)
+    value = np.matmul(root, np.matmul(highest, ends))
     slope = np.matmul(root, np.matmul(highest, ((1.0 - 2.0 * k) + 2.0 * orders) * ends))
-    return np.asarray((problem.cost_roots(knots) * slope).sum(axis=(1, 2)) * problem.durations ** (1.0 - 2.0 * k))
+    return np.asarray((value * slope).sum(axis=(1, 2)) * problem.durations ** (1.0 - 2.0 * k))

@@ -8,10 +8,19 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.optimisation.reduced_qp import ReducedProblem, sparse_rows
+from minsnap.optimisation.reduced_qp import ReducedProblem
 
 DENSE = 300
 """Unknowns up to which rows and equations are dense, and the Hessian of a QP is made the identity."""
+
+
+def sparse_rows(size: int, columns: IntArray, values: FloatArray) -> Any:
+    """Sparse rows (r, size) of values (r, m) in columns (r, m), -1 for none."""
+    from scipy.sparse import csr_matrix
+
+    used = (columns >= 0) & (values != 0.0)
+    row = np.broadcast_to(np.arange(len(columns))[:, None], columns.shape)
+    return csr_matrix((values[used], (row[used], columns[used])), shape=(len(columns), size))
 
 
 def rows_on_pieces(problem: ReducedProblem, piece: IntArray, factors: FloatArray, normal: FloatArray) -> Any:

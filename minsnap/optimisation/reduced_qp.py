@@ -22,6 +22,7 @@ from minsnap.basics.arrays import BoolArray, FloatArray, IntArray, set_fields
 from minsnap.polynomials.bernstein import (
     basis,
     derivative_basis_map,
+    ends_gram,
     ends_to_highest,
     ends_to_points,
     gram_root,
@@ -208,13 +209,9 @@ class ReducedProblem:
 
     def cost(self, knots: FloatArray) -> float:
         """Return the integral of the squared norm of the k-th derivative, normalised: a sum of squares."""
-        roots = self.cost_roots(knots)
-        return float((roots * roots).sum(axis=(1, 2)) @ self.durations ** (1.0 - 2.0 * self.half))
-
-    def cost_roots(self, knots: FloatArray) -> FloatArray:
-        """Numbers whose squares, times T^(1-2k), add up to the cost: (pieces, k, dim)."""
         highest = np.matmul(ends_to_highest(self.degree), self.moved_ends(knots))
-        return np.asarray(np.matmul(gram_root(self.half - 1), highest))
+        roots = np.matmul(gram_root(self.half - 1), highest)
+        return float((roots * roots).sum(axis=(1, 2)) @ self.durations ** (1.0 - 2.0 * self.half))
 
     def moved_ends(self, knots: FloatArray) -> FloatArray:
         """Scaled end derivatives of every piece, positions relative to its start: (pieces, 2k, dim)."""
@@ -224,31 +221,26 @@ class ReducedProblem:
         return ends
 
     @cached_property
-    def roots(self) -> Any:
-        """Sparse matrix (dim * pieces * k, size) from unknowns to what they change in ``weighted_roots``."""
-        own = gram_root(self.half - 1) @ ends_to_highest(self.degree) * self.end_powers[:, None]
-        own = np.tile((own * self._weights[:, None, None]).reshape(-1, 2 * self.half), (self.dim, 1))
-        columns = self.piece_columns.transpose(1, 0, 2).reshape(-1, 2 * self.half)
-        return sparse_rows(self.size, np.repeat(columns, self.half, axis=0), own)
-
-    @cached_property
     def hessian(self) -> Any:
         """Half the Hessian of the cost in the unknowns, sparse, (size, size)."""
-        return (self.roots.T @ self.roots).tocsc()
+        from scipy.sparse import csc_matrix
 
-    def weighted_roots(self, knots: FloatArray) -> FloatArray:
-        """``cost_roots`` times T^(1/2-k), axis by axis, (dim * pieces * k,): their squares add up to the cost."""
-        return np.asarray((self.cost_roots(knots) * self._weights[:, None, None]).transpose(2, 0, 1).reshape(-1))
-
-    @property
-    def _weights(self) -> FloatArray:
-        return np.asarray(self.durations ** (0.5 - self.half))
+        columns, powers, weights = self.piece_columns, self.end_powers, self.durations ** (1.0 - 2.0 * self.half)
+        blocks = powers[:, :, None] * powers[:, None, :] * (weights[:, None, None] * ends_gram(self.degree))
+        shape = (*columns.shape, columns.shape[2])
+        row, column = np.broadcast_to(columns[:, :, :, None], shape), np.broadcast_to(columns[:, :, None, :], shape)
+        used = (row >= 0) & (column >= 0)
+        entries = np.broadcast_to(blocks[:, None], shape)[used]
+        return csc_matrix((entries, (row[used], column[used])), shape=(self.size, self.size))
 
     def slope(self, knots: FloatArray, moving: BoolArray) -> FloatArray:
         """Half the gradient of the cost in the unknowns, (size,), of those at some knots (knots,); 0 for others."""
-        moves = np.zeros(self.size + 1, dtype=bool)
+        scale = self.end_powers * self.durations[:, None] ** (1.0 - 2.0 * self.half)
+        forces = np.matmul(ends_gram(self.degree), self.piece_ends(knots)) * scale[:, :, None]
+        slope, moves = np.zeros(self.size + 1), np.zeros(self.size + 1, dtype=bool)
+        np.add.at(slope, self.piece_columns, forces.transpose(0, 2, 1))
         moves[self.columns[moving]] = True
-        return np.asarray(np.where(moves[:-1], self.roots.T @ self.weighted_roots(knots), 0.0))
+        return np.asarray(np.where(moves, slope, 0.0)[:-1])
 
     def row_factors(self, piece: IntArray, s: FloatArray, order: int) -> FloatArray:
         """Factors of a piece's end derivatives in its derivative of that order at s: (rows, 2k)."""
@@ -262,15 +254,6 @@ class ReducedProblem:
         """Add unknowns, shape (size,), to knot values (knots, slots, dim)."""
         padded = np.append(unknowns, 0.0)
         return np.asarray(knots + padded[self.columns])
-
-
-def sparse_rows(size: int, columns: IntArray, values: FloatArray) -> Any:
-    """Sparse rows (r, size) of values (r, m) in columns (r, m), -1 for none."""
-    from scipy.sparse import csr_matrix
-
-    used = (columns >= 0) & (values != 0.0)
-    row = np.broadcast_to(np.arange(len(columns))[:, None], columns.shape)
-    return csr_matrix((values[used], (row[used], columns[used])), shape=(len(columns), size))
 
 
 @cache

@@ -98,6 +98,19 @@ def gram(degree: int, order: int) -> FloatArray:
 
 
 @cache
+def exact_ends_gram(degree: int) -> Rational:
+    """Gram matrix of the k-th derivative in end derivatives, degree 2k - 1: 2k rows of 2k rationals."""
+    ends = _exact_ends_map(degree)
+    return ends.T @ _exact_gram(degree, (degree + 1) // 2) @ ends
+
+
+@cache
+def ends_gram(degree: int) -> FloatArray:
+    """``exact_ends_gram`` rounded once: shape (2k, 2k)."""
+    return _rounded(exact_ends_gram(degree))
+
+
+@cache
 def ends_to_highest(degree: int) -> FloatArray:
     """Matrix from end derivatives to the control points of the k-th derivative, degree 2k - 1: shape (k, 2k)."""
     return _rounded(_difference(degree, (degree + 1) // 2) @ _exact_ends_map(degree))
