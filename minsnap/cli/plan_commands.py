@@ -45,8 +45,9 @@ def plan(
     A course in YAML may have gates, balls, holds, laps, take-off and landing; it is flown as fast as its limits allow,
     3 m/s and 6 m/s^2 unless it says others.
 
-    A YAML file may also say how: total time, limits, corridor and more, as the studio saves it; options come first. A
-    plan that was written as .json or .yaml is taken as it is, with its corridor and limits, and certified again.
+    A YAML file may also say how: total time, limits, corridor and more, as the studio saves it; options come first, and
+    its limits hold for another time, too. A plan that was written as .json or .yaml is taken as it is, with its
+    corridor and limits, and certified again.
     """
     from minsnap.files.formats.polynomials import is_polynomials
     from minsnap.files.request_yaml import read_request
@@ -169,13 +170,16 @@ def _fastest(request: PlanRequest) -> bool:
 
 
 def _timed(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> PlanRequest:
-    """Return the request with the options in place of its own, and durations from the average speed without any."""
+    """Return the request with the options in place of its own, and durations from the average speed without any.
+
+    Times are in place of times, and limits of limits, alone or with the times: its own limits hold for other times.
+    """
     import numpy as np
 
     from minsnap.paths.shapes import leg_durations
 
-    own: dict[str, Any] = {"durations": None, "total_time": None, "limits": (), "rotors": None} if searched else {}
-    own |= {"time_weight": None} if searched else {}
+    own: dict[str, Any] = {"durations": None, "total_time": None, "time_weight": None} if searched else {}
+    own |= {"limits": (), "rotors": None} if "limits" in chosen else {}
     own |= {"time_limit": None} if chosen.get("total_time") is not None else {}
     own |= {"split": "optimal"} if chosen.get("time_weight") is not None else {}
     timed = request.changed(**own | chosen)

@@ -12,9 +12,13 @@ import numpy as np
 from minsnap.planning.request import PlanRequest
 
 Change = Callable[[PlanRequest], PlanRequest]
-Shown = Callable[[PlanRequest], Any]
-ValueChange = Callable[[PlanRequest, Any], PlanRequest]
 """Returns the document after an edit."""
+
+ValueChange = Callable[[PlanRequest, Any], PlanRequest]
+"""The same for the value of an input."""
+
+Shown = Callable[[PlanRequest], Any]
+"""What an input shows of the document."""
 
 
 class Editor(Protocol):

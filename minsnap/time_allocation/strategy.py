@@ -330,7 +330,7 @@ class Strategy:
             Of the most used limit, relative.
         """
         curve, answer, at = solved.flown, self.answer, cache(partial(slowed, solved))
-        priced = question.price > 0.0
+        priced = question.timed or question.price > 0.0
         assert answer is not None
         if question.moving:
             use = largest_use(limits, curve, proved=False)
@@ -446,9 +446,10 @@ class Strategy:
         alone = self._alike(1)
         first = alone.solve(None)
         self.ended = alone.ended
-        if first is None or alone.interrupted:
-            return first
         refine = self.timing.refine
+        smoother = refine and task.continuity > task.half - 1  # which takes longer from a search with more pieces
+        if first is None or alone.interrupted or smoother:
+            return first
         several = self._alike(QUESTION.divisions[0]) if refine else self
         solved = several.solve(None if refine else guess_of(first.trajectory, alone.task))
         solved = solved or several._in_longer_durations()

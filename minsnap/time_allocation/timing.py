@@ -101,9 +101,7 @@ class Timing:
         names = ("durations", "total_time", "time_weight")
         chosen = [name for name in names if getattr(self, name) is not None]
         if len(chosen) > 1:
-            raise TimingError(
-                f"{' and '.join(chosen)} exclude each other: give one of durations, total_time, time_weight, limits"
-            )
+            raise TimingError(f"{' and '.join(chosen)} exclude each other: give one of them")
         if not chosen and self.limits is None:
             raise TimingError("the plan has no times: give one of durations, total_time, time_weight, limits")
         if self.due < inf and self.durations is None and self.limits is None:
@@ -217,6 +215,9 @@ class Run:
 
     steps: tuple[Step, ...]
     interrupted: bool = False
+
+
+NO_RUN = Run(())
 
 
 def searched(search: Any, best: bool) -> tuple[FloatArray, Run]:

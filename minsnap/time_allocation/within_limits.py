@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -16,6 +15,7 @@ from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES
+from minsnap.native.library import core
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
@@ -28,7 +28,7 @@ from minsnap.time_allocation.shortest_question import guess_of
 from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import touching_factor
-from minsnap.time_allocation.timing import Run, Timed, Timing, solved_or_explained, timed
+from minsnap.time_allocation.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
 from minsnap.time_allocation.ways import end_on_limit, shortest_from
 from minsnap.trajectory.report import Utilisation
 
@@ -196,7 +196,7 @@ def _at_total(timing: Timing, search: LeastPriced, free: SolvedTask | None, run:
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
     found = None if best is None else _lengthened(task, best, timing, run)
     if found is None and longer is not None:
-        found = _between(task, best or fastest, longer, timing)
+        found = _between(task, best or fastest, longer, timing, run)
     plans = [found] if timing.bounds.yaw_rate is None else [found, *_in_proportion(task, timing, fastest, run)]
     cheapest = min((one for one in plans if one is not None), key=lambda one: one.trajectory.cost(), default=None)
     return cheapest or _stretched(task, fastest, timing, run)
@@ -209,13 +209,13 @@ def _in_proportion(task: Task, timing: Timing, fastest: SolvedTask, run: Run) ->
         yield plan(task.piece_durations(timing.total * durations / durations.sum()))
 
 
-def _between(asked: Task, shorter: SolvedTask, longer: SolvedTask, timing: Timing) -> Timed | None:
+def _between(asked: Task, shorter: SolvedTask, longer: SolvedTask, timing: Timing, run: Run) -> Timed | None:
     """Plan for a total in durations between those of a shorter and of a longer plan."""
     low, high = shorter.trajectory.durations, longer.trajectory.durations
     if len(low) != len(high):
         return None
     share = (timing.total - low.sum()) / (high.sum() - low.sum())
-    return searched_in_time(longer, asked, timing, low + share * (high - low))
+    return searched_in_time(longer, asked, timing, low + share * (high - low), run)
 
 
 def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Timed | None:
@@ -228,7 +228,7 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     if task.still or factor <= 1.0 + KEPT:
         slower = timed(best, run, factor)
         kept = keeps(timing.bounds, slower.trajectory)
-        return slower if kept else searched_in_time(best, asked, timing, factor * durations)
+        return slower if kept else searched_in_time(best, asked, timing, factor * durations, run)
     between = durations.copy()
     between[: task.pieces * (0 in task.moving)] = 0.0
     between[len(between) - task.pieces * (task.legs in task.moving) :] = 0.0
@@ -236,7 +236,7 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     if between.any():
         tried.append(durations + (total - durations.sum()) / between.sum() * between)
     plan = plans_for(replace(timing.bounded(asked), pieces=task.pieces), task, timing, run, exact=True)
-    planned = (plan(durations) or searched_in_time(best, task, timing, durations) for durations in tried)
+    planned = (plan(durations) or searched_in_time(best, task, timing, durations, run) for durations in tried)
     return next((one for one in planned if one is not None), None)
 
 
@@ -289,15 +289,36 @@ def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | No
 
 
 def searched_in_time(
-    first: SolvedTask, task: Task, timing: Timing, durations: FloatArray | None = None
+    first: SolvedTask, task: Task, timing: Timing, durations: FloatArray | None = None, run: Run = NO_RUN
 ) -> Timed | None:
-    """Search a curve that keeps the limits in piece durations [s], from one in others or beyond; None without one."""
-    with suppress(SolverError, LimitError):
-        found = Strategy(task, timing).solve_timed(
-            first, first.trajectory.durations if durations is None else durations
-        )
-        return None if found is None else timed(found)
-    return None
+    """Search a curve that keeps the limits in piece durations [s], from one in others or beyond; None without one.
+
+    Parameters
+    ----------
+    first : SolvedTask
+    task : Task
+        Without the walls of the limits.
+    timing : Timing
+    durations : ndarray, shape (pieces in all,), optional
+        By default those of the first curve [s].
+    run : Run
+        The search before; where that was interrupted there is no other.
+
+    Raises
+    ------
+    LateError
+        Where time or Ctrl-C ends it before it has a curve; work that is spent leaves the refusal to be said.
+    """
+    if run.interrupted or core().name != "native" or not task.deadline.affords(0.0):
+        return None
+    try:
+        search = Strategy(task, timing)
+    except LimitError:
+        return None
+    found = search.solve_timed(first, first.trajectory.durations if durations is None else durations)
+    if found is None and search.ended is not None and not search.deadline.spent:
+        raise search.ended
+    return None if found is None else timed(found, Run((*run.steps, *search.log.steps), search.interrupted))
 
 
 def require_limits_kept(planned: Timed, task: Task, timing: Timing, stretchable: bool = False) -> Timed:

@@ -182,3 +182,11 @@ def test_a_search_ends_in_time_with_a_plan_that_keeps_its_limits(call):
     assert found["binding"] and max(used["fraction"] for used in found["limits"]) <= 1.0 + 1e-9
     run = call("rect", "--time-limit", -1)
     assert run.returncode == 2 and "--time-limit" in run.stderr
+
+
+def test_the_limits_of_a_file_hold_for_another_time(process, tmp_path):
+    file = tmp_path / "course.yaml"
+    file.write_text("waypoints: [[0, 0, 1], [4, 0, 1], [4, 3, 1], [0, 3, 1]]\ntotal_time: 6\nlimits: {speed: 4}\n")
+    assert "limit speed" in process("plan", file, "--time", "4.4").stdout
+    refused = process("plan", file, "--time", "2")
+    assert refused.returncode == 1 and "2 s are too short for the limits" in refused.stderr

@@ -8,9 +8,10 @@ from tasks import REFERENCE, random_legs, task_of
 
 import minsnap
 from minsnap import Limits
-from minsnap.native.library import core
+from minsnap.errors import UnprovedError
+from minsnap.native.library import Core, core
 from minsnap.optimisation.solve import solve
-from minsnap.time_allocation import strategy
+from minsnap.time_allocation import strategy, within_limits
 from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.timing import Timing
 from minsnap.vehicle import Quadrotor
@@ -74,6 +75,20 @@ def test_a_turn_along_the_velocity_whose_search_finds_no_end_is_searched_in_long
     monkeypatch.setattr(strategy, "search_shortest", without_end)
     path = minsnap.plan(REFERENCE, **asked)
     assert path.duration <= 1.04 * alone.duration and minsnap.certify(path, limits=asked["limits"]).ok
+
+
+def test_what_a_search_in_held_durations_tells_is_in_the_report():
+    asked = {"limits": Limits(body_rate=0.8), "start": {"velocity": (1.5, 0.4, 0.0)}}
+    total, told = 1.05 * minsnap.plan(REFERENCE, **asked).duration, []
+    path = minsnap.plan(REFERENCE, **asked, total_time=total, progress=told.append)
+    assert path.report.solver == "interior point" and len(path.report.steps) == len(told) > 0
+    assert not path.report.interrupted
+
+
+def test_without_the_native_core_the_time_that_would_do_is_named(monkeypatch):
+    monkeypatch.setattr(within_limits, "core", lambda: Core(None, "left out"))
+    with pytest.raises(UnprovedError, match="s would do in these proportions"):
+        minsnap.plan([(0, 0, 0), (2, 0, 0), (2, 2, 1)], [0.9, 1.0], limits=Limits(speed=5.0, body_rate=2.5))
 
 
 @pytest.mark.slow
