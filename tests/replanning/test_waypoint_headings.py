@@ -1,5 +1,7 @@
 """One heading per waypoint ahead: met there, without a jump at the splice, and within the limit on the yaw rate."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ import minsnap
 from minsnap import Limits, Replanner
 from minsnap.errors import YawError
 from minsnap.replanning.splice import splice_of
+from minsnap.time_allocation import strategy
 from minsnap.trajectory.heading import wrap
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1), (8, 1, 1)], dtype=float)
@@ -96,8 +99,16 @@ def test_angles_with_boxes_go_to_the_ends_of_their_legs(flown):
     check_heading(change, flown, angles)
 
 
-@pytest.mark.slow
-def test_headings_that_no_plan_found_can_follow_leave_the_flown_ones(flown):
+def test_headings_to_and_fro_are_followed_by_a_slower_plan(flown):
+    angles = [3.0, 0.0, 3.0, 0.0]
+    change = Replanner(LIMITS, 0.5, clock=still).replan(flown, 0.2, POINTS[1:], 0.1, yaw=angles, **AMPLE)
+    assert not change.kept and change.trajectory.duration > 1.5 * flown.duration
+    check_heading(change, flown, angles)
+
+
+def test_headings_that_no_plan_found_can_follow_leave_the_flown_ones(flown, monkeypatch):
+    search = strategy.search_shortest
+    monkeypatch.setattr(strategy, "search_shortest", lambda *asked: dataclasses.replace(search(*asked), kept=False))
     change = Replanner(LIMITS, 0.5, clock=still).replan(flown, 0.2, POINTS[1:], 0.1, yaw=[3.0, 0.0, 3.0, 0.0], **AMPLE)
     assert change.kept and change.certified and change.reason
     assert change.trajectory.yaw(0.5) == pytest.approx(flown.yaw(0.8), abs=1e-12)
