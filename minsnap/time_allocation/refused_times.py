@@ -26,7 +26,7 @@ from minsnap.time_allocation.longer_times import Attempt, least_longer
 from minsnap.time_allocation.recovery import pinned_use
 from minsnap.time_allocation.refusal import explain, overdetermined
 from minsnap.time_allocation.time_scaling import shortest_scaled
-from minsnap.time_allocation.timing import Run, Timed, Timing, solved_or_explained, timed
+from minsnap.time_allocation.timing import NO_RUN, Timed, Timing, solved_or_explained, timed
 from minsnap.time_allocation.ways import start_on_limit
 from minsnap.time_allocation.within_limits import plans_for, searched_in_time
 
@@ -56,7 +56,7 @@ def in_other_times(task: Task, timing: Timing, refused: Refused) -> Timed | None
     if not mine or task.samples is not None or task.lengths.min() <= 0.0 or _for_all_times(task, timing, refused):
         return None
     bounded, total = _bounded(task, timing), timing.total_time
-    attempt = partial(plans_for(bounded, task, timing, Run(()), exact=total is not None), effort=Effort.TRY)
+    attempt = partial(plans_for(bounded, task, timing, NO_RUN, exact=total is not None), effort=Effort.TRY)
     slows = task.still and not any(wall.order for wall in task.walls)
     tried = (
         least_longer(attempt, durations, slows, bounded.deadline)
@@ -89,7 +89,7 @@ def _where_free_curves_fit(task: Task, bounded: Task, timing: Timing, refused: R
     if timing.time_weight is not None and task.still:
         factor = priced_factor(solve(replace(bounded, walls=()), task.piece_durations(fitting)), timing.time_weight)
         fitting = fitting * (factor if all(wall.order == 0 for wall in bounded.walls) else max(factor, 1.0))
-    cheapest, run = fitting, Run(())
+    cheapest, run = fitting, NO_RUN
     if priced:
         cheapest, run = cheapest_durations(bounded, timing, fitting, timing.time_weight)
     plan = plans_for(bounded, task, timing, run, exact=priced)
@@ -208,7 +208,7 @@ def _stretch_tried(
 def _glances(task: Task, timing: Timing, durations: FloatArray, guess: float) -> tuple[Attempt, Timed | None]:
     """Return how longer durations were planned, and the shortest plan; a glance misses some that join more smoothly."""
     bounded = _bounded(task, timing)
-    plans = plans_for(bounded, task, timing, Run(()), exact=True)
+    plans = plans_for(bounded, task, timing, NO_RUN, exact=True)
     attempt = partial(plans, effort=Effort.GLANCE)
     longer = least_longer(attempt, durations, False, bounded.deadline, guess)
     if longer is None and task.jumps:

@@ -212,10 +212,9 @@ class Strategy:
         guess = guess_of(curve, replace(task, pieces=first.task.pieces))
         if guess is None or task.continuity > task.half - 1:
             return None
-        price = float(f"{(2 * task.half - 1) * curve.cost(task.half) / curve.duration:.6g}")
-        question = replace(begun_from(self._question, replace(guess, durations=durations)), parts=())
-        question = replace(question, price=price, timed=True, moving=True)
-        return self._certified(question, self.limits, SETTINGS.not_longer)
+        question = begun_from(self._question, replace(guess, durations=durations))
+        held = replace(question, parts=(), price=balanced_price(curve, curve.duration), timed=True, moving=True)
+        return self._certified(held, self.limits, SETTINGS.not_longer)
 
     @cached_property
     def _heading(self) -> Heading | None:
@@ -524,6 +523,16 @@ class Strategy:
             return None
         used = most_used(self.limits, solved_at(self.task, answer).flown)
         return used if used.fraction > 1.0 + KEPT else None
+
+
+def six_digits(value: float) -> float:
+    """Six digits, as no rounding of a library may decide a plan."""
+    return float(f"{value:.6g}")
+
+
+def balanced_price(curve: Trajectory, total: float) -> float:
+    """Return the price of a second at which a path flown more slowly saves in cost what its time costs [1/s]."""
+    return six_digits((2 * curve.cost_order - 1) * curve.cost() / total)
 
 
 def shorter(*plans: SolvedTask | None) -> SolvedTask | None:

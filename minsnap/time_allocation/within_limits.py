@@ -25,7 +25,7 @@ from minsnap.time_allocation.least_cost import cheapest_durations, distance_spli
 from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import guess_of
-from minsnap.time_allocation.strategy import Strategy
+from minsnap.time_allocation.strategy import Strategy, balanced_price, six_digits
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import touching_factor
 from minsnap.time_allocation.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
@@ -143,7 +143,7 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
         return require_limits_kept(timed(solved), task, timing)
     if not _searchable(task, limits):
         price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
-        planned = _cheapest(bounded, timing, price, durations, Run(()))
+        planned = _cheapest(bounded, timing, price, durations, NO_RUN)
         if planned is None:
             raise explain(timing.in_time(bounded), task.piece_durations(durations))
         return require_limits_kept(planned, task, timing, price is not None)
@@ -154,7 +154,7 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
             durations = task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))
             refused = explain(timing.in_time(task), durations)
             if isinstance(refused, SolverError) and timing.total_time is not None:
-                return _at_total(timing, LeastPriced(task, timing), None, Run(()))  # these durations have a curve
+                return _at_total(timing, LeastPriced(task, timing), None, NO_RUN)  # these durations have a curve
             raise refused from None
     fastest, search = Strategy(task, timing).run()
     price, durations = _wished(task, timing, _leg_durations(fastest))
@@ -442,7 +442,7 @@ class LeastPriced:
         that of the price.
         """
         goal, slope = total * (1.0 - PRICES.below), -0.5 / self.task.half
-        price = _grained((2 * self.task.half - 1) * free.trajectory.cost() / goal)
+        price = balanced_price(free.trajectory, goal)
         best: SolvedTask | None = None
         longer: SolvedTask | None = None
         solved, low, high, before = self._from(free, price), 0.0, np.inf, (np.nan, np.nan)
@@ -463,7 +463,7 @@ class LeastPriced:
             price = float(
                 np.exp(np.clip(place - (apart + 0.5 * PRICES.met) / slope, place - PRICES.step, place + PRICES.step))
             )
-            price = _grained(price if low < price < high else float(np.sqrt(low * high)))
+            price = six_digits(price if low < price < high else float(np.sqrt(low * high)))
             solved = self._from(solved, price)
         return best, longer
 
@@ -475,9 +475,4 @@ class LeastPriced:
 
     def _from(self, plan: SolvedTask, price: float) -> SolvedTask | None:
         slower = max(1.0, min(largest_use(self.limits, plan.flown), 10.0)) if self.task.still else 1.0
-        return self.strategy.solve(guess_of(plan.trajectory, self.task, _grained(slower)), price)
-
-
-def _grained(value: float) -> float:
-    """Six digits, as no rounding of a library may decide a plan."""
-    return float(f"{value:.6g}")
+        return self.strategy.solve(guess_of(plan.trajectory, self.task, six_digits(slower)), price)
