@@ -11,7 +11,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import WORK, LateError
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError, TimingError
-from minsnap.limits.compliance import keeps, largest_use
+from minsnap.limits.compliance import keeps, largest_use, most_used
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
@@ -19,7 +19,7 @@ from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
 from minsnap.time_allocation.least_cost import SPLITS, Log, distance_split, trapezoid_times
-from minsnap.time_allocation.time_stretch import kept_factor, without_derivative_walls, yaw_too_fast
+from minsnap.time_allocation.time_stretch import kept_factor, nearby_factor, without_derivative_walls, yaw_too_fast
 from minsnap.time_allocation.timing import Run, Timed, Timing, searched, solved_or_explained, timed
 
 SCALED_LEGS = 20
@@ -63,11 +63,19 @@ def flown_fastest(solved: SolvedTask, limits: Limits, walls: Sequence[Walls], se
     ------
     LimitError
         If a yaw that is a function of time turns too fast at that speed.
+    SolverError
+        If no speed was found at which it leaves the rotors enough.
     """
-    planned = timed(solved, search, kept_factor(limits, walls, solved.flown))
-    if limits.yaw_rate is not None and solved.flown.yaw.medium is None and not keeps(limits, planned.trajectory):
+    factor = kept_factor(limits, walls, solved.flown)
+    planned = timed(solved, search, factor)
+    if solved.flown.yaw.medium is not None or keeps(limits, planned.trajectory):
+        return planned
+    nearby = nearby_factor(limits, lambda slower: timed(solved, factor=factor * slower).trajectory)
+    if nearby is not None:
+        return timed(solved, search, factor * nearby)
+    if most_used(limits, planned.trajectory).name == "yaw_rate":
         raise yaw_too_fast(limits, planned.trajectory)
-    return planned
+    raise SolverError("no speed was found at which the path keeps its limits with a yaw that is a function of time")
 
 
 def _by_stops(task: Task, limits: Limits) -> FloatArray:
