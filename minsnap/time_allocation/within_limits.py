@@ -153,9 +153,12 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
         except InfeasibleRowsError:
             durations = task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))
             refused = explain(timing.in_time(task), durations)
-            if isinstance(refused, SolverError) and timing.total_time is not None:
-                return _at_total(timing, LeastPriced(task, timing), None, NO_RUN)  # these durations have a curve
-            raise refused from None
+            if not isinstance(refused, SolverError):
+                raise refused from None
+            joint = LeastPriced(task, timing)  # these durations have a curve
+            if timing.time_weight is None:
+                return _at_total(timing, joint, None, NO_RUN)
+            return require_limits_kept(timed(*joint.priced_from_shortest(timing.time_weight)), task, timing, True)
     fastest, search = Strategy(task, timing).run()
     price, durations = _wished(task, timing, _leg_durations(fastest))
     if price is None:
@@ -434,6 +437,12 @@ class LeastPriced:
         if solved is None:
             raise self.strategy.ended or self.strategy.reason()
         return solved, Run(tuple(self.log.steps), self.interrupted)
+
+    def priced_from_shortest(self, price: float) -> tuple[SolvedTask, Run]:
+        """Return the same, searched from the shortest plan, or that plan where nothing cheaper is found."""
+        shortest, run = Strategy(self.task, self.timing).run()
+        solved = None if run.interrupted else self._from(shortest, price)
+        return solved or shortest, Run((*run.steps, *self.log.steps), run.interrupted or self.interrupted)
 
     def at_total(self, total: float, free: SolvedTask) -> tuple[SolvedTask | None, SolvedTask | None]:
         """Return the plans of least cost nearest to a total [s] that take less and more; None where there is none.
