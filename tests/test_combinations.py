@@ -7,6 +7,7 @@ from combination_oracle import Judge, greatest, squared
 from random_combinations import judged, outcome, planted, question
 
 import minsnap
+from minsnap.basics.deadline import WORK, Deadline
 from minsnap.native.status import Status
 from minsnap.optimisation import least_slacks
 from minsnap.optimisation.solve import Effort
@@ -71,6 +72,32 @@ def test_a_yaw_in_time_is_measured_again_where_a_curve_is_flown_more_slowly():
     """Rotors broke their limit on the slower curve; what was tried in its place takes 7.2 s."""
     asked, _ = question(401674)
     assert minsnap.plan(**asked | {"search": minsnap.Search()}).duration < 6.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [340002645, 340048612])
+def test_a_yaw_in_time_is_measured_again_where_more_derivatives_join(seed):
+    """The path was flown as fast as its rotors allow with the yaw of another pace, and refused at the last look."""
+    _, kind, said, _ = outcome(seed)
+    assert kind == "planned", said
+
+
+@pytest.mark.slow
+def test_a_price_whose_durations_have_a_curve_but_not_within_limits_is_refused_by_the_limit():
+    """It was refused as a problem "that has a solution"."""
+    _, kind, said, _ = outcome(340041288)
+    assert kind == "solver"
+    assert said.startswith("no speed was found at which the limits can be kept inside the corridor: speed reaches")
+
+
+@pytest.mark.slow
+def test_what_a_question_without_end_does_is_bounded_by_what_it_is_worth(monkeypatch):
+    """Slacks for a proof, a solve, slacks for the words of a refusal and another solve each had work of their own."""
+    done, spend = [], Deadline.spend
+    monkeypatch.setattr(Deadline, "spend", lambda own, work: (done.append(work), spend(own, work)))
+    _, kind, said, _ = outcome(330019442)
+    assert kind in ("late", "proved"), said
+    assert sum(done) <= 1.1 * WORK.question
 
 
 @pytest.mark.slow

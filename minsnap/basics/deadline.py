@@ -27,11 +27,10 @@ class WorkPrices:
     ----------
     solve : float
         A solve of the native core that does all the work that one is worth.
-    rotors, derivatives : float
-        How far limits are used, of rotors and attitudes or of derivatives alone.
-    iteration : float
-        An iteration of a search for the shortest time, for each row; with limits of single rotors as much more as
-        measuring them.
+    attitudes, derivatives : float
+        How far limits are used, of attitudes, rotors and headings or of derivatives alone.
+    iteration, rotors : float
+        An iteration of a search for the shortest time, for each row; the same with limits of single rotors.
     free_curve : float
         A curve without walls, and how far it is outside.
     joined : float
@@ -46,9 +45,10 @@ class WorkPrices:
         What a question of so many legs and pieces is worth; it grows with the square of either.
     """
 
-    solve: float = 150.0
-    iteration: float = 2.5e-5
-    rotors: float = 20.0
+    solve: float = 360.0
+    iteration: float = 6e-5
+    rotors: float = 1.2e-3
+    attitudes: float = 6.0
     derivatives: float = 1.0
     free_curve: float = 1.0
     joined: float = 1.2e-5
@@ -56,7 +56,7 @@ class WorkPrices:
     interior_point: float = 6e-5
     slacks: float = 4e-6
     term: float = 0.01
-    question: float = 1650.0
+    question: float = 2000.0
     legs: int = 5
     pieces: int = 30
 
@@ -66,7 +66,7 @@ class WorkPrices:
 
     def measuring(self, names: Iterable[str]) -> float:
         """Return the price of how far limits of these names are used."""
-        return self.derivatives if all(KIND[name].order or name == "yaw_rate" for name in names) else self.rotors
+        return self.derivatives if all(KIND[name].order for name in names) else self.attitudes
 
 
 WORK = WorkPrices()
@@ -170,6 +170,11 @@ class Deadline:
     def left_of_work(self) -> float:
         """Work that is left until nothing new is begun."""
         return self.work.worth - self.work.done
+
+    @property
+    def solves(self) -> float:
+        """The same in solves of the native core that do all the work that one is worth."""
+        return max(self.left_of_work, 0.0) / WORK.solve
 
     @property
     def spent(self) -> bool:

@@ -171,13 +171,13 @@ def solve_corridor(
 
 
 def least_slack(
-    question: CorridorQuestion, give: Give, sign: bool = False, effort: float = 1.0, seconds: float = inf
+    question: CorridorQuestion, give: Give, sign: bool = False, effort: float = 4.0, seconds: float = inf
 ) -> LeastSlack:
     """Return the least slacks with which a curve keeps all walls.
 
-    Both hold at any status that is about the method, the slacks as a bound from below.  It gives up after a share
-    ``effort`` of the work that they are worth, or after so many seconds; with ``sign`` it ends where they are known to
-    be more than nothing.
+    Both hold at any status that is about the method, the slacks as a bound from below.  It gives up after an ``effort``
+    of all stages, as of a solve, or after so many seconds; with ``sign`` it ends where they are known to be more than
+    nothing.
     """
     answer = _answer_record(question, give.slacks)
     most, dim = len(answer.kept["s"]), question.positions.shape[1]

@@ -40,11 +40,11 @@ def common_slack(walls: AllWalls) -> Give:
 
 
 def native_slacks(
-    task: Task, durations: FloatArray, give: Give, lowest: float = 0.0, sign: bool = False, effort: float = 1.0
+    task: Task, durations: FloatArray, give: Give, lowest: float = 0.0, sign: bool = False, effort: float = 4.0
 ) -> LeastSlack | None:
     """Return the least slacks, from a lowest that is not positive, by the native core; None without it.
 
-    With ``sign`` they end where they are known to be more; ``effort`` is a share of the work that they are worth.
+    With ``sign`` they end where they are known to be more; ``effort`` is as for a solve, of all stages together.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def native_slacks(
     question = corridor_question(replace(task, solver="auto"), durations, task.units(durations), walls)
     if isinstance(question, str):
         return None
-    least = least_slack(question, give, sign, effort, task.deadline.left)
+    least = least_slack(question, give, sign, min(effort, task.deadline.solves), task.deadline.left)
     task.deadline.spend(WORK.solve * least.work)
     task.deadline.require()
     return replace(least, slacks=least.slacks + lowest)

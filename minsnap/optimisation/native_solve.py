@@ -25,12 +25,12 @@ def solve_natively(
 ) -> SolvedTask | str:
     """Solve for piece durations (pieces in all,) [s], or return the reason why there is no answer, or none proved.
 
-    It gives up when the task is due, or after a share ``effort`` of the work that a task is worth.
+    It gives up when the task is due, after a share ``effort`` of the work that a task is worth, and with the work left.
     """
     question = corridor_question(task, durations, units)
     if isinstance(question, str):
         return question
-    answer = solve_corridor(question, gap, effort, task.deadline.left)
+    answer = solve_corridor(question, gap, min(effort, task.deadline.solves), task.deadline.left)
     task.deadline.spend(WORK.solve * answer.work)
     if answer.status is not Status.DONE:
         return answer.status.reason

@@ -35,7 +35,7 @@ class FittingSettings:
     room : float
         Excess below zero that is enough, in widths.
     effort : float
-        Share of the work that least slacks are worth for those of one try.
+        Of the least slacks of one try.
     same : float
         Share of the least excess from another start above which that led to the same.
     far : float
@@ -50,7 +50,7 @@ class FittingSettings:
     """
 
     room: float = 0.01
-    effort: float = 0.1
+    effort: float = 0.4
     same: float = 0.99
     far: float = 0.3
     patience: int = 5
@@ -128,14 +128,13 @@ class _LeastExcess:
 
     def _least(self, durations: FloatArray) -> float:
         known = native_slacks(self.task, durations, self.give, -2.0 * FITTING.room, effort=FITTING.effort)
-        if known is not None:
-            self.deadline.spend(WORK.free_curve + WORK.solve * known.work)  # short ones take twice what they count
+        self.deadline.spend(WORK.free_curve)
         if known is not None and known.status is Status.DONE:
             return float(known.slacks.max())
         if known is not None and known.status is Status.SPENT and known.slacks.max() > FITTING.far:
             raise SolverError("the least slack is far from gone, and its work is spent")
         unknowns = self.free.legs * self.free.pieces * (self.free.half - 1) * bool(self.free.jumps)
-        self.deadline.spend(WORK.free_curve + WORK.joined * self.free.dim * unknowns**3)
+        self.deadline.spend(WORK.joined * self.free.dim * unknowns**3)
         return _largest_excess(self.task.walls, solve(self.free, durations).trajectory)
 
     def run(self) -> None:

@@ -148,7 +148,7 @@ class Strategy:
         self.log, self.longest = Log(timing.progress), 0.0
         self.ended: LateError | None = None
         self.deadline = timing.in_time(task).deadline
-        self.price = WORK.iteration * (WORK.rotors if isinstance(self.limits, VehicleLimits) else 1.0)
+        self.price = WORK.rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
         self.answer: ShortestCurve | None = None
         self.walled = any(wall.order for wall in task.walls)
 

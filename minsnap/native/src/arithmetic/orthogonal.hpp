@@ -35,13 +35,14 @@ template <class Real>
 class Orthogonal {
 public:
     [[nodiscard]] bool allocate(const Layout &layout, int most) {
-        layout_ = &layout, most_ = most, count_ = 0;
+        layout_ = &layout, most_ = most, count_ = 0, products_ = 0.0;
         const std::size_t columns = most;
         return q_.allocate(columns * layout.entries + 1) && r_.allocate(columns * columns + 1) && reach_.allocate(columns + 1) &&
                more_.allocate(columns + 1);
     }
 
     int count() const { return count_; }
+    double products() const { return products_; }  // of entries of columns, since it was allocated
     void clear() { count_ = 0; }
 
     // Inner product of two columns, of which the second is reached like ``b``.
@@ -49,16 +50,18 @@ public:
         const int piece = a.piece > b.piece ? a.piece : b.piece;
         Real sum = 0;
         for (unsigned left = a.axes & b.axes & layout_->all(); left != 0; left &= left - 1) {
-            const int axis = __builtin_ctz(left), from = layout_->first(axis, piece);
-            sum += dot(x + from, y + from, layout_->offset[axis + 1] - from);
+            const int axis = __builtin_ctz(left), from = layout_->first(axis, piece), length = layout_->offset[axis + 1] - from;
+            sum += dot(x + from, y + from, length);
+            products_ += length;
         }
         return sum;
     }
 
     void add(Real *x, Real factor, const Real *y, Reach b) const {
         for (unsigned left = b.axes & layout_->all(); left != 0; left &= left - 1) {
-            const int axis = __builtin_ctz(left), from = layout_->first(axis, b.piece);
-            add_multiple(x + from, factor, y + from, layout_->offset[axis + 1] - from);
+            const int axis = __builtin_ctz(left), from = layout_->first(axis, b.piece), length = layout_->offset[axis + 1] - from;
+            add_multiple(x + from, factor, y + from, length);
+            products_ += length;
         }
     }
 
@@ -149,6 +152,7 @@ private:
             p[i] = c * was + s * q[i];
             q[i] = c * q[i] - s * was;
         }
+        products_ += 4.0 * layout_->entries;
         const Reach first = reach_[j], second = reach_[j + 1], both = joined(first, second);
         reach_[j] = a == 0 ? second : b == 0 ? first : both;
         reach_[j + 1] = a == 0 ? first : b == 0 ? second : both;
@@ -156,6 +160,7 @@ private:
 
     const Layout *layout_ = nullptr;
     int most_ = 0, count_ = 0;
+    mutable double products_ = 0.0;
     Buffer<Real> q_, r_, more_;
     Buffer<Reach> reach_;
 };

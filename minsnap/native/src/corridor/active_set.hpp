@@ -41,7 +41,7 @@ public:
 
     // With slacks: unknowns behind those of the curve, each worth ``price`` times its value in the distance.
     [[nodiscard]] bool allocate(int slacks = 0, Real price = 1) {
-        slacks_ = slacks, price_ = price;
+        slacks_ = slacks, price_ = price, placed_ = 0.0;
         if (!lay_out() || !slack_.allocate(slacks + 1)) return false;
         const std::size_t n = layout_.entries, most = n + 2;
         return rows_.allocate(most) && vectors_.allocate(most * n + 1) && free_.allocate(most) && z_.allocate(n + 1) &&
@@ -61,6 +61,7 @@ public:
     Real outwards(const Wall<Real> &wall) const { return wall.slack < 0 ? Real(0) : wall.give[0] * slack_[wall.slack]; }
 
     int count() const { return count_; }
+    double work() const { return orthogonal_.products() + placed_; }  // products of entries since it was allocated, about
     Row<Real> &row(int k) { return rows_[k]; }
     const Row<Real> &row(int k) const { return rows_[k]; }
     bool is_equality(int k) const { return walls_[rows_[k].wall].equality; }
@@ -141,6 +142,8 @@ public:
         for (int i = 0; i < layout_.entries; ++i) step_[i] = 0;
         chain_.place();
         for (int k = 0; k < count_; ++k) measure(rows_[k]);
+        const double points = 2.0 * Half;
+        placed_ += 1.5 * points * layout_.entries + points * points * (double(chain_.pieces) * chain_.dim + count_);
     }
 
     // Refine until the active rows hold with equality on the curve itself.
@@ -365,6 +368,7 @@ private:
     Buffer<Real> vectors_, z_, step_, rest_, along_, factor_, slack_;
     int slacks_ = 0;
     Real price_ = 1;
+    double placed_ = 0.0;  // products by which the curve was placed
     Buffer<int> free_;
     int count_ = 0;
 };

@@ -42,7 +42,7 @@ private:
         if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
         if (status == Status::done) status = meet_equalities();
         if (status == Status::done) status = iterate(answer.points);
-        answer.rounds = rounds_, answer.work += work_ / most_work;
+        answer.rounds = rounds_, answer.work += (work_ + active.work()) / most_work;
         if (status == Status::done && aim == Aim::proved && !joined(answer.points)) status = Status::not_proved;
         return status;
     }
@@ -61,7 +61,7 @@ private:
     static constexpr int most_prices = 3;  // of what draws a curve that walls alone hold
     static constexpr int most_rounds = 1000, most_idle = 100, most_tries = 40, shortest_pause = 3;
     // Products of vectors' entries, about, after which it gives up: 0.2 to 0.4 s in either precision.
-    static constexpr double most_work = sizeof(Real) > 8 ? 3e7 : 5e8;
+    static constexpr double most_work = sizeof(Real) > 8 ? 4.5e7 : 7e8;
     static constexpr double round_work = 8.0;  // the same for a round, for each coefficient and point of a wall or a coordinate
     static constexpr Real absurd = Real(sizeof(Real) > 8 ? 1e8 : 1e6);        // times the cost of stops at all knots: hardly a plan
     static constexpr Real most_absurd = Real(sizeof(Real) > 8 ? 1e18 : 1e6);  // the same where rounding has taken over
@@ -291,7 +291,8 @@ private:
     bool spent() {
         const double points = 2.0 * given_->half;
         work_ += round_work * points * points * (double(given_->walls.count) + double(chain.pieces) * chain.dim);
-        return work_ > most_work * given_->effort || (given_->due != Instant::max() && std::chrono::steady_clock::now() > given_->due);
+        return work_ + active.work() > most_work * given_->effort ||
+               (given_->due != Instant::max() && std::chrono::steady_clock::now() > given_->due);
     }
 
     // Whether the excess is small and has not been halved for long: rounding holds it up then, but not in the next precision.
@@ -441,7 +442,6 @@ private:
     // Move the rows to the contacts; if that does not halve the excess, come back.
     bool moved() {
         const Real before = worst_;
-        work_ += 4.0 * active.count() * active.count() * active.layout().entries;
         contacts_.remember();
         if (contacts_.step(share_)) {
             find_peaks();
@@ -462,7 +462,6 @@ private:
         bool any = false;
         for (int i = 0; i < peak_count_; ++i) {
             const Peak<Real> &peak = peaks_[i];
-            work_ += (active.count() + 1.0) * active.layout().entries;
             if (any && peak.excess < Real(0.05) * worst_) break;
             if (!active.propose(peak.wall, peak.s, share_)) continue;
             const Real left = active.value(active.count()) - active.row(active.count()).limit;

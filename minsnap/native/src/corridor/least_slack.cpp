@@ -25,7 +25,6 @@ namespace {
 constexpr double prices[] = {1e3, 1e6, 1e12, 1e18};  // K^2, over the cost of the curve without walls and of stops at all knots
 constexpr double most_in_double = 1e6;               // price beyond which slacks need double-double arithmetic
 constexpr double absurd = 1e6;                       // slack that rounding made
-constexpr double most_effort = 4.0;                  // share of the work that a request is worth, for all stages
 
 bool slacks_fit(const SlackRecord &slacks, const Request &given) {
     if (slacks.count < 1 || slacks.count > given.pieces) return false;
@@ -46,7 +45,7 @@ int take_contacts(const Answer &answer, int dim, Buffer<Contact> &known) {
 // The stages of one request.
 class Stages {
 public:
-    Stages(Request &given, Answer &answer) : given_(given), answer_(answer), most_(most_effort * given.effort) {}
+    Stages(Request &given, Answer &answer) : given_(given), answer_(answer), most_(given.effort) {}
 
     // Go through the prices, each from the contacts of the last one that ended with a solution. Where the highest has none, that
     // of the price before is the answer: multipliers of lower prices, or of a stage that did not end, prove less often.

@@ -13,7 +13,7 @@
 namespace minsnap {
 
 constexpr double hasty = 0.1;    // effort below which double precision alone is tried
-constexpr double patient = 5.0;  // effort from which neither cost nor what double precision calls infeasible is a reason to give up
+constexpr double patient = 2.6;  // effort from which neither cost nor what double precision calls infeasible is a reason to give up
 
 using Instant = std::chrono::steady_clock::time_point;
 
