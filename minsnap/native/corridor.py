@@ -171,7 +171,7 @@ def solve_corridor(
 
 
 def least_slack(
-    question: CorridorQuestion, give: Give, sign: bool = False, effort: float = 4.0, seconds: float = inf
+    question: CorridorQuestion, give: Give, sign: bool = False, effort: float = 2.2, seconds: float = inf
 ) -> LeastSlack:
     """Return the least slacks with which a curve keeps all walls.
 

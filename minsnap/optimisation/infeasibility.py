@@ -48,7 +48,7 @@ class Pressed:
     def __init__(self, task: Task, durations: FloatArray, walls: AllWalls, give: Give, sign: bool = False) -> None:
         self.task, self.durations, self.walls = task, durations, walls
         self.give, self.sign, self._proved = give, sign, None
-        native = native_slacks(task, durations, give, sign=sign, effort=2.0 if sign else 4.0)
+        native = native_slacks(task, durations, give, sign=sign, effort=1.1 if sign else 2.2)
         if native is not None and native.status is not Status.DONE:  # its rows may prove what its slacks are below
             self._proved = find_contradiction(task, durations, walls, native)
         solved = native is not None and (native.status is Status.DONE or self._proved is not None)

@@ -40,7 +40,7 @@ def common_slack(walls: AllWalls) -> Give:
 
 
 def native_slacks(
-    task: Task, durations: FloatArray, give: Give, lowest: float = 0.0, sign: bool = False, effort: float = 4.0
+    task: Task, durations: FloatArray, give: Give, lowest: float = 0.0, sign: bool = False, effort: float = 2.2
 ) -> LeastSlack | None:
     """Return the least slacks, from a lowest that is not positive, by the native core; None without it.
 

@@ -22,7 +22,7 @@ from minsnap.optimisation.units import Units
 class Effort(Enum):
     """Work after which the native core gives up, as a multiple of what it counts for a problem of this size."""
 
-    WHOLE = 2.5  # a tube of eleven legs in 1,400 takes 1.7; the Python core takes up to 18 s where this one gives up
+    WHOLE = 2.0  # a tube of eleven legs in 1,400 takes 1.7; the Python core takes up to 18 s where this one gives up
     LAST = 6.0  # where nothing proves that there is no curve: it may cost 1e18 times as much as stops at all waypoints
     TRY = 0.25  # of a search: what it does not solve soon has nearly never a curve; 0.1 misses some that fly faster
     GLANCE = 0.05  # in double precision alone: most that have a curve take less, most that have none take all of it
