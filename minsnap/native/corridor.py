@@ -170,9 +170,7 @@ def solve_corridor(
     return CorridorAnswer(status, record.kept["points"], record.kept["knots"], **_contacts(record), **figures)
 
 
-def least_slack(
-    question: CorridorQuestion, give: Give, sign: bool = False, effort: float = 2.2, seconds: float = inf
-) -> LeastSlack:
+def least_slack(question: CorridorQuestion, give: Give, sign: bool, effort: float, seconds: float = inf) -> LeastSlack:
     """Return the least slacks with which a curve keeps all walls.
 
     Both hold at any status that is about the method, the slacks as a bound from below.  It gives up after an ``effort``

@@ -12,7 +12,7 @@ from minsnap.basics.deadline import WORK, LateError
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import keeps, largest_use, most_used
-from minsnap.limits.limits import Limits
+from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
@@ -68,7 +68,8 @@ def flown_fastest(solved: SolvedTask, limits: Limits, walls: Sequence[Walls], se
     """
     factor = kept_factor(limits, walls, solved.flown)
     planned = timed(solved, search, factor)
-    if solved.flown.yaw.medium is not None or keeps(limits, planned.trajectory):
+    heading = isinstance(limits, VehicleLimits) or limits.yaw_rate is not None
+    if not heading or solved.flown.yaw.medium is not None or keeps(limits, planned.trajectory):
         return planned
     nearby = nearby_factor(limits, lambda slower: timed(solved, factor=factor * slower).trajectory)
     if nearby is not None:
