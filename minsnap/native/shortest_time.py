@@ -175,7 +175,8 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
             return 1
 
     waypoints, half, dim = question.pinned.shape
-    more = 0 if half == 4 else max(0, 3 - dim)  # to the coordinates that are known for a degree: they are always zero
+    # coordinates that are always zero, up to three or five, for which a degree has searches
+    more = 0 if half == 4 else max(3 - dim, 0) + (dim == 4)
     most = (waypoints - 1) * prod(question.parts)
     most *= 1 if question.guess is None else question.guess.pieces
     durations, points, knots = (

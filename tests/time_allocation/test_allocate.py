@@ -213,6 +213,18 @@ def test_paths_of_fewer_coordinates_have_limits_too(dim):
     check(path, LIMITS, points)
 
 
+@pytest.mark.parametrize("dim", [4, 5])
+@pytest.mark.parametrize("degree", [3, 5, 7, 9, 11])
+def test_a_path_turned_into_more_coordinates_takes_as_long(degree, dim):
+    """It was searched for in four coordinates with degree 7 alone; others took up to three times as long."""
+    turned = np.linalg.qr(np.random.default_rng(degree).normal(size=(dim, 3)))[0]
+    space, wide = (
+        minsnap.plan(points, limits=LIMITS, degree=degree, pieces=2) for points in (REFERENCE, REFERENCE @ turned.T)
+    )
+    check(wide, LIMITS, REFERENCE @ turned.T)
+    assert wide.duration == pytest.approx(space.duration, rel=1e-3)
+
+
 def test_closed_laps_keep_limits_and_are_faster():
     path = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3, closed=True)
     check(path, LIMITS, corridor=0.3)

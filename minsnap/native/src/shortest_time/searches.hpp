@@ -7,6 +7,7 @@
 namespace minsnap {
 
 Status search_usual(const ShortestRequest &request, ShortestAnswer &answer);  // degree 7 in up to three coordinates
-Status search_other(const ShortestRequest &request, ShortestAnswer &answer);
+Status search_other(const ShortestRequest &request, ShortestAnswer &answer);  // in space, or degree 7 in four coordinates
+Status search_many(const ShortestRequest &request, ShortestAnswer &answer);   // in five coordinates
 
 }  // namespace minsnap
