@@ -377,6 +377,15 @@ def limited(judge, limits, drag):
         judge.flight(given, limits.gravity, drag)
 
 
+def limited_in_truth(asked, known):
+    """Return whether the time is chosen, or limited: a derivative limits it where the one below it is continuous."""
+    search, joined = asked.get("search"), asked.get("continuity", known["half"] - 1)
+    if "total_time" in asked or (search is not None and search.time_weight is not None):
+        return True
+    given = {NORMS[name] for name in asked["limits"].given() if name in NORMS}
+    return known["dim"] > 1 and any(order <= min(joined + 1, asked["degree"]) for order in given)
+
+
 def outcome(seed, source=question):
     """Return what became of the question of a seed: its kind, a sentence, and processor time [s]."""
     asked, known = source(seed)
@@ -394,6 +403,8 @@ def outcome(seed, source=question):
         kind, said = ("proved" if error.verify() and source is question else "wrong"), str(error)
     except minsnap.InputError as error:
         kind, said = "refused", f"{type(error).__name__}: {error}"
+        if "nothing limits the time" in said and limited_in_truth(asked, known):
+            kind = "wrong"
     except minsnap.SolverError as error:
         kind, said = ("late" if "time_limit" in str(error) else "solver"), str(error)
     except Exception as error:  # noqa: BLE001 - that is what is looked for

@@ -146,6 +146,8 @@ class CostSearch:
     def evaluate(self, logarithms: FloatArray) -> tuple[float, FloatArray]:
         """Logarithm of what is minimised and its gradient, at logarithms of factors on the first durations."""
         self.task.deadline.check()
+        if np.isfinite(self.best[0]) and self.task.deadline.spent:
+            raise self.task.deadline.error()
         durations = self._durations(logarithms)
         try:
             times = self.task.piece_durations(durations)

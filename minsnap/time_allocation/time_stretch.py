@@ -198,10 +198,14 @@ def grained(factor: float) -> float:
     return ceil(factor * STRETCH.grain) / STRETCH.grain
 
 
-def nothing_limits(names: Sequence[str]) -> LimitError:
+class UnlimitedError(LimitError):
+    """No limit ends a search for the shortest time: a total, or a price of time, may have a plan."""
+
+
+def nothing_limits(names: Sequence[str]) -> UnlimitedError:
     """Say that no limit ends the search."""
     used = " and ".join(KIND[name].label if name in KIND else name for name in names)
-    return LimitError(f"nothing limits the time: the path keeps the limit on {used} at any speed; add another one")
+    return UnlimitedError(f"nothing limits the time: the path keeps the limit on {used} at any speed; add another one")
 
 
 def _first_crossing(over: Callable[[float], float], start: float) -> float:

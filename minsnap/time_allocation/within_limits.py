@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -27,7 +28,7 @@ from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import guess_of
 from minsnap.time_allocation.strategy import Strategy, balanced_price, six_digits
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
-from minsnap.time_allocation.time_stretch import touching_factor
+from minsnap.time_allocation.time_stretch import UnlimitedError, touching_factor
 from minsnap.time_allocation.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
 from minsnap.time_allocation.ways import end_on_limit, shortest_from
 from minsnap.trajectory.report import Utilisation
@@ -66,10 +67,12 @@ def shortest_plan(task: Task, timing: Timing) -> Timed:
         return scaled_plan(task, timing)
     if (0 in task.moving or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
         return shortest_from(task, timing)
-    solved, search = Strategy(task, timing).run()
     if task.continuity <= task.half - 1:
-        return timed(solved, search)
-    return _smoother(task, solved, timing, search)
+        return timed(*Strategy(task, timing).run())
+    try:
+        return _smoother(task, timing, *Strategy(task, timing).run())
+    except UnlimitedError:  # what joins less smoothly may fly at any speed
+        return _smoother(task, timing)
 
 
 def _searchable(task: Task, limits: Limits) -> bool:
@@ -81,21 +84,22 @@ def _leg_durations(solved: SolvedTask) -> FloatArray:
     return leg_sums(solved.trajectory.durations, solved.trajectory.pieces)
 
 
-def _smoother(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> Timed:
+def _smoother(task: Task, timing: Timing, fastest: SolvedTask | None = None, search: Run = NO_RUN) -> Timed:
     """Plan with more derivatives continuous than a piece of the search shares, at its durations and longer ones."""
-    durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
+    pieces = task.pieces if fastest is None else fastest.trajectory.pieces
     bounded = timing.in_time(replace(timing.bounded(task), pieces=pieces))
-    plan = plans_for(bounded, task, timing, search)
-    attempt, deadline = partial(plan, effort=Effort.TRY), bounded.deadline
-    resting = bounded.piece_durations(stop_and_go_times(guessed_lengths(task), timing.bounds))
-    longer = least_longer(attempt, durations, False, deadline)
-    tried = [longer or least_longer(attempt, resting, False, deadline)]
+    attempt, deadline = partial(plans_for(bounded, task, timing, search), effort=Effort.TRY), bounded.deadline
+    firsts = [bounded.piece_durations(stop_and_go_times(guessed_lengths(task), timing.bounds))]
+    if fastest is not None:
+        firsts.insert(0, fastest.trajectory.durations)
+    longer = (least_longer(attempt, durations, False, deadline) for durations in firsts)
+    tried = [next((one for one in longer if one is not None), None)]
     if task.still and not (tried[0] and deadline.passed):
-        tried.append(shortest_scaled(replace(task, pieces=pieces), timing, durations))
+        tried.append(shortest_scaled(replace(task, pieces=pieces), timing, firsts[0]))
     shortest = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
     if shortest is None:
         deadline.require()
-        raise explain(bounded, durations)
+        raise explain(bounded, firsts[0])
     return shortest
 
 
@@ -141,12 +145,19 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
         durations = timing.total * proportions(task, timing.split, limits)
         solved = solved_or_explained(bounded, task.piece_durations(durations))
         return require_limits_kept(timed(solved), task, timing)
-    if not _searchable(task, limits):
-        price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
-        planned = _cheapest(bounded, timing, price, durations, NO_RUN)
-        if planned is None:
-            raise explain(timing.in_time(bounded), task.piece_durations(durations))
-        return require_limits_kept(planned, task, timing, price is not None)
+    if _searchable(task, limits):
+        with suppress(UnlimitedError):
+            return _searched_plan(task, timing)
+    price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
+    planned = _cheapest(bounded, timing, price, durations, NO_RUN)
+    if planned is None:
+        raise explain(timing.in_time(bounded), task.piece_durations(durations))
+    return require_limits_kept(planned, task, timing, price is not None)
+
+
+def _searched_plan(task: Task, timing: Timing) -> Timed:
+    """Search a plan for a total or a price; UnlimitedError where it needs the shortest, and there is none."""
+    limits, bounded = timing.bounds, timing.bounded(task)
     if task.continuity <= task.half - 1:
         try:
             return _joint_plan(task, timing)
@@ -168,7 +179,7 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
         return require_limits_kept(planned, task, timing, True)
     if planned is not None and keeps(limits, planned.trajectory):
         return planned
-    smooth = _smoother(task, fastest, timing, search)
+    smooth = _smoother(task, timing, fastest, search)
     if price is not None:
         return smooth
     if not task.still and timing.total < smooth.trajectory.duration:  # solves at shorter times gave up

@@ -4,6 +4,7 @@ import pytest
 from tasks import REFERENCE
 
 import minsnap
+from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 from minsnap.planning.request import plan_arguments
 
@@ -70,3 +71,22 @@ def test_a_split_within_limits_ends_at_the_time_limit_with_the_plan_that_it_begi
     )
     assert not path.report.steps
     check(path, LIMITS)
+
+
+@pytest.mark.parametrize("timing", [{"total_time": 20.0}, {"search": minsnap.Search(time_weight=100.0)}, {}])
+@pytest.mark.parametrize(("degree", "continuity", "limits"), [(3, 2, Limits(jerk=1.0)), (5, 3, Limits(snap=1.0))])
+def test_a_smoother_plan_needs_time_where_others_may_fly_at_any_speed(degree, continuity, limits, timing):
+    """Pieces that only share what their degree asks for keep such a limit at any speed, and the plan was refused."""
+    path = minsnap.plan(REFERENCE, degree=degree, continuity=continuity, pieces=3, limits=limits, **timing)
+    certificate = minsnap.certify(path, REFERENCE, limits=limits)
+    assert certificate.ok and certificate.continuity >= continuity
+    assert path.duration == pytest.approx(timing.get("total_time", path.duration), rel=1e-12)
+    with pytest.raises(LimitError, match="nothing limits the time"):
+        minsnap.plan(REFERENCE, degree=degree, pieces=3, limits=limits)
+
+
+@pytest.mark.parametrize("total", [6.0, 10.0, 20.0])
+def test_a_total_has_a_plan_where_nothing_limits_the_shortest_time(total):
+    limits = Limits(snap=1.0)
+    path = minsnap.plan(REFERENCE, degree=5, pieces=3, limits=limits, total_time=total)
+    assert path.duration == pytest.approx(total, rel=1e-12) and minsnap.certify(path, REFERENCE, limits=limits).ok
