@@ -98,6 +98,10 @@ class StrategySettings:
         Factors on the durations of a curve that a search left without an end, in which the least cost is searched.
     not_longer : float
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
+    turned : float
+        Factor on the time of a search, beyond which a yaw that it does not know makes its curve slow.
+    halved : int
+        How often the interval of the rotors' room for that yaw is halved.
     """
 
     vanishing: float = 1e-6
@@ -114,6 +118,8 @@ class StrategySettings:
     enough: float = 2.0
     longer: tuple[float, ...] = (1.01, 1.03, 1.1)
     not_longer: float = 1e-3
+    turned: float = 1.02
+    halved: int = 3
 
 
 SETTINGS = StrategySettings()
@@ -150,6 +156,7 @@ class Strategy:
         self.deadline = timing.in_time(task).deadline
         self.price = WORK.rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
         self.answer: ShortestCurve | None = None
+        self.quickest: ShortestCurve | None = None
         self.walled = any(wall.order for wall in task.walls)
 
     @property
@@ -179,7 +186,9 @@ class Strategy:
         guess = None if first is None else guess_of(first, self.task)
         solved = self.solve(guess)
         if solved is None and not self.interrupted:
-            solved = self._from_one_piece() or self._planned()
+            solved = self._from_one_piece() or self._improved(self._planned())
+        if not self._known and not self.interrupted:
+            solved = self._with_room(solved)
         if self.interrupted and self.task.still:
             solved = shorter(solved, self._resting())
         if solved is None:
@@ -189,8 +198,7 @@ class Strategy:
     def solve(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
         """Search, for a price of time or for the least time, with the rate of the yaw where it matters."""
         heading, limits = self._heading, self.limits
-        known = heading is None or heading.constant is not None or heading.medium is not None
-        far = SETTINGS.not_longer if known or limits.yaw_rate is not None else np.inf
+        far = SETTINGS.not_longer if self._known or limits.yaw_rate is not None else np.inf
         question = replace(self._question, price=price) if price else self._question
         first, best = self._first_guess() if guess is None else None, None
         if first is not None:
@@ -222,6 +230,12 @@ class Strategy:
         if not isinstance(self.limits, VehicleLimits) and self.limits.yaw_rate is None:
             return None
         return self._straight(self.times).flown.yaw
+
+    @property
+    def _known(self) -> bool:
+        """Whether a search knows the heading of every curve, where limits depend on it."""
+        heading = self._heading
+        return heading is None or heading.constant is not None or heading.medium is not None
 
     @property
     def _turns(self) -> bool:
@@ -289,6 +303,8 @@ class Strategy:
                 solved = solved_at(self.task, answer)
                 if not (answer.kept or (near and largest_use(limits, solved.flown, False) <= SETTINGS.near)):
                     break
+                if answer.kept and (self.quickest is None or answer.durations.sum() < self.quickest.durations.sum()):
+                    self.quickest = answer
                 if not solved.inside:
                     question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, QUESTION.inward))
                     continue
@@ -444,7 +460,7 @@ class Strategy:
             return None
         alone = self._alike(1)
         first = alone.solve(None)
-        self.ended = alone.ended
+        self.ended, self.quickest = alone.ended, alone.quickest
         refine = self.timing.refine
         smoother = refine and task.continuity > task.half - 1  # which takes longer from a search with more pieces
         if first is None or alone.interrupted or smoother:
@@ -452,7 +468,7 @@ class Strategy:
         several = self._alike(QUESTION.divisions[0]) if refine else self
         solved = several.solve(None if refine else guess_of(first.trajectory, alone.task))
         solved = solved or several._in_longer_durations()
-        self.ended = several.ended
+        self.ended, self.quickest = several.ended, several.quickest or alone.quickest
         return shorter(solved, first if refine else self._cut(first))
 
     def _alike(self, pieces: int) -> Strategy:
@@ -490,6 +506,37 @@ class Strategy:
             if keeps(self.limits, solved.flown):
                 return replace(solved, task=task)
         return None
+
+    def _improved(self, planned: SolvedTask | None) -> SolvedTask | None:
+        """Search again from a plan that a search did not find."""
+        guess = None if planned is None else guess_of(planned.trajectory, planned.task)
+        if guess is None:
+            return planned
+        return shorter(planned, self._certified(begun_from(self._question, guess), self.limits, SETTINGS.not_longer))
+
+    def _with_room(self, best: SolvedTask | None) -> SolvedTask | None:
+        """Search again with room of the rotors left to the torque of a yaw that no search knows, as little as it needs.
+
+        A path that is flown more slowly instead, until the yaw leaves the rotors enough, is slow everywhere.
+        """
+        limits, quickest = self.limits, self.quickest
+        if quickest is None or not isinstance(limits, VehicleLimits) or self.task.continuity > self.task.half - 1:
+            return best
+        most = max(SETTINGS.turned * quickest.durations.sum(), self.timing.total_time or 0.0)
+        task, low, high = replace(self.task, pieces=len(quickest.durations) // self.task.legs), 0.0, 1.0
+        for _ in range(SETTINGS.halved if best is None or best.flown.duration > most else 0):
+            left = 0.5 * (low + high)
+            narrower = replace(limits, reserve=1.0 - (1.0 - limits.reserve) * (1.0 - left))
+            question = question_of(task, narrower, False, self._heading)
+            again = None
+            with suppress(LimitError):
+                again = self._certified(question, limits, np.inf)
+            if self.interrupted:
+                break
+            best, answer = shorter(best, again), self.answer
+            slow = again is None or answer is None or again.flown.duration > SETTINGS.turned * answer.durations.sum()
+            low, high = (left, high) if slow else (low, left)
+        return best
 
     def reason(self) -> MinsnapError:
         """Say why the search ended outside: the corridor alone, or which limit is exceeded where and by how much."""

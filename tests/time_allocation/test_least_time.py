@@ -161,6 +161,27 @@ def test_a_yaw_that_turns_too_fast_at_any_speed_is_refused():
         minsnap.plan(REFERENCE, limits=limits, yaw=lambda t: 0.3 * np.sin(t))
 
 
+@pytest.mark.parametrize("pieces", [1, 3, "auto"])
+@pytest.mark.parametrize("yaw", [(0.0, 0.7, 1.5, 2.2, 3.0), lambda t: 0.5 * np.sin(2.0 * t)])
+def test_rotors_are_left_room_for_the_torque_of_a_yaw(yaw, pieces):
+    """A path without it, flown more slowly until the yaw left the rotors enough, took up to 1.38 times as long."""
+    limits = Limits.of(Quadrotor.dji_f330(), speed=4.0)
+    still, path = (minsnap.plan(REFERENCE, limits=limits, yaw=angles, pieces=pieces) for angles in (0.0, yaw))
+    check_touching(path, limits, REFERENCE)
+    assert path.duration <= 1.12 * still.duration
+
+
+def test_a_plan_that_no_search_found_is_searched_from():
+    """The first search ends without a curve, and the plan in its durations took 3.64 s."""
+    points = [(-0.2, 0.11, 1.15), (0.38, -0.05, 1.24), (1.02, -0.4, 0.62), (1.1, -0.25, 1.14), (1.34, 0.45, 1.5)]
+    inertia = np.diag((0.0163, 0.0179, 0.0293))
+    drag = BodyDrag((0.3269320851156088, 0.3269320851156088, 0.18836294731531977))
+    vehicle = Quadrotor(1.2, inertia, 0.19, 1e-6, 3e-8, 3800.0, 0.0, "x", drag=drag)
+    limits = Limits.of(vehicle, reserve=0.1, speed=3.0)
+    path = minsnap.plan([*points, points[0]], closed=True, degree=5, limits=limits)
+    assert path.duration <= 2.2
+
+
 def test_the_rate_of_a_heading_is_searched_for_in_the_plane_too():
     limits = Limits(speed=6.0, acceleration=10.0, yaw_rate=1.0)
     flat, path = (minsnap.plan(REFERENCE[:, :dim], corridor=1.0, limits=limits, yaw="velocity") for dim in (2, 3))
