@@ -92,9 +92,8 @@ def _smoother(task: Task, timing: Timing, fastest: SolvedTask | None = None, sea
     firsts = [bounded.piece_durations(stop_and_go_times(guessed_lengths(task), timing.bounds))]
     if fastest is not None:
         firsts.insert(0, fastest.trajectory.durations)
-    longer = (least_longer(attempt, durations, False, deadline) for durations in firsts)
-    tried = [next((one for one in longer if one is not None), None)]
-    if task.still and not (tried[0] and deadline.passed):
+    tried = [least_longer(attempt, durations, False, deadline) for durations in firsts]
+    if task.still and not (any(tried) and deadline.passed):
         tried.append(shortest_scaled(replace(task, pieces=pieces), timing, firsts[0]))
     shortest = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
     if shortest is None:
