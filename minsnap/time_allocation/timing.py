@@ -182,18 +182,19 @@ def solved_or_explained(task: Task, durations: FloatArray, refuse: Callable[[], 
     refuse : callable, optional
         Raises what is proved besides, which is asked where a try gives up.
     """
+    whole = Effort.WHOLE if refuse is nothing else Effort.TRY  # limits have a proof more often than a late curve
     try:
         if refuse is not nothing:
             with suppress(GaveUpError):
                 return solve(task, durations, task.samples, effort=Effort.GLANCE)
             refuse()
-        whole = Effort.WHOLE if refuse is nothing else Effort.TRY  # limits have a proof more often than a late curve
         return solve(task, durations, task.samples, effort=whole)
     except GaveUpError as reason:
         refused = _explained(task, durations)
         if getattr(refused, "contradiction", None) is None:
             with suppress(InfeasibleRowsError):
-                return solve(task, durations, task.samples, effort=Effort.LAST)
+                if task.deadline.solves > whole.value:
+                    return solve(task, durations, task.samples, effort=Effort.LAST)
             with suppress(InfeasibleRowsError):
                 return solve_by_reference(task, durations, str(reason))
     except InfeasibleRowsError:
