@@ -61,6 +61,7 @@ from minsnap.time_allocation.time_stretch import (
     paced,
     powers_factor,
     touching_factor,
+    touching_work,
     yaw_too_fast,
 )
 from minsnap.time_allocation.timing import Run, Timing
@@ -347,6 +348,7 @@ class Strategy:
         curve, answer, at = solved.flown, self.answer, cache(partial(slowed, solved))
         priced = question.timed or question.price > 0.0
         assert answer is not None
+        self.deadline.spend(touching_work(limits))
         if question.moving:
             use = largest_use(limits, curve, proved=False)
             if use <= 1.0 + KEPT:
@@ -520,7 +522,7 @@ class Strategy:
         A path that is flown more slowly instead, until the yaw leaves the rotors enough, is slow everywhere.
         """
         limits, quickest = self.limits, self.quickest
-        if quickest is None or not isinstance(limits, VehicleLimits) or self.task.continuity > self.task.half - 1:
+        if quickest is None or not isinstance(limits, VehicleLimits):
             return best
         most = max(SETTINGS.turned * quickest.durations.sum(), self.timing.total_time or 0.0)
         task, low, high = replace(self.task, pieces=len(quickest.durations) // self.task.legs), 0.0, 1.0

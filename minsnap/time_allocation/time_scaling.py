@@ -8,7 +8,7 @@ from contextlib import suppress
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import WORK, LateError
+from minsnap.basics.deadline import LateError
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import keeps, largest_use, most_used
@@ -19,7 +19,13 @@ from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
 from minsnap.time_allocation.least_cost import SPLITS, Log, distance_split, trapezoid_times
-from minsnap.time_allocation.time_stretch import kept_factor, nearby_factor, without_derivative_walls, yaw_too_fast
+from minsnap.time_allocation.time_stretch import (
+    kept_factor,
+    nearby_factor,
+    touching_work,
+    without_derivative_walls,
+    yaw_too_fast,
+)
 from minsnap.time_allocation.timing import Run, Timed, Timing, searched, solved_or_explained, timed
 
 SCALED_LEGS = 20
@@ -100,6 +106,7 @@ class _ScaledSearch:
     def __init__(self, task: Task, timing: Timing, first: FloatArray, most: int) -> None:
         self.task, self.limits = task, timing.bounds
         self.deadline = timing.in_time(task).deadline
+        self.price = touching_work(self.limits)
         self.first, self.most, self.shape = first, most, without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
         self.log = Log(timing.progress)
@@ -121,7 +128,7 @@ class _ScaledSearch:
         barred = self.best[0] + SPLITS.barred
         if np.isfinite(barred) and self.deadline.passed:
             raise self.deadline.error()
-        self.deadline.spend(WORK.measuring(self.limits.given()))
+        self.deadline.spend(self.price)
         try:
             effort = Effort.TRY if np.isfinite(barred) else Effort.WHOLE
             trajectory = solve(self.shape, durations, effort=effort).flown

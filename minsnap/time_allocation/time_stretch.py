@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import WORK
 from minsnap.basics.limit_kinds import KIND
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import LimitError, SolverError
 from minsnap.limits.compliance import KEPT, most_used
-from minsnap.limits.limits import Limits
+from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
@@ -50,6 +51,8 @@ class StretchSettings:
         Use above which it does not matter by how much a limit is exceeded.
     wall_precision, doublings : float, int
         Of a factor with which walls on derivatives are kept, and how often one is doubled until they are.
+    measured : int
+        How often the use of limits of rotors is measured, about, until a factor is found.
     paces, pace_instants, pace_excess : int, int, float
         How often legs on which the yaw turns too fast are slowed, at how many instants of a piece that is looked at,
         and the relative excess that is left.
@@ -68,12 +71,18 @@ class StretchSettings:
     overused: float = 1e6
     wall_precision: float = 1e-10
     doublings: int = 20
+    measured: int = 4
     paces: int = 40
     pace_instants: int = 33
     pace_excess: float = 1e-3
 
 
 STRETCH = StretchSettings()
+
+
+def touching_work(limits: Limits) -> float:
+    """Return the price of a factor on time at which limits are touched."""
+    return WORK.measuring(limits.given()) * (STRETCH.measured if isinstance(limits, VehicleLimits) else 1)
 
 
 def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None = None, roughly: bool = False) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -12,9 +12,9 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import WORK
 from minsnap.basics.limit_kinds import KIND
-from minsnap.errors import LimitError, SolverError, UnprovedError
+from minsnap.errors import LimitError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
-from minsnap.limits.limits import Limits
+from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.measures import MEASURES
 from minsnap.native.library import core
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -26,6 +26,7 @@ from minsnap.time_allocation.least_cost import cheapest_durations, distance_spli
 from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import guess_of
+from minsnap.time_allocation.strategy import SETTINGS as STRATEGY
 from minsnap.time_allocation.strategy import Strategy, balanced_price, six_digits
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import UnlimitedError, touching_factor
@@ -93,13 +94,34 @@ def _smoother(task: Task, timing: Timing, fastest: SolvedTask | None = None, sea
     if fastest is not None:
         firsts.insert(0, fastest.trajectory.durations)
     tried = [least_longer(attempt, durations, False, deadline) for durations in firsts]
+    if fastest is not None and not deadline.passed:
+        roomier = _with_half_the_rotors(task, timing, fastest, _shortest(tried))
+        tried += [] if roomier is None else [least_longer(attempt, roomier, False, deadline)]
     if task.still and not (any(tried) and deadline.passed):
         tried.append(shortest_scaled(replace(task, pieces=pieces), timing, firsts[0]))
-    shortest = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
+    shortest = _shortest(tried)
     if shortest is None:
         deadline.require()
         raise explain(bounded, firsts[0])
     return shortest
+
+
+def _shortest(plans: Iterable[Timed | None]) -> Timed | None:
+    return min(filter(None, plans), key=lambda one: one.trajectory.duration, default=None)
+
+
+def _with_half_the_rotors(task: Task, timing: Timing, fastest: SolvedTask, smooth: Timed | None) -> FloatArray | None:
+    """Return durations of a search with half of the rotors' room, where a smoother curve needs more and is slow."""
+    limits, durations = timing.bounds, fastest.trajectory.durations
+    slow = smooth is None or smooth.trajectory.duration > STRATEGY.turned * fastest.flown.duration
+    if not isinstance(limits, VehicleLimits) or not slow:
+        return None
+    narrower = replace(limits, reserve=0.5 * (1.0 + limits.reserve))
+    search = Strategy(replace(task, pieces=fastest.trajectory.pieces), replace(timing, limits=narrower, refine=False))
+    with suppress(MinsnapError):
+        roomier = search.run()[0].trajectory.durations
+        return roomier if len(roomier) == len(durations) else None
+    return None
 
 
 def plans_for(

@@ -76,6 +76,7 @@ GIVEN = {
 """Plans with durations or a total time given, which the native core answers alone."""
 
 SPEEDY = minsnap.Limits(speed=3.0, acceleration=6.0)
+WIDE = [(0, 0, 1, 0, 2), (8, 0, 1, 1, 2), (8, 4, 1, 2, 0), (0, 4, 1, 1, 1)]
 CRAFT = Quadrotor.dji_f330()
 
 
@@ -91,6 +92,7 @@ WITHIN_LIMITS = {
     "body rate": fast(minsnap.Limits(speed=4.0, max_thrust=2.0, min_thrust=0.33, tilt=1.0, body_rate=2.1)),
     "rotors without spin": fast(minsnap.Limits.of(CRAFT), yaw="tilt", pieces=2),
     "rotors under a yaw": fast(minsnap.Limits.of(CRAFT), yaw=0.3),
+    "rotors under a yaw that turns": fast(minsnap.Limits.of(CRAFT, speed=4.0), yaw=(0.0, 0.7, 1.5, 2.2, 3.0)),
     "view": fast(minsnap.Limits(speed=3.0, acceleration=6.0, yaw_rate=0.4), yaw=minsnap.LookAt((4.0, -0.5))),
     "heading": fast(minsnap.Limits(speed=4.0, acceleration=8.0, yaw_rate=2.0), yaw="velocity"),
     "total along the velocity": fast(
@@ -98,6 +100,8 @@ WITHIN_LIMITS = {
     ),
     "yaw at waypoints": fast(minsnap.Limits(speed=3.0, yaw_rate=0.8), yaw=np.linspace(0.0, 2.0 * np.pi, 5)),
     **{f"fastest, degree {n}": fast(degree=n) for n in (3, 5, 9, 11)},
+    "fastest, continuity 4": fast(continuity=4, pieces=3),
+    "fastest, five coordinates": lambda: minsnap.plan(WIDE, limits=SPEEDY, degree=9),
     "slanted gate": lambda: minsnap.plan(
         [(0, 0, 1), minsnap.Gate((4, 0, 1), (1.0, 1.0, 0.3), 1.2, 0.8), (8, 2, 1)], limits=SPEEDY
     ),
