@@ -176,7 +176,10 @@ class SlackProgramme:
             hstack((self.equal, csr_matrix((len(self.sides), slacks)))) if len(self.sides) else None,
             self.sides if len(self.sides) else None,
             [(None, None)] * size + [(self.lowest, None)] * slacks,
-            options={"maxiter": int(min(pivots, 1.0 + self.deadline.left_of_work / price))},
+            options={
+                "maxiter": int(min(pivots, 1.0 + self.deadline.left_of_work / price)),
+                "presolve": bool(np.abs(sums.data).max(initial=0.0) < 1e9),  # beyond, one did not end, without a pivot
+            },
         )
         self.deadline.spend(price * found.nit)
         if not found.success:
