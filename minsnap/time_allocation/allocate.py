@@ -12,12 +12,13 @@ import numpy as np
 
 from minsnap.basics.checks import check_durations
 from minsnap.basics.deadline import LATE, LateError
-from minsnap.errors import InfeasibleError, SolverError, TimingError, UnprovedError
+from minsnap.errors import InfeasibleError, LimitError, SolverError, TimingError, UnprovedError
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import priced_first_guess
 from minsnap.time_allocation.last_look import fault
 from minsnap.time_allocation.least_cost import cheapest_durations, distance_split
 from minsnap.time_allocation.refused_times import by_necessary_walls, explained_by_times, in_other_times, refuse_short
+from minsnap.time_allocation.time_stretch import UnlimitedError
 from minsnap.time_allocation.timing import Timed, Timing, nothing, solved_or_explained, timed
 
 if TYPE_CHECKING:
@@ -46,6 +47,8 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
     try:
         planned = _timed(task, timing, partial(refuse_short, task, timing))
         return looked_at(planned, task, timing)
+    except UnlimitedError as reason:
+        raise LimitError(str(reason)) from None
     except LateError:
         if not task.deadline.late:
             refuse_short(task, timing)  # what is proved at no cost is said, although the work is spent

@@ -9,8 +9,10 @@
    legs. Where none is found, the same path more slowly, or rest at every waypoint.
 3. Where several pieces have no end, one piece, and the least cost in barely longer durations of what they left.
 4. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
-   a wall has no room to be moved inwards.
-5. Else the reason why there is none.
+   a wall has no room to be moved inwards. Then a search from that plan.
+5. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
+   left to it.
+6. Else the reason why there is none.
 
 It ends when the time allowed is over, and where Ctrl-C asks for the best so far: then also a plan that rests at every
 waypoint will do.
@@ -100,7 +102,7 @@ class StrategySettings:
     not_longer : float
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
     turned : float
-        Factor on the time of a search, beyond which a yaw that it does not know makes its curve slow.
+        Factor on the time of a search, beyond which what it does not know, as the torque of a yaw, makes a plan slow.
     halved : int
         How often the interval of the rotors' room for that yaw is halved.
     """
@@ -157,7 +159,7 @@ class Strategy:
         self.deadline = timing.in_time(task).deadline
         self.price = WORK.rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
         self.answer: ShortestCurve | None = None
-        self.quickest: ShortestCurve | None = None
+        self.quickest = np.inf
         self.walled = any(wall.order for wall in task.walls)
 
     @property
@@ -188,7 +190,7 @@ class Strategy:
         solved = self.solve(guess)
         if solved is None and not self.interrupted:
             solved = self._from_one_piece() or self._improved(self._planned())
-        if not self._known and not self.interrupted:
+        if not self.interrupted:
             solved = self._with_room(solved)
         if self.interrupted and self.task.still:
             solved = shorter(solved, self._resting())
@@ -304,14 +306,14 @@ class Strategy:
                 solved = solved_at(self.task, answer)
                 if not (answer.kept or (near and largest_use(limits, solved.flown, False) <= SETTINGS.near)):
                     break
-                if answer.kept and (self.quickest is None or answer.durations.sum() < self.quickest.durations.sum()):
-                    self.quickest = answer
                 if not solved.inside:
                     question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, QUESTION.inward))
                     continue
                 last = solved, answer
                 if not answer.kept:
                     break
+                if limits is self.limits:
+                    self.quickest = min(self.quickest, float(answer.durations.sum()))
                 kept, excess = self._within(solved, question, limits, far)
                 if kept is not None or answer.stopped or excess > SETTINGS.seen:
                     return kept
@@ -348,7 +350,7 @@ class Strategy:
         curve, answer, at = solved.flown, self.answer, cache(partial(slowed, solved))
         priced = question.timed or question.price > 0.0
         assert answer is not None
-        self.deadline.spend(touching_work(limits))
+        self.deadline.spend(WORK.measuring(limits.given()) if question.moving else touching_work(limits))
         if question.moving:
             use = largest_use(limits, curve, proved=False)
             if use <= 1.0 + KEPT:
@@ -470,13 +472,13 @@ class Strategy:
         several = self._alike(QUESTION.divisions[0]) if refine else self
         solved = several.solve(None if refine else guess_of(first.trajectory, alone.task))
         solved = solved or several._in_longer_durations()
-        self.ended, self.quickest = several.ended, several.quickest or alone.quickest
+        self.ended, self.quickest = several.ended, min(alone.quickest, several.quickest)
         return shorter(solved, first if refine else self._cut(first))
 
     def _alike(self, pieces: int) -> Strategy:
         """Return the same search of a fixed number of pieces a leg; its steps and its end are those of this one."""
         other = Strategy(replace(self.task, pieces=pieces), replace(self.timing, refine=False))
-        other.log, other.deadline = self.log, self.deadline
+        other.log, other.deadline, other.quickest = self.log, self.deadline, self.quickest
         return other
 
     def _cut(self, first: SolvedTask) -> SolvedTask | None:
@@ -512,32 +514,39 @@ class Strategy:
     def _improved(self, planned: SolvedTask | None) -> SolvedTask | None:
         """Search again from a plan that a search did not find."""
         guess = None if planned is None else guess_of(planned.trajectory, planned.task)
-        if guess is None:
-            return planned
-        return shorter(planned, self._certified(begun_from(self._question, guess), self.limits, SETTINGS.not_longer))
+        again: SolvedTask | None = None
+        with suppress(LimitError):
+            if guess is not None:
+                again = self._certified(begun_from(self._question, guess), self.limits, SETTINGS.not_longer)
+        return shorter(planned, again)
 
     def _with_room(self, best: SolvedTask | None) -> SolvedTask | None:
         """Search again with room of the rotors left to the torque of a yaw that no search knows, as little as it needs.
 
         A path that is flown more slowly instead, until the yaw leaves the rotors enough, is slow everywhere.
         """
-        limits, quickest = self.limits, self.quickest
-        if quickest is None or not isinstance(limits, VehicleLimits):
+        limits, timing, pieces, found = self.limits, self.timing, self.task.pieces, self.answer
+        most = max(SETTINGS.turned * self.quickest, timing.total_time or 0.0)
+        if not isinstance(limits, VehicleLimits) or self._known or self._follows or timing.time_weight is not None:
             return best
-        most = max(SETTINGS.turned * quickest.durations.sum(), self.timing.total_time or 0.0)
-        task, low, high = replace(self.task, pieces=len(quickest.durations) // self.task.legs), 0.0, 1.0
-        for _ in range(SETTINGS.halved if best is None or best.flown.duration > most else 0):
+        if self.quickest == np.inf or (best is not None and best.flown.duration <= most):
+            return best
+        if timing.refine:
+            pieces = QUESTION.divisions[0] if best is None else best.trajectory.pieces
+        task, low, high = replace(self.task, pieces=pieces), 0.0, 1.0
+        for _ in range(SETTINGS.halved):
             left = 0.5 * (low + high)
-            narrower = replace(limits, reserve=1.0 - (1.0 - limits.reserve) * (1.0 - left))
-            question = question_of(task, narrower, False, self._heading)
+            question = question_of(task, leaving_room(limits, left), False, self._heading)
             again = None
             with suppress(LimitError):
                 again = self._certified(question, limits, np.inf)
+            best, answer = shorter(best, again), self.answer
             if self.interrupted:
                 break
-            best, answer = shorter(best, again), self.answer
+            kept = answer is not None and answer.kept
             slow = again is None or answer is None or again.flown.duration > SETTINGS.turned * answer.durations.sum()
-            low, high = (left, high) if slow else (low, left)
+            low, high = (left, high) if kept and slow else (low, left)
+        self.answer = found
         return best
 
     def reason(self) -> MinsnapError:
@@ -587,6 +596,11 @@ def balanced_price(curve: Trajectory, total: float) -> float:
 def shorter(*plans: SolvedTask | None) -> SolvedTask | None:
     """Return the plan of the shortest flight, the first of equal ones; None without any."""
     return min((one for one in plans if one is not None), key=lambda one: one.flown.duration, default=None)
+
+
+def leaving_room(limits: VehicleLimits, share: float) -> VehicleLimits:
+    """Return limits with a share of the rotors' room left besides their reserve."""
+    return replace(limits, reserve=1.0 - (1.0 - limits.reserve) * (1.0 - share))
 
 
 def slowed(solved: SolvedTask, factor: float) -> SolvedTask:

@@ -72,10 +72,12 @@ def flown_fastest(solved: SolvedTask, limits: Limits, walls: Sequence[Walls], se
     SolverError
         If no speed was found at which it leaves the rotors enough.
     """
-    factor = kept_factor(limits, walls, solved.flown)
+    yaw = solved.flown.yaw
+    limited = isinstance(limits, VehicleLimits) or limits.yaw_rate is not None
+    turns = limited and yaw.constant is None and yaw.medium is None
+    factor = kept_factor(limits, walls, solved.flown, roughly=turns)
     planned = timed(solved, search, factor)
-    heading = isinstance(limits, VehicleLimits) or limits.yaw_rate is not None
-    if not heading or solved.flown.yaw.medium is not None or keeps(limits, planned.trajectory):
+    if not turns or keeps(limits, planned.trajectory):
         return planned
     nearby = nearby_factor(limits, lambda slower: timed(solved, factor=factor * slower).trajectory)
     if nearby is not None:

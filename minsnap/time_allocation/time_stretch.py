@@ -23,6 +23,7 @@ from minsnap.errors import LimitError, SolverError
 from minsnap.limits.compliance import KEPT, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.utilisation import largest_yaw_rate
+from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -51,8 +52,12 @@ class StretchSettings:
         Use above which it does not matter by how much a limit is exceeded.
     wall_precision, doublings : float, int
         Of a factor with which walls on derivatives are kept, and how often one is doubled until they are.
+    far : float
+        Use at samples beyond which it need not be proved that a curve exceeds its limits.
     measured : int
         How often the use of limits of rotors is measured, about, until a factor is found.
+    yaw_pieces : int
+        Pieces of a yaw beyond which each makes that longer.
     paces, pace_instants, pace_excess : int, int, float
         How often legs on which the yaw turns too fast are slowed, at how many instants of a piece that is looked at,
         and the relative excess that is left.
@@ -71,7 +76,9 @@ class StretchSettings:
     overused: float = 1e6
     wall_precision: float = 1e-10
     doublings: int = 20
+    far: float = 1.05
     measured: int = 4
+    yaw_pieces: int = 30
     paces: int = 40
     pace_instants: int = 33
     pace_excess: float = 1e-3
@@ -80,9 +87,11 @@ class StretchSettings:
 STRETCH = StretchSettings()
 
 
-def touching_work(limits: Limits) -> float:
-    """Return the price of a factor on time at which limits are touched."""
-    return WORK.measuring(limits.given()) * (STRETCH.measured if isinstance(limits, VehicleLimits) else 1)
+def touching_work(limits: Limits, yaw: Heading | None = None) -> float:
+    """Return the price of a factor on time at which limits are touched, more with a yaw of many pieces."""
+    pieces = 0 if yaw is None or yaw.polynomial is None else len(yaw.polynomial.durations)
+    measured = STRETCH.measured * max(1.0, pieces / STRETCH.yaw_pieces) if isinstance(limits, VehicleLimits) else 1.0
+    return WORK.measuring(limits.given()) * measured
 
 
 def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None = None, roughly: bool = False) -> float:
@@ -170,7 +179,9 @@ def nearby_factor(
     place, best, last = 1.0, inf, (nan, nan)
     for _ in range(STRETCH.secants):
         curve = flown(place)
-        used = most_used(limits, curve, proved)
+        used = most_used(limits, curve, False)
+        if proved and used.fraction <= STRETCH.far:
+            used = most_used(limits, curve)
         excess = log(min(max(used.fraction, 1e-3), 1e3))
         if excess <= KEPT:
             best = min(best, place)

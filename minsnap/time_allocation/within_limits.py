@@ -10,9 +10,9 @@ from functools import partial
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import WORK
+from minsnap.basics.deadline import WORK, LateError
 from minsnap.basics.limit_kinds import KIND
-from minsnap.errors import LimitError, MinsnapError, SolverError, UnprovedError
+from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.measures import MEASURES
@@ -27,9 +27,9 @@ from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import guess_of
 from minsnap.time_allocation.strategy import SETTINGS as STRATEGY
-from minsnap.time_allocation.strategy import Strategy, balanced_price, six_digits
+from minsnap.time_allocation.strategy import Strategy, balanced_price, leaving_room, six_digits
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
-from minsnap.time_allocation.time_stretch import UnlimitedError, touching_factor
+from minsnap.time_allocation.time_stretch import UnlimitedError, touching_factor, touching_work
 from minsnap.time_allocation.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
 from minsnap.time_allocation.ways import end_on_limit, shortest_from
 from minsnap.trajectory.report import Utilisation
@@ -70,10 +70,10 @@ def shortest_plan(task: Task, timing: Timing) -> Timed:
         return shortest_from(task, timing)
     if task.continuity <= task.half - 1:
         return timed(*Strategy(task, timing).run())
-    try:
-        return _smoother(task, timing, *Strategy(task, timing).run())
-    except UnlimitedError:  # what joins less smoothly may fly at any speed
-        return _smoother(task, timing)
+    first: tuple[SolvedTask | None, Run] = None, NO_RUN
+    with suppress(UnlimitedError):  # what joins less smoothly may fly at any speed
+        first = Strategy(task, timing).run()
+    return _smoother(task, timing, *first)
 
 
 def _searchable(task: Task, limits: Limits) -> bool:
@@ -94,34 +94,41 @@ def _smoother(task: Task, timing: Timing, fastest: SolvedTask | None = None, sea
     if fastest is not None:
         firsts.insert(0, fastest.trajectory.durations)
     tried = [least_longer(attempt, durations, False, deadline) for durations in firsts]
-    if fastest is not None and not deadline.passed:
-        roomier = _with_half_the_rotors(task, timing, fastest, _shortest(tried))
+    interrupted = search.interrupted
+    if fastest is not None and not (interrupted or deadline.passed):
+        roomier, interrupted = _of_half_the_rotors(task, timing, fastest, _shortest(tried))
         tried += [] if roomier is None else [least_longer(attempt, roomier, False, deadline)]
-    if task.still and not (any(tried) and deadline.passed):
+    if task.still and not (any(tried) and (interrupted or deadline.passed)):
         tried.append(shortest_scaled(replace(task, pieces=pieces), timing, firsts[0]))
     shortest = _shortest(tried)
     if shortest is None:
         deadline.require()
         raise explain(bounded, firsts[0])
-    return shortest
+    return replace(shortest, interrupted=shortest.interrupted or interrupted)
 
 
 def _shortest(plans: Iterable[Timed | None]) -> Timed | None:
     return min(filter(None, plans), key=lambda one: one.trajectory.duration, default=None)
 
 
-def _with_half_the_rotors(task: Task, timing: Timing, fastest: SolvedTask, smooth: Timed | None) -> FloatArray | None:
-    """Return durations of a search with half of the rotors' room, where a smoother curve needs more and is slow."""
+def _of_half_the_rotors(
+    task: Task, timing: Timing, fastest: SolvedTask, smooth: Timed | None
+) -> tuple[FloatArray | None, bool]:
+    """Return durations of a search with half of the rotors' room, and whether it was interrupted.
+
+    A smoother curve in the durations of a search needs more of the rotors, and is slow.
+    """
     limits, durations = timing.bounds, fastest.trajectory.durations
     slow = smooth is None or smooth.trajectory.duration > STRATEGY.turned * fastest.flown.duration
     if not isinstance(limits, VehicleLimits) or not slow:
-        return None
-    narrower = replace(limits, reserve=0.5 * (1.0 + limits.reserve))
-    search = Strategy(replace(task, pieces=fastest.trajectory.pieces), replace(timing, limits=narrower, refine=False))
-    with suppress(MinsnapError):
-        roomier = search.run()[0].trajectory.durations
-        return roomier if len(roomier) == len(durations) else None
-    return None
+        return None, False
+    narrower = replace(timing, limits=leaving_room(limits, 0.5), refine=False)
+    with suppress(LimitError, LateError):
+        search = Strategy(replace(task, pieces=fastest.trajectory.pieces), narrower)
+        roomier = search.solve(None)
+        fits = roomier is not None and len(roomier.trajectory.durations) == len(durations)
+        return roomier.trajectory.durations if roomier is not None and fits else None, search.interrupted
+    return None, False
 
 
 def plans_for(
@@ -151,6 +158,7 @@ def plans_for(
         try:
             solved = solve(bounded, durations, effort=effort)
             if limits is not None and bounded.still and not exact:
+                bounded.deadline.spend(touching_work(limits, solved.flown.yaw))
                 return flown_fastest(solved, limits, task.walls, search)
         except (InfeasibleRowsError, SolverError):
             return None

@@ -169,6 +169,25 @@ def test_rotors_are_left_room_for_the_torque_of_a_yaw(yaw, pieces):
     still, path = (minsnap.plan(REFERENCE, limits=limits, yaw=angles, pieces=pieces) for angles in (0.0, yaw))
     check_touching(path, limits, REFERENCE)
     assert path.duration <= 1.12 * still.duration
+    assert pieces in ("auto", path.pieces)
+
+
+def test_a_rate_of_the_yaw_leaves_rotors_room_too():
+    limits = Limits.of(Quadrotor.dji_f330(), speed=4.0, yaw_rate=1.0)
+    path = minsnap.plan(REFERENCE, limits=limits, yaw=(0.0, 0.7, 1.5, 2.2, 3.0), pieces=3)
+    check_touching(path, limits, REFERENCE)
+    assert path.pieces == 3 and path.duration <= 6.9
+
+
+@pytest.mark.parametrize(("calls", "most"), [(22, 8.32), (44, 8.13)])
+def test_ctrl_c_keeps_a_plan_with_more_room_for_a_yaw(calls, most):
+    def press(step):
+        if step.evaluation == calls:
+            raise KeyboardInterrupt
+
+    limits, ends = Limits.of(Quadrotor.dji_f330(), speed=4.0), minsnap.Search(on_interrupt="return")
+    path = minsnap.plan(REFERENCE, limits=limits, yaw=(0.0, 0.7, 1.5, 2.2, 3.0), search=ends, progress=press)
+    assert path.report.interrupted and path.duration <= most
 
 
 @pytest.mark.parametrize("yaw", [0.0, minsnap.LookAt((4.0, 2.0))])
