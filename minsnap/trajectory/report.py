@@ -142,7 +142,7 @@ class Report:
     steps : tuple of Step
         The search for durations, evaluation by evaluation; empty where they were fixed.
     interrupted : bool
-        Whether that search was ended by Ctrl-C (``on_interrupt="return"``), time or work; the plan is the best until then.
+        Whether Ctrl-C (``on_interrupt="return"``), time or work ended that search; the plan is the best until then.
     core : str
         Which core solved the problem: ``"native"`` (compiled) or ``"python"``.
     handed_over : str
