@@ -166,6 +166,8 @@ class CostSearch:
         if value < self.best[0]:
             self.best = (value, durations)
         self.log.add(float(durations.sum()), float(value))
+        if not value > 0.0:  # it rests: nothing costs less
+            return float(np.log(np.finfo(np.float64).tiny)), np.zeros(len(durations))
         return float(np.log(value)), relative / value
 
     def _durations(self, logarithms: FloatArray) -> FloatArray:

@@ -173,3 +173,11 @@ def test_a_split_of_unknown_name_or_without_limits_is_refused():
 
 def test_a_task_knows_the_lengths_that_splits_use():
     assert task_of(REFERENCE).lengths == pytest.approx([8.0, 4.0, 8.0, 4.0])
+
+
+def test_a_lap_that_may_rest_costs_nothing():
+    """The logarithm of no cost led to durations that were not numbers, and out of ``plan`` by decimals' own error."""
+    walls, ball = minsnap.HalfSpaces([-0.33], 2.1, order=2), minsnap.Ball(0.6)
+    points = [(-0.25,), (-0.47,), (-0.25,)]
+    path = minsnap.plan(points, closed=True, total_time=1.1, waypoint_tolerance=ball, corridor=walls)
+    assert path.cost() == pytest.approx(0.0, abs=1e-9) and path.duration == pytest.approx(1.1)
