@@ -122,11 +122,11 @@ def requirements() -> list[str]:
     return ["ziglang>=0.13"]
 
 
-def flags() -> list[str]:
-    """Return the flags of a compilation, those of ``MINSNAP_CXXFLAGS`` last."""
+def flags(*more: str) -> list[str]:
+    """Return the flags of a compilation with more of its own, those of ``MINSNAP_CXXFLAGS`` last."""
     import shlex
 
-    return [*FLAGS, *shlex.split(os.environ.get("MINSNAP_CXXFLAGS", ""))]
+    return [*FLAGS, *more, *shlex.split(os.environ.get("MINSNAP_CXXFLAGS", ""))]
 
 
 def _link_flags(compiler: list[str], target: Path) -> list[str]:
@@ -199,8 +199,8 @@ def _compile(compiler: list[str], source: Path, folder: Path) -> Path:
 
     began = time.monotonic()
     made = folder / f"{source.stem}.o"
-    sparing = ["-O2"] if source.name in RARE else []
-    _run([*compiler, *flags(), *sparing, f"-I{SOURCES}", "-c", str(source), "-o", str(made)], folder)
+    own = ["-O2"] if source.name in RARE else []
+    _run([*compiler, *flags(*own), f"-I{SOURCES}", "-c", str(source), "-o", str(made)], folder)
     _say(f"compiled {source.relative_to(SOURCES)} in {time.monotonic() - began:.0f} s")
     return made
 

@@ -192,7 +192,7 @@ def test_ctrl_c_keeps_a_plan_with_more_room_for_a_yaw(calls, most):
 
 @pytest.mark.parametrize("yaw", [0.0, minsnap.LookAt((4.0, 2.0))])
 def test_smoother_plans_are_left_more_of_the_rotors(yaw):
-    """In the durations of a search, or as many times longer, they took 8.05 and 11.42 s."""
+    """In the durations of a search, or as many times longer, they took 8.05 and 11.16 s."""
     path = minsnap.plan(REFERENCE, limits=Limits.of(Quadrotor.dji_f330(), speed=4.0), yaw=yaw, pieces=3, continuity=4)
     assert path.duration <= 7.3
 

@@ -7,7 +7,6 @@ namespace minsnap {
 Status search_other(const ShortestRequest &request, ShortestAnswer &answer) {
     constexpr int count = ShortestSettings::other_instants;
     if (request.half == 4 && request.dim == 4) return search<4, 4, count>(request, answer);
-    if (request.dim == 5) return search_many(request, answer);
     if (request.dim != 3) return Status::unsupported;
     switch (request.half) {
         case 2: return search<2, 3, count>(request, answer);

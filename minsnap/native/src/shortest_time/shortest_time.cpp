@@ -47,5 +47,6 @@ MINSNAP_EXPORT std::int32_t minsnap_shortest_time(const minsnap::ShortestRequest
     const Status status = minsnap::checked(*request);
     if (status != Status::done) return static_cast<std::int32_t>(status);
     const bool usual = request->half == 4 && request->dim <= 3;
-    return static_cast<std::int32_t>(usual ? minsnap::search_usual(*request, *answer) : minsnap::search_other(*request, *answer));
+    const auto search = usual ? minsnap::search_usual : request->dim == 5 ? minsnap::search_many : minsnap::search_other;
+    return static_cast<std::int32_t>(search(*request, *answer));
 }
