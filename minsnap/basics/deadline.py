@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import inf
 from time import monotonic, thread_time
 
-from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import SolverError
 
 Clock = Callable[[], float]
@@ -27,10 +26,14 @@ class WorkPrices:
     ----------
     solve : float
         A solve of the native core that does all the work that one is worth.
-    attitudes, derivatives : float
-        How far limits are used, of attitudes, rotors and headings or of derivatives alone.
+    rotors_used, yaw_rate_used, limits_used : float
+        How far limits are used along a curve: of rotors, for each piece and ``pieces_besides``; of a yaw; of others.
+    yaw_pieces : int
+        Pieces of a yaw that take as long as one of a curve.
     iteration, rotors : float
         An iteration of a search for the shortest time, for each row; the same with limits of single rotors.
+    block : float
+        The same for each piece besides, and the cube of what is free at a knot.
     free_curve : float
         A curve without walls, and how far it is outside.
     joined : float
@@ -48,8 +51,12 @@ class WorkPrices:
     solve: float = 360.0
     iteration: float = 6e-5
     rotors: float = 1.2e-3
-    attitudes: float = 6.0
-    derivatives: float = 1.0
+    block: float = 5e-6
+    rotors_used: float = 0.3
+    pieces_besides: int = 5
+    yaw_pieces: int = 20
+    yaw_rate_used: float = 2.0
+    limits_used: float = 0.3
     free_curve: float = 1.0
     joined: float = 1.2e-5
     active_set: float = 1e-5
@@ -63,10 +70,6 @@ class WorkPrices:
     def worth(self, legs: int, pieces: int) -> float:
         """Return what a question of so many legs, and pieces in all, is worth."""
         return self.question * max(1.0, legs / self.legs, pieces / self.pieces) ** 2
-
-    def measuring(self, names: Iterable[str]) -> float:
-        """Return the price of how far limits of these names are used."""
-        return self.derivatives if all(KIND[name].order for name in names) else self.attitudes
 
 
 WORK = WorkPrices()

@@ -58,12 +58,12 @@ from minsnap.time_allocation.shortest_question import (
 from minsnap.time_allocation.time_stretch import (
     STRETCH,
     grained,
+    measuring_work,
     nearby_factor,
     nothing_limits,
     paced,
     powers_factor,
     touching_factor,
-    touching_work,
     yaw_too_fast,
 )
 from minsnap.time_allocation.timing import Run, Timing
@@ -158,6 +158,7 @@ class Strategy:
         self.ended: LateError | None = None
         self.deadline = timing.in_time(task).deadline
         self.price = WORK.rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
+        self.blocks = WORK.block * task.legs * task.pieces * ((task.half - 1) * task.dim) ** 3
         self.answer: ShortestCurve | None = None
         self.quickest = np.inf
         self.walled = any(wall.order for wall in task.walls)
@@ -350,8 +351,8 @@ class Strategy:
         curve, answer, at = solved.flown, self.answer, cache(partial(slowed, solved))
         priced = question.timed or question.price > 0.0
         assert answer is not None
-        self.deadline.spend(WORK.measuring(limits.given()) if question.moving else touching_work(limits))
         if question.moving:
+            self.deadline.spend(measuring_work(limits, len(curve.durations)))
             use = largest_use(limits, curve, proved=False)
             if use <= 1.0 + KEPT:
                 quick = () if priced else self._hastened(at, limits)
@@ -360,8 +361,10 @@ class Strategy:
             excess = use - 1.0
             if far == SETTINGS.not_longer or not self.task.still:
                 return None, excess
-        factor = powers_factor(limits, curve) or nearby_factor(limits, lambda factor: at(factor).flown)
-        factor = grained(factor or touching_factor(limits, curve))
+        factor = powers_factor(limits, curve) or nearby_factor(
+            limits, lambda factor: at(factor).flown, deadline=self.deadline
+        )
+        factor = grained(factor or touching_factor(limits, curve, deadline=self.deadline))
         if priced or self.walled:
             factor = max(factor, 1.0)
         elif factor < (SETTINGS.nearly if answer.slack > SETTINGS.far else SETTINGS.idle) and not answer.stopped:
@@ -377,7 +380,7 @@ class Strategy:
         """
         if self.task.still and not self.walled and isinstance(limits, VehicleLimits):
             for proved, met in ((False, STRETCH.nearly_met), (True, STRETCH.met)):
-                factor = nearby_factor(limits, lambda factor: at(factor).flown, proved, met)
+                factor = nearby_factor(limits, lambda factor: at(factor).flown, proved, met, self.deadline)
                 yield at(min(factor or 1.0, 1.0))
 
     def _slowed(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:
@@ -385,7 +388,8 @@ class Strategy:
         if not self.task.still:
             return None
         with suppress(MinsnapError):
-            return shorter(slowed(solved, grained(touching_factor(limits, solved.flown))), self._resting())
+            factor = touching_factor(limits, solved.flown, deadline=self.deadline)
+            return shorter(slowed(solved, grained(factor)), self._resting())
         return self._resting()
 
     def _turning(self, solved: SolvedTask, price: float) -> SolvedTask | None:
@@ -430,7 +434,7 @@ class Strategy:
                 raise KeyboardInterrupt
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
-        self.deadline.spend(self.price * rows)
+        self.deadline.spend(self.price * rows + self.blocks)
         if self.ended is None and self.deadline.passed:
             self.ended = self.deadline.error()
         return self.ended is not None
@@ -453,7 +457,7 @@ class Strategy:
         solved = self._straight(self.times)
         if not solved.inside:
             return None
-        factor = grained(touching_factor(self.limits, solved.flown))
+        factor = grained(touching_factor(self.limits, solved.flown, deadline=self.deadline))
         solved = slowed(solved, factor)
         return solved if keeps(self.limits, solved.flown) else None
 

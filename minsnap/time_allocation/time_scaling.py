@@ -21,8 +21,8 @@ from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
 from minsnap.time_allocation.least_cost import SPLITS, Log, distance_split, trapezoid_times
 from minsnap.time_allocation.time_stretch import (
     kept_factor,
+    measuring_work,
     nearby_factor,
-    touching_work,
     without_derivative_walls,
     yaw_too_fast,
 )
@@ -72,14 +72,14 @@ def flown_fastest(solved: SolvedTask, limits: Limits, walls: Sequence[Walls], se
     SolverError
         If no speed was found at which it leaves the rotors enough.
     """
-    yaw = solved.flown.yaw
+    yaw, deadline = solved.flown.yaw, solved.task.deadline
     limited = isinstance(limits, VehicleLimits) or limits.yaw_rate is not None
     turns = limited and yaw.constant is None and yaw.medium is None
-    factor = kept_factor(limits, walls, solved.flown, roughly=turns)
+    factor = kept_factor(limits, walls, solved.flown, roughly=turns, deadline=deadline)
     planned = timed(solved, search, factor)
     if not turns or keeps(limits, planned.trajectory):
         return planned
-    nearby = nearby_factor(limits, lambda slower: timed(solved, factor=factor * slower).trajectory)
+    nearby = nearby_factor(limits, lambda slower: timed(solved, factor=factor * slower).trajectory, deadline=deadline)
     if nearby is not None:
         return timed(solved, search, factor * nearby)
     if most_used(limits, planned.trajectory).name == "yaw_rate":
@@ -108,7 +108,7 @@ class _ScaledSearch:
     def __init__(self, task: Task, timing: Timing, first: FloatArray, most: int) -> None:
         self.task, self.limits = task, timing.bounds
         self.deadline = timing.in_time(task).deadline
-        self.price = touching_work(self.limits)
+        self.price = measuring_work(self.limits, task.legs * task.pieces)
         self.first, self.most, self.shape = first, most, without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
         self.log = Log(timing.progress)
@@ -139,7 +139,7 @@ class _ScaledSearch:
                 used = largest_use(self.limits, trajectory.stretched(factor), proved=False)
                 if used > 1.05:  # slower than the best by about the root of it, which will do
                     return self.best[0] + min(0.5 * float(np.log(used)), SPLITS.barred)
-            factor = kept_factor(self.limits, self.task.walls, trajectory, factor, roughly=True)
+            factor = kept_factor(self.limits, self.task.walls, trajectory, factor, True, self.deadline)
         except (InfeasibleRowsError, SolverError):
             return barred
         value = float(np.log(trajectory.duration * factor))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import WORK
+from minsnap.basics.deadline import NEVER, WORK, Deadline
 from minsnap.basics.limit_kinds import KIND
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
@@ -54,10 +54,8 @@ class StretchSettings:
         Of a factor with which walls on derivatives are kept, and how often one is doubled until they are.
     far : float
         Use at samples beyond which it need not be proved that a curve exceeds its limits.
-    measured : int
-        How often the use of limits of rotors is measured, about, until a factor is found.
-    yaw_pieces : int
-        Pieces of a yaw beyond which each makes that longer.
+    jump : float
+        How far below 1 the logarithm of a use falls at a factor where it jumps, as where a yaw turns around.
     paces, pace_instants, pace_excess : int, int, float
         How often legs on which the yaw turns too fast are slowed, at how many instants of a piece that is looked at,
         and the relative excess that is left.
@@ -77,8 +75,7 @@ class StretchSettings:
     wall_precision: float = 1e-10
     doublings: int = 20
     far: float = 1.05
-    measured: int = 4
-    yaw_pieces: int = 30
+    jump: float = 0.01
     paces: int = 40
     pace_instants: int = 33
     pace_excess: float = 1e-3
@@ -87,14 +84,21 @@ class StretchSettings:
 STRETCH = StretchSettings()
 
 
-def touching_work(limits: Limits, yaw: Heading | None = None) -> float:
-    """Return the price of a factor on time at which limits are touched, more with a yaw of many pieces."""
-    pieces = 0 if yaw is None or yaw.polynomial is None else len(yaw.polynomial.durations)
-    measured = STRETCH.measured * max(1.0, pieces / STRETCH.yaw_pieces) if isinstance(limits, VehicleLimits) else 1.0
-    return WORK.measuring(limits.given()) * measured
+def measuring_work(limits: Limits, pieces: int, yaw: Heading | None = None) -> float:
+    """Return the price of how far limits are used along a curve of so many pieces, or with a yaw of many more."""
+    if not isinstance(limits, VehicleLimits):
+        return WORK.limits_used if limits.yaw_rate is None else WORK.yaw_rate_used
+    turns = 0 if yaw is None or yaw.polynomial is None else len(yaw.polynomial.durations)
+    return WORK.rotors_used * (WORK.pieces_besides + max(pieces, turns // WORK.yaw_pieces))
 
 
-def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None = None, roughly: bool = False) -> float:
+def touching_factor(
+    limits: Limits,
+    trajectory: Trajectory,
+    guess: float | None = None,
+    roughly: bool = False,
+    deadline: Deadline = NEVER,
+) -> float:
     """Factor on time at which the most used limit is just reached, none exceeded.
 
     Parameters
@@ -103,15 +107,19 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None 
         A factor from which some steps of the secant method may do, to ``STRETCH.met``.
     roughly : bool
         Whether ``STRETCH.rough`` does, and uses between samples need not be proved.
+    deadline : Deadline
+        That counts the work.
 
     Raises
     ------
     LimitError
         If the path uses none of the limits at any speed.
     """
+    price = measuring_work(limits, len(trajectory.durations), trajectory.yaw)
 
     @cache
     def over(logarithm: float, whole: bool = False, proved: bool = True) -> float:
+        deadline.spend(price)
         used = _most_used_safely(limits, trajectory.stretched(float(np.exp(logarithm))), whole, proved)
         return float(np.log(max(used, 1.0 / STRETCH.overused)))  # nearly linear in the logarithm of the factor
 
@@ -119,7 +127,7 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None 
         raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
     powers = powers_factor(limits, trajectory)
     if guess is not None and powers is None:
-        nearby = nearby_factor(limits, trajectory.stretched(guess).stretched, proved=not roughly)
+        nearby = nearby_factor(limits, trajectory.stretched(guess).stretched, not roughly, deadline=deadline)
         if nearby is not None:
             return guess * nearby
     if powers is not None and powers <= np.exp(-STRETCH.slowest):
@@ -127,7 +135,7 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float | None 
     sampled, start = partial(over, proved=False), float(np.log(guess or 1.0))
     root = _by_bracket(sampled, limits, start, roughly) if powers is None else float(np.log(powers))
     if powers is None and not roughly and over(root, True) > STRETCH.met:  # what is between the samples is more
-        nearby = nearby_factor(limits, trajectory.stretched(float(np.exp(root))).stretched)
+        nearby = nearby_factor(limits, trajectory.stretched(float(np.exp(root))).stretched, deadline=deadline)
         root = _by_bracket(over, limits, root) if nearby is None else root + float(np.log(nearby))
     while not roughly and over(root, True) > 0.0:
         root += STRETCH.precision + abs(root) * 1e-12
@@ -145,8 +153,6 @@ def powers_factor(limits: Limits, trajectory: Trajectory) -> float | None:
 
 def _by_bracket(over: Callable[..., float], limits: Limits, start: float, roughly: bool = False) -> float:
     """Logarithm of the factor, sought from one on, for any limits."""
-    from scipy.optimize import brentq
-
     low, high, step = start, start, STRETCH.first_step
     while over(high) > 0.0 and high < start + STRETCH.slowest:
         low, high, step = high, high + step, 2.0 * step
@@ -154,14 +160,31 @@ def _by_bracket(over: Callable[..., float], limits: Limits, start: float, roughl
         low, high, step = low - step, low, 2.0 * step
         if low < -STRETCH.slowest:
             raise nothing_limits(list(limits.given()))
-    root = float(brentq(over, low, high, xtol=STRETCH.rough if roughly else STRETCH.precision, rtol=1e-13))
+    root = _root(over, low, high, STRETCH.rough if roughly else STRETCH.precision)
     if limits.min_thrust is not None:
         root = _first_crossing(lambda logarithm: over(logarithm, True), root)
     return root
 
 
+def _root(over: Callable[[float], float], low: float, high: float, precision: float) -> float:
+    """Root of an excess that falls from ``low`` to ``high``, or a place just beyond a jump through zero."""
+    from scipy.optimize import brentq
+
+    def ended_at_jumps(logarithm: float) -> float:
+        nonlocal low
+        excess = over(logarithm)
+        low = max(low, logarithm) if excess > 0.0 else low
+        return 0.0 if excess < -STRETCH.jump and logarithm - low < STRETCH.rough else excess
+
+    return float(brentq(ended_at_jumps, low, high, xtol=precision, rtol=1e-13))
+
+
 def nearby_factor(
-    limits: Limits, flown: Callable[[float], Trajectory], proved: bool = True, met: float = STRETCH.met
+    limits: Limits,
+    flown: Callable[[float], Trajectory],
+    proved: bool = True,
+    met: float = STRETCH.met,
+    deadline: Deadline = NEVER,
 ) -> float | None:
     """Return the same factor where it is near one, by a few steps of the secant method; None if they do not find it.
 
@@ -175,10 +198,13 @@ def nearby_factor(
         Whether uses between samples count, where limits are proved by bounds.
     met : float
         How near to 1 the use is brought.
+    deadline : Deadline
+        That counts the work.
     """
     place, best, last = 1.0, inf, (nan, nan)
     for _ in range(STRETCH.secants):
         curve = flown(place)
+        deadline.spend(measuring_work(limits, len(curve.durations), curve.yaw))
         used = most_used(limits, curve, False)
         if proved and used.fraction <= STRETCH.far:
             used = most_used(limits, curve)
@@ -230,14 +256,12 @@ def nothing_limits(names: Sequence[str]) -> UnlimitedError:
 
 def _first_crossing(over: Callable[[float], float], start: float) -> float:
     """First root of an excess below ``start``, in steps of STRETCH.first_step; ``start`` if there is none nearby."""
-    from scipy.optimize import brentq
-
     if over(start) > -KEPT:
         return start
     for step in range(STRETCH.crossing_steps):
         high, low = start - step * STRETCH.first_step, start - (step + 1) * STRETCH.first_step
         if over(low) > 0.0:
-            return float(brentq(over, low, high, xtol=STRETCH.precision, rtol=1e-13))
+            return _root(over, low, high, STRETCH.precision)
     return start
 
 
@@ -338,7 +362,12 @@ def walled_factor(walls: Sequence[Walls], curve: Trajectory, least: float) -> fl
 
 
 def kept_factor(
-    limits: Limits, walls: Sequence[Walls], curve: Trajectory, guess: float | None = None, roughly: bool = False
+    limits: Limits,
+    walls: Sequence[Walls],
+    curve: Trajectory,
+    guess: float | None = None,
+    roughly: bool = False,
+    deadline: Deadline = NEVER,
 ) -> float:
     """Return the least factor on time with which a curve keeps limits and walls on derivatives.
 
@@ -351,7 +380,7 @@ def kept_factor(
     SolverError
         If walls are kept by no factor with which the limits are.
     """
-    factor = walled_factor(walls, curve, touching_factor(limits, curve, guess, roughly))
+    factor = walled_factor(walls, curve, touching_factor(limits, curve, guess, roughly, deadline))
     if factor is None:
         raise SolverError("no speed was found at which the path keeps its limits and the walls on derivatives")
     return factor

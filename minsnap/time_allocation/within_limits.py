@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import WORK, LateError
+from minsnap.basics.deadline import LateError
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
@@ -29,7 +29,7 @@ from minsnap.time_allocation.shortest_question import guess_of
 from minsnap.time_allocation.strategy import SETTINGS as STRATEGY
 from minsnap.time_allocation.strategy import Strategy, balanced_price, leaving_room, six_digits
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
-from minsnap.time_allocation.time_stretch import UnlimitedError, touching_factor, touching_work
+from minsnap.time_allocation.time_stretch import UnlimitedError, measuring_work, touching_factor
 from minsnap.time_allocation.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
 from minsnap.time_allocation.ways import end_on_limit, shortest_from
 from minsnap.trajectory.report import Utilisation
@@ -151,14 +151,13 @@ def plans_for(
     limits = timing.limits
 
     def plan(durations: FloatArray, effort: Effort = Effort.WHOLE) -> Timed | None:
-        work = 0.0 if limits is None else WORK.measuring(limits.given())
+        work = 0.0 if limits is None else measuring_work(limits, bounded.legs * bounded.pieces)
         if not bounded.deadline.affords(work):
             return None
         bounded.deadline.spend(work)
         try:
             solved = solve(bounded, durations, effort=effort)
             if limits is not None and bounded.still and not exact:
-                bounded.deadline.spend(touching_work(limits, solved.flown.yaw))
                 return flown_fastest(solved, limits, task.walls, search)
         except (InfeasibleRowsError, SolverError):
             return None
@@ -386,7 +385,7 @@ def require_limits_kept(planned: Timed, task: Task, timing: Timing, stretchable:
     message = f"the plan of least cost in {total:.6g} s does not keep {used.name}: it reaches {used.value:.6g} {where}"
     if not task.still:
         raise UnprovedError(f"{message}; give more time", leg=used.leg, instant=used.instant)
-    factor = touching_factor(limits, planned.trajectory)
+    factor = touching_factor(limits, planned.trajectory, deadline=task.deadline)
     if stretchable:
         curve = planned.trajectory.stretched(factor)
         return replace(planned, trajectory=curve)

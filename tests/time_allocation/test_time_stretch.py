@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.limits.compliance import most_used
-from minsnap.limits.limits import Limits
-from minsnap.time_allocation.time_stretch import touching_factor
+from minsnap.basics.deadline import Deadline
+from minsnap.limits.compliance import keeps, most_used
+from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.time_allocation.time_stretch import measuring_work, touching_factor
+from minsnap.vehicle import Quadrotor
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 
@@ -35,6 +37,18 @@ def test_the_final_touch_reaches_a_least_thrust(scale):
     path = minsnap.plan([(0, 0, 0), (0, 0, 3), (0, 0, 1), (1, 0, 4)], scale * np.array([3.0, 2.0, 3.0]))
     limits = Limits(min_thrust=0.7)
     assert most_used(limits, path.stretched(touching_factor(limits, path))).fraction == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_use_that_jumps_is_left_just_beyond_the_jump(monkeypatch):
+    """Where the curve turns back the yaw turns around: halvings to the last bits measured the rotors 60 times."""
+    measured, use = [], VehicleLimits.utilisation
+    monkeypatch.setattr(VehicleLimits, "utilisation", lambda own, *asked: measured.append(own) or use(own, *asked))
+    limits, deadline = Limits.of(Quadrotor.dji_f330(), speed=4.0), Deadline()
+    path = minsnap.plan([(0, 0, 1), (4, 0, 1), (0, 0.1, 1)], (1.5, 1.5), yaw="velocity")
+    factor = touching_factor(limits, path, deadline=deadline)
+    assert len(measured) <= 40
+    assert deadline.work.done == pytest.approx(len(measured) * measuring_work(limits, 2, path.yaw))
+    assert keeps(limits, path.stretched(factor)) and not keeps(limits, path.stretched(factor * (1.0 - 2e-5)))
 
 
 def test_a_yaw_in_time_that_turns_too_fast_is_refused_where_a_path_is_only_scaled():

@@ -36,12 +36,13 @@ public:
     Status factorise(const Chain<Real, Half> &chain, const int *axes, int count, const Real *pull = nullptr) {
         number(chain, axes[0]);
         pull_ = pull;
-        rest_ = 0, carried_ = equations_ = 0, columns_ = count;
+        rest_ = 0, products_ = 0, carried_ = equations_ = 0, columns_ = count;
         return state_ == slots_ ? eliminate_all<false>(chain, axes) : eliminate_all<true>(chain, axes);
     }
 
     int unknowns() const { return unknowns_; }
-    Real rest() const { return rest_; }  // the cost of the optimum, over all its axes
+    double products() const { return products_; }  // of entries in the last factor, about
+    Real rest() const { return rest_; }            // the cost of the optimum, over all its axes
     // First unknown that a piece touches.
     int start(int piece) const { return offset_[piece == 0 && closed_ ? 1 : piece]; }
 
@@ -192,6 +193,7 @@ private:
             equations = add_equations(chain, piece, axes, start, end, seam, work.equation);
             held = use_equations(chain, piece, start, rows, equations, unknown + columns_, work);
         }
+        products_ += double(rows + equations) * unknown * (unknown + columns_);
         for (int t = held; t < unknown && t - held < rows; ++t) reflect(work.cost, t - held, t, rows, unknown + columns_);
         if (!keep_block(piece, start, end, seam, rows, held, work)) return false;
         const int left = unknown - held;
@@ -497,6 +499,7 @@ private:
     Real carried_equations_[2 * max_state][2 * max_state + max_dim];
     const Real *pull_ = nullptr;
     Real rest_ = 0;
+    double products_ = 0;
     int half_ = 0, slots_ = 0, state_ = 0, blocks_ = 0, chain_blocks_ = 0, stride_ = 0, unknowns_ = 0, carried_ = 0, equations_ = 0,
         columns_ = 0;
     bool closed_ = false;

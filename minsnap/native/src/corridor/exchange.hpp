@@ -36,13 +36,13 @@ public:
 private:
     Status run(Answer &answer, const Contact *known, int count) {
         const Aim aim = aim_;
-        share_ = aim == Aim::near ? near_share : Real(0), pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause, work_ = 0.0,
-        infeasible_ = false, least_ = std::numeric_limits<Real>::infinity(), halved_ = 0;
+        share_ = aim == Aim::near ? near_share : Real(0), pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause,
+        work_ = factors_work_ = 0.0, infeasible_ = false, least_ = std::numeric_limits<Real>::infinity(), halved_ = 0;
         Status status = prepare();
         if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
         if (status == Status::done) status = meet_equalities();
         if (status == Status::done) status = iterate(answer.points);
-        answer.rounds = rounds_, answer.work += (work_ + active.work()) / most_work;
+        answer.rounds = rounds_, answer.work += (work_ + factors_work_ + active.work()) / most_work;
         if (status == Status::done && aim == Aim::proved && !joined(answer.points)) status = Status::not_proved;
         return status;
     }
@@ -175,6 +175,7 @@ private:
         return for_each_factor([&](SquareRoot<Real, Half> &factor, const int *axes, int count) {
             if (!factor.allocate(chain)) return Status::no_memory;
             const Status status = factor.factorise(chain, axes, count, pull_of(axes[0]));
+            factors_work_ += factor.products();
             if (status != Status::done) return status;
             free_cost_ += factor.rest();
             if (!scratch_.allocate(factor.unknowns() + 1)) return Status::no_memory;
@@ -191,8 +192,10 @@ private:
     Status join() {
         if (given_->continuity < given_->half) return Status::done;
         const Status status = for_each_factor([&](SquareRoot<Real, Half> &factor, const int *axes, int count) {
-            return scratch_.allocate(factor.unknowns() + 1) ? factor.join(chain, axes, count, pull_of(axes[0]), scratch_.data())
-                                                            : Status::no_memory;
+            if (!scratch_.allocate(factor.unknowns() + 1)) return Status::no_memory;
+            const Status status = factor.join(chain, axes, count, pull_of(axes[0]), scratch_.data());
+            factors_work_ += factor.products();
+            return status;
         });
         if (status == Status::done) chain.place();
         return status;
@@ -574,7 +577,7 @@ private:
     int failure_count_ = 0, pause_ = 0, patience_ = 0, tries_ = 0;
     bool infeasible_ = false, moved_walls_ = false;
     int rounds_ = 0, halved_ = 0;
-    double work_ = 0.0;
+    double work_ = 0.0, factors_work_ = 0.0;  // the latter counts, and does not end a solve
 };
 
 }  // namespace minsnap
