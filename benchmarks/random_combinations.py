@@ -378,10 +378,18 @@ def limited(judge, limits, drag):
 
 
 def limited_in_truth(asked, known):
-    """Return whether the time is chosen, or limited: a derivative limits it where the one below it is continuous."""
+    """Return whether the time is chosen, or limited: a derivative limits it where the one below it is continuous.
+
+    Nothing limits a lap that may rest where it starts, within the tolerance of all waypoints.
+    """
     search, joined = asked.get("search"), asked.get("continuity", known["half"] - 1)
     if "total_time" in asked or (search is not None and search.time_weight is not None):
         return True
+    if asked["closed"] and "waypoint_tolerance" in asked and "pins" not in asked:
+        kind, radius = known["passed"][1]
+        away = np.linalg.norm(known["points"] - known["points"][0], np.inf if kind == "box" else 2, axis=1)
+        if away.max() <= radius:
+            return False
     given = {NORMS[name] for name in asked["limits"].given() if name in NORMS}
     return known["dim"] > 1 and any(order <= min(joined + 1, asked["degree"]) for order in given)
 
