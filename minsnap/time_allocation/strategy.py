@@ -36,6 +36,7 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.native.library import NativeCoreError, core, describe
 from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion, search_shortest
 from minsnap.optimisation.native_solve import in_pieces
@@ -213,7 +214,10 @@ class Strategy:
         if not self._turns:
             return self._certified(question, limits, far)
         free = replace(limits, yaw_rate=None)
-        solved = self._certified(with_rates(question, free, heading), free, far)
+        solved, answer = self._certified(with_rates(question, free, heading), free, far), self.answer
+        if solved is None and answer is not None and answer.kept and not (self.interrupted or self._follows):
+            swung = solved_at(self.task, answer)  # whose rotors have too little room for a yaw that is too fast
+            solved = swung if largest_yaw_rate(swung.flown)[0] > float(limits.yaw_rate or 0.0) else None
         if solved is None or self.interrupted:
             return best or solved
         return shorter(best, solved if keeps(limits, solved.flown) else self._turning(solved, price))
@@ -397,19 +401,25 @@ class Strategy:
         guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
         answer, limit = self.answer, self.limits.yaw_rate
         assert guess is not None and limit is not None
-        guesses = [replace(guess, slower=slower) for slower in (1.0, SETTINGS.slower)]
+        guesses, enough = [replace(guess, slower=slower) for slower in (1.0, SETTINGS.slower)], np.inf
         if not self._follows:
             least = paced(solved.flown, self.task.finish, limit)
             if least is None:
                 raise yaw_too_fast(self.limits, solved.flown)
-            guesses = [replace(guess, slower=float((least / guess.durations).max()), least=least)]
+            if not self.task.still:  # what moves cannot be flown more slowly until the rate between samples is kept too
+                least *= 1.0 + 2.0 * STRETCH.pace_excess
+            slower = float((least / guess.durations).max())
+            guesses = [replace(guess, slower=slower, least=least)]
+            guesses.append(replace(guesses[0], durations=least / slower))
+            enough = SETTINGS.turned * float(least.sum())
         if not self.task.still:
             price = 0.0  # what moves is lengthened to a total by other solves, and needs a plan that is short enough
         turned: SolvedTask | None = None
         for guess in guesses:
             question = replace(begun_from(self._question, guess), parts=(), price=price)
             turned = shorter(turned, self._certified(question, self.limits, SETTINGS.not_longer))
-            if self.interrupted or (turned is not None and self.answer is not None and self.answer.kept):
+            found = turned is not None and turned.flown.duration <= enough
+            if self.interrupted or (found and self.answer is not None and self.answer.kept):
                 break
         if turned is None and not price:
             turned = self._in_longer_durations()

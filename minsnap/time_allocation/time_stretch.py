@@ -22,7 +22,6 @@ from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import LimitError, SolverError
 from minsnap.limits.compliance import KEPT, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
@@ -59,6 +58,8 @@ class StretchSettings:
     paces, pace_instants, pace_excess : int, int, float
         How often legs on which the yaw turns too fast are slowed, at how many instants of a piece that is looked at,
         and the relative excess that is left.
+    turn_shares : tuple of float
+        Times of legs in that of their turn at the limit, from which all are made longer until it is kept.
     """
 
     precision: float = 1e-13
@@ -79,6 +80,7 @@ class StretchSettings:
     paces: int = 40
     pace_instants: int = 33
     pace_excess: float = 1e-3
+    turn_shares: tuple[float, ...] = (0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
 
 
 STRETCH = StretchSettings()
@@ -281,6 +283,10 @@ def _most_used_safely(limits: Limits, trajectory: Trajectory, whole: bool, prove
 def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray | None:
     """Return durations of the pieces, none shorter than those of a curve, at which the yaw keeps a limit on its rate.
 
+    They are the shortest of two kinds: legs on which the yaw is too fast are slowed until none is, which suits a yaw
+    that follows from the path; or each leg lasts as long as its turn takes at a part of the limit, and all longer until
+    it is kept, which suits a yaw through angles, that swings far on a long leg beside a short one.
+
     Parameters
     ----------
     curve : Trajectory
@@ -292,21 +298,33 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray 
     Returns
     -------
     ndarray, shape (pieces in all,), or None
-        [s]; None where they take longer than the whole curve flown as slowly, as with a yaw that is a function of time.
+        [s]; None where no pace helps, as with a yaw that is a function of time.
     """
-    durations = curve.durations.copy()
-    most = max(1.0, largest_yaw_rate(curve)[0] / limit) * curve.duration * (1.0 + STRETCH.pace_excess)
-    for _ in range(STRETCH.paces):
-        if durations.sum() > most:
-            break
+
+    def excess(durations: FloatArray) -> FloatArray:
+        """Return the greatest rate on each leg, as a share of the limit."""
         slower = finish(Trajectory(curve.control_points, durations, pieces=curve.pieces))
         t = slower.breaks[:-1, None] + np.linspace(0.0, 1.0, STRETCH.pace_instants) * slower.durations[:, None]
         rate = np.abs(slower.yaw(t, 1)).max(axis=1)
-        rate = np.repeat(rate.reshape(curve.legs, -1).max(axis=1), curve.pieces)
-        if rate.max() <= limit * (1.0 + STRETCH.pace_excess):
-            return durations
-        durations *= np.sqrt(np.maximum(rate / limit, 1.0))
-    return None
+        return np.asarray(rate.reshape(curve.legs, -1).max(axis=1) / limit)
+
+    def on_pieces(factors: FloatArray) -> FloatArray:
+        return np.repeat(np.maximum(factors, 1.0), curve.pieces)
+
+    slowed = curve.durations.copy()
+    for _ in range(STRETCH.paces):
+        used = excess(slowed)
+        if used.max() <= 1.0 + STRETCH.pace_excess:
+            break
+        slowed *= on_pieces(np.sqrt(used))
+    knots = curve.breaks[:: curve.pieces]
+    turns = np.abs(np.diff(curve.yaw(knots))) / (limit * np.diff(knots))
+    tried = [slowed]
+    for share in STRETCH.turn_shares:
+        durations = curve.durations * on_pieces(share * turns)
+        tried.append(durations * max(excess(durations).max(), 1.0))
+    kept = 1.0 + STRETCH.pace_excess
+    return next((one for one in sorted(tried, key=np.sum) if excess(one).max() <= kept), None)
 
 
 def yaw_too_fast(limits: Limits, curve: Trajectory) -> LimitError:

@@ -1,6 +1,7 @@
 """The shortest times within limits: the search as a whole."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -153,6 +154,16 @@ def test_the_rate_of_other_headings_is_searched_for(yaw, rate, most):
     path = minsnap.plan(REFERENCE, limits=limits, yaw=yaw)
     check_touching(path, limits, REFERENCE)
     assert path.duration <= most
+
+
+@pytest.mark.parametrize("pieces", [1, 3])
+@pytest.mark.parametrize("limited", [Limits, partial(Limits.of, Quadrotor.dji_f330())], ids=["derivatives", "rotors"])
+def test_a_turn_on_a_short_leg_makes_that_leg_longer_and_not_those_beside_it(limited, pieces):
+    """The yaw swung so far on both long legs that the flight took 40 to 44 s, and 7.7 s within limits of rotors."""
+    points, limits = [(0, 0, 1), (4, 0, 1), (4.2, 0, 1), (8, 0, 1)], limited(speed=3.0, acceleration=6.0, yaw_rate=1.0)
+    path = minsnap.plan(points, limits=limits, yaw=(0.0, 1.0, 0.0, 1.0), pieces=pieces)
+    check_touching(path, limits, points)
+    assert path.duration <= 5.5
 
 
 def test_a_yaw_that_turns_too_fast_at_any_speed_is_refused():
