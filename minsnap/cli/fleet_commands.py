@@ -55,13 +55,14 @@ def fleet(
         raise typer.BadParameter(f"{to!r} is none of {', '.join(KINDS)}", param_hint="--to")
     if animate is not None:
         check_animation_name(animate)
-        check_destination(animate, clobber=not no_clobber)
     described = read_show(show)
+    output.mkdir(parents=True, exist_ok=True)
+    for written_last in filter(None, (report, animate)):
+        check_destination(written_last, clobber=not no_clobber)
     lost = worst_distance(described.reach) if to not in EXACT_KINDS else 0.0
     progress = on_terminal(quiet=False)
     wider, kept = _wider(described, 2.0 * lost), output / "flights"
     flown = fly(wider, kept, lambda line: print(f"minsnap: {line}", file=sys.stderr, flush=True), progress)
-    output.mkdir(parents=True, exist_ok=True)
     place = output / "show.skyc" if to == "skyc" else output
     named = replace(flown.fleet, separation=described.separation)
     written = write_fleet(named, place, to, flown.lights, clobber=not no_clobber)

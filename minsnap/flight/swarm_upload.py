@@ -264,6 +264,8 @@ class FlightTimes:
         Wait after each of these [s].
     start : Volleys
         How often the start of all is sent.
+    ground : float
+        Height below which a trajectory begins on the ground, and takes off itself [m].
     """
 
     take_off: float = 2.5
@@ -271,6 +273,7 @@ class FlightTimes:
     landing: float = 3.0
     settle: float = 0.5
     start: Volleys = Volleys()
+    ground: float = 0.1
 
 
 def uploads(fleet: Fleet, uris: Sequence[str]) -> list[Upload]:
@@ -335,17 +338,19 @@ def upload(
 
 
 def _fly(fleet: Fleet, links: Sequence[CrtpLink], timing: FlightTimes, say: Callable[[str], None]) -> None:
-    """Fly the uploaded curves; an early end lands all in place."""
+    """Climb to the starts that are above the ground, fly the uploaded curves; an early end lands all in place."""
     starts = [curve(0.0) for curve in fleet]
     yaws = [float(curve.yaw(np.array(0.0))) for curve in fleet]
     landing = struct.pack("<BBff?f", LAND, 0, 0.0, 0.0, True, timing.landing)
     try:
-        climbs = [struct.pack("<BBff?f", TAKE_OFF, 0, place[2], 0.0, True, timing.take_off) for place in starts]
-        act_on_each(links, lambda link, i: command(link, climbs[i]))
-        time.sleep(timing.take_off + timing.settle)
-        ways = [(*place, yaw, timing.approach) for place, yaw in zip(starts, yaws, strict=True)]
-        act_on_each(links, lambda link, i: command(link, struct.pack("<BBBBfffff", GO_TO, 0, 0, 0, *ways[i])))
-        time.sleep(timing.approach + timing.settle)
+        high = [each for each in zip(links, starts, yaws, strict=True) if each[1][2] > timing.ground]
+        if high:
+            climbs = [struct.pack("<BBff?f", TAKE_OFF, 0, at[2], 0.0, True, timing.take_off) for _, at, _ in high]
+            act_on_each([link for link, *_ in high], lambda link, i: command(link, climbs[i]))
+            time.sleep(timing.take_off + timing.settle)
+            ways = [struct.pack("<BBBBfffff", GO_TO, 0, 0, 0, *at, yaw, timing.approach) for _, at, yaw in high]
+            act_on_each([link for link, *_ in high], lambda link, i: command(link, ways[i]))
+            time.sleep(timing.approach + timing.settle)
         say(str(start_group(links, timing.start)))
         time.sleep(fleet.duration + timing.settle)
         act_on_each(links, lambda link, i: command(link, landing))

@@ -14,7 +14,7 @@ from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, TimingError
 from minsnap.polynomials.bernstein import powers_to_points, split
-from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, wrap
+from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, turned_to, wrap
 from minsnap.trajectory.instants import check_order
 from minsnap.trajectory.planned_heading import ChosenHeading, PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory
@@ -221,10 +221,10 @@ def spliced(
     if chosen is None and flown.yaw.constant is not None:
         return flown.yaw
     if flown.yaw.medium is not None and (chosen is None or chosen(curve).medium is not None):
-        return flown.yaw.on(curve, at)
+        return turned_to(flown.yaw.on(curve, at), float(flown.yaw(at)))
     yaw, rate = float(flown.yaw(at)), float(flown.yaw(at, 1))
-    base = ConstantHeading(yaw) if chosen is None else chosen(curve)
-    gap, excess = float(wrap(yaw - float(base(0.0)))), rate - float(base(0.0, 1))
+    base = ConstantHeading(yaw) if chosen is None else turned_to(chosen(curve), yaw)
+    gap, excess = yaw - float(base(0.0)), rate - float(base(0.0, 1))
     if abs(gap) <= ROUNDING and abs(excess) <= ROUNDING:
         return base
     span = max(SHORTEST_TURN, STEEPEST * abs(gap) / (RATE if limit is None else 0.5 * limit))

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.storage.atomic import atomic_write, write_file
+from minsnap.basics.storage.atomic import atomic_write, check_destination, write_file
 from minsnap.basics.storage.text import FileName, check_size, digest_of, read_text, reading
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any
@@ -195,7 +195,8 @@ MOST_ADDRESSES = 255
 def write_crazyswarm(fleet: Fleet, folder: Path, *, clobber: bool = True) -> tuple[Path, Path]:
     """Write ``crazyflies.yaml`` (fileversion 3) and ``fly.py`` for trajectories ``traj0.csv``, ``traj1.csv``, ...
 
-    A vehicle stands below the start of its trajectory; the script climbs straight up to it.
+    A vehicle stands below the start of its trajectory. The script climbs straight up to it; trajectories that begin on
+    the ground take off themselves.
 
     Raises
     ------
@@ -209,7 +210,8 @@ def write_crazyswarm(fleet: Fleet, folder: Path, *, clobber: bool = True) -> tup
         uri = f"radio://0/{80 + 10 * (number // 20 % 4)}/2M/E7E7E7E7{number + 1:02X}"
         robots += f"  cf{number + 1}:\n    enabled: true\n    uri: {uri}\n    initial_position: [{x!r}, {y!r}, 0.0]\n"
         robots += "    type: cf21  # see robot_types\n"
-    values = {"robots": robots, "heights": [height for *_, height in starts], "duration": fleet.duration}
+    yaws = [float(curve.yaw(np.zeros(1))[0]) for curve in fleet]
+    values = {"robots": robots, "heights": [height for *_, height in starts], "yaws": yaws, "duration": fleet.duration}
     files = folder / "crazyflies.yaml", folder / "fly.py"
     for file in files:
         template = Path(__file__).with_name("crazyswarm2") / f"{file.name}.txt"
@@ -292,7 +294,8 @@ def write_fleet(
     lights : sequence of Lights or None, optional
         Of each vehicle; ``skyb`` and ``skyc`` hold them.
     clobber : bool
-        False: files that exist are an error.
+        False: files that exist are an error. Else those of a former fleet that this one has not are removed from the
+        folder, unless they were changed since.
 
     Raises
     ------
@@ -308,23 +311,40 @@ def write_fleet(
         return WrittenFleet(kind, (Path(path),), write_skyc(fleet, path, lights, clobber=clobber))
     folder = Path(path)
     folder.mkdir(parents=True, exist_ok=True)
+    check_destination(folder / MANIFEST, clobber=clobber)
     ending, write = FOLDERS[kind]
+    former = _unchanged(folder)
     files, lamps = [folder / f"traj{i}{ending}" for i in range(len(fleet))], lamps_of(fleet, lights)
     lost = [write(*each, clobber) for each in zip(fleet, files, lamps, strict=True)]
     further = write_crazyswarm(fleet, folder, clobber=clobber) if kind == "crazyswarm2" else ()
-    manifest = _write_manifest(fleet, folder, kind, files, clobber)
+    manifest = _write_manifest(fleet, folder, kind, files, further)
+    for file in former - {*files, *further}:
+        file.unlink()
     return WrittenFleet(kind, (*files, *further, manifest), max(lost))
 
 
-def _write_manifest(fleet: Fleet, folder: Path, kind: str, files: Sequence[Path], clobber: bool) -> Path:
+def _unchanged(folder: Path) -> set[Path]:
+    """Return the files that the manifest of a former fleet names, and nobody has changed since: no part of the next."""
+    try:
+        content = json.loads(read_text(folder / MANIFEST))
+        rows = [
+            (folder / Path(row["file"]).name, row["sha256"]) for row in content["vehicles"] + content.get("further", [])
+        ]
+    except (FileError, ValueError, KeyError, TypeError):
+        return set()
+    return {file for file, digest in rows if file.is_file() and digest_of(file) == digest}
+
+
+def _write_manifest(fleet: Fleet, folder: Path, kind: str, files: Sequence[Path], further: Sequence[Path]) -> Path:
     rows = [
         {"name": fleet.name(i), "file": file.name, "duration": fleet[i].duration, "sha256": digest_of(file)}
         for i, file in enumerate(files)
     ]
+    beside = [{"file": file.name, "sha256": digest_of(file)} for file in further]
     separation = None if fleet.separation is None else fleet.separation.plain
     content = {"format": MARK, "version": 1, "kind": kind, "frame": "enu", "units": "m, s, rad"}
-    text = json.dumps({**content, "separation": separation, "vehicles": rows}, indent=1) + "\n"
-    write_file(folder / MANIFEST, text, clobber=clobber)
+    text = json.dumps({**content, "separation": separation, "vehicles": rows, "further": beside}, indent=1) + "\n"
+    write_file(folder / MANIFEST, text)
     return folder / MANIFEST
 
 
@@ -339,7 +359,8 @@ def read_fleet(path: FileName) -> Fleet:
     Parameters
     ----------
     path : str or path
-        What :func:`write_fleet` wrote, a Skybrush show, or any folder with one file of polynomials a vehicle.
+        What :func:`write_fleet` wrote, a Skybrush show, any folder with one file of polynomials a vehicle, or the file
+        of a single one.
 
     Raises
     ------
@@ -350,7 +371,7 @@ def read_fleet(path: FileName) -> Fleet:
     if place.suffix.lower() == ".skyc":
         return read_skyc(place).fleet
     if not place.is_dir():
-        raise FileError(f"{path} is no folder and no .skyc: a fleet is one of these")
+        return Fleet((_trajectory(place),), (place.stem,))
     if (place / MANIFEST).exists():
         with reading(place / MANIFEST, "the manifest of a fleet"):
             return _listed(place, json.loads(read_text(place / MANIFEST)))

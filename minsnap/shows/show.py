@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.checks import LONGEST
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import FileName
@@ -63,7 +64,13 @@ class Move:
 
 
 def moved(move: Move, points: FloatArray, limits: Limits) -> list[Trajectory]:
-    """Return the curves of a formation (vehicles, 3), in its seconds or the shortest time within the limits."""
+    """Return the curves of a formation (vehicles, 3), in its seconds or the shortest time; none where nothing moves.
+
+    Raises
+    ------
+    FleetError
+        If its seconds are too few for the limits.
+    """
     way = None if move.along is None else plan(move.along, total_time=1.0)
     count = max(LEAST_PIECES, ceil(abs(move.turn) / PIECE))
     breaks = np.union1d(np.linspace(0.0, 1.0, count + 1), [] if way is None else way.breaks[1:-1])
@@ -76,7 +83,12 @@ def moved(move: Move, points: FloatArray, limits: Limits) -> list[Trajectory]:
     for x, y, z in points - center:
         x_y = curves[..., :1] * (x, y) + curves[..., 1:2] * (-y, x)
         moves.append(Trajectory(center + shift + np.concatenate((x_y, curves[..., 2:] * z), axis=2), durations))
-    time = slowed(moves, limits) if move.seconds is None else move.seconds
+    least = slowed(moves, limits)
+    time = least if move.seconds is None else move.seconds
+    if not least * (1.0 - EXACT) <= time <= LONGEST:
+        raise FleetError(f"a move in {time:g} s does not keep the limits: give it {least:.4g} s or more")
+    if time == 0.0:
+        return []
     return [Trajectory(curve.control_points, curve.durations * time) for curve in moves]
 
 
@@ -148,6 +160,8 @@ class KeptFlights:
         UnprovedError
             If the search ends without any; says in which flight.
         """
+        if np.abs(goals - starts).max() <= EXACT:
+            return [], "stays"
         file = None if self.folder is None else Path(self.folder) / f"{self._key(starts, goals)}.npz"
         if file is not None and file.exists():
             stored = read_archive(file)
@@ -255,11 +269,22 @@ class Show:
         return float(max(np.abs(place).max() for place in points))
 
     def check(self) -> None:
-        """Refuse acts that do not fit the vehicles or stand too close, naming the pair."""
+        """Refuse acts that do not fit the vehicles, are below home, or stand too close, naming the pair."""
+        for name, value in (
+            ("take_off", self.take_off),
+            *((f"hold of act {act.name!r}", act.hold) for act in self.acts),
+        ):
+            if not 0.0 <= value <= LONGEST:
+                raise FleetError(f"{name} is {value}: give a number from 0 to {LONGEST:g}")
+        lowest = float(self.home[:, 2].min())
         places = [("home", self.home), *((f"act {act.name!r}", act.points) for act in self.acts)]
         for name, points in places:
             if points.shape != self.home.shape:
                 raise FleetError(f"{name} has {len(points)} points, and home has {len(self.home)}: give as many")
+            if not np.isfinite(points).all():
+                raise FleetError(f"{name} has a point that is not finite")
+            if points[:, 2].min() < lowest:
+                raise FleetError(f"{name} is {lowest - points[:, 2].min():g} m below the lowest home: raise it")
             if len(points) < 2:
                 continue
             least, pair = spacing_of(self.separation.flat(points))
@@ -363,12 +388,13 @@ class _Course:
     told: Told | None
 
     def add(self, name: str, curves: list[Trajectory], method: str, hold: float) -> Stage:
-        """Fly and hold, and return the stage."""
+        """Fly and hold, and return the stage; without curves all stay where they are."""
         start = self.stages[-1].end if self.stages else 0.0
-        arrival = start + max(curve.duration for curve in curves)
-        self.now = ends(curves)
-        for part, curve, goal in zip(self.parts, curves, self.now, strict=True):
-            part.extend([curve, *_wait(goal, arrival - start - curve.duration + hold)])
+        arrival = start + max((curve.duration for curve in curves), default=0.0)
+        self.now = ends(curves) if curves else self.now
+        for i, (part, goal) in enumerate(zip(self.parts, self.now, strict=True)):
+            flown = curves[i : i + 1]
+            part.extend([*flown, *_wait(goal, arrival - start - sum(curve.duration for curve in flown) + hold)])
         self.stages.append(Stage(name, start, arrival, arrival + hold, method))
         if self.told is not None:
             self.told(f"{name}: {arrival - start:.2f} s ({method})")
@@ -387,6 +413,8 @@ def _return(show: Show, now: FloatArray) -> IntArray:
 
 def _checked(curves: list[Trajectory], show: Show, name: str) -> list[Trajectory]:
     """Return the curves of a move, or raise FleetError where they come too near or leave the room."""
+    if not curves:
+        return curves
     certificate = certify_fleet(curves, show.separation, room=show.room)
     near = certificate.closest
     if near is not None and near.share < 1.0 - EXACT:
@@ -406,6 +434,8 @@ def _wait(point: FloatArray, duration: float) -> list[Trajectory]:
 
 def _joined(parts: list[Trajectory]) -> Trajectory:
     """Return curves one after the other; all rest where they meet."""
+    if not parts:
+        raise FleetError("nothing moves in this show: give it a climb, or acts")
     size = max(part.degree for part in parts)
     if any(part.degree != size for part in parts):
         raise FleetError("the flights of a show have different degrees")

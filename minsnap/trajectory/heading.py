@@ -265,6 +265,59 @@ class JoinedHeading(Heading):
         return max(known) if len(known) == len(parts) else None
 
 
+class TurnedHeading(Heading):
+    """The directions of another heading, whole turns away from its angles.
+
+    Parameters
+    ----------
+    heading : Heading
+    turns : int
+    """
+
+    def __init__(self, heading: Heading, turns: int) -> None:
+        self.heading, self.turns, self.medium = heading, turns, heading.medium
+        self.limited_last, self.limited_softly = heading.limited_last, heading.limited_softly
+
+    def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
+        """Yaw or its derivative at ``t``, in the shape of ``t``."""
+        return np.asarray(self.heading(t, order) + (2.0 * np.pi * self.turns if order == 0 else 0.0))
+
+    def on(self, curve: Any, start: float = 0.0, rate: float = 1.0) -> Heading:
+        """Return that of the other heading, as many turns away."""
+        return TurnedHeading(self.heading.on(curve, start, rate), self.turns)
+
+    def by_rule(self, curve: Any) -> Heading:
+        """Return that of the other heading, as many turns away."""
+        return TurnedHeading(self.heading.by_rule(curve), self.turns)
+
+    def axes(self, t: FloatArray) -> Any:
+        """Return those of the other heading."""
+        return self.heading.axes(t)
+
+    def forward(self, t: FloatArray) -> Any:
+        """Return those of the other heading."""
+        return self.heading.forward(t)
+
+    def largest_rate(self, start: float, end: float) -> Largest | None:
+        """Return that of the other heading."""
+        return self.heading.largest_rate(start, end)
+
+    @property
+    def largest_jerk(self) -> float:
+        """That of the other heading."""
+        return self.heading.largest_jerk
+
+
+def turned_to(heading: Heading, angle: float) -> Heading:
+    """Return a heading, whole turns away where it then begins nearer to an angle [rad]."""
+    turns = round((angle - float(heading(0.0))) / (2.0 * np.pi))
+    if turns == 0:
+        return heading
+    if heading.constant is not None:
+        return ConstantHeading(heading.constant + 2.0 * np.pi * turns)
+    return TurnedHeading(heading, turns)
+
+
 def shortest_turns(angles: ArrayLike) -> FloatArray:
     """Unwrap yaw angles so that every step is the shortest way round: shape (n,) [rad]."""
     return np.unwrap(np.asarray(angles, dtype=np.float64))

@@ -69,3 +69,16 @@ def test_a_heading_from_the_tilt_goes_on_as_it_is_turned():
     flown, curve = flown_and_next("tilt")
     heading = spliced(flown, 0.6, None, None, curve)
     assert wrap(heading(0.5) - flown.yaw(1.1)) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("yaw", ["velocity", "tilt"])
+def test_a_heading_goes_on_after_two_laps_without_a_jump_of_whole_turns(yaw):
+    """The heading of a replan began 4 pi below the flown one."""
+    angles, limits = np.linspace(0.0, 4.0 * np.pi, 13), minsnap.Limits(speed=3.0, acceleration=6.0)
+    points = np.stack((3.0 * np.cos(angles), 3.0 * np.sin(angles), np.ones(13)), axis=1)
+    flown = minsnap.plan(points, limits=limits, yaw=yaw)
+    late = points[int((flown.leg_breaks[1:] <= 9.2).sum()) + 1 :] + [0.1, 0.0, 0.05]
+    change = minsnap.Replanner(limits=limits, yaw=yaw, clock=lambda: 0.0).replan(flown, 9.0, late, 0.2)
+    begun = float(change.trajectory.yaw(0.0))
+    assert begun == pytest.approx(float(flown.yaw(change.splice)), abs=1e-9)
+    assert change.certified

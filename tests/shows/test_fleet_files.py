@@ -1,7 +1,10 @@
 """Fleets in files: read back, certified as they are in the file, and refused where they are not what they say."""
 
 import json
+import runpy
+import sys
 import zipfile
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ import yaml
 import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FileError
+from minsnap.files.convert import write_any
 from minsnap.files.formats.skybrush import Lights, cubic_segments, read_skybrush
 from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, read_skyc, write_fleet
 
@@ -93,7 +97,63 @@ def test_a_crazyswarm_folder_names_its_robots(tmp_path):
     assert rows.shape == (2, 33) and rows[:, 0].sum() == pytest.approx(4.6)
     script = (tmp_path / "folder" / "fly.py").read_text()
     compile(script, "fly.py", "exec")
-    assert "HEIGHTS = [1.0, 1.0]" in script and "DURATION = 4.6" in script
+    assert "HEIGHTS, YAWS = [1.0, 1.0], [0.0, 0.0]" in script and "DURATION = 4.6" in script
+
+
+def flown_by_script(folder, monkeypatch):
+    """What ``fly.py`` of a folder asks of its vehicles, in order."""
+    asked = []
+
+    class Vehicle:
+        initialPosition = (1.0, 2.0, 0.0)  # noqa: N815 - crazyswarm2's name
+
+        def __getattr__(self, name):
+            return lambda *values, **named: asked.append((name, *values, *named.values()))
+
+    class Everyone(Vehicle):
+        crazyfliesByName = {f"cf{i}": Vehicle() for i in range(1, 9)}  # noqa: N815, RUF012 - crazyswarm2's name
+
+    swarm = SimpleNamespace(timeHelper=SimpleNamespace(sleep=lambda seconds: None), allcfs=Everyone())
+    modules = {
+        "crazyflie_py": SimpleNamespace(Crazyswarm=lambda: swarm),
+        "crazyflie_py.uav_trajectory": SimpleNamespace(Trajectory=Vehicle),
+    }
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    runpy.run_path(str(folder / "fly.py"), run_name="__main__")
+    return asked
+
+
+def test_the_script_climbs_to_starts_in_the_air_and_lets_others_take_off_by_their_curves(tmp_path, monkeypatch):
+    """All climbed to half a metre; those that begin on the ground were then sent to z = 0, and all to yaw 0."""
+    up, ground = minsnap.plan([(0, 0, 0), (0, 0, 1)], [2.0]), minsnap.plan([(0, 0, 1), (0, 0, 0)], [2.0], yaw=0.7)
+    write_fleet(minsnap.Fleet((ground, up)), tmp_path / "mixed", "crazyswarm2")
+    asked = [
+        each for each in flown_by_script(tmp_path / "mixed", monkeypatch) if each[0] in ("takeoff", "goTo", "land")
+    ]
+    assert asked[0] == ("takeoff", 0.5, 2.5) and asked[1][2:] == (0.7, 2.5) and len(asked) == 3
+    assert asked[1][1] == pytest.approx((1.0, 2.0, 1.0))
+    write_fleet(minsnap.Fleet((up,)), tmp_path / "low", "crazyswarm2")
+    assert [each[0] for each in flown_by_script(tmp_path / "low", monkeypatch)][-2:] == ["startTrajectory", "land"]
+    assert "takeoff" not in [each[0] for each in flown_by_script(tmp_path / "low", monkeypatch)]
+
+
+def test_files_of_a_former_fleet_go_unless_they_were_changed(tmp_path):
+    """A fourth trajectory and a script for four stayed beside three of another show."""
+    write_fleet(crossing(), tmp_path, "crazyswarm2")
+    (tmp_path / "crazyflies.yaml").write_text("of my own")
+    write_fleet(minsnap.Fleet((crossing()[0],)), tmp_path, "traj")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["crazyflies.yaml", "manifest.json", "traj0.traj"]
+    with pytest.raises(FileError, match="is there already"):
+        write_fleet(crossing(), tmp_path, "csv", clobber=False)
+    assert not (tmp_path / "traj0.csv").exists()
+
+
+def test_a_file_of_one_vehicle_is_a_fleet(tmp_path):
+    """It had to lie in a folder of its own to be uploaded."""
+    write_any(crossing()[0], tmp_path / "alone.csv", to="crazyflie")
+    fleet = read_fleet(tmp_path / "alone.csv")
+    assert len(fleet) == 1 and fleet.names == ("alone",) and fleet.duration == pytest.approx(3.7)
 
 
 def test_what_was_changed_or_holds_samples_is_refused(tmp_path):

@@ -13,7 +13,7 @@ from minsnap.plot import plot_fleet, plot_separation
 from minsnap.plot.fleet_figures import least_distances
 from minsnap.shows.fleet_files import read_fleet, read_skyc
 from minsnap.shows.formations import circle, grid, mesh, read_lines, spacing_of, svg, text
-from minsnap.shows.show import Move, fly, moved
+from minsnap.shows.show import Act, Move, Show, fly, moved
 from minsnap.shows.show_yaml import read_show
 
 SHOW = """
@@ -255,6 +255,44 @@ def test_a_formation_turns_grows_and_goes_along_within_limits():
     assert np.ptp(spread) < 1e-8  # it keeps its shape
     slow = moved(Move(2.0 * np.pi, seconds=60.0), ring, limits)
     assert slow[0].duration == pytest.approx(60.0) and slow[3](60.0) == pytest.approx(ring[3])
+
+
+def show_of(*acts, **how):
+    """Four vehicles on the ground, and acts."""
+    return Show(grid(4, 2.0), acts, minsnap.Separation(1.0), minsnap.Limits(speed=4, acceleration=3), **how)
+
+
+def test_what_does_not_move_takes_no_time():
+    """An act in the same places, a climb of no height and a turn of nothing were errors about limits and durations."""
+    ring = circle(4, 4.0, 8.0)
+    flown = fly(show_of(Act("red", ring, 2.0, moves=(Move(),)), Act("blue", ring, 1.0), take_off=0.0))
+    stages = {stage.name: stage for stage in flown.stages}
+    assert stages["take-off"].end == 0.0 and stages["blue"].end - stages["red"].end == pytest.approx(1.0)
+    assert flown.fleet.duration == pytest.approx(stages["landing"].end)
+    assert flown.fleet(stages["blue"].end) == pytest.approx(flown.fleet(stages["red"].arrival))
+    with pytest.raises(FleetError, match="nothing moves in this show"):
+        fly(show_of(take_off=0.0))
+
+
+@pytest.mark.parametrize(
+    ("act", "how", "sentence"),
+    [
+        ({}, {"take_off": -1.0}, "take_off is -1.0: give a number from 0"),
+        ({"hold": -2.0}, {}, "hold of act 'a' is -2.0"),
+        ({"hold": np.nan}, {}, "hold of act 'a' is nan"),
+        ({"points": np.full((4, 3), np.nan)}, {}, "act 'a' has a point that is not finite"),
+        ({"points": circle(4, 4.0, -1.0)}, {}, "act 'a' is 1 m below the lowest home"),
+        (
+            {"moves": (Move(2.0 * np.pi, seconds=0.1),)},
+            {},
+            r"a move in 0\.1 s does not keep the limits: give it 15\.87 s",
+        ),
+    ],
+)
+def test_numbers_that_no_show_can_have_are_refused_before_anything_is_written(act, how, sentence):
+    """Vehicles climbed below the ground, holds went backwards, and a move at 137 m/s replaced the files of a show."""
+    with pytest.raises(FleetError, match=sentence):
+        fly(show_of(Act(**{"name": "a", "points": circle(4, 4.0, 8.0)} | act), **how))
 
 
 LARGER = """

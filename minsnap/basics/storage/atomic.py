@@ -85,14 +85,16 @@ def check_destination(path: FileName, *, clobber: bool = True) -> Path:
     Raises
     ------
     FileError
-        If it is no name of a file, a folder, read-only, or there and must not be replaced.
+        If it is no name of a file, a folder, in none, read-only, or there and must not be replaced.
     """
     try:
         destination = Path(os.path.realpath(path))
         state = os.stat(destination)
     except (TypeError, ValueError):
         raise FileError(f"{shown(path)} is no name of a file") from None
-    except FileNotFoundError:
+    except FileNotFoundError as error:
+        if not destination.parent.is_dir():
+            raise FileError(f"{path} cannot be written: {error.strerror}") from error
         return destination
     except OSError as error:
         raise FileError(f"{path} cannot be written: {error.strerror}") from error

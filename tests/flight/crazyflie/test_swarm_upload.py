@@ -86,6 +86,15 @@ def test_a_flight_takes_off_goes_to_its_starts_starts_and_lands(lossy):
 
 
 @pytest.mark.slow
+def test_a_curve_that_begins_on_the_ground_takes_off_by_itself():
+    """Its vehicle was told to take off to height 0, and to go there."""
+    with CrtpVehicle() as one, CrtpVehicle() as two:
+        fleet = minsnap.Fleet((minsnap.plan([(0, 0, 0), (0, 0, 1)], [0.4]), pair()[1]))
+        upload(fleet, [one.uri, two.uri], start=True, timing=QUICK)
+    assert not {7, 12} & {body[0] for _, body in one.commands} and {7, 12} <= {body[0] for _, body in two.commands}
+
+
+@pytest.mark.slow
 def test_a_vehicle_that_disappears_on_the_ground_keeps_all_there():
     with CrtpVehicle() as one, CrtpVehicle(lasts=10) as two:
         with pytest.raises(LinkError, match=f"{two.uri} does not answer"):
