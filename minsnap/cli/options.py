@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import degrees, radians
 from pathlib import Path
@@ -180,7 +181,7 @@ def parse_numbers(option: str, text: str) -> list[float]:
     InputError
         If the text is something else.
     """
-    return [_number(option, part) for part in text.split(",")]
+    return [read_number(part, f"{option} is {part!r}: it takes numbers") for part in text.split(",")]
 
 
 def parse_avoid(texts: list[str] | None) -> list[Obstacle] | None:
@@ -197,35 +198,20 @@ def parse_avoid(texts: list[str] | None) -> list[Obstacle] | None:
 
 
 def chosen_yaw(text: str | None, look_at: tuple[float, float] | None) -> Any:
-    """Return the yaw that ``--yaw`` or ``--look-at`` says, or None.
+    """Return the yaw that ``--yaw`` or ``--look-at`` says: an angle [rad], "velocity", "tilt", a point, or None.
 
     Raises
     ------
     InputError
-        If both are set.
+        If both are set, or the text is neither degrees nor one of the words.
     """
-    if look_at is None:
-        return parse_yaw(text)
-    if text is not None:
+    if look_at is not None and text is not None:
         raise InputError("--yaw and --look-at both say where the nose points: give one of them")
-
-    return minsnap.LookAt(look_at)
-
-
-def parse_yaw(text: str | None) -> float | str | None:
-    """Return an angle [rad] from degrees, the word "velocity" or "tilt", or None.
-
-    Raises
-    ------
-    InputError
-        If the text is none of them.
-    """
+    if look_at is not None:
+        return minsnap.LookAt(look_at)
     if text is None or text in ("velocity", "tilt"):
         return text
-    try:
-        return radians(float(text))
-    except ValueError:
-        raise InputError(f"--yaw is {text!r}: it takes degrees, velocity or tilt") from None
+    return radians(read_number(text, f"--yaw is {text!r}: it takes degrees, velocity or tilt"))
 
 
 def parse_pieces(text: str | None) -> int | str | None:
@@ -238,10 +224,7 @@ def parse_pieces(text: str | None) -> int | str | None:
     """
     if text is None or text == "auto":
         return text
-    try:
-        return int(text)
-    except ValueError:
-        raise InputError(f"--pieces is {text!r}: it takes a whole number, or auto") from None
+    return int(read_number(text, f"--pieces is {text!r}: it takes a whole number, or auto", int))
 
 
 def check_corridor(corridor: Any, waypoints: Any) -> None:
@@ -255,8 +238,9 @@ def present(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def _number(option: str, text: str) -> float:
+def read_number(text: str, refusal: str, kind: Callable[[str], float] = float) -> float:
+    """Return the number that a text says, or raise InputError with a sentence."""
     try:
-        return float(text)
+        return kind(text)
     except ValueError:
-        raise InputError(f"{option} is {text!r}: it takes numbers") from None
+        raise InputError(refusal) from None

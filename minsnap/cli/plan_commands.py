@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import takewhile
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
@@ -271,15 +272,12 @@ class PointCommand(TyperCommand):
 def joined_points(arguments: list[str]) -> list[str]:
     """Return the arguments with ``--start 1 -2`` written as ``--start=1,-2``."""
     joined: list[str] = []
-    at = 0
-    while at < len(arguments):
-        word = arguments[at]
-        at += 1
-        count = 0
-        while word in POINT_OPTIONS and at + count < len(arguments) and _is_number(arguments[at + count]):
-            count += 1
-        joined.append(f"{word}={','.join(arguments[at : at + count])}" if count else word)
-        at += count
+    rest = list(arguments)
+    while rest:
+        word = rest.pop(0)
+        numbers = list(takewhile(_is_number, rest)) if word in POINT_OPTIONS else []
+        joined.append(f"{word}={','.join(numbers)}" if numbers else word)
+        del rest[: len(numbers)]
     return joined
 
 

@@ -15,7 +15,7 @@ from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
 from minsnap.cli.output import as_json
-from minsnap.errors import FileError, InputError, LinkError
+from minsnap.errors import FileError, LinkError
 
 if TYPE_CHECKING:
     from minsnap.flight.mavlink.preflight import Finding
@@ -64,10 +64,8 @@ def _assignments(texts: list[str]) -> dict[str, float]:
     values = {}
     for text in texts:
         name, _, value = text.partition("=")
-        try:
-            values[name.strip()] = float(value)
-        except ValueError:
-            raise InputError(f"--set is {text!r}: give NAME=VALUE with a number, such as COM_OBL_RC_ACT=4") from None
+        refusal = f"--set is {text!r}: give NAME=VALUE with a number, such as COM_OBL_RC_ACT=4"
+        values[name.strip()] = options.read_number(value, refusal)
     return values
 
 
