@@ -48,27 +48,10 @@ def record_batch(rows: Sequence[Row]) -> Any:
     """Return rows as a pyarrow.RecordBatch."""
     import pyarrow
 
-    arrays = [
-        _lists([row.get(name) for row in rows])
-        if kind == "list"
-        else pyarrow.array(
-            [__version__ if name == "version" else row.get(name) for row in rows], schema().field(name).type
-        )
-        for name, kind in COLUMNS.items()
-    ]
-    return pyarrow.RecordBatch.from_arrays(arrays, schema=schema())
-
-
-def _lists(values: Sequence[Any]) -> Any:
-    """Return arrays, flattened, as an Arrow array of lists; None is null."""
-    import pyarrow
-
-    flat = [None if value is None else np.asarray(value, dtype=np.float64).reshape(-1) for value in values]
-    ends = np.cumsum([0 if value is None else len(value) for value in flat], dtype=np.int32)
-    offsets = np.concatenate((np.zeros(1, dtype=np.int32), ends))
-    missing = np.array([value is None for value in flat] + [False])
-    joined = np.concatenate([np.zeros(0), *(value for value in flat if value is not None)])
-    return pyarrow.ListArray.from_arrays(pyarrow.array(offsets, mask=missing), pyarrow.array(joined))
+    columns = {name: [row.get(name) for row in rows] for name in COLUMNS} | {"version": [__version__] * len(rows)}
+    for name in (name for name, kind in COLUMNS.items() if kind == "list"):
+        columns[name] = [None if array is None else np.ravel(array).astype(np.float64) for array in columns[name]]
+    return pyarrow.RecordBatch.from_pydict(columns, schema())
 
 
 def trajectory_of(row: Mapping[str, Any]) -> Trajectory:

@@ -214,16 +214,14 @@ def _from_table(spec: Spec, number: int) -> dict[str, Any]:
 
 def walks(shape: Shape, dim: int, rng: np.random.Generator) -> dict[str, Any]:
     """Legs of random lengths in directions that are equally likely; durations from a speed."""
-    count = shape["legs"].whole(rng)
-    points, lengths = _walk(count, dim, shape["step"], rng)
+    points, lengths = _walk(shape, dim, rng)
     return {"waypoints": points, "durations": _durations(lengths, shape, rng)}
 
 
 def gates(shape: Shape, dim: int, rng: np.random.Generator) -> dict[str, Any]:
     """Return a walk whose inner waypoints are square gates that face the next one."""
-    count = shape["legs"].whole(rng)
-    points, lengths = _walk(count, dim, shape["step"], rng)
-    sides = shape["opening"].draws(rng, count - 1)
+    points, lengths = _walk(shape, dim, rng)
+    sides = shape["opening"].draws(rng, len(lengths) - 1)
     inner = [Gate(points[i + 1], points[i + 2] - points[i], side) for i, side in enumerate(sides.tolist())]
     return {"waypoints": [points[0], *inner, points[-1]], "durations": _durations(lengths, shape, rng)}
 
@@ -236,11 +234,12 @@ def in_maps(shape: Shape, dim: int, rng: np.random.Generator) -> dict[str, Any]:
     return ways | {"durations": _durations(lengths_of(world.waypoints), shape, rng)}
 
 
-def _walk(legs: int, dim: int, step: Range, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+def _walk(shape: Shape, dim: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
     """Return points (legs + 1, dim) [m] and lengths (legs,) [m]."""
+    legs = shape["legs"].whole(rng)
     directions = rng.normal(size=(legs, dim))
     directions /= np.sqrt((directions * directions).sum(axis=1))[:, None]
-    lengths = step.draws(rng, legs)
+    lengths = shape["step"].draws(rng, legs)
     points = np.zeros((legs + 1, dim))
     np.cumsum(directions * lengths[:, None], axis=0, out=points[1:])
     return points, lengths
