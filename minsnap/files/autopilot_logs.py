@@ -68,7 +68,9 @@ def read_ulog(path: FileName, inertial: bool = False) -> FlightLog:
         If pyulog is not installed.
     """
     pyulog = optional("pyulog", "reading ULog needs pyulog", "logs")
-    raw = _bytes(path)
+    raw = read_bytes(path)
+    if len(raw) < _HEADER or not raw.startswith(_MAGIC):
+        raise FileError(f"{path} is no ULog file")
     with contextlib.redirect_stdout(io.StringIO()):  # it prints messages about damage
         try:
             log = pyulog.ULog(_Patient(raw), [POSITION, *SETPOINTS, *(INERTIAL if inertial else ())])
@@ -78,9 +80,8 @@ def read_ulog(path: FileName, inertial: bool = False) -> FlightLog:
         topics = {data.name: data.data for data in reversed(log.data_list)}
         reference = next((_setpoints(topics[name]) for name in SETPOINTS if name in topics), None)
         result = flight_log(reference, _positions(topics.get(POSITION)), _damage(path, raw, log.file_corruption))
-    if result.reference is None and result.flight is None:
-        raise FileError(f"{path} holds neither {POSITION} nor {SETPOINTS[0]}: log them")
-    with reading(path, "a ULog file that makes sense"):
+        if result.reference is None and result.flight is None:
+            raise FileError(f"{path} holds neither {POSITION} nor {SETPOINTS[0]}: log them")
         return replace(result, inertial=_inertial(topics, result.start))
 
 
@@ -113,13 +114,6 @@ class _Patient(io.BytesIO):
         if self.reads < 0:
             raise RuntimeError("its message definitions contain each other")
         return super().read(size)
-
-
-def _bytes(path: FileName) -> bytes:
-    raw = read_bytes(path)
-    if len(raw) < _HEADER or not raw.startswith(_MAGIC):
-        raise FileError(f"{path} is no ULog file")
-    return raw
 
 
 def _positions(data: dict[str, FloatArray] | None) -> Samples | None:
@@ -316,9 +310,8 @@ def read_dataflash(path: FileName, inertial: bool = False) -> FlightLog:
     damage = f"{path} is damaged" if complaints.getvalue() else None
     with reading(path, "a dataflash log that makes sense"):
         result = flight_log(*_tracks(columns), damage)
-    if result.flight is None:
-        raise FileError(f"{path} holds no positions (PSCN, PSCE, PSCD or XKF1)")
-    with reading(path, "a dataflash log that makes sense"):
+        if result.flight is None:
+            raise FileError(f"{path} holds no positions (PSCN, PSCE, PSCD or XKF1)")
         return replace(result, inertial=_inertial_of(columns, result.start) if inertial else None)
 
 

@@ -244,8 +244,7 @@ def write_request(request: PlanRequest, path: FileName, *, clobber: bool = True)
     FileError
         If the destination cannot be written.
     """
-    text = request_text(request)
-    write_file(path, text, clobber=clobber)
+    write_file(path, request_text(request), clobber=clobber)
 
 
 def request_text(request: PlanRequest) -> str:

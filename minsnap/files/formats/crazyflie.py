@@ -152,8 +152,7 @@ def rounding_bounds(trajectory: Trajectory) -> Rounding:
 
 def write_compressed(trajectory: Path, path: FileName, *, clobber: bool = True) -> None:
     """Write a trajectory or a shape as the firmware's bytes in one atomic step; errors as of :func:`compressed`."""
-    content = compressed(polynomials_of(trajectory, MOST_PIECES)[0])
-    write_file(path, content, clobber=clobber)
+    write_file(path, compressed(polynomials_of(trajectory, MOST_PIECES)[0]), clobber=clobber)
 
 
 def read_compressed(path: FileName) -> Trajectory:

@@ -262,11 +262,6 @@ def is_polynomials(path: FileName) -> bool:
     return MARK in beginning(path)[:200]
 
 
-def _read(path: FileName) -> Trajectory:
-    return read_polynomials(path).trajectory
-
-
 ENDINGS = (".json", ".yaml", ".yml")
-FORMATS = (
-    Format("polynomials", "polynomials", ENDINGS, write_polynomials, ENDINGS, _read, is_polynomials, facts=True),
-)
+_READ_WRITE = (ENDINGS, write_polynomials, ENDINGS, lambda path: read_polynomials(path).trajectory, is_polynomials)
+FORMATS = (Format("polynomials", "polynomials", *_READ_WRITE, facts=True),)

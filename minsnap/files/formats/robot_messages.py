@@ -103,8 +103,7 @@ def multidof(samples: Samples, frame_id: str = "map", joint: str = "base_link") 
 
 def write_multidof(samples: Samples, path: FileName, *, clobber: bool = True) -> None:
     """Write the message as JSON."""
-    text = json.dumps(multidof(samples), allow_nan=False)
-    write_file(path, text + "\n", clobber=clobber)
+    write_file(path, json.dumps(multidof(samples), allow_nan=False) + "\n", clobber=clobber)
 
 
 def _point(samples: Samples, row: int) -> dict[str, Any]:

@@ -398,8 +398,7 @@ def write_skybrush(
 ) -> CubicSegments:
     """Write a trajectory or a shape in one atomic step, and return what was written; raises as ``cubic_segments``."""
     segments = cubic_segments(polynomials_of(trajectory)[0])
-    content = skybrush_bytes(segments, lights)
-    write_file(path, content, clobber=clobber)
+    write_file(path, skybrush_bytes(segments, lights), clobber=clobber)
     return segments
 
 
@@ -473,8 +472,5 @@ def _write(content: Trajectory, path: FileName, *, clobber: bool) -> str:
     return f"written as {count} cubics, at most {1e3 * segments.distance:.2g} mm from the curve; headings are left out"
 
 
-def _read(path: FileName) -> Trajectory:
-    return read_skybrush(path).trajectory
-
-
-FORMATS = (Format("skybrush", "polynomials", (".skyb",), _write, (".skyb",), _read),)
+_READ_WRITE = ((".skyb",), _write, (".skyb",), lambda path: read_skybrush(path).trajectory)
+FORMATS = (Format("skybrush", "polynomials", *_READ_WRITE),)
