@@ -315,5 +315,4 @@ def _at(source: Path | Samples, instants: FloatArray) -> FloatArray:
     """Positions at instants, those between samples on straight lines."""
     if isinstance(source, Path):
         return source(np.minimum(instants, source.duration))
-    t = source.t - source.t[0]
-    return interpolated(instants, t, source.position)
+    return interpolated(instants, source.t - source.t[0], source.position)

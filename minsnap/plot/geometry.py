@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -51,14 +52,11 @@ def draw_gates(ax: Axes, gates: Sequence[Gate], chosen: list[int]) -> None:
 def draw_balls(ax: Axes, points: FloatArray, ball: Ball, gates: Mapping[int, Gate], chosen: list[int]) -> None:
     """Draw a circle around every waypoint with a ball; in space three circles."""
     radii = ball.of_waypoints(len(points))
-    label: str | None = "balls"
-    for waypoint in np.flatnonzero(radii):
-        if int(waypoint) in gates:
-            continue
-        for ring in _rings(len(chosen)):
-            circle = points[waypoint, chosen] + radii[waypoint] * ring
-            ax.plot(*circle.T, color=style.CORRIDOR_EDGE, linewidth=1.0, label=label, zorder=4)
-            label = None
+    alone = [waypoint for waypoint in np.flatnonzero(radii).tolist() if waypoint not in gates]
+    for number, (waypoint, ring) in enumerate(product(alone, _rings(len(chosen)))):
+        circle = points[waypoint, chosen] + radii[waypoint] * ring
+        label = None if number else "balls"
+        ax.plot(*circle.T, color=style.CORRIDOR_EDGE, linewidth=1.0, label=label, zorder=4)
 
 
 def _rings(dim: int) -> list[FloatArray]:
@@ -117,15 +115,6 @@ def arrow_places(points: FloatArray, count: int) -> tuple[FloatArray, FloatArray
     steps = points[places] - points[places - 1]
     moving = steps.any(axis=1)
     return points[places][moving], steps[moving]
-
-
-def draw_heads(ax: Any, points: FloatArray, count: int) -> None:
-    """Draw flat arrowheads on a curve in space."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    heads = arrow_heads(points, count)
-    if len(heads):
-        ax.add_collection3d(Poly3DCollection(heads, facecolor=style.PATH_COLOUR, edgecolor="none", zorder=4))
 
 
 def arrow_heads(points: FloatArray, count: int) -> FloatArray:
@@ -214,13 +203,6 @@ def outline(corners: FloatArray) -> FloatArray:
     from scipy.spatial import ConvexHull
 
     return np.asarray(corners[ConvexHull(corners).vertices])
-
-
-def facets(corners: FloatArray) -> FloatArray:
-    """Return the triangles of the convex hull of points in space, shape (m, 3, 3)."""
-    from scipy.spatial import ConvexHull
-
-    return np.asarray(corners[ConvexHull(corners).simplices])
 
 
 def _body(walls: Sequence[Walls], leg: int, waypoints: FloatArray) -> FloatArray:
@@ -407,8 +389,9 @@ def _draw_corridor(ax: Axes, corridor: Corridor, waypoints: FloatArray, chosen: 
     bodies = leg_bodies(corridor, waypoints)
     if len(chosen) == 3:
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+        from scipy.spatial import ConvexHull
 
-        triangles = np.concatenate([facets(body) for body in bodies])
+        triangles = np.concatenate([body[ConvexHull(body).simplices] for body in bodies])
         space: Any = ax
         walls = Poly3DCollection(triangles, facecolor=style.CORRIDOR_COLOUR, alpha=0.12, label="corridor")
         space.add_collection3d(walls)
@@ -447,10 +430,14 @@ def _draw_ends(ax: Axes, points: FloatArray) -> None:
     _draw_arrows(ax, points)
 
 
-def _draw_arrows(ax: Axes, points: FloatArray) -> None:
-    """Draw arrows along the curve at equal distances."""
+def _draw_arrows(ax: Any, points: FloatArray) -> None:
+    """Draw arrows along the curve at equal distances; flat heads in space."""
     if points.shape[1] == 3:
-        draw_heads(ax, points, ARROWS)
+        from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+        heads = arrow_heads(points, ARROWS)
+        if len(heads):
+            ax.add_collection3d(Poly3DCollection(heads, facecolor=style.PATH_COLOUR, edgecolor="none", zorder=4))
         return
     for end, step in zip(*arrow_places(points, ARROWS), strict=True):
         look = {"arrowstyle": "-|>", "color": style.PATH_COLOUR, "mutation_scale": 12}

@@ -190,11 +190,16 @@ class Player:
         Called with the time [s] when it has changed.
     label : str
         Of the box that lets it run.
+
+    Attributes
+    ----------
+    now, duration : float
+        The time, and how long what is flown takes [s].
     """
 
     def __init__(self, gui: Any, moved: Callable[[float], None], label: str = "Fly along the plan") -> None:
         self._moved = moved
-        self.now, self._duration = 0.0, 1.0
+        self.now, self.duration = 0.0, 1.0
         self._slider = gui.add_slider("Time [s]", min=0.0, max=1.0, step=0.01, initial_value=0.0)
         when_changed(self._slider, self._set)
         self._flying = threading.Event()
@@ -203,14 +208,9 @@ class Player:
         self._thread = threading.Thread(target=self._run, name="studio clock", daemon=True)
         self._thread.start()
 
-    @property
-    def duration(self) -> float:
-        """Of what is flown [s]."""
-        return self._duration
-
     def show(self, duration: float) -> None:
         """Take up the duration of another plan [s]; the time stays where it is, or at the end."""
-        self._duration = duration
+        self.duration = duration
         self.now = min(self.now, duration)
         most = ceil(100.0 * duration - 1e-6) / 100.0
         if self._slider.max != most:
@@ -220,7 +220,7 @@ class Player:
 
     def seek(self, now: float) -> None:
         """Go to a time [s]."""
-        self._set(min(max(now, 0.0), self._duration))
+        self._set(min(max(now, 0.0), self.duration))
         follow(self._slider, round(self.now, 2))
 
     def switch(self) -> None:
@@ -235,7 +235,7 @@ class Player:
         self._thread.join(1.0)
 
     def _set(self, now: float) -> None:
-        self.now = min(float(now), self._duration)
+        self.now = min(float(now), self.duration)
         self._moved(self.now)
 
     def _fly(self, wanted: bool) -> None:
@@ -249,7 +249,7 @@ class Player:
             if self._closed.is_set():
                 return
             elapsed, before = (0.0 if waited else monotonic() - before), monotonic()
-            self.now = (self.now + elapsed) % self._duration
+            self.now = (self.now + elapsed) % self.duration
             follow(self._slider, round(self.now, 2))
             self._moved(self.now)
 

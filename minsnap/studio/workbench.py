@@ -104,10 +104,14 @@ def planned_in_stages(
         shown = None if quick is None else _certified(request, quick, limits, False, began)
         if shown is not None and shown.certificate.ok:
             yield shown
-    if superseded():
-        raise Superseded
+
+    def check(step: Step | None = None) -> None:
+        if superseded():
+            raise Superseded
+
+    check()
     searches = arguments.get("durations") is None
-    curve = plan(**arguments, progress=_ender(superseded)) if searches else plan(**arguments)
+    curve = plan(**arguments, progress=check) if searches else plan(**arguments)
     yield _certified(request, curve, limits, True, began)
 
 
@@ -117,14 +121,6 @@ def _certified(
     tolerance = 0.0 if request.waypoint_tolerance is None else request.waypoint_tolerance
     certificate = certify(curve, request.places, request.walls, limits, tolerance)
     return PlannedScene(request, curve, certificate, final, 1e3 * (perf_counter() - began))
-
-
-def _ender(superseded: Callable[[], bool]) -> Callable[[Step], None]:
-    def end(step: Step) -> None:
-        if superseded():
-            raise Superseded
-
-    return end
 
 
 def _quick_plan(
