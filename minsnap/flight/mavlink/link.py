@@ -252,16 +252,10 @@ class Link:
         self._parsers: dict[Peer, Any] = {}
         self._peer: Peer | None = None
         self._next_heartbeat = clock.now()
-        if signing_key is not None:
-            self._sign(signing_key)
-
-    def _sign(self, key: bytes) -> None:
-        """MAVLink 2 signing; its time stamp counts 10 microseconds since 2015 and must never go back."""
-        import time
-
-        signing = self._codec.signing
-        signing.secret_key, signing.sign_outgoing = key, True
-        signing.timestamp = int((time.time() - 1420070400) * 1e5)
+        if signing_key is not None:  # its time stamp counts 10 microseconds since 2015 and must never go back
+            signing = self._codec.signing
+            signing.secret_key, signing.sign_outgoing = signing_key, True
+            signing.timestamp = int((time.time() - 1420070400) * 1e5)
 
     def write(self, data: bytes) -> None:
         """Send raw bytes (called by pymavlink)."""

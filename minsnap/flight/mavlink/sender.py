@@ -240,7 +240,8 @@ class ThreadedSender:
         known = 0 if self._emptied else next((k for k, each in enumerate(steps) if self._differs(slot + k, each)), None)
         if known is not None:
             self._supply(slot + known, steps[known:])
-        self._forget(slot - MOST_AHEAD)
+        for old in [number for number in self._prepared if number < slot - MOST_AHEAD]:
+            del self._prepared[old]
         left, self._left = self._left, []
         return left
 
@@ -261,10 +262,6 @@ class ThreadedSender:
         if step.setpoint is None:
             return b""
         return self._link.packed(self._encode(step, round(1000 * slot / self._rate)))
-
-    def _forget(self, before: int) -> None:
-        for slot in [slot for slot in self._prepared if slot < before]:
-            del self._prepared[slot]
 
     def close(self) -> list[SentSetpoint]:
         """Stop sending at once; return what has left since the last call."""

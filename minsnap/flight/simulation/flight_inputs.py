@@ -105,7 +105,8 @@ class ReferenceTable:
     """
 
     def __init__(self, samples: Samples, vehicle: Quadrotor, compensation: Drag | None) -> None:
-        self.samples = _spatial(samples)
+        inflated: dict[str, Any] = {name: spatial(values) for name, values in samples.vectors().items()}
+        self.samples = replace(samples, **inflated)
         self.states: FlatStates = reference_states(vehicle, self.samples, compensation)
         self.feed_forward: FloatArray = _added(vehicle, self.samples, compensation)
         moved = _motion(self.samples, "position", "velocity", "acceleration")
@@ -163,14 +164,6 @@ def tabulate(path: Path | Samples, rate: float | None, step: float) -> Samples:
     if rate is not None:
         raise TimingError("samples have their own instants: sample the path at that rate, and leave the rate out")
     return path
-
-
-def _spatial(samples: Samples) -> Samples:
-    """Return samples with three coordinates: 3-D ones unchanged, 2-D ones at height 0."""
-    if samples.dim == 3:
-        return samples
-    changed: dict[str, Any] = {name: spatial(values) for name, values in samples.vectors().items()}
-    return replace(samples, **changed)
 
 
 class Wind(Protocol):
