@@ -200,8 +200,7 @@ def check_samples(samples: Samples, *, resolution: float = 1e-3) -> ConsistencyR
     problems = _infinities(samples)
     if problems or len(samples) < 2:
         problems += [] if problems else ["there is only one sample: a path needs two or more"]
-        rate = 0.0 if problems else samples.rate
-        return ConsistencyReport(tuple(problems), len(samples), 0.0, rate, 0.0, 0.0, (), None, None)
+        return ConsistencyReport(tuple(problems), len(samples), 0.0, 0.0, 0.0, 0.0, (), None, None)
     problems += _uneven_steps(samples.t) + _wrapped(samples)
     axes = tuple(_axes(samples, resolution, problems))
     problems += _leaps(samples, resolution) if samples.velocity is None else []

@@ -120,15 +120,14 @@ def _range(values: FloatArray) -> str:
 
 
 def _figures(held: FleetCertificate) -> str:
-    import matplotlib.pyplot as plt
+    from minsnap.plot.shown_figure import ShownFigure
 
-    figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="constrained")
+    figure = ShownFigure(figsize=(9.5, 3.8), layout="constrained")
+    axes = figure.subplots(1, 2)
     plot_fleet(held.fleet, ax=axes[0])
     if held.pair is not None:
         plot_separation(held, ax=axes[1])
-    drawn = picture(figure)
-    plt.close(figure)
-    return drawn
+    return picture(figure)
 
 
 def _limits(report: SafetyReport) -> str:

@@ -100,13 +100,10 @@ class PlanFile:
 def _said(certificate: Mapping[str, Any] | None) -> tuple[float, float, int, dict[str, float]]:
     """Read margin and largest distance to a waypoint [m], continuity, use of limits; what is not said binds nothing."""
     stated = certificate or {}
-    margin, missed, smooth = (stated.get(name) for name in ("corridor_margin", "waypoint_error", "continuity"))
-    return (
-        0.0 if margin is None else float(margin),
-        inf if missed is None else float(missed),
-        -1 if smooth is None else int(smooth),
-        {str(used["name"]): float(used["fraction"]) for used in stated.get("limits", ())},
-    )
+    said: dict[str, Any] = {"corridor_margin": 0.0, "waypoint_error": inf, "continuity": -1}
+    said |= {name: value for name, value in stated.items() if value is not None}
+    shares = {str(used["name"]): float(used["fraction"]) for used in stated.get("limits", ())}
+    return float(said["corridor_margin"]), float(said["waypoint_error"]), int(said["continuity"]), shares
 
 
 def write_polynomials(

@@ -202,12 +202,7 @@ def write_flight_page(
     clobber : bool
         False: a file that is there is an error.
     """
-    import matplotlib.pyplot as plt
-
-    drawn = [plot_comparison(flights), plot_misses(flights)]
-    pictures = [picture(figure) for figure in drawn]
-    for figure in drawn:
-        plt.close(figure)
+    pictures = [picture(plot_comparison(flights)), picture(plot_misses(flights))]
     fits, untold = _fitted(logs or {})
     remarks = [*untold, *(f"{name}: {remark}" for name, one in flights.items() for remark in one.remarks())]
     notes = "".join(f"<p>{escape(sentence)}.</p>" for sentence in remarks)
@@ -266,12 +261,13 @@ def plot_misses(flights: Mapping[str, ComparedFlight]) -> Figure:
     flights : mapping of str to ComparedFlight
         By the title of each.
     """
-    import matplotlib.pyplot as plt
+    from minsnap.plot.shown_figure import ShownFigure
 
     most = max(one.comparison.max_error for one in flights.values())
     columns = min(2, len(flights))
     rows = -(-len(flights) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(9.5, 3.8 * rows), layout="constrained", squeeze=False)
+    figure = ShownFigure(figsize=(9.5, 3.8 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False)
     used, spare = axes.flat[: len(flights)], axes.flat[len(flights) :]
     for ax, (name, one) in zip(used, flights.items(), strict=True):
         place = position_at(one.flight, one.comparison.t)
