@@ -71,7 +71,9 @@ class Ball(ReadOnly):
 )
 @dataclass(frozen=True, eq=False)
 class Gate(ReadOnly):
-    """A waypoint that is an opening: the curve crosses its plane within it.
+    """A waypoint that is an opening: the curve meets its plane within it.
+
+    A shortest flight touches the plane and turns back where the next waypoint is on this side: give one beyond it.
 
     Parameters
     ----------
