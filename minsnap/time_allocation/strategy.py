@@ -104,6 +104,8 @@ class StrategySettings:
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
     turned : float
         Factor on the time of a search, beyond which what it does not know, as the torque of a yaw, makes a plan slow.
+    swung : float
+        The same, beyond which it is tried too that each leg lasts as long as its own turn takes.
     halved : int
         How often the interval of the rotors' room for that yaw is halved.
     """
@@ -123,6 +125,7 @@ class StrategySettings:
     longer: tuple[float, ...] = (1.01, 1.03, 1.1)
     not_longer: float = 1e-3
     turned: float = 1.02
+    swung: float = 1.15
     halved: int = 3
 
 
@@ -398,20 +401,18 @@ class Strategy:
 
     def _turning(self, solved: SolvedTask, price: float) -> SolvedTask | None:
         """Search again from a plan, and from the same path at a slower pace, with the limit on the rate of its yaw."""
-        guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
-        answer, limit = self.answer, self.limits.yaw_rate
-        assert guess is not None and limit is not None
-        guesses, enough = [replace(guess, slower=slower) for slower in (1.0, SETTINGS.slower)], np.inf
-        if not self._follows:
-            least = paced(solved.flown, self.task.finish, limit)
-            if least is None:
+        answer, limit, enough = self.answer, self.limits.yaw_rate, np.inf
+        assert limit is not None
+        if self._follows:
+            guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
+            assert guess is not None
+            guesses = [replace(guess, slower=slower) for slower in (1.0, SETTINGS.slower)]
+        else:
+            guess = self._paced(solved, limit)
+            if guess is None or guess.least is None:
                 raise yaw_too_fast(self.limits, solved.flown)
-            if not self.task.still:  # what moves cannot be flown more slowly until the rate between samples is kept too
-                least *= 1.0 + 2.0 * STRETCH.pace_excess
-            slower = float((least / guess.durations).max())
-            guesses = [replace(guess, slower=slower, least=least)]
-            guesses.append(replace(guesses[0], durations=least / slower))
-            enough = SETTINGS.turned * float(least.sum())
+            guesses = [guess, replace(guess, durations=guess.least / guess.slower)]
+            enough = SETTINGS.turned * float(guess.least.sum())
         if not self.task.still:
             price = 0.0  # what moves is lengthened to a total by other solves, and needs a plan that is short enough
         turned: SolvedTask | None = None
@@ -547,21 +548,49 @@ class Strategy:
             return best
         if timing.refine:
             pieces = QUESTION.divisions[0] if best is None else best.trajectory.pieces
-        task, low, high = replace(self.task, pieces=pieces), 0.0, 1.0
-        for _ in range(SETTINGS.halved):
-            left = 0.5 * (low + high)
-            question = question_of(task, leaving_room(limits, left), False, self._heading)
-            again = None
-            with suppress(LimitError):
-                again = self._certified(question, limits, np.inf)
-            best, answer = shorter(best, again), self.answer
-            if self.interrupted:
-                break
-            kept = answer is not None and answer.kept
-            slow = again is None or answer is None or again.flown.duration > SETTINGS.turned * answer.durations.sum()
-            low, high = (left, high) if kept and slow else (low, left)
+        task = replace(self.task, pieces=pieces)
+
+        def slower(left: float) -> ShortestQuestion:
+            return question_of(task, leaving_room(limits, left), False, self._heading)
+
+        def turned(left: float) -> Guess | None:
+            return None if found is None else self._paced(solved_at(self.task, found), turning_room(limits, left), 2)
+
+        def paced_by_turns(left: float) -> ShortestQuestion:
+            guess = turned(left)
+            return slower(left) if guess is None else replace(begun_from(slower(left), guess), parts=())
+
+        ways = [_Room(self, slower)]
+        best = shorter(best, ways[0].halve())
+        slow = best is None or best.flown.duration > SETTINGS.swung * self.quickest
+        if slow and not self.interrupted and turned(1.0) is not None:
+            ways.append(_Room(self, paced_by_turns))
+            best = shorter(best, ways[1].halve())
+        way = min(ways, key=lambda one: one.shortest)
+        for _ in range(1, SETTINGS.halved):
+            best = best if self.interrupted else shorter(best, way.halve())
         self.answer = found
         return best
+
+    def left_room(self, question: ShortestQuestion) -> tuple[SolvedTask | None, bool]:
+        """Return what a search with room of the rotors left gives, and whether more must be left."""
+        again = None
+        with suppress(LimitError):
+            again = self._certified(question, self.limits, np.inf)
+        answer = self.answer
+        kept = answer is not None and answer.kept
+        slow = again is None or answer is None or again.flown.duration > SETTINGS.turned * answer.durations.sum()
+        return again, kept and slow
+
+    def _paced(self, solved: SolvedTask, limit: float, order: int = 1) -> Guess | None:
+        """Return a curve to begin from in durations at which a derivative of its yaw keeps a limit, or None."""
+        guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
+        least = paced(solved.flown, self.task.finish, limit, order)
+        if guess is None or least is None:
+            return None
+        if not self.task.still:  # what moves cannot be flown more slowly until the rate between samples is kept too
+            least *= 1.0 + 2.0 * STRETCH.pace_excess
+        return replace(guess, slower=float((least / guess.durations).max()), least=least)
 
     def reason(self) -> MinsnapError:
         """Say why the search ended outside: the corridor alone, or which limit is exceeded where and by how much."""
@@ -597,6 +626,29 @@ class Strategy:
         return used if used.fraction > 1.0 + KEPT else None
 
 
+class _Room:
+    """Halves the interval of a share of the rotors' room that is left to the torque of a yaw.
+
+    Parameters
+    ----------
+    strategy : Strategy
+    question : callable
+        Of a share.
+    """
+
+    def __init__(self, strategy: Strategy, question: Callable[[float], ShortestQuestion]) -> None:
+        self.strategy, self.question = strategy, question
+        self.low, self.high, self.shortest = 0.0, 1.0, np.inf
+
+    def halve(self) -> SolvedTask | None:
+        """Search with the share in the middle."""
+        left = 0.5 * (self.low + self.high)
+        again, more = self.strategy.left_room(self.question(left))
+        self.low, self.high = (left, self.high) if more else (self.low, left)
+        self.shortest = min(self.shortest, np.inf if again is None else again.flown.duration)
+        return again
+
+
 def six_digits(value: float) -> float:
     """Six digits, as no rounding of a library may decide a plan."""
     return float(f"{value:.6g}")
@@ -615,6 +667,14 @@ def shorter(*plans: SolvedTask | None) -> SolvedTask | None:
 def leaving_room(limits: VehicleLimits, share: float) -> VehicleLimits:
     """Return limits with a share of the rotors' room left besides their reserve."""
     return replace(limits, reserve=1.0 - (1.0 - limits.reserve) * (1.0 - share))
+
+
+def turning_room(limits: VehicleLimits, share: float) -> float:
+    """Return the acceleration of a yaw for whose torque a share of the rotors' room does at hover [rad/s^2]."""
+    vehicle = limits.vehicle
+    least, most = vehicle.rotor_thrust_limits
+    room = share * (1.0 - limits.reserve) * min(most - vehicle.hover_thrust, vehicle.hover_thrust - least)
+    return float(room / (np.abs(vehicle.inverse_mixer[:, 3]).max() * vehicle.inertia[2, 2]))
 
 
 def slowed(solved: SolvedTask, factor: float) -> SolvedTask:

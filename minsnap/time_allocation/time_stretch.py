@@ -280,8 +280,8 @@ def _most_used_safely(limits: Limits, trajectory: Trajectory, whole: bool, prove
     return min(max(fractions), STRETCH.overused)
 
 
-def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray | None:
-    """Return durations of the pieces, none shorter than those of a curve, at which the yaw keeps a limit on its rate.
+def paced(curve: Trajectory, finish: AttachHeading, limit: float, order: int = 1) -> FloatArray | None:
+    """Return durations of the pieces, none shorter than those of a curve, at which a derivative of the yaw is limited.
 
     They are the shortest of two kinds: legs on which the yaw is too fast are slowed until none is, which suits a yaw
     that follows from the path; or each leg lasts as long as its turn takes at a part of the limit, and all longer until
@@ -293,7 +293,9 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray 
     finish : callable
         Gives a curve its yaw.
     limit : float
-        [rad/s].
+        [rad/s], [rad/s^2].
+    order : int
+        1: of its rate; 2: of its acceleration.
 
     Returns
     -------
@@ -302,11 +304,11 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray 
     """
 
     def excess(durations: FloatArray) -> FloatArray:
-        """Return the greatest rate on each leg, as a share of the limit."""
+        """Return by how much longer each leg would have to last for the limit alone."""
         slower = finish(Trajectory(curve.control_points, durations, pieces=curve.pieces))
         t = slower.breaks[:-1, None] + np.linspace(0.0, 1.0, STRETCH.pace_instants) * slower.durations[:, None]
-        rate = np.abs(slower.yaw(t, 1)).max(axis=1)
-        return np.asarray(rate.reshape(curve.legs, -1).max(axis=1) / limit)
+        rate = np.abs(slower.yaw(t, order)).max(axis=1)
+        return np.asarray((rate.reshape(curve.legs, -1).max(axis=1) / limit) ** (1.0 / order))
 
     def on_pieces(factors: FloatArray) -> FloatArray:
         return np.repeat(np.maximum(factors, 1.0), curve.pieces)
@@ -318,7 +320,7 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray 
             break
         slowed *= on_pieces(np.sqrt(used))
     knots = curve.breaks[:: curve.pieces]
-    turns = np.abs(np.diff(curve.yaw(knots))) / (limit * np.diff(knots))
+    turns = order * (np.abs(np.diff(curve.yaw(knots))) / limit) ** (1.0 / order) / np.diff(knots)
     tried = [slowed]
     for share in STRETCH.turn_shares:
         durations = curve.durations * on_pieces(share * turns)
