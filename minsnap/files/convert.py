@@ -9,6 +9,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from minsnap.basics.checks import check_kind
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import FileName
@@ -124,7 +126,7 @@ def write_any(
     name : str
         Of the format.
     lost : str or None
-        A sentence on data that the format does not hold.
+        A sentence on data that the format does not hold, all quantities of samples that are not zero included.
 
     Raises
     ------
@@ -134,7 +136,7 @@ def write_any(
     chosen = format_of(path, to)
     assert chosen.write is not None
     check_kind("what is written", content, (Samples, Curve), "a path or samples")
-    note = None
+    note = _left_out(content, chosen) if isinstance(content, Samples) else None
     if isinstance(content, PhasePath) and chosen.holds != "samples":
         content, note = polynomials_of(content, chosen.most_pieces)
     elif chosen.holds == "samples" or not isinstance(content, Trajectory):
@@ -146,6 +148,15 @@ def write_any(
     how = {"frame": frame} if not chosen.frame else dict(facts or {}) if chosen.facts else {}
     lost = chosen.write(content, path, clobber=clobber, **how)
     return chosen.name, "; ".join(sentence for sentence in (note, lost) if sentence) or None
+
+
+def _left_out(samples: Samples, chosen: Format) -> str | None:
+    """Return a sentence on what a format does not hold of samples, or None if it holds all."""
+    first = float(samples.t[0]) if len(samples) else 0.0
+    known: dict[str, Any] = samples.arrays() | {"t": first, "lead": samples.lead}
+    words = {"t": f"the first instant ({first:g} s)", "lead": f"the lead ({samples.lead:g} s)"}
+    names = [words.get(name, name.replace("_", "-")) for name in chosen.leaves_out if np.any(known.get(name, 0.0))]
+    return f"left out: {', '.join(names)}" if names else None
 
 
 def format_of(path: FileName, to: str | None = None) -> Format:

@@ -42,6 +42,9 @@ class Format:
         Whether ``read`` takes the frame as well, and ``write`` what else is known of a plan: waypoints, limits, …
     most_pieces : int or None
         Polynomials that it holds at most.
+    leaves_out : tuple of str
+        What it does not hold of samples and ``write`` does not name: their fields, ``t`` for a first instant but 0. By
+        default what no polynomials hold.
     rounding : callable or None
         ``rounding(trajectory, step)``: what the format's rounding may do to a difference of two values a step apart, or
         None where numbers are read back exactly.
@@ -58,6 +61,7 @@ class Format:
     reads_frame: bool = False
     facts: bool = False
     most_pieces: int | None = None
+    leaves_out: tuple[str, ...] = ("t", "jerk", "snap", "feed_forward", "lead")
     rounding: Callable[[Trajectory, float], float] | None = None
 
     def check_frame(self, frame: str) -> None:

@@ -364,4 +364,8 @@ def _check_increasing(path: FileName, t: FloatArray) -> None:
         raise FileError(f"{path}, line {i + 2}: t is {t[i]}, not after the {t[i - 1]} of the line before")
 
 
-FORMATS = (Format("setpoints", "samples", (".csv",), write_csv, (".csv",), read_csv, frame="", reads_frame=True),)
+LEFT_OUT = ("jerk", "snap")
+"""What tables of setpoints leave out of samples."""
+
+_CSV = ((".csv",), write_csv, (".csv",), read_csv)
+FORMATS = (Format("setpoints", "samples", *_CSV, frame="", reads_frame=True, leaves_out=LEFT_OUT),)

@@ -1,15 +1,16 @@
 """Any format to any other, by the endings; and polynomials through samples."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import minsnap
 from minsnap.errors import FileError
-from minsnap.files.convert import read_any, write_any
+from minsnap.files.convert import formats, read_any, write_any
 from minsnap.files.formats.pieces import refit
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import ARRAYS, Samples
 
 NAMES = {"setpoints": "a.csv", "crazyflie": "cf.csv", "mav": "a.yaml", "npz": "a.npz", "parquet": "a.parquet",
          "polynomials": "a.json", "crazyflie-compressed": "a.traj"}  # fmt: skip
@@ -62,6 +63,25 @@ def test_setpoints_keep_the_frame_they_are_asked_for(tmp_path):
     samples = read_any(tmp_path / "ned.csv", "ned")
     assert samples.rate == pytest.approx(10.0)
     np.testing.assert_allclose(samples.position, PLAN.sample(10.0).position, atol=1e-12)
+
+
+NAMED = {"t": "the first instant (2 s)", "feed_forward": "feed-forward", "lead": "the lead (0.1 s)"}
+ALL = {**NAMES, "skybrush": "a.skyb", "px4": "a.npy", "multidof": "m.json"}
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_all_of_samples_that_a_format_does_not_hold_is_named(tmp_path, name):
+    """Feed-forward, leads, first instants, jerks and snaps were dropped without a word."""
+    plain = PLAN.sample(20.0)
+    given = replace(plain, t=plain.t + 2.0, feed_forward=0.5 * plain.velocity, lead=0.1)
+    lost = write_any(given, tmp_path / ALL[name], name)[1] or ""
+    words = [NAMED.get(field, field) for field in formats()[name].leaves_out]
+    assert f"left out: {', '.join(words)}" in lost if words else lost == ""
+    if name in ("setpoints", "parquet", "npz"):
+        back = read_any(tmp_path / ALL[name])
+        held = {field for field in ARRAYS if np.array_equal(getattr(back, field), getattr(given, field))}
+        assert held == {*ARRAYS} - {*words} and back.lead == 0.1
+    assert "left out: " not in (write_any(PLAN, tmp_path / ALL[name], name)[1] or "")
 
 
 def test_what_cannot_be_converted(tmp_path):

@@ -85,7 +85,8 @@ def multidof(samples: Samples, frame_id: str = "map", joint: str = "base_link") 
     Parameters
     ----------
     samples : Samples
-        Three coordinates, z-up world axes; velocities and accelerations are left empty where there are none.
+        Three coordinates, z-up world axes; velocities and accelerations are left empty where there are none, and
+        feed-forward is added to the accelerations.
     frame_id, joint : str
         Names of the world frame and of the vehicle.
 
@@ -96,6 +97,7 @@ def multidof(samples: Samples, frame_id: str = "map", joint: str = "base_link") 
     """
     if samples.dim != 3:
         raise FileError(f"this message holds 3 coordinates, and the samples have {samples.dim}")
+    samples = samples.commanded()
     header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": frame_id}
     points = [_point(samples, row) for row in range(len(samples))]
     return {"header": header, "joint_names": [joint], "points": points}
@@ -134,6 +136,6 @@ def _duration(seconds: float) -> dict[str, int]:
 
 
 FORMATS = (
-    Format("multidof", "samples", (), write_multidof),
-    Format("px4", "samples", (".npy",), write_px4, frame="ned"),
+    Format("multidof", "samples", (), write_multidof, leaves_out=("t", "jerk", "snap", "lead")),
+    Format("px4", "samples", (".npy",), write_px4, frame="ned", leaves_out=("t", "snap", "lead")),
 )

@@ -21,7 +21,7 @@ from minsnap.errors import FileError
 from minsnap.files.format import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
 from minsnap.files.frames import get_frame, map_samples
-from minsnap.files.setpoint_csv import COLUMNS, GROUPS, columns_of, samples_of
+from minsnap.files.setpoint_csv import COLUMNS, GROUPS, LEFT_OUT, columns_of, samples_of
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import ARRAYS, VECTORS, Samples
 from minsnap.trajectory.trajectory import Trajectory
@@ -197,7 +197,8 @@ def _heading(arrays: dict[str, FloatArray]) -> dict[str, Any]:
     return {"angle": 0.0} | {name: arrays[f"yaw_{name}"] for name in _HEADING if f"yaw_{name}" in arrays}
 
 
+_PARQUET = ((".parquet",), write_parquet, (".parquet",), read_parquet)
 FORMATS = (
-    Format("npz", "either", (".npz",), write_npz, (".npz",), read_npz),
-    Format("parquet", "samples", (".parquet",), write_parquet, (".parquet",), read_parquet, frame=""),
+    Format("npz", "either", (".npz",), write_npz, (".npz",), read_npz, leaves_out=()),
+    Format("parquet", "samples", *_PARQUET, frame="", leaves_out=LEFT_OUT),
 )

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -61,6 +62,15 @@ def test_multidof_points_have_one_element_an_array(tmp_path):
     assert 2 * math.atan2(turn["z"], turn["w"]) == pytest.approx(float(given.yaw[21]))
     bare = multidof(Samples(given.t, given.position))["points"][0]
     assert bare["velocities"] == bare["accelerations"] == []
+
+
+def test_messages_have_the_same_accelerations():
+    """The feed-forward was added to those of PX4 alone."""
+    given = replace(samples(), feed_forward=np.full((len(samples()), 3), [0.5, -0.25, 0.125]))
+    linear = [list(point["accelerations"][0]["linear"].values()) for point in multidof(given)["points"]]
+    assert np.array_equal(linear, given.acceleration + given.feed_forward)
+    ned = px4_setpoints(given)["acceleration"]
+    np.testing.assert_allclose(np.array(linear)[:, [1, 0, 2]] * [1, 1, -1], ned, rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize("turning", [True, False])
