@@ -135,7 +135,8 @@ def _pandas() -> Any:
 
 
 _HEADING = ("angle", "control_points", "durations")
-_KNOWN = (*ARRAYS, "lead", "control_points", "durations", *(f"yaw_{name}" for name in _HEADING), "yaw_rule", "frame")
+_CURVE = ("control_points", "durations", "pieces_per_leg", *(f"yaw_{name}" for name in _HEADING), "yaw_rule")
+_KNOWN = (*ARRAYS, "lead", *_CURVE, "frame")
 
 
 def write_npz(source: Path | Samples, path: FileName, *, clobber: bool = True) -> None:
@@ -160,6 +161,8 @@ def write_npz(source: Path | Samples, path: FileName, *, clobber: bool = True) -
 
 def _of_trajectory(trajectory: Trajectory) -> dict[str, FloatArray]:
     arrays = {"control_points": trajectory.control_points, "durations": trajectory.durations}
+    if trajectory.pieces > 1:
+        arrays["pieces_per_leg"] = np.array(trajectory.pieces)
     heading = yaw_description(trajectory)
     if "rule" in heading:
         return arrays | {"yaw_rule": np.array(json.dumps(heading))}
@@ -180,7 +183,8 @@ def read_npz(path: FileName) -> Trajectory | Samples:
         raise FileError(f"{path} holds {shown(unknown[0])}, which neither a trajectory nor samples have")
     with reading(path, "a trajectory or samples"):
         if "control_points" in arrays and "durations" in arrays:
-            curve = Trajectory(arrays["control_points"], arrays["durations"])
+            pieces = int(arrays.get("pieces_per_leg", np.array(1)))
+            curve = Trajectory(arrays["control_points"], arrays["durations"], pieces=pieces)
             return headed(curve, _heading(arrays))
         if "t" in arrays and "position" in arrays:
             lead = float(arrays.get("lead", np.array(0.0)))

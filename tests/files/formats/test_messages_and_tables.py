@@ -83,6 +83,24 @@ def test_archives_keep_trajectories_to_the_last_bit(tmp_path, turning):
     assert np.array_equal(back.yaw(t), curve(turning=turning).yaw(t))
 
 
+def test_archives_keep_the_pieces_of_each_leg(tmp_path):
+    """A plan of two legs of two pieces was read back as four legs; archives of one piece a leg are as they were."""
+    plan = minsnap.plan([(0, 0, 1), (3, 0, 1), (3, 3, 2)], [1.5, 2.0], pieces=2)
+    write_npz(plan, tmp_path / "t.npz")
+    back = read_npz(tmp_path / "t.npz")
+    assert back.pieces == 2 and back.legs == 2 and np.array_equal(back.leg_breaks, plan.leg_breaks)
+    write_npz(curve(), tmp_path / "t.npz")
+    assert "pieces_per_leg" not in np.load(tmp_path / "t.npz") and read_npz(tmp_path / "t.npz").pieces == 1
+
+
+@pytest.mark.parametrize("pieces", [0, 3, -2, math.inf, [1, 1], "two"])
+def test_archives_of_no_whole_number_of_legs_are_refused(tmp_path, pieces):
+    numbers = {"control_points": curve().control_points, "durations": curve().durations}
+    np.savez(tmp_path / "t.npz", **numbers, yaw_angle=0.0, frame="enu", pieces_per_leg=np.array(pieces))
+    with pytest.raises(FileError, match=r"t\.npz"):
+        read_npz(tmp_path / "t.npz")
+
+
 def test_archives_keep_samples_to_the_last_bit(tmp_path):
     path = tmp_path / "s.npz"
     write_npz(samples(), path)
