@@ -85,7 +85,12 @@ def write_skyc(
     with atomic_write(path, "wb", clobber=clobber) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files, reverse=True):
             archive.writestr(zipfile.ZipInfo(name, STAMP), json.dumps(files[name]), zipfile.ZIP_DEFLATED)
-    return max(curve.distance for curve in curves)
+    return max(map(_distance, curves))
+
+
+def _distance(curve: skybrush.CubicSegments) -> float:
+    """Return the proved distance of a curve with its knots as late as they are written [m]."""
+    return curve.distance + LATER * len(curve.breaks) * curve.trajectory().max_norm(1)[0]
 
 
 def lamps_of(fleet: Fleet, lights: Sequence[Lamp] | None) -> list[Lamp]:

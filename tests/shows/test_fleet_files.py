@@ -40,6 +40,18 @@ def test_what_is_read_is_what_was_written(tmp_path, to):
         assert again[i].duration == pytest.approx(curve.duration, abs=1.1e-3)
 
 
+def test_the_distance_counts_how_much_later_knots_are_written(tmp_path):
+    """Lines at 30 m/s are held exactly and were said to be, though what is read was 90 nm late."""
+    corners = np.array([[0.0, 0, 1], [30, 0, 1], [0, 0, 1], [30, 0, 1]])
+    curve = minsnap.Trajectory(np.stack((corners[:-1], corners[1:]), axis=1), np.ones(3))
+    said = write_fleet(minsnap.Fleet((curve,)), tmp_path / "a.skyc").distance
+    t = np.linspace(0.0, 3.0, 3001)
+    off = np.linalg.norm(read_fleet(tmp_path / "a.skyc")[0](t) - curve(t), axis=1).max()
+    assert 8e-8 < off <= said <= 2e-7
+    alone = write_fleet(minsnap.Fleet((curve,)), tmp_path / "folder", "skyb").distance
+    assert np.linalg.norm(read_fleet(tmp_path / "folder")[0](t) - curve(t), axis=1).max() <= alone < 1e-11
+
+
 def test_the_certificate_is_of_what_is_in_the_file(tmp_path):
     fleet = crossing()
     written = write_fleet(fleet, tmp_path / "show.skyc")
