@@ -57,6 +57,7 @@ def check_task(
     _refuse_near(task, [each[0] for each in (*points, *(curve(0.0)[None] for curve in flying))], "starts")
     _refuse_near(task, [each[-1] for each in points], "goals")
     _refuse_outside(task)
+    _refuse_starts(task)
     return task
 
 
@@ -162,6 +163,19 @@ def refuse_meetings(task: FleetTask, pieces: int) -> None:
                         f"{away:.4g} m apart: move one, or give one of the vehicles another waypoint before it",
                         pair=(one, two),
                     )
+
+
+def _refuse_starts(task: FleetTask) -> None:
+    """Refuse the first start that moves where it is to rest, or that exceeds a limit of its vehicle."""
+    for vehicle, state in enumerate(task.states):
+        rest = task.holds_of(vehicle)[0]
+        if rest > 0.0 and task.moves(vehicle):
+            text = f"vehicle {vehicle} starts moving and is to rest for {rest:g} s at its first waypoint"
+            raise FleetError(f"{text}: leave out its start or that hold", vehicle=vehicle)
+        for used in task.limits[vehicle].use_of_state(state, 3) if task.limits else ():
+            if used.fraction > 1.0 + EXACT:
+                text = f"the start of vehicle {vehicle} has {used.name} {used.value:.6g}, and {used.limit:g} is allowed"
+                raise FleetError(f"{text}: change the limit, or the start", vehicle=vehicle)
 
 
 def _refuse_outside(task: FleetTask) -> None:

@@ -79,7 +79,11 @@ class FleetTask:
     @property
     def free_time(self) -> bool:
         """Whether curves can be slowed down as a whole: nobody moves at the start, and nobody flies as he does."""
-        return not self.fixed and not any(any(each.any() for each in state.values()) for state in self.states)
+        return not self.fixed and not any(map(self.moves, range(len(self))))
+
+    def moves(self, vehicle: int) -> bool:
+        """Return whether a vehicle has another state than rest at the start."""
+        return any(each.any() for each in self.states[vehicle].values())
 
     def holds_of(self, vehicle: int) -> FloatArray:
         """Return how long a vehicle rests at its waypoints at least, shape (n_i,) [s]."""
@@ -162,7 +166,7 @@ class FleetTask:
     def bound_of(self, vehicle: int) -> float:
         """Return the least time within the speed and acceleration limits: a trapezoid along the way [s]."""
         steps = np.diff(self.waypoints[vehicle], axis=0)
-        table, at_rest = self.limit_table[vehicle], not any(each.any() for each in self.states[vehicle].values())
+        table, at_rest = self.limit_table[vehicle], not self.moves(vehicle)
         ways = [*np.abs(steps).sum(axis=0), np.sqrt((steps * steps).sum(axis=1)).sum()]
         ways.append(np.sqrt((steps[:, :2] ** 2).sum(axis=1)).sum())
         both = zip(ways, table[0], table[1], strict=True)

@@ -259,6 +259,35 @@ def test_bad_input_is_one_sentence(change, error, sentence):
     assert "\n" not in str(caught.value)
 
 
+STARTS = {
+    "the start of vehicle 1 has speed 10, and 2 is allowed: change the limit": ({"velocity": (10, 0, 0)}, None),
+    "the start of vehicle 1 has climb_speed 1, and 0.5 is allowed": ({"velocity": (0, 0, 1)}, None),
+    "the start of vehicle 1 has acceleration 4, and 3 is allowed": ({"acceleration": (0, 4, 0)}, None),
+    "vehicle 1 starts moving and is to rest for 1 s at its first": ({"velocity": (1, 0, 0)}, [None, (1.0, 0.0)]),
+}
+
+
+@pytest.mark.parametrize("total_time", [None, 20.0])
+@pytest.mark.parametrize("sentence", STARTS)
+def test_starts_that_no_time_mends_are_refused_at_once(sentence, total_time):
+    """A start above its limits, and one that moves where it is to rest, were searched for and then told to take more
+    time."""
+    start, holds = STARTS[sentence]
+    limits = minsnap.Limits(speed=2.0, acceleration=3.0, climb_speed=0.5)
+    aside = [(0.0, 3.0, 1.0), (4.0, 3.0, 1.0)]
+    with pytest.raises(FleetError, match=sentence) as caught:
+        minsnap.plan_fleet([LINE, aside], limits, APART, total_time=total_time, start=[None, start], holds=holds)
+    assert caught.value.vehicle == 1
+
+
+def test_starts_near_a_limit_and_holds_elsewhere_are_no_contradiction():
+    start, aside = [{"velocity": (1.9, 0.0, 0.0)}, None], [(0.0, 3.0, 1.0), (4.0, 3.0, 1.0)]
+    limits = minsnap.Limits(speed=2.0, acceleration=3.0)
+    fleet = minsnap.plan_fleet([LINE, aside], limits, APART, start=start, holds=[(0.0, 0.5), (1.0, 0.0)])
+    assert fleet[0](0.0, 1) == pytest.approx([1.9, 0.0, 0.0], abs=1e-12)
+    assert np.abs(fleet[1](np.linspace(0.0, 1.0, 9), 1)).max() <= 1e-12
+
+
 @pytest.mark.parametrize("total_time", [None, 12.0])
 def test_vehicles_start_late_rest_on_their_way_and_arrive_early_as_asked(total_time):
     ways = [*antipodal(3), [(-2.0, -3.0, 1.0), (0.0, -3.0, 1.0), (2.0, -3.0, 1.0)]]
