@@ -73,6 +73,16 @@ def test_waypoints_are_flown_with_take_off_and_laps(call, write):
     assert np.count_nonzero(np.diff(passes.astype(int)) == 1) == 2
 
 
+@pytest.mark.parametrize("words", [["--laps", "2"], ["--takeoff"], ["--land"]])
+def test_a_closed_course_may_end_with_its_first_waypoint(call, write, words):
+    """A file that ends where it begins was refused with --closed beside such an option, for two equal waypoints."""
+    write("x,y,z\n0,0,1\n3,0,1\n1,2,1\n", "w.csv")
+    write("x,y,z\n0,0,1\n3,0,1\n1,2,1\n0,0,1\n", "again.csv")
+    done = [call("plan", name, "--closed", "--json", *words) for name in ("w.csv", "again.csv")]
+    assert done[1].returncode == 0, done[1].stderr
+    assert len({json.loads(each.stdout)["duration"] for each in done}) == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

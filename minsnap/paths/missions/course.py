@@ -97,9 +97,9 @@ class Course:
     Parameters
     ----------
     stops : tuple of Stop
-        Two or more, without the first one repeated at the end; empty where boxes say the way.
+        Two or more; empty where boxes say the way.
     closed : bool
-        A lap, which ends in the state that it begins with.
+        A lap, which ends in the state that it begins with; where the last stop is the first one again, it is left out.
     laps : int
         How often it is flown.
     limits : Limits or None
@@ -146,6 +146,8 @@ class Course:
         if not isinstance(self.stops, (tuple, list)) or not all(isinstance(stop, Stop) for stop in self.stops):
             raise WaypointError(f"the stops are {shown(self.stops)}: give a tuple of Stop")
         check_switch("closed", self.closed)
+        if self.closed and len(self.stops) > 2 and np.array_equal(self.stops[0].center, self.stops[-1].center):
+            set_fields(self, stops=self.stops[:-1])
         check_distance("the tolerance", self.tolerance, WaypointError)
         if not is_whole(self.laps) or not 1 <= self.laps <= MOST_LAPS:
             raise WaypointError(f"laps is {shown(self.laps)}: give a whole number from 1 to {MOST_LAPS}")
@@ -358,14 +360,12 @@ def _course(where: str, content: Mapping[str, Any], path: Path) -> Course:
     balls = balls if isinstance(balls, tuple) else (balls,) * len(entries)
     named = [f"{where}: {key} {i}" for key in ("waypoints", "gates") for i in range(len(content.get(key, ())))]
     stops = [_stop(name, entry, ball, margin) for name, entry, ball in zip(named, entries, balls, strict=True)]
-    closed = content.get("closed", False)
-    if closed and len(stops) > 2 and np.array_equal(stops[0].center, stops[-1].center):
-        stops.pop()
-    optional = ("laps", "tube", "start", "end", "tolerance", "yaw", "takeoff", "land", "degree", "pieces", "avoid")
+    ends = ("start", "end", "takeoff", "land")
+    optional = ("closed", "laps", "tube", "tolerance", "yaw", "degree", "pieces", "avoid", *ends)
     values = {key: content[key] for key in optional if key in content}
     boxes = Boxes(**content["boxes"]) if "boxes" in content else None
     limits = _limits(path.parent, content)
-    return Course(tuple(stops), closed, limits=limits, boxes=boxes, name=content.get("name", path.stem), **values)
+    return Course(tuple(stops), limits=limits, boxes=boxes, name=content.get("name", path.stem), **values)
 
 
 def stop_of(where: str, content: Any) -> Stop:
