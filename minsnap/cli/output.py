@@ -258,23 +258,25 @@ class Destination:
         origin: Sequence[float] | None = None,
         avoid: Sequence[Obstacle] = (),
         gates: Mapping[int, Gate] | None = None,
+        note: str = "",
     ) -> None:
         """Write the requested files, then print the summary: on stderr when standard output carries the setpoints.
 
         ``further`` are figures for the summary beside those of the path; ``draw`` makes the figure to write, that of
         :func:`minsnap.plot.plot_overview` unless given, with the obstacles to ``avoid``; ``origin`` is what
-        :func:`minsnap.write_csv` takes. How ``gates`` are passed is told, by their numbers.
+        :func:`minsnap.write_csv` takes. How ``gates`` are passed is told, by their numbers. ``note`` joins the others.
         """
         figures = summarise(path, corridor, waypoints, limits) | _passed(path, gates) | dict(further or {})
         known = {"waypoints": waypoints, "corridor": corridor, "limits": limits}
+        notes = [figures["note"], note]
         if self.plot is not None:
             draw = draw or partial(minsnap.plot.plot_overview, path, avoid=avoid, **known)
             figure = draw(view=self.view or "xy", colour_by=self.colour_by)
             minsnap.plot.save_figure(figure, self.plot, clobber=not self.no_clobber)
         if self.output is not None:
             facts = known | {"gates": gates, "command": ("minsnap", *sys.argv[1:])}
-            notes = (figures["note"], self._write(path, facts, origin))
-            figures["note"] = "; ".join(filter(None, notes)) or None
+            notes.append(self._write(path, facts, origin))
+        figures["note"] = "; ".join(filter(None, notes)) or None
         named = {"output": self.output, "plot": self.plot}
         figures |= {name: None if file is None else str(file) for name, file in named.items()}
         figures |= self._written_further()

@@ -61,7 +61,7 @@ def plan(
     if course is not None:
         if from_frame not in (None, "enu"):
             raise InputError(f"{file} is flown as a course, which is in ENU: leave out --from-frame {from_frame}")
-        fly_course(course, planning, destination)
+        fly_course(course, planning, destination, **_of_mission(file))
         return
     read, chosen = _in_frame(read_request(file), file, from_frame), _chosen(planning)
     chosen.pop("corridor", None)
@@ -82,8 +82,8 @@ def plan(
         figures = gain(planned, path, path.report.milliseconds)
     if request.closed and searched:
         figures |= standing(lambda: planned(closed=False), path)
-    how: dict[str, Any] = {"limits": request.bounds, "origin": _home(file), "further": figures}
-    how |= {"avoid": request.obstacles, "gates": request.gates}
+    how: dict[str, Any] = {"limits": request.bounds, "further": figures, "avoid": request.obstacles}
+    how |= {"gates": request.gates} | _of_mission(file)
     points = path(path.leg_breaks) if request.openings else request.waypoints
     destination.deliver(path, walls, points, **how)
 
@@ -103,13 +103,14 @@ def _in_frame(request: PlanRequest, file: Path, frame: str | None) -> PlanReques
     return request if frame is None else in_enu(request, frame)
 
 
-def _home(file: Path) -> tuple[float, ...] | None:
-    """Return latitude, longitude [degrees] and altitude [m] of a mission's home, the origin of its waypoints."""
+def _of_mission(file: Path) -> dict[str, Any]:
+    """Return the home of a mission, which is the origin of its waypoints, and a note on what they leave out."""
     if file.suffix.lower() != ".plan":
-        return None
+        return {}
     from minsnap.files.waypoints import read_mission
 
-    return tuple(read_mission(file).home.tolist())
+    mission = read_mission(file)
+    return {"origin": tuple(mission.home.tolist()), "note": mission.left_out}
 
 
 def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> Course | None:
@@ -133,9 +134,7 @@ def _deliver_again(file: Path, planning: Planning, destination: Destination, clo
     if planning != Planning() or closed:
         raise InputError(f"{file} is a plan already: leave out the options of planning, or plan through its waypoints")
     stored = read_polynomials(file)
-    problems = stored.certified()[1]
-    note = {"note": "; ".join(problems)} if problems else {}
-    how: dict[str, Any] = {"limits": stored.limits, "gates": stored.gates, "further": note}
+    how: dict[str, Any] = {"limits": stored.limits, "gates": stored.gates, "note": "; ".join(stored.certified()[1])}
     destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, **how)
 
 
@@ -204,8 +203,8 @@ def course_of(file: Path) -> minsnap.Course:
     return minsnap.Course(tuple(minsnap.Stop(point) for point in points.points), name=file.stem)
 
 
-def fly_course(course: Course, planning: Planning, destination: Destination) -> None:
-    """Plan a course and deliver it."""
+def fly_course(course: Course, planning: Planning, destination: Destination, note: str = "", **how: Any) -> None:
+    """Plan a course and deliver it, with a note and what else is known of it."""
     from minsnap.planning.request import plan_arguments
 
     named = _chosen(planning)
@@ -221,9 +220,9 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
     mission = minsnap.plan_mission(flown, **arguments)
     took = 1e3 * (perf_counter() - began)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
-    figures: dict[str, Any] = {"parts": parts} | _other_vehicle(mission, destination)
-    figures |= _beside(flown, arguments, mission, took)
-    how: dict[str, Any] = {"limits": mission.limits, "further": figures, "gates": mission.gates}
+    figures = {"parts": parts} | _beside(flown, arguments, mission, took)
+    how |= {"limits": mission.limits, "further": figures, "gates": mission.gates}
+    how["note"] = "; ".join(filter(None, (note, _other_vehicle(mission, destination))))
     how["draw"] = lambda **view: minsnap.plot.plot_mission(mission, **view)
     destination.deliver(mission.trajectory, mission.corridor or None, **how)
 
@@ -245,17 +244,17 @@ def _beside(course: Course, arguments: dict[str, Any], mission: Mission, took: f
     return shorter | standing(lambda: minsnap.plan_mission(lap, **quiet).trajectory, mission.trajectory)
 
 
-def _other_vehicle(mission: Mission, destination: Destination) -> dict[str, str]:
-    """Return a note where the feed-forward is of another vehicle than the one that the course is flown by."""
+def _other_vehicle(mission: Mission, destination: Destination) -> str:
+    """Return a note where the feed-forward is of another vehicle than the one that the course is flown by, else ""."""
     from minsnap.limits.limits import VehicleLimits
     from minsnap.vehicle.quadrotor import description_of
 
     if destination.vehicle is None or not isinstance(mission.limits, VehicleLimits):
-        return {}
+        return ""
     course, offset = mission.limits.vehicle, vehicle_of(destination.vehicle)
     if description_of(course) == description_of(offset):
-        return {}
-    return {"note": f"the course is planned for {course.name}, and the feed-forward offsets the drag of {offset.name}"}
+        return ""
+    return f"the course is planned for {course.name}, and the feed-forward offsets the drag of {offset.name}"
 
 
 POINT_OPTIONS = ("--start", "--goal")

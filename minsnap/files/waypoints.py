@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -86,6 +87,28 @@ WAYPOINTS = (16, 17, 18, 19, 21, 31, 82)
 TAKEOFF = 22
 """MAV_CMD_NAV_TAKEOFF: above home where it gives no position."""
 
+LOITERS = (17, 18, 19, 31)
+"""Those of them that circle, or wait, at their position."""
+
+PARAMETERS = {
+    **dict.fromkeys((16, 82), ("hold", "acceptance radius", "pass radius", "yaw")),
+    21: ("abort altitude", "precision landing", "", "yaw"),
+    TAKEOFF: ("", "", "", "yaw"),
+}
+"""What the first four parameters of the others ask of a multicopter."""
+
+OTHERS = {
+    20: "RTL",
+    93: "DELAY",
+    115: "CONDITION_YAW",
+    177: "DO_JUMP",
+    178: "DO_CHANGE_SPEED",
+    195: "DO_SET_ROI_LOCATION",
+    201: "DO_SET_ROI",
+    206: "DO_SET_CAM_TRIGG_DIST",
+}
+"""Common commands that go to no position."""
+
 ABOVE_SEA, ABOVE_HOME = (0, 5), (3, 6)
 """MAV_FRAME_GLOBAL and MAV_FRAME_GLOBAL_RELATIVE_ALT, and their integer forms."""
 
@@ -100,19 +123,23 @@ class GroundControlMission(ReadOnly):
         East, north and up of home [m].
     home : ndarray, shape (3,)
         Latitude and longitude [degrees], altitude above sea level [m].
+    left_out : str
+        A sentence on what else the mission asks for, which the waypoints do not say; empty where there is nothing.
     """
 
     points: FloatArray
     home: FloatArray
+    left_out: str = ""
 
 
 def read_mission(path: FileName) -> GroundControlMission:
     """Read the waypoints of a QGroundControl plan, as east, north and up of its planned home position.
 
     Every item that flies to a position gives a waypoint (take-off, waypoint, spline waypoint, loiter, land); the
-    transects of a survey count as waypoints; others, such as changes of speed, are left out. Heights are above home or
-    above sea level; heights above terrain are refused. The coordinates are in the plane tangent to the ellipsoid of
-    WGS 84 at home, so that level ground 1 km away lies 8 cm below zero. Equal consecutive waypoints become one.
+    transects of a survey count as waypoints. Others, such as changes of speed, are left out, as are holds, headings,
+    loitering and the fence: ``left_out`` names them. Heights are above home or above sea level; heights above terrain
+    are refused. The coordinates are in the plane tangent to the ellipsoid of WGS 84 at home, so that level ground 1 km
+    away lies 8 cm below zero. Equal consecutive waypoints become one.
 
     Parameters
     ----------
@@ -135,12 +162,15 @@ def read_mission(path: FileName) -> GroundControlMission:
     if not isinstance(mission, dict) or not isinstance(mission.get("items"), list):
         raise FileError(f"{path} is no QGroundControl plan: it has no mission with items")
     home = _coordinates(f"{path}: plannedHomePosition", mission.get("plannedHomePosition"))
-    rows = [row for where, item in _simple_items(f"{path}", mission["items"]) for row in _positions(where, item, home)]
+    items = list(_simple_items(f"{path}", mission["items"]))
+    rows = [row for where, item in items for row in _positions(where, item, home)]
     points = local_positions(np.array(rows), home) if rows else np.zeros((0, 3))
     points = points[np.concatenate(([True], (np.diff(points, axis=0) != 0.0).any(axis=1)))] if len(points) else points
     if len(points) < 2:
         raise FileError(f"{path} has {len(points)} different positions: a path needs two at least")
-    return GroundControlMission(points, home)
+    asked = [what for _, item in items for what in _unflown(item)] + _fenced(content.get("geoFence"))
+    listed = ", ".join(what if count == 1 else f"{what} ({count} times)" for what, count in Counter(asked).items())
+    return GroundControlMission(points, home, listed and f"the path leaves out of the mission: {listed}")
 
 
 def _simple_items(where: str, items: list[Any], depth: int = 0) -> Iterator[tuple[str, Mapping[str, Any]]]:
@@ -170,6 +200,21 @@ def _positions(where: str, item: Mapping[str, Any], home: FloatArray) -> list[tu
     place = home[:2].tolist() if command == TAKEOFF and params[4] in (None, 0) else params[4:6]
     latitude, longitude, altitude = _coordinates(where, [*place, params[6]]).tolist()
     return [(latitude, longitude, altitude + _base(where, item.get("frame"), home))]
+
+
+def _unflown(item: Mapping[str, Any]) -> list[str]:
+    """Return what an item asks for beside a position; a parameter of 0 or null asks for nothing."""
+    command = item.get("command")
+    if command in LOITERS:
+        return ["loitering"]
+    if command not in tuple(PARAMETERS):
+        known = OTHERS.get(command) if isinstance(command, int) else None
+        return [known or f"command {shown(command)}"]
+    return [name for name, value in zip(PARAMETERS[command], item["params"], strict=False) if name and value]
+
+
+def _fenced(fence: Any) -> list[str]:
+    return ["geofence"] if isinstance(fence, dict) and (fence.get("circles") or fence.get("polygons")) else []
 
 
 def _base(where: str, frame: Any, home: FloatArray) -> float:

@@ -87,12 +87,14 @@ def test_other_commands_take_any_of_them(call, tmp_path, ending):
     assert compared.returncode == 0, compared.stderr
 
 
-def test_the_home_of_a_mission_stays_with_the_setpoints(call, tmp_path):
+@pytest.mark.parametrize("words", [[], ["--takeoff"]])
+def test_the_home_of_a_mission_stays_with_the_setpoints(call, tmp_path, words):
+    """As a course it lost its home; holds were dropped without a note."""
     home = [47.3977, 8.5456, 488.0]
     places = ([47.3977, 8.5456, 10.0], [47.3978, 8.5457, 12.0])
-    items = [{"type": "SimpleItem", "command": 16, "frame": 3, "params": [0, 0, 0, 0, *place]} for place in places]
+    items = [{"type": "SimpleItem", "command": 16, "frame": 3, "params": [5, 0, 0, 0, *place]} for place in places]
     content = {"fileType": "Plan", "mission": {"plannedHomePosition": home, "items": items}}
     (tmp_path / "m.plan").write_text(json.dumps(content))
-    done = call("plan", "m.plan", "-o", "m.csv")
-    assert done.returncode == 0, done.stderr
+    done = call("plan", "m.plan", "-o", "m.csv", *words)
+    assert done.returncode == 0 and "leaves out of the mission: hold (2 times)" in done.stdout, done.stderr
     assert json.loads(call("check", "m.csv", "--json").stdout)["origin"] == home

@@ -59,6 +59,24 @@ def test_the_transects_of_a_survey_are_waypoints(tmp_path):
     assert len(read_mission(written(tmp_path, plan)).points) == 5
 
 
+def test_what_is_not_flown_of_a_mission_is_said(tmp_path):
+    """Holds, headings, jumps, changes of speed and the fence were dropped without a word."""
+    plan = copy.deepcopy(PLAN)
+    items = plan["mission"]["items"]
+    items += [
+        item(16, [47.399, 8.545, 20.0]),
+        item(177, [0, 0, 0]),
+        item(19, [47.4, 8.546, 20.0]),
+        item(530, [0, 0, 0]),
+    ]
+    items[2]["params"][:4] = items[6]["params"][:4] = [5, 0, 0, 90.0]
+    plan["geoFence"] = {"circles": [], "polygons": [{"polygon": []}]}
+    listed = "DO_CHANGE_SPEED, hold (2 times), yaw (2 times), RTL, DO_JUMP, loitering, command 530, geofence"
+    assert read_mission(written(tmp_path, plan)).left_out == f"the path leaves out of the mission: {listed}"
+    plan["mission"]["items"] = [items[0], items[3]]
+    assert read_mission(written(tmp_path, plan | {"geoFence": {}})).left_out == ""
+
+
 def changed(path, value):
     plan = copy.deepcopy(PLAN)
     place = plan
