@@ -135,8 +135,9 @@ def _as_text(
         if error:
             lines.append(("waypoint error", f"{error:.3g} m at most"))
     axes = ["", _table(report.axes)] if report.axes else []
+    notes = [f"note: {note}" for note in report.notes]
     verdict = [f"problem: {problem}" for problem in problems] or ["consistent"]
-    return "\n".join([labelled(lines), *axes, "", *verdict])
+    return "\n".join([labelled(lines), *axes, "", *notes, *verdict])
 
 
 def _table(axes: tuple[AxisFigures, ...]) -> str:

@@ -20,6 +20,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import walls_of
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import WaypointError
+from minsnap.trajectory.planned_heading import in_degrees
 from minsnap.trajectory.samples import Samples, axis_names
 
 
@@ -161,6 +162,8 @@ class ConsistencyReport:
         The most that is to be commanded in addition to the acceleration [m/s^2]; None where none is stated.
     lead : float
         How much earlier than planned the rows are to be sent [s].
+    notes : tuple of str
+        One sentence for each thing that is unusual, and may be meant.
     """
 
     problems: tuple[str, ...]
@@ -174,6 +177,7 @@ class ConsistencyReport:
     ends_at_rest: bool | None
     feed_forward: float | None = None
     lead: float = 0.0
+    notes: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -212,7 +216,9 @@ def check_samples(samples: Samples, *, resolution: float = 1e-3) -> ConsistencyR
     if feed_forward is not None and feed_forward > LARGEST_ACCELERATION:  # no drag asks for it: other units, perhaps
         most = f"{feed_forward:.3g} m/s^2, more than {LARGEST_ACCELERATION:g}"
         problems.append(f"the feed-forward reaches {most}: it is an acceleration in m/s^2")
-    return ConsistencyReport(tuple(problems), len(samples), *figures, axes, *rests, feed_forward, samples.lead)
+    doubt = "" if samples.yaw is None else in_degrees(samples.yaw)
+    found = (tuple(problems), len(samples), *figures, axes, *rests, feed_forward, samples.lead)
+    return ConsistencyReport(*found, notes=(doubt,) if doubt else ())
 
 
 def _infinities(samples: Samples) -> list[str]:

@@ -190,11 +190,17 @@ def _angles(yaw: Any) -> FloatArray:
         )
     if not bounded(angles).all():
         raise YawError("yaw must be finite [rad]")
-    largest = np.abs(angles).max(initial=0.0)
-    if largest > YAW.many:
-        message = f"yaw goes to {largest:g} rad, {largest / (2.0 * np.pi):.0f} turns: if it is degrees, give radians"
-        warnings.warn(message, MagnitudeWarning, stacklevel=4)
+    doubt = in_degrees(angles)
+    if doubt:
+        warnings.warn(doubt, MagnitudeWarning, stacklevel=4)
     return angles
+
+
+def in_degrees(angles: FloatArray) -> str:
+    """Return a sentence on angles [rad] that may be degrees, since they make many turns; empty for others."""
+    largest = np.abs(angles).max(initial=0.0)
+    turns = f"{largest / (2.0 * np.pi):.0f} turns"
+    return f"yaw goes to {largest:g} rad, {turns}: if it is degrees, give radians" if largest > YAW.many else ""
 
 
 def _spline(angles: FloatArray, durations: FloatArray, closed: bool, rate: float) -> FloatArray:

@@ -6,6 +6,7 @@ import json
 import os
 import re
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -88,6 +89,15 @@ def test_check_finds_a_good_file_good(call, flown):
     said = json.loads(call("check", flown, "--json").stdout)
     assert said["ok"] and said["problems"] == [] and said["rate"] == pytest.approx(20.0)
     assert {axis["name"]: axis["highest"] for axis in said["axes"]}["x"] == pytest.approx(2.0)
+
+
+def test_check_notes_a_yaw_in_degrees(call, flown):
+    """The note stands above the verdict, and in the JSON; it changes no status."""
+    samples = minsnap.read_csv(flown)
+    minsnap.write_csv(replace(samples, yaw=samples.t * 57.3, yaw_rate=np.full_like(samples.t, 57.3)), "degrees.csv")
+    run = call("check", "degrees.csv")
+    assert run.returncode == 0 and "note: yaw goes to" in run.stdout and run.stdout.endswith("consistent\n")
+    assert "degrees" in json.loads(call("check", "degrees.csv", "--json").stdout)["notes"][0]
 
 
 @pytest.mark.slow

@@ -55,6 +55,14 @@ def test_a_yaw_that_is_wrapped_is_seen(rate):
     assert "yaw jumps from 3.098 to -3.133 rad at t = 2.95 s" in problem and "unwrap it" in problem
 
 
+def test_a_yaw_in_degrees_is_consistent_but_noted():
+    """Yaw and its rate in degrees agree with each other, and passed without a word, as plan does not let them."""
+    turning = helix(duration=6.0)
+    assert check_samples(turning).notes == ()
+    report = check_samples(replace(turning, yaw=np.degrees(turning.yaw), yaw_rate=np.degrees(turning.yaw_rate)))
+    assert report.ok and report.notes == ("yaw goes to 360.963 rad, 57 turns: if it is degrees, give radians",)
+
+
 def test_figures_of_a_helix():
     report = check_samples(helix())
     x, _, z, yaw = report.axes

@@ -109,7 +109,8 @@ def prepare(source: Samples | Path | FileName, options: StreamOptions) -> Setpoi
     sent = feed_forward.stated(samples)
     table = tabulate(sent, options.rate, options.fields, frame, options.laps)
     options.check_rate(table.rate)
-    return replace(table, note="; ".join(filter(None, (feed_forward.describe(samples), _at_speed(samples, report)))))
+    notes = (*report.notes, feed_forward.describe(samples), _at_speed(samples, report))
+    return replace(table, note="; ".join(filter(None, notes)))
 
 
 def _at_speed(samples: Samples, report: ConsistencyReport) -> str:

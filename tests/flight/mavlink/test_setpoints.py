@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -172,3 +173,10 @@ def test_a_path_that_begins_or_ends_at_speed_is_told_of():
     assert re.fullmatch(r"the path begins at (\S+) m/s and ends at \1 m/s, where the vehicle is held at rest", lap)
     goes_on = minsnap.plan(corners, total_time=9.0, end={"velocity": (-1, -1, 0)})
     assert prepare(goes_on, StreamOptions()).note == "the path ends at 1.4 m/s, where the vehicle is held at rest"
+
+
+def test_a_yaw_that_may_be_in_degrees_is_said_before_the_flight():
+    """Only a plan said so, and a file of setpoints flew."""
+    path = minsnap.plan([(0, 0, 1), (4, 0, 1)], total_time=9.0).sample(20.0)
+    turned = replace(path, yaw=20.0 * path.t, yaw_rate=np.full_like(path.t, 20.0))
+    assert prepare(turned, StreamOptions()).note == "yaw goes to 180 rad, 29 turns: if it is degrees, give radians"
