@@ -202,7 +202,7 @@ def _fleet_json(certificate: FleetCertificate) -> str:
 def plot(
     file: Annotated[Path, "FILE", "Setpoint CSV, any file of a path, or a fleet."],
     *,
-    output: Annotated[Path, "--output", "-o", "FILE", "PNG, SVG or PDF; an animation: .gif, .mp4."],
+    output: Annotated[Path, "--output", "-o", "FILE", "PNG, SVG or PDF; an animation: .gif, .mp4, .webm."],
     view: options.View = None,
     colour_by: options.ColourBy = None,
     frame: options.ReadFrame = None,
@@ -249,10 +249,10 @@ def plot(
 
 @command()
 def convert(
-    source: Annotated[Path, "IN", ".csv, .yaml, .npz, .parquet, .ulg or .bin."],
-    target: Annotated[Path, "OUT", ".csv, .yaml, .npz, .parquet, .npy or .json."],
+    source: Annotated[Path, "IN", f"{options.READABLE}."],
+    target: Annotated[Path, "OUT", f"{options.WRITABLE}."],
     *,
-    to: Annotated[str | None, "setpoints, crazyflie, mav, npz, parquet, px4 or multidof; else by the ending."] = None,
+    to: Annotated[str | None, f"{options.FORMATS}; else by the ending."] = None,
     rate: options.Rate = 20.0,
     frame: Annotated[str, "--to-frame", "--frame", "Axes of the setpoints or table written."] = "enu",
     from_frame: Annotated[str | None, "Axes of a setpoint CSV, if it does not say so itself."] = None,

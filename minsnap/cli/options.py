@@ -23,17 +23,21 @@ Triple = tuple[float, float, float]
 
 VEHICLE_HELP = "f330, crazyflie, px4-sih, or a YAML file."
 
+READABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet, .ulg or .bin"
+WRITABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet or .npy"
+FORMATS = "setpoints, crazyflie, crazyflie-compressed, mav, polynomials, multidof, px4, skybrush, npz or parquet"
+"""As :func:`minsnap.files.convert.formats` has them, which is too slow to import for a help."""
 
 Output = Annotated[
     Path | None,
     "--output",
     "-o",
     "FILE",
-    "File to write, in the format of its ending: .csv, .json, .yaml, .npz, .traj; - is standard output.",
+    f"File to write, in the format of its ending: {WRITABLE}; - is standard output.",
 ]
 
 Rate = Annotated[float, "HZ", "Setpoints per second."]
-Format = Annotated[str | None, "NAME", "Format of the file, where its ending does not tell."]
+Format = Annotated[str | None, "NAME", f"Format of the file, where its ending does not tell: {FORMATS}."]
 ReadFrame = Annotated[str | None, "--from-frame", "--frame", "Axes of a CSV that does not say so itself: enu, ned, …"]
 Plot = Annotated[Path | None, "FILE", "Figure to write: PNG, SVG or PDF, by its ending."]
 View = Annotated[str | None, "Of the figure: xy (unless given), xz, yz or 3d; xy shows climbs from the side."]

@@ -29,7 +29,7 @@ class FlightFiles:
     log: Annotated[Path | None, "FILE", "The flight as PX4 would log it (.ulg), for fit."] = None
     plot: options.Plot = None
     view: options.View = None
-    animate: Annotated[Path | None, "FILE", "Animation: .gif, or .mp4 with ffmpeg."] = None
+    animate: Annotated[Path | None, "FILE", "Animation: .gif; .mp4, .webm with ffmpeg."] = None
 
     def check(self, source: Path) -> None:
         """Check all names before the simulation."""

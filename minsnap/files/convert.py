@@ -45,7 +45,7 @@ def read_any(path: FileName, frame: str | None = None) -> Content:
     Parameters
     ----------
     path : str or path
-        .csv (setpoints, or a Crazyflie's), .json, .yaml, .npz, .traj, .parquet, .ulg or .bin.
+        .csv (setpoints, or a Crazyflie's), .json, .yaml, .npz, .traj, .skyb, .parquet, .ulg or .bin.
     frame : str or None
         Of a setpoint CSV; None: as it says itself, ENU unless it does.
 

@@ -1,9 +1,14 @@
 """Converting by the command."""
 
+import re
+
 import numpy as np
 from ulog_bytes import fields, ulog
 
 import minsnap
+from minsnap.cli import options
+from minsnap.files.convert import formats
+from minsnap.plot.animation import ENDINGS
 
 
 def ulog_bytes():
@@ -42,3 +47,17 @@ def test_a_damaged_log_is_converted_as_far_as_it_goes(call, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "ends in the middle of a message; 99 positions and 0 setpoints could be read" in done.stderr
     assert len(minsnap.read_csv(tmp_path / "flight.csv")) == 99
+
+
+def test_the_help_names_every_format(call):
+    """The texts are written out, for the table is slow to import: they lacked formats, and named some wrongly."""
+    table = formats().values()
+    read, written = ({*re.findall(r"\.\w+", text)} for text in (options.READABLE, options.WRITABLE))
+    assert read == {ending for known in table for ending in known.reads} - {".yml"}
+    assert written == {ending for known in table if known.write for ending in known.endings} - {".yml"}
+    assert {*re.split(", | or ", options.FORMATS)} == {known.name for known in table if known.write}
+    shown = "".join(call("convert", "--help").stdout.split())
+    assert all(text.replace(" ", "") in shown for text in (options.READABLE, options.WRITABLE, options.FORMATS))
+    for command in ("plot", "simulate", "fleet"):
+        shown = call(command, "--help").stdout
+        assert all(ending in shown for ending in ENDINGS), command
