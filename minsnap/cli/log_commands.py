@@ -186,6 +186,7 @@ def fit(
             raise InputError("--output, --base and --mass are for logs of flights: leave them out with --form")
         _fit_table(file, form, plot, json)
         return
+    options.refuse_unwritten(output, base=base is not None, mass=mass is not None)
     from minsnap.flight.tracking.flight_fit import default_name, fit_flight
     from minsnap.vehicle import read_vehicle
 

@@ -83,6 +83,13 @@ def vehicle_of(name: str) -> Quadrotor:
     return Quadrotor.from_yaml(name)
 
 
+def refuse_unwritten(output: Path | None, **given: bool) -> None:
+    """Raise InputError where an option that is given says how a file is written, and none is."""
+    unused = [f"--{name}" for name, said in given.items() if said]
+    if output is None and unused:
+        raise InputError(f"{unused[0]} is of the file that is written: give -o FILE with it")
+
+
 def feed_forward_of(options: Any) -> FeedForward:
     """Return what ``--drag``, ``--vehicle`` and ``--lead`` among options offset."""
     from minsnap.flight.mavlink.setpoints import FeedForward

@@ -189,7 +189,7 @@ class Destination:
     TimingError
         If the rate is not positive.
     InputError
-        If the view is unknown, or no figure is drawn.
+        If the view is unknown, no figure is drawn, or an option says how a file is written and there is none.
     """
 
     output: options.Output = None
@@ -212,6 +212,8 @@ class Destination:
         get_frame(self.frame)
         sample_times(1.0, self.rate)
         check_figure(self.plot, self.view, self.colour_by)
+        named = ("format", "frame", "rate", "drag", "vehicle", "lead")
+        options.refuse_unwritten(self.output, **{n: getattr(self, n) != getattr(Destination, n) for n in named})
         for file in (self.output, self.plot):
             if file is not None and file != STANDARD_OUTPUT:
                 check_destination(file, clobber=not self.no_clobber)
@@ -222,8 +224,6 @@ class Destination:
         if not self._offsets:
             return
         options.feed_forward_of(self)
-        if self.output is None:
-            raise InputError("--drag, --vehicle and --lead are written with setpoints: give -o FILE")
         if self._other is not None and self._other.holds != "samples":
             raise InputError("polynomials hold no feed-forward: write setpoints, such as -o FILE.csv")
 

@@ -32,6 +32,24 @@ def test_the_format_can_be_named(call, tmp_path):
 
 
 @pytest.mark.parametrize(
+    "words",
+    [
+        ("circle", "--format", "crazyflie"),
+        ("circle", "--frame", "ned", "--plot", "a.png"),
+        ("circle", "--rate", 50),
+        ("fit", "none.ulg", "--base", "mine.yaml"),
+        ("fit", "none.ulg", "--mass", 2),
+    ],
+)
+def test_what_is_said_of_a_file_needs_one(call, tmp_path, words):
+    """Such options were taken without -o, and nothing was written."""
+    done = call(*words)
+    option = next(word for word in words if str(word).startswith("--"))
+    assert done.returncode == 2 and f"{option} is of the file that is written: give -o FILE with it" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
     ("arguments", "says"),
     [
         (("-o", "r.doc"), "r.doc cannot be written by its ending: use .csv"),
