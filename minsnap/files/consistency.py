@@ -216,9 +216,15 @@ def check_samples(samples: Samples, *, resolution: float = 1e-3) -> ConsistencyR
     if feed_forward is not None and feed_forward > LARGEST_ACCELERATION:  # no drag asks for it: other units, perhaps
         most = f"{feed_forward:.3g} m/s^2, more than {LARGEST_ACCELERATION:g}"
         problems.append(f"the feed-forward reaches {most}: it is an acceleration in m/s^2")
-    doubt = "" if samples.yaw is None else in_degrees(samples.yaw)
     found = (tuple(problems), len(samples), *figures, axes, *rests, feed_forward, samples.lead)
-    return ConsistencyReport(*found, notes=(doubt,) if doubt else ())
+    return ConsistencyReport(*found, notes=_doubts(samples))
+
+
+def _doubts(samples: Samples) -> tuple[str, ...]:
+    """Return a sentence on a yaw of many turns, some of them within less than a second: laps turn more slowly."""
+    if samples.yaw is None or np.abs(np.diff(samples.yaw) / np.diff(samples.t)).max(initial=0.0) <= 2.0 * np.pi:
+        return ()
+    return tuple(filter(None, [in_degrees(samples.yaw)]))
 
 
 def _infinities(samples: Samples) -> list[str]:

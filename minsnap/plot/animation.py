@@ -19,7 +19,7 @@ from minsnap.basics.storage.atomic import check_destination, write_file
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError, InputError, TimingError
 from minsnap.fleet.common_clock import Fleet
-from minsnap.plot.fleet_figures import VIEWS, near_pairs, plot_fleet
+from minsnap.plot.fleet_figures import VIEWS, legend_above, near_pairs, plot_fleet
 from minsnap.plot.geometry import check_view, fitting_size, plot_path, view_coordinates
 from minsnap.plot.style import AXIS_STYLES, PATH_COLOUR, Axes
 from minsnap.trajectory.path import Path
@@ -203,9 +203,12 @@ def animate_fleet(
     curves = places[:, :, VIEWS[view]]
     axes = plot_fleet(fleet, view, _new_axes(fitting_size(curves.reshape(-1, 2))))
     axes.collections[0].set_alpha(0.3)
+    axes.lines[0].set(markerfacecolor="none", markersize=6)
     apart = fleet.separation
     near = None if apart is None else [near_pairs(places[:, i], apart) for i in range(len(instants))]
     moving = Moving(axes, curves, instants, ["#1f2a44"] * len(fleet), title, near)
+    moving.points.set_label("now")
+    legend_above(axes)
     write_film(moving.pictures(progress), file, rate, clobber=clobber)
 
 
@@ -276,7 +279,7 @@ class Moving:
         for lines in (self.trails, self.lines):
             axes.add_collection(lines, autolim=False)
         self.points = axes.scatter(curves[:, 0, 0], curves[:, 0, 1], s=16 if many else 81, c=self.colours, zorder=10)
-        self.clock = axes.set_title(f"{self.title}0.0 s")
+        self.clock = axes.set_title(f"{self.title}0.0 s", loc="left")
         self.artists: list[Any] = [self.trails, self.lines, self.points, self.clock]
         self.axes = axes
 

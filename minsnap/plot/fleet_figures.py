@@ -55,8 +55,13 @@ def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None) -> Axes:
     axes.autoscale_view()
     axes.set(xlabel=f"{view[0]} [m]", ylabel=f"{view[1]} [m]")
     axes.figure.colorbar(lines, ax=axes, label="time [s]", fraction=0.046, pad=0.03, aspect=30)
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+    legend_above(axes)
     return axes
+
+
+def legend_above(axes: Axes) -> None:
+    """Say what the marks are, in a line above the axes."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, columnspacing=1.0, frameon=False)
 
 
 def _size_for(places: FloatArray) -> tuple[float, float]:

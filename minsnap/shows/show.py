@@ -29,6 +29,7 @@ from minsnap.fleet.assignment import assign
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.fleet.fleet_planner import plan_fleet
+from minsnap.fleet.fleet_task import table_of
 from minsnap.fleet.time_search import slowed
 from minsnap.limits.limits import Limits
 from minsnap.planning.planner import plan
@@ -269,7 +270,7 @@ class Show:
         return float(max(np.abs(place).max() for place in points))
 
     def check(self) -> None:
-        """Refuse acts that do not fit the vehicles, are below home, or stand too close, naming the pair."""
+        """Refuse limits that leave a climb free, and acts that do not fit, are below home, or stand too close."""
         for name, value in (
             ("take_off", self.take_off),
             *((f"hold of act {act.name!r}", act.hold) for act in self.acts),
@@ -277,6 +278,8 @@ class Show:
             if not 0.0 <= value <= LONGEST:
                 raise FleetError(f"{name} is {value}: give a number from 0 to {LONGEST:g}")
         lowest = float(self.home[:, 2].min())
+        if not np.isfinite(table_of(self.limits)[:2, 2:4]).any():
+            raise FleetError("nothing limits how fast vehicles climb: give limits such as {speed: 4, acceleration: 3}")
         places = [("home", self.home), *((f"act {act.name!r}", act.points) for act in self.acts)]
         for name, points in places:
             if points.shape != self.home.shape:

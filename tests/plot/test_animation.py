@@ -47,6 +47,14 @@ def test_vehicles_that_come_near_are_red_and_joined(moving):
     assert moving[0].points.get_offsets() == pytest.approx(FLEET(1.0)[:, :2], abs=1e-12)
 
 
+def test_the_dots_that_move_are_not_called_the_start(moving):
+    """They looked as the marks of the start, which alone had a name."""
+    animate_fleet(FLEET, "a.gif", rate=10.0)
+    marks, names = moving[0].axes.get_legend_handles_labels()
+    assert names == [text.get_text() for text in moving[0].axes.get_legend().get_texts()] == ["start", "end", "now"]
+    assert marks[0].get_markerfacecolor() == "none" and marks[2] is moving[0].points
+
+
 def test_near_pairs_are_those_of_all_pairs(rng=np.random.default_rng(4)):  # noqa: B008
     places, apart = rng.uniform(0.0, 3.0, (40, 3)), Separation(radii=rng.uniform(0.1, 0.4, 40), downwash=1.5)
     wide = places / (1.0, 1.0, 1.5)

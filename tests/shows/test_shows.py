@@ -103,6 +103,7 @@ def test_flights_that_were_found_are_kept(show_file, tmp_path):
 
 
 def test_acts_that_stand_too_close_or_are_unknown_are_refused(show_file):
+    """Of a show without limits on speed and acceleration it was said that it needs a --time, which is no option."""
     show_file.write_text(SHOW.replace("radius: 3, height: 5", "radius: 0.7, height: 5"))
     with pytest.raises(FleetError, match=r"act 'ring' are 0\.700 m apart, 0\.100 m less than the separation"):
         fly(read_show(show_file))
@@ -116,6 +117,12 @@ def test_acts_that_stand_too_close_or_are_unknown_are_refused(show_file):
         show_file.write_text(SHOW.replace(old, new))
         with pytest.raises(FileError, match=words):
             read_show(show_file)
+    for held in ("", "jerk: 5", "horizontal_speed: 3"):
+        show_file.write_text(SHOW.replace("speed: 3, acceleration: 3", held))
+        with pytest.raises(
+            FleetError, match="how fast vehicles climb: give limits such as {speed: 4, acceleration: 3}"
+        ):
+            fly(read_show(show_file))
     show_file.write_text(SHOW.replace("circle: {radius: 3, height: 5}", "points: [[0, 0, 3], [2, 0, 3]]"))
     with pytest.raises(FleetError, match="has 2 points, and home has 6"):
         fly(read_show(show_file))
