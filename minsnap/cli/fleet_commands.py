@@ -18,7 +18,7 @@ from minsnap.basics.storage.atomic import check_destination
 from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.output import on_terminal
-from minsnap.errors import InputError
+from minsnap.errors import FileError, InputError
 
 if TYPE_CHECKING:
     from minsnap.files.formats.skybrush import Lights
@@ -56,6 +56,8 @@ def fleet(
     if animate is not None:
         check_animation_name(animate)
     described = read_show(show)
+    if output.is_file():
+        raise FileError(f"{output} is a file: give the name of a folder")
     output.mkdir(parents=True, exist_ok=True)
     for written_last in filter(None, (report, animate)):
         check_destination(written_last, clobber=not no_clobber)

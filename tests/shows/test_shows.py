@@ -210,6 +210,12 @@ def test_a_show_takes_meshes_beside_its_file(show_file, tmp_path):
     assert read_show(show_file).acts[0].points == pytest.approx(mesh(6, tmp_path / "cube.obj", 4.0, 3.0))
 
 
+def test_the_folder_of_a_show_is_no_file(show_file, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["fleet", str(show_file), "-o", str(show_file)])
+    assert "is a file: give the name of a folder" in capsys.readouterr().err
+
+
 def test_a_flight_that_is_refused_is_named(show_file):
     show_file.write_text(SHOW.replace("room: [[-6, -6, 0], [6, 6, 12]]", "room: [[-6, -6, 0], [6, 6, 4.5]]"))
     with pytest.raises(FleetError, match=r"^the flight to ring: .*outside of the room"):
