@@ -380,12 +380,10 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
     Raises
     ------
     InputError
-        If dimensions differ, or fewer than 2 instants are common.
+        If dimensions differ, fewer than 2 instants are common, or times do not rise or numbers are not finite.
     """
     for what, samples in (("reference", reference), ("flight", flight)):
-        check_kind(f"the {what}", samples, Samples, "samples")
-        if not (bounded(samples.t).all() and bounded(samples.position).all()):
-            raise InputError(f"the {what} has times or positions that are no finite numbers, {SIZE}")
+        _check_samples(what, samples)
     check_switch("align", align)
     check_number("max_delay", max_delay, 0.0, np.inf, "it must be a time of 0 or more [s]")
     if reference.dim != flight.dim:
@@ -397,6 +395,17 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
     late = position - position_at(reference, t - delay)
     curve = distance_to_curve(position, reference)
     return Comparison(t, error, late, curve, direction_at(reference, t), delay, offset)
+
+
+def _check_samples(what: str, samples: Samples) -> None:
+    check_kind(f"the {what}", samples, Samples, "samples")
+    known = [samples.t, samples.position, *([] if samples.velocity is None else [samples.velocity])]
+    if not all(bounded(values).all() for values in known):
+        raise InputError(f"the {what} has times, positions or velocities that are no finite numbers, {SIZE}")
+    if not (len(samples) and (np.diff(samples.t) > 0.0).all()):
+        raise InputError(
+            f"the {what} has {len(samples)} instants: it needs one or more, each later than the one before"
+        )
 
 
 def _common(reference: Samples, flight: Samples, offset: float) -> tuple[FloatArray, FloatArray]:

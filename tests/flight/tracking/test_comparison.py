@@ -102,6 +102,29 @@ def test_dimensions_must_agree(eight) -> None:
         compare(eight.sample(20.0), flat)
 
 
+TIMES = "instants: it needs one or more, each later than the one before"
+
+
+@pytest.mark.parametrize("spoilt", ["reference", "flight"])
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda samples: samples[[0, *range(len(samples))]], TIMES),
+        (lambda samples: samples[::-1], TIMES),
+        (lambda samples: samples[:0], f"0 {TIMES}"),
+        (lambda samples: replace(samples, velocity=np.nan * samples.velocity), "times, positions or velocities that"),
+    ],
+)
+def test_samples_that_cannot_be_compared_are_refused_in_a_sentence(eight, spoilt, change, sentence) -> None:
+    """Instants given twice and velocities of NaN were errors of SciPy, no samples an IndexError.
+
+    Samples out of order gave a delay of 0.
+    """
+    given = {"reference": eight.sample(20.0), "flight": eight.sample(20.0)}
+    with pytest.raises(InputError, match=f"the {spoilt} has .*{sentence}"):
+        compare(**given | {spoilt: change(given[spoilt])})
+
+
 def test_the_report_names_every_figure(eight) -> None:
     found = compare(eight.sample(20.0), flown(eight, 0.1))
     text = comparison_text({"one.csv": found})
