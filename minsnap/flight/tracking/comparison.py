@@ -195,17 +195,17 @@ def _refined(reference: Samples, flight: Samples, best: float, step: float, most
     """Return the delay within one step of the best lag at which the mean squared distance is least."""
     from scipy.optimize import minimize_scalar
 
-    def distance(delay: float) -> float:
-        at = flight.t - delay
+    def distance(more: float) -> float:
+        at = flight.t - best - more
         inside = (at >= reference.t[0]) & (at <= reference.t[-1])
         gap = flight.position[inside] - position_at(reference, at[inside])
         return float(np.mean(np.sum(gap**2, axis=1))) if inside.any() else np.inf
 
-    low, high = max(best - step, -most), min(best + step, most)
+    low, high = max(-step, -most - best), min(step, most - best)
     if high - low < COMPARED.resolution:
         return best
     minimum = minimize_scalar(distance, bounds=(low, high), method="bounded", options={"xatol": COMPARED.resolution})
-    return float(minimum.x)
+    return best + float(minimum.x)
 
 
 MAX_DELAY = 2.0

@@ -59,6 +59,13 @@ def test_clocks_are_aligned(eight, offset) -> None:
         compare(eight.sample(20.0), moved(log, 1000.0))
 
 
+def test_clocks_that_are_decades_apart_are_aligned_as_well(eight) -> None:
+    """A flight on the clock of Unix was 2 cm off: the search ended at a share of the offset, not of a step."""
+    for clock in (0.0, 1.7e9):
+        found = compare(eight.sample(20.0), moved(flown(eight, rate=20.0), clock + 0.0137), align=True)
+        assert found.offset == pytest.approx(-clock - 0.0137, abs=1e-5, rel=0.0) and found.rmse_3d < 1e-4
+
+
 def test_a_log_with_waiting_before_and_after_is_aligned(eight) -> None:
     middle = flown(eight)
     still = [np.tile(middle.position[end], (750, 1)) for end in (0, -1)]
