@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from minsnap.basics.arrays import FloatArray, ReadOnly, owned, set_fields
+import numpy as np
+
+from minsnap.basics.arrays import BoolArray, FloatArray, ReadOnly, owned, set_fields
 from minsnap.basics.optional_packages import optional
 
 _PREFIXES = {"position": "", "velocity": "v", "acceleration": "a", "jerk": "j", "snap": "s", "feed_forward": "ff"}
@@ -127,3 +129,36 @@ def column_names(quantity: str, dim: int = 3) -> tuple[str, ...]:
     if quantity not in _PREFIXES:
         return (quantity,)
     return tuple(_PREFIXES[quantity] + axis for axis in axis_names(dim))
+
+
+def gaps(t: FloatArray, *, longest: float = 0.3, steps: float = 3.0) -> FloatArray:
+    """Return where samples are missing, shape (g, 2): the instants before and after each gap [s].
+
+    Parameters
+    ----------
+    t : ndarray, shape (m,)
+        Instants of the samples [s], increasing.
+    longest, steps : float
+        A step is a gap when it is longer than this [s], and than so many median ones.
+    """
+    apart = np.diff(t)
+    usual = float(np.median(apart)) if len(apart) else 0.0
+    before = np.flatnonzero(apart > max(longest, steps * usual))
+    return np.stack([t[before], t[before + 1]], axis=1)
+
+
+def in_gaps(t: FloatArray, known: FloatArray, margin: float = 0.0) -> BoolArray:
+    """Tell the instants (m,) that lie in the gaps of known ones (n,), or nearer to one than a margin [s]."""
+    starts, ends = gaps(known).T
+    return np.asarray(np.searchsorted(starts - margin, t) > np.searchsorted(ends + margin, t, side="right"))
+
+
+def gap_remarks(t: FloatArray) -> list[str]:
+    """Return a sentence on the gaps between instants (m,); none if there are none."""
+    missing = gaps(t)
+    if not len(missing):
+        return []
+    lengths = np.diff(missing)[:, 0]
+    start, end = missing[lengths.argmax()]
+    where = f"the longest gap is from {start:.2f} to {end:.2f} s"
+    return [f"samples are missing for {lengths.sum():.2f} s, which are left out: {where}"]

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, OwnsArrays, bounded, interpolated
+from minsnap.basics.arrays import BoolArray, FloatArray, OwnsArrays, bounded, interpolated
 from minsnap.basics.checks import SIZE, check_kind, check_number, check_switch, is_number
 from minsnap.basics.messages import aligned, shown
 from minsnap.errors import InputError
 from minsnap.trajectory.path import MOST_SAMPLES
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import Samples, gap_remarks, gaps, in_gaps
 
 
 @dataclass(frozen=True)
@@ -141,8 +141,8 @@ def _to_chords(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatA
 def estimate_delay(reference: Samples, flight: Samples, most: float | None) -> float:
     """Return the delay of a flight: the lag of greatest correlation of position, summed over all axes [s].
 
-    The correlation coefficient is computed for every lag on a uniform grid, by FFT; from the best lag, the delay is
-    refined to the least mean squared distance within one step of it.
+    The correlation coefficient is computed for every lag on a uniform grid, by FFT, without the gaps of both; from the
+    best lag, the delay is refined to the least mean squared distance within one step of it.
 
     Parameters
     ----------
@@ -157,37 +157,47 @@ def estimate_delay(reference: Samples, flight: Samples, most: float | None) -> f
         0 where one of them does not move.
     """
     step = 1.0 / min(COMPARED.rate, max(reference.rate, flight.rate, 1.0))
-    one, other = _on_grid(reference, step), _on_grid(flight, step)
-    if min(len(one), len(other)) < 3 or not (np.ptp(one, axis=0).any() and np.ptp(other, axis=0).any()):
+    (one, known), (other, seen) = _on_grid(reference, step), _on_grid(flight, step)
+    if min(known.sum(), seen.sum()) < 3 or not (np.ptp(one[known], axis=0).any() and np.ptp(other[seen], axis=0).any()):
         return 0.0
     start = float(flight.t[0] - reference.t[0])
     lags = np.asarray((np.arange(len(one) + len(other) - 1) - (len(one) - 1)) * step + start, dtype=np.float64)
-    scores = _coefficients(one, other)
+    scores = _coefficients(one, other, known, seen)
     most = np.inf if most is None else most
     scores[np.abs(lags) > most] = -1.0
     best = float(np.clip(lags[int(np.argmax(scores))], -most, most))
     return _refined(reference, flight, best, step, most)
 
 
-def _on_grid(samples: Samples, step: float) -> FloatArray:
+def _on_grid(samples: Samples, step: float) -> tuple[FloatArray, BoolArray]:
+    """Return positions at equal steps, shape (m, dim), and which of them are in no gap, shape (m,)."""
     if not samples.duration <= MOST_SAMPLES * step:
         raise InputError(f"the samples last {samples.duration:g} s: that is too long to find a delay in")
     count = int(np.floor(samples.duration / step + 1e-9)) + 1
-    return position_at(samples, samples.t[0] + step * np.arange(count))
+    t = samples.t[0] + step * np.arange(count)
+    return position_at(samples, t), ~in_gaps(t, samples.t)
 
 
-def _coefficients(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Return the correlation coefficient of two centered signals at every lag; -1 where they hardly overlap."""
-    from scipy.signal import correlate
+def _coefficients(one: FloatArray, other: FloatArray, known: BoolArray, seen: BoolArray) -> FloatArray:
+    """Return the correlation coefficient of two signals at every lag, over what is known of both there.
 
-    x, y = one - one.mean(axis=0), other - other.mean(axis=0)
-    shared = correlate(np.ones(len(y)), np.ones(len(x)), method="fft")
-    cross = sum(correlate(v, u, method="fft") for u, v in zip(x.T, y.T, strict=True))
-    energy = correlate(np.ones(len(y)), np.sum(x**2, axis=1), method="fft")
-    energy *= correlate(np.sum(y**2, axis=1), np.ones(len(x)), method="fft")
-    floor = 1e-9 * float(np.sum(x**2) * np.sum(y**2))
-    scores = cross / np.sqrt(np.maximum(energy, floor))
-    scores[shared < COMPARED.overlap * min(len(x), len(y))] = -1.0
+    Of equal coefficients the one of the longer overlap is greatest; it is -1 where they hardly overlap.
+    """
+    from scipy.signal import fftconvolve
+
+    def summed(first: FloatArray, second: FloatArray) -> FloatArray:
+        return np.asarray(fftconvolve(second, first[::-1], axes=0))
+
+    def energy(squares: FloatArray, total: FloatArray) -> FloatArray:
+        return np.asarray((squares - total**2 / shared).sum(axis=1) + 1e-9 * squares.sum(axis=1).max())
+
+    here, there = (each[:, None].astype(np.float64) for each in (known, seen))
+    x, y = here * (one - one[known].mean(axis=0)), there * (other - other[seen].mean(axis=0))
+    shared = np.maximum(summed(here, there), 1.0)
+    left, right = summed(x, there), summed(here, y)
+    cross = (summed(x, y) - left * right / shared).sum(axis=1)
+    scores = cross / np.sqrt(energy(summed(x**2, there), left) * energy(summed(here, y**2), right))
+    scores[shared[:, 0] < COMPARED.overlap * min(known.sum(), seen.sum())] = -1.0
     return np.asarray(scores)
 
 
@@ -197,7 +207,7 @@ def _refined(reference: Samples, flight: Samples, best: float, step: float, most
 
     def distance(more: float) -> float:
         at = flight.t - best - more
-        inside = (at >= reference.t[0]) & (at <= reference.t[-1])
+        inside = (at >= reference.t[0]) & (at <= reference.t[-1]) & ~in_gaps(at, reference.t)
         gap = flight.position[inside] - position_at(reference, at[inside])
         return float(np.mean(np.sum(gap**2, axis=1))) if inside.any() else np.inf
 
@@ -243,7 +253,11 @@ class Comparison(OwnsArrays):
     offset: float = 0.0
 
     def __str__(self) -> str:
-        return comparison_text({"flight": self})
+        return "\n".join([comparison_text({"flight": self}), *self.remarks()])
+
+    def remarks(self) -> list[str]:
+        """Return a sentence on what is missing between the instants; none if nothing is."""
+        return gap_remarks(self.t)
 
     @property
     def rmse(self) -> FloatArray:
@@ -336,6 +350,7 @@ class Comparison(OwnsArrays):
             "start": float(self.t[0]),
             "end": float(self.t[-1]),
             "samples": len(self.t),
+            "gaps": gaps(self.t).tolist(),
         }
 
 
@@ -365,8 +380,9 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
     Parameters
     ----------
     reference, flight : Samples
-        Of equal dimension; each with its own instants. Only the time that both cover counts. With a lead the
-        reference is what was sent, and what was planned for an instant is what was sent that much before it.
+        Of equal dimension; each with its own instants. Only the time that both cover counts, without the gaps of
+        either. With a lead the reference is what was sent, and what was planned for an instant is what was sent that
+        much before it.
     align : bool
         The clocks differ by an unknown offset, as those of a log and a file do: find it first, by cross-correlation
         over every offset. A delay is then part of the offset, and no longer to be seen.
@@ -389,8 +405,9 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
     if reference.dim != flight.dim:
         raise InputError(f"the reference has {reference.dim} coordinates and the flight {flight.dim}: they must agree")
     offset = -estimate_delay(reference, flight, None) if align else -reference.lead
-    t, position = _common(reference, flight, offset)
-    delay = estimate_delay(reference, Samples(t, position), max_delay)
+    delay = estimate_delay(reference, _common(reference, flight, offset), max_delay)
+    there = _common(reference, flight, offset, delay)
+    t, position = there.t, there.position
     error = position - position_at(reference, t)
     late = position - position_at(reference, t - delay)
     curve = distance_to_curve(position, reference)
@@ -408,16 +425,17 @@ def _check_samples(what: str, samples: Samples) -> None:
         )
 
 
-def _common(reference: Samples, flight: Samples, offset: float) -> tuple[FloatArray, FloatArray]:
-    """Return instants of the flight, in the time of the reference, and its positions over the common interval."""
+def _common(reference: Samples, flight: Samples, offset: float, delay: float = 0.0) -> Samples:
+    """Return the flight in the time of the reference, over the common interval and outside the reference's gaps."""
     t = flight.t + offset
     kept = (t >= reference.t[0] - 1e-9) & (t <= reference.t[-1] + 1e-9)
+    kept &= ~(in_gaps(t, reference.t) | in_gaps(t - delay, reference.t))
     if np.count_nonzero(kept) < 2:
         raise InputError(
             f"the flight, {t[0]:g} to {t[-1]:g} s, and its reference, {reference.t[0]:g} to {reference.t[-1]:g} s, "
             "have no time in common: compare them with align=True"
         )
-    return t[kept], flight.position[kept]
+    return moved(flight, offset)[kept]
 
 
 def moved(flight: Samples, offset: float) -> Samples:

@@ -293,7 +293,7 @@ class ComparedFlight:
 
     def remarks(self) -> list[str]:
         """Return warnings about the validity of the figures, one sentence per warning."""
-        sentences = [] if self.place is None else self.place.remarks(self.whole)
+        sentences = self.comparison.remarks() + ([] if self.place is None else self.place.remarks(self.whole))
         offset = self.comparison.constant_offset
         if float(np.linalg.norm(offset)) > OFFSET_NOTED:
             words = ", ".join(f"{value:.2f}" for value in offset)

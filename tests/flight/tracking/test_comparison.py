@@ -34,6 +34,34 @@ def test_a_delay_is_found_to_a_millisecond_and_taken_off(eight, delay) -> None:
     assert found.time_rmse == pytest.approx(found.rmse_3d, rel=1e-3)
 
 
+def test_a_delay_is_found_on_a_line(delay=0.3) -> None:
+    """Signals were centered before they were shifted: on a line of 20 s a delay of 0.3 s was found 0.16 s early."""
+    line = minsnap.line((0, 0, 2), (12, 0, 2), total_time=20.0)
+    assert compare(line.sample(20.0), flown(line, delay)).delay == pytest.approx(delay, abs=1e-3)
+
+
+def without(samples: Samples, start: float, end: float) -> Samples:
+    """Samples with a gap."""
+    return samples[(samples.t < start) | (samples.t > end)]
+
+
+@pytest.mark.parametrize("cut", ["flight", "reference"])
+def test_gaps_are_left_out_of_every_figure_and_told(cut) -> None:
+    """Straight lines were drawn across gaps: one of 4 s made a delay of 0.1 s one of 0.2 s, without a word."""
+    random, delay = np.random.default_rng(1), 0.1
+    for _ in range(10):
+        path = minsnap.plan(random.uniform(-3, 3, (6, 3)), total_time=12.0)
+        start = random.uniform(1.0, 7.0)
+        given = {"reference": path.sample(20.0), "flight": flown(path, delay, rate=20.0)}
+        found = compare(**given | {cut: without(given[cut], start, start + 4.0)})
+        assert found.delay == pytest.approx(delay, abs=1e-3) and found.late_rmse_3d < 2e-3
+        assert np.abs(found.error).max() <= np.abs(compare(**given).error).max() + 1e-9
+        [[before, after]] = found.as_dict()["gaps"]
+        sentence = f"samples are missing for {after - before:.2f} s, which are left out: the longest gap is from"
+        assert after - before == pytest.approx(4.15, abs=0.16)
+        assert str(found).splitlines()[-1].startswith(sentence) and sentence in found.remarks()[0]
+
+
 def test_an_offset_in_shape_is_no_error_in_time(eight) -> None:
     found = compare(eight.sample(20.0), flown(eight, change=lambda position: position + [0, 0, 0.25]))
     np.testing.assert_allclose(found.rmse, [0, 0, 0.25], atol=2e-4)
