@@ -153,6 +153,11 @@ def in_gaps(t: FloatArray, known: FloatArray, margin: float = 0.0) -> BoolArray:
     return np.asarray(np.searchsorted(starts - margin, t) > np.searchsorted(ends + margin, t, side="right"))
 
 
+def between_gaps(t: FloatArray, values: FloatArray) -> list[FloatArray]:
+    """Return the parts of values (m,) at instants (m,) that the gaps between these separate."""
+    return np.split(values, np.searchsorted(t, gaps(t)[:, 1]))
+
+
 def gap_remarks(t: FloatArray) -> list[str]:
     """Return a sentence on the gaps between instants (m,); none if there are none."""
     missing = gaps(t)

@@ -23,7 +23,7 @@ from minsnap.basics.storage.text import FileName, check_size
 from minsnap.errors import FileError, FitError
 from minsnap.files.flight_log import FlightLog, InertialLog
 from minsnap.files.flights import read_log
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import Samples, between_gaps, gap_remarks, in_gaps
 from minsnap.vehicle.attitude import rotations
 
 
@@ -131,7 +131,7 @@ def _long_run(rows: FloatArray, lags: int) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class FlightMotion(OwnsArrays):
-    """Motion of a body in z-up world axes, at equal steps.
+    """Motion of a body in z-up world axes, at equal steps but for gaps.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ class FlightMotion(OwnsArrays):
     @property
     def rate(self) -> float:
         """Instants a second [Hz]."""
-        return float((len(self.t) - 1) / (self.t[-1] - self.t[0]))
+        return float(1.0 / np.median(np.diff(self.t)))
 
 
 def read_flight_log(path: FileName) -> FlightLog:
@@ -192,14 +192,16 @@ def flown_span(flight: Samples) -> tuple[float, float]:
 
 
 def body_motion(flight: Samples, felt: InertialLog) -> FlightMotion:
-    """Return the motion while the vehicle flew, at the instants of its velocities, at 50 Hz at most."""
+    """Return the motion while the vehicle flew, at the rate of its velocities, at 50 Hz at most, without gaps."""
     first, last = flown_span(flight)
     first = max(first, felt.attitude_t[0], felt.force_t[0] + 1.0 / FIT.rate)
     last = min(last, felt.attitude_t[-1], felt.force_t[-1] - 1.0 / FIT.rate)
-    if last - first < FIT.least:
+    rate = min(FIT.rate, float(1.0 / np.median(np.diff(flight.t))))
+    t = first + np.arange(int(max(last - first, 0.0) * rate) + 1) / rate
+    logged = [flight.t, felt.attitude_t, felt.force_t, *([] if felt.throttle_t is None else [felt.throttle_t])]
+    t = t[~np.any([in_gaps(t, known, 0.5 / rate) for known in logged], axis=0)]
+    if len(t) <= FIT.least * rate:
         raise FitError(f"attitude, accelerometer and velocity were logged together for less than {FIT.least:g} s")
-    rate = min(FIT.rate, (len(flight.t) - 1) / flight.duration)
-    t = first + np.arange(int((last - first) * rate) + 1) / rate
     assert flight.velocity is not None
     return FlightMotion(
         t,
@@ -269,7 +271,7 @@ class BodyDragFit(OwnsArrays):
 
 def fit_drag_of(motion: FlightMotion) -> BodyDragFit:
     """Fit drag per mass, and wind and hover throttle where the flight tells them."""
-    notes: list[str] = []
+    notes = gap_remarks(motion.t)
     speeds = _air(motion, np.zeros(2)).std(axis=0)
     excited = speeds >= FIT.excited
     notes += [_unexcited(axis, speeds[k]) for k, axis in enumerate(AXES[:2]) if not excited[k]]
@@ -358,7 +360,7 @@ def _vertical_fit(
     if motion.throttle is None:
         notes.append("drag along z of the body and the hover throttle are not told: the log has no throttle")
         return AxisDrag(speed), None, nothing, nothing
-    thrusts = {lag: _lagged(motion.throttle, lag, motion.rate) for lag in FIT.lags}
+    thrusts = {lag: _lagged(motion.throttle, lag, motion) for lag in FIT.lags}
     pulls = [-w, -np.linalg.norm(air, axis=1) * w]
 
     def fit(lag: float, parts: int) -> tuple[list[FittedNumber], FloatArray]:
@@ -382,9 +384,10 @@ def _vertical_fit(
     return AxisDrag(speed, *drag), told, np.asarray(felt - gain.value * thrusts[lag]), model
 
 
-def _lagged(throttle: FloatArray, lag: float, rate: float) -> FloatArray:
-    """Return a throttle after motors with a time constant [s], at a rate [Hz]."""
+def _lagged(throttle: FloatArray, lag: float, motion: FlightMotion) -> FloatArray:
+    """Return a throttle after motors with a time constant [s], which have reached it at the start and after gaps."""
     from scipy.signal import lfilter
 
-    kept = float(np.exp(-1.0 / (lag * rate))) if lag else 0.0
-    return np.asarray(lfilter([1.0 - kept], [1.0, -kept], throttle, zi=[kept * throttle[0]])[0])
+    kept = float(np.exp(-1.0 / (lag * motion.rate))) if lag else 0.0
+    parts = between_gaps(motion.t, throttle)
+    return np.concatenate([lfilter([1.0 - kept], [1.0, -kept], part, zi=[kept * part[0]])[0] for part in parts])

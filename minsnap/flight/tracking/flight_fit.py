@@ -26,6 +26,7 @@ from minsnap.files.flight_log import FlightLog
 from minsnap.flight.simulation.controllers import CascadeController
 from minsnap.flight.tracking.body_drag_fit import (
     AXES,
+    FIT,
     AxisDrag,
     BodyDragFit,
     FittedNumber,
@@ -36,7 +37,7 @@ from minsnap.flight.tracking.body_drag_fit import (
     read_flight_log,
 )
 from minsnap.flight.tracking.comparison import estimate_delay, position_at
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import Samples, between_gaps, gap_remarks, in_gaps
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.quadrotor import Quadrotor
 
@@ -69,7 +70,9 @@ class ResponseSettings:
 RESPONSE = ResponseSettings()
 
 
-def fit_setpoint_drag(reference: Samples, flight: Samples) -> tuple[FittedNumber, FloatArray, FloatArray]:
+def fit_setpoint_drag(
+    reference: Samples, flight: Samples
+) -> tuple[FittedNumber, FloatArray, FloatArray, tuple[str, ...]]:
     """Fit one linear drag per mass along all horizontal directions.
 
     Parameters
@@ -85,6 +88,8 @@ def fit_setpoint_drag(reference: Samples, flight: Samples) -> tuple[FittedNumber
         Per mass [1/s].
     speed, force : ndarray, shape (m, 2)
         Velocity [m/s] and drag per mass [m/s^2] along x and y of the world, for figures.
+    notes : tuple of str
+        On gaps, where there are any.
 
     Raises
     ------
@@ -99,16 +104,21 @@ def fit_setpoint_drag(reference: Samples, flight: Samples) -> tuple[FittedNumber
     numbers, _ = fitted(lambda values: series.residuals(rest[best], values), np.zeros(3), RESPONSE.rate)
     drag = FittedNumber(numbers[0].value, float(np.hypot(numbers[0].error, RESPONSE.model_error)))
     force = rest[best] / RESPONSE.window - [each.value for each in numbers[1:]]
-    return drag, np.asarray(series.moved / RESPONSE.window), np.asarray(force)
+    return drag, np.asarray(series.moved / RESPONSE.window), np.asarray(force), series.notes
 
 
 class _Series:
-    """Both sides of the equation of motion, at equal steps, horizontal axes only."""
+    """Both sides of the equation of motion, at equal steps between two gaps, horizontal axes only."""
 
     def __init__(self, reference: Samples, flight: Samples, settings: CascadeController) -> None:
         first, last = flown_span(flight)
         assert flight.velocity is not None
         t = np.arange(max(first, reference.t[0]), min(last, reference.t[-1], flight.t[-1]), 1.0 / RESPONSE.rate)
+        t = t[~(in_gaps(t, flight.t) | in_gaps(t, reference.t))]
+        self.notes = tuple(f"{each}; drag was fitted to the longest part between gaps" for each in gap_remarks(t))
+        t = max(between_gaps(t, t), key=len)
+        if len(t) <= FIT.least * RESPONSE.rate:
+            raise FitError(f"setpoints and velocity were logged together, without gaps, for less than {FIT.least:g} s")
         place, self._velocity = (interpolated(t, flight.t, each[:, :2]) for each in (flight.position, flight.velocity))
         row = np.clip(np.searchsorted(reference.t, t, side="right") - 1, 0, len(reference) - 1)
         gains = {name: np.array(getattr(settings, name)[:2]) for name in _GAINS}
@@ -299,11 +309,12 @@ def fit_flight(source: FileName | FlightLog, lead: float | None = None) -> Fligh
 def _from_setpoints(log: FlightLog) -> FlightFit:
     if log.reference is None or log.flight is None:
         raise FitError("the log has neither attitude and accelerometer nor setpoints: log them")
-    drag, speed, force = fit_setpoint_drag(log.reference, log.flight)
+    drag, speed, force, missing = fit_setpoint_drag(log.reference, log.flight)
     notes = (
         "the log has no attitude and accelerometer: one horizontal drag was fitted to setpoints and velocities, and it "
         "holds for PX4's default gains alone",
         "drag along z, quadratic drag, wind and hover throttle are not told without them",
+        *missing,
     )
     x, y = (AxisDrag(float(each), drag) for each in speed.std(axis=0))
     return FlightFit((x, y, AxisDrag(0.0)), None, None, notes, speed, force, -drag.value * speed, COMMANDED)
@@ -317,6 +328,7 @@ def _delay(reference: Samples, flight: Samples) -> FittedNumber | None:
     if len(setpoints) < 10 or len(flown) < 10 or np.ptp(setpoints.position, axis=0).max() < 0.5:
         return None
     inside = (flown.t >= setpoints.t[0] + RESPONSE.longest) & (flown.t <= setpoints.t[-1])
+    inside &= ~in_gaps(flown.t - 0.5 * RESPONSE.longest, setpoints.t, 0.5 * RESPONSE.longest)
     if inside.sum() < 10:
         return None
     start = min(max(estimate_delay(setpoints, flown, RESPONSE.longest), 0.0), RESPONSE.longest)

@@ -10,7 +10,7 @@ from flown_logs import Measured, dataflash_of, ulog_of
 import minsnap
 from minsnap.errors import FileError, FitError
 from minsnap.files.flight_log import FlightLog
-from minsnap.flight import CascadeController, ConstantWind, fit_flight, plot_flight_fit, simulate
+from minsnap.flight import CascadeController, ConstantWind, fit_flight, plot_flight_fit, simulate, simulated_log
 from minsnap.flight.mavlink.observer import StreamLog
 from minsnap.flight.mavlink.setpoints import Setpoint
 from minsnap.flight.mavlink.vehicle_messages import VehicleState
@@ -128,6 +128,43 @@ def test_drag_from_setpoints_and_velocities_alone(tmp_path, drag):
     assert found.axes[2].linear is None and found.wind is None and found.hover is None
     assert any("the log has no attitude and accelerometer" in note for note in found.notes)
     assert 0.05 < found.delay.value < 1.0
+
+
+def interrupted(log, start, end):
+    """A log in which nothing was written for a while."""
+
+    def kept(t, *values):
+        rows = (t < start) | (t > end)
+        return t[rows], *(each[rows] for each in values)
+
+    felt = log.inertial
+    attitude, force = kept(felt.attitude_t, felt.quaternion), kept(felt.force_t, felt.specific_force)
+    reference, flight = (each[(each.t < start) | (each.t > end)] for each in (log.reference, log.flight))
+    inertial = type(felt)(*attitude, *force, *kept(felt.throttle_t, felt.throttle))
+    return replace(log, reference=reference, flight=flight, inertial=inertial)
+
+
+@pytest.mark.slow
+def test_gaps_of_a_log_are_left_out():
+    """Straight lines were drawn across gaps: 3 s of 21 s made a drag of 1.0 along x one of -0.3, from setpoints 0.4."""
+    path = minsnap.circle(radius=3.0, period=6.0, laps=3)
+    flight = simulate(Quadrotor.px4_sih(), CascadeController(), path, setpoint_rate=20.0, setpoint_delay=0.1)
+    log = simulated_log(Quadrotor.px4_sih(), flight, path.sample(20.0))
+    for start in (3.0, 8.5):
+        found = fit_flight(interrupted(log, start, start + 3.0))
+        assert [axis.linear.value for axis in found.axes] == pytest.approx([1.0, 1.0, 1.0], abs=0.02)
+        assert found.hover.value == pytest.approx(fit_flight(log).hover.value, rel=1e-3)
+        assert found.notes[0].startswith("samples are missing for 3.0")
+        told = fit_flight(replace(interrupted(log, start, start + 3.0), inertial=None))
+        assert told.axes[0].linear.value == pytest.approx(1.0, abs=0.1)
+        assert told.delay.value == pytest.approx(fit_flight(log).delay.value, abs=0.02)
+        assert told.notes[-1].endswith("drag was fitted to the longest part between gaps")
+    with pytest.raises(FitError, match="together, without gaps, for less than 5 s"):
+        fit_flight(replace(interrupted(interrupted(log, 4.0, 5.0), 9.0, 17.0), inertial=None))
+    lost = log.inertial.attitude_t < 6.0
+    lost = replace(log.inertial, attitude_t=log.inertial.attitude_t[lost], quaternion=log.inertial.quaternion[lost])
+    with pytest.raises(FitError, match="attitude, accelerometer and velocity were logged together for less than 5 s"):
+        fit_flight(interrupted(replace(log, inertial=lost), 2.0, 4.0))
 
 
 def test_the_delay_of_the_response():
