@@ -80,7 +80,7 @@ class StretchSettings:
     paces: int = 40
     pace_instants: int = 33
     pace_excess: float = 1e-3
-    turn_shares: tuple[float, ...] = (0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
+    turn_shares: tuple[float, ...] = (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
 
 
 STRETCH = StretchSettings()
@@ -313,20 +313,23 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float, order: int = 1
     def on_pieces(factors: FloatArray) -> FloatArray:
         return np.repeat(np.maximum(factors, 1.0), curve.pieces)
 
+    kept = 1.0 + STRETCH.pace_excess
+    whole = curve.durations * max(excess(curve.durations).max(), 1.0)
+    if excess(whole).max() > kept:
+        return None
     slowed = curve.durations.copy()
     for _ in range(STRETCH.paces):
         used = excess(slowed)
-        if used.max() <= 1.0 + STRETCH.pace_excess:
+        if used.max() <= kept or slowed.sum() > whole.sum():
             break
         slowed *= on_pieces(np.sqrt(used))
     knots = curve.breaks[:: curve.pieces]
     turns = order * (np.abs(np.diff(curve.yaw(knots))) / limit) ** (1.0 / order) / np.diff(knots)
-    tried = [slowed]
+    tried = [whole, slowed]
     for share in STRETCH.turn_shares:
         durations = curve.durations * on_pieces(share * turns)
         tried.append(durations * max(excess(durations).max(), 1.0))
-    kept = 1.0 + STRETCH.pace_excess
-    return next((one for one in sorted(tried, key=np.sum) if excess(one).max() <= kept), None)
+    return np.asarray(next(one for one in sorted(tried, key=np.sum) if excess(one).max() <= kept))
 
 
 def yaw_too_fast(limits: Limits, curve: Trajectory) -> LimitError:
