@@ -11,7 +11,7 @@
 4. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards. Then a search from that plan.
 5. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
-   left to it.
+   left to it; where it is slow still, each leg may last as long as its own turn takes with that room.
 6. Else the reason why there is none.
 
 It ends when the time allowed is over, and where Ctrl-C asks for the best so far: then also a plan that rests at every
