@@ -24,7 +24,7 @@ from minsnap.errors import InputError
 from minsnap.files.flights import load_log
 from minsnap.flight.tracking.comparison import compare, position_at
 from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import Samples, in_gaps
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def learned(
     Returns
     -------
     Samples
-        Those that were sent, corrected; heading and feed-forward are kept.
+        Those that were sent, corrected, but where samples of the flight are missing; heading and feed-forward are kept.
 
     Raises
     ------
@@ -94,6 +94,7 @@ def learned(
     if not 0.0 <= delay < plan.duration:
         raise InputError(f"the delay is {delay} s: it must be 0 or more, and shorter than the plan")
     error = plan.position - position_at(flown, plan.t)
+    error[in_gaps(plan.t, flown.t)] = 0.0
     step = plan.duration / (len(plan) - 1)
     ahead = interpolated(plan.t + delay, plan.t, error)
     before = sent.position - plan.position

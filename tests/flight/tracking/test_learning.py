@@ -36,6 +36,14 @@ def test_three_flights_take_off_four_fifths(name):
     assert report.ok and report.starts_at_rest and report.ends_at_rest
 
 
+def test_nothing_is_learned_where_samples_are_missing():
+    """A straight line across the gap was corrected as if it had been flown."""
+    plan = COURSES["circle"]().sample(20.0)
+    seen = (plan.t < 3.0) | (plan.t > 7.0)
+    flown = Samples(plan.t[seen], plan.position[seen])
+    assert np.abs(learned(plan, plan, flown, 0.0).position - plan.position).max() < 1e-9
+
+
 def test_a_flight_without_error_changes_nothing_and_a_large_one_is_bounded():
     plan = COURSES["circle"]().sample(20.0)
     same = learned(plan, plan, Samples(plan.t, plan.position, plan.velocity), 0.3)
