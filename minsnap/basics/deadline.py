@@ -27,13 +27,15 @@ class WorkPrices:
     solve : float
         A solve of the native core that does all the work that one is worth.
     rotors_used, yaw_rate_used, limits_used : float
-        How far limits are used along a curve: of rotors, for each piece and ``pieces_besides``; of a yaw; of others.
+        How far limits are used along a curve: those of rotors, for each of its pieces; those of a yaw; all others.
+    pieces_besides : int
+        Pieces that the use of rotors takes as long as besides.
     yaw_pieces : int
         Pieces of a yaw that take as long as one of a curve.
     iteration, rotors : float
         An iteration of a search for the shortest time, for each row; the same with limits of single rotors.
     block : float
-        The same for each piece besides, and the cube of what is free at a knot.
+        Further work of an iteration: for each piece, times the cube of the number of values that are free at a knot.
     free_curve : float
         A curve without walls, and how far it is outside.
     joined : float

@@ -58,24 +58,25 @@ def fleet(
     described = read_show(show)
     if output.is_file():
         raise FileError(f"{output} is a file: give the name of a folder")
-    output.mkdir(parents=True, exist_ok=True)
-    for written_last in filter(None, (report, animate)):
-        check_destination(written_last, clobber=not no_clobber)
+    for page in filter(None, (report, animate)):
+        if page.parent.resolve() != output.resolve():
+            check_destination(page, clobber=not no_clobber)
     lost = worst_distance(described.reach) if to not in EXACT_KINDS else 0.0
     progress = on_terminal(quiet=False)
     wider, kept = _wider(described, 2.0 * lost), output / "flights"
     flown = fly(wider, kept, lambda line: print(f"minsnap: {line}", file=sys.stderr, flush=True), progress)
+    output.mkdir(parents=True, exist_ok=True)
     place = output / "show.skyc" if to == "skyc" else output
     named = replace(flown.fleet, separation=described.separation)
     written = write_fleet(named, place, to, flown.lights, clobber=not no_clobber)
     certificates = _certified(described, flown.fleet, read_fleet(place))
-    page = SafetyReport(show.stem, *certificates, written.distance, flown.stages, written.files)
+    safety = SafetyReport(show.stem, *certificates, written.distance, flown.stages, written.files)
     if report is not None:
-        write_report(page, report, clobber=not no_clobber)
+        write_report(safety, report, clobber=not no_clobber)
     if animate is not None:
         animate_fleet(certificates[0].fleet, animate, clobber=not no_clobber, progress=progress)
-    print(_summary(page, place))
-    return 0 if page.ok else 1
+    print(_summary(safety, place))
+    return 0 if safety.ok else 1
 
 
 def _wider(show: Show, more: float) -> Show:

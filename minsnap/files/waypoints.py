@@ -203,7 +203,7 @@ def _positions(where: str, item: Mapping[str, Any], home: FloatArray) -> list[tu
 
 
 def _unflown(item: Mapping[str, Any]) -> list[str]:
-    """Return what an item asks for beside a position; a parameter of 0 or null asks for nothing."""
+    """Return what an item asks for beside a position; a parameter of 0 or null asks for nothing, a heading of 0 too."""
     command = item.get("command")
     if command in LOITERS:
         return ["loitering"]

@@ -14,6 +14,7 @@ import base64
 import json
 import zipfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -299,8 +300,8 @@ def write_fleet(
     lights : sequence of Lights or None, optional
         Of each vehicle; ``skyb`` and ``skyc`` hold them.
     clobber : bool
-        False: files that exist are an error. Else those of a former fleet that this one has not are removed from the
-        folder, unless they were changed since.
+        False: files that exist are an error. Else files with the same ending of a former fleet, which has more
+        vehicles, are removed from the folder, and its script, unless they were changed since.
 
     Raises
     ------
@@ -318,26 +319,27 @@ def write_fleet(
     folder.mkdir(parents=True, exist_ok=True)
     check_destination(folder / MANIFEST, clobber=clobber)
     ending, write = FOLDERS[kind]
-    former = _unchanged(folder)
+    former = _unchanged(folder, ending)
     files, lamps = [folder / f"traj{i}{ending}" for i in range(len(fleet))], lamps_of(fleet, lights)
     lost = [write(*each, clobber) for each in zip(fleet, files, lamps, strict=True)]
     further = write_crazyswarm(fleet, folder, clobber=clobber) if kind == "crazyswarm2" else ()
     manifest = _write_manifest(fleet, folder, kind, files, further)
     for file in former - {*files, *further}:
-        file.unlink()
+        with suppress(OSError):
+            file.unlink()
     return WrittenFleet(kind, (*files, *further, manifest), max(lost))
 
 
-def _unchanged(folder: Path) -> set[Path]:
-    """Return the files that the manifest of a former fleet names, and nobody has changed since: no part of the next."""
+def _unchanged(folder: Path, ending: str) -> set[Path]:
+    """Return files of a former fleet that nobody has changed: those of vehicles of an ending, and those beside them."""
     try:
         content = json.loads(read_text(folder / MANIFEST))
-        rows = [
-            (folder / Path(row["file"]).name, row["sha256"]) for row in content["vehicles"] + content.get("further", [])
-        ]
-    except (FileError, ValueError, KeyError, TypeError):
+        former = content["vehicles"] if content["format"] == MARK else []
+        rows = [row for row in former if row["file"].endswith(ending)] + content.get("further", [])
+        named = [(folder / row["file"], row["sha256"]) for row in rows]
+        return {file for file, digest in named if file.parent == folder and digest_of(file) == digest}
+    except (FileError, OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return set()
-    return {file for file, digest in rows if file.is_file() and digest_of(file) == digest}
 
 
 def _write_manifest(fleet: Fleet, folder: Path, kind: str, files: Sequence[Path], further: Sequence[Path]) -> Path:

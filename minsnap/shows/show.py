@@ -65,12 +65,12 @@ class Move:
 
 
 def moved(move: Move, points: FloatArray, limits: Limits) -> list[Trajectory]:
-    """Return the curves of a formation (vehicles, 3), in its seconds or the shortest time; none where nothing moves.
+    """Return the curves of a formation (vehicles, 3), in its seconds or the shortest time; none if that is zero.
 
     Raises
     ------
     FleetError
-        If its seconds are too few for the limits.
+        If it does not keep the limits in its seconds.
     """
     way = None if move.along is None else plan(move.along, total_time=1.0)
     count = max(LEAST_PIECES, ceil(abs(move.turn) / PIECE))
@@ -84,13 +84,17 @@ def moved(move: Move, points: FloatArray, limits: Limits) -> list[Trajectory]:
     for x, y, z in points - center:
         x_y = curves[..., :1] * (x, y) + curves[..., 1:2] * (-y, x)
         moves.append(Trajectory(center + shift + np.concatenate((x_y, curves[..., 2:] * z), axis=2), durations))
-    least = slowed(moves, limits)
-    time = least if move.seconds is None else move.seconds
-    if not least * (1.0 - EXACT) <= time <= LONGEST:
-        raise FleetError(f"a move in {time:g} s does not keep the limits: give it {least:.4g} s or more")
-    if time == 0.0:
+    time = slowed(moves, limits) if move.seconds is None else move.seconds
+    if time == 0.0 and move.seconds is None:
         return []
-    return [Trajectory(curve.control_points, curve.durations * time) for curve in moves]
+    if not 0.0 < time <= LONGEST:
+        raise FleetError(f"a move takes {time:g} s: give it a number of seconds up to {LONGEST:g}")
+    flown = [Trajectory(curve.control_points, curve.durations * time) for curve in moves]
+    for used in () if move.seconds is None else certify_fleet(flown, limits=limits).utilisation:
+        if used.use.fraction > 1.0 + EXACT:
+            beyond = f"{used.use.name} {used.use.value:.4g} of {used.use.limit:g}"
+            raise FleetError(f"a move in {time:g} s does not keep the limits ({beyond}): give it more seconds")
+    return flown
 
 
 def _shape(move: Move, breaks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -277,17 +281,19 @@ class Show:
         ):
             if not 0.0 <= value <= LONGEST:
                 raise FleetError(f"{name} is {value}: give a number from 0 to {LONGEST:g}")
-        lowest = float(self.home[:, 2].min())
         if not np.isfinite(table_of(self.limits)[:2, 2:4]).any():
             raise FleetError("nothing limits how fast vehicles climb: give limits such as {speed: 4, acceleration: 3}")
+        if self.home.ndim != 2 or self.home.shape[1] != 3 or not len(self.home):
+            raise FleetError(f"home has the shape {self.home.shape}: give (vehicles, 3)")
         places = [("home", self.home), *((f"act {act.name!r}", act.points) for act in self.acts)]
         for name, points in places:
             if points.shape != self.home.shape:
                 raise FleetError(f"{name} has {len(points)} points, and home has {len(self.home)}: give as many")
             if not np.isfinite(points).all():
                 raise FleetError(f"{name} has a point that is not finite")
-            if points[:, 2].min() < lowest:
-                raise FleetError(f"{name} is {lowest - points[:, 2].min():g} m below the lowest home: raise it")
+            below = float(self.home[:, 2].min() - points[:, 2].min())
+            if below > EXACT:
+                raise FleetError(f"{name} is {below:g} m below the lowest home: raise it")
             if len(points) < 2:
                 continue
             least, pair = spacing_of(self.separation.flat(points))

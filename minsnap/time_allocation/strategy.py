@@ -21,10 +21,11 @@ waypoint will do.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from itertools import chain
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -162,7 +163,6 @@ class Strategy:
         self.ended: LateError | None = None
         self.deadline = timing.in_time(task).deadline
         self.price = WORK.rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
-        self.blocks = WORK.block * task.legs * task.pieces * ((task.half - 1) * task.dim) ** 3
         self.answer: ShortestCurve | None = None
         self.quickest = np.inf
         self.walled = any(wall.order for wall in task.walls)
@@ -219,8 +219,9 @@ class Strategy:
         free = replace(limits, yaw_rate=None)
         solved, answer = self._certified(with_rates(question, free, heading), free, far), self.answer
         if solved is None and answer is not None and answer.kept and not (self.interrupted or self._follows):
-            swung = solved_at(self.task, answer)  # whose rotors have too little room for a yaw that is too fast
-            solved = swung if largest_yaw_rate(swung.flown)[0] > float(limits.yaw_rate or 0.0) else None
+            swung = solved_at(self.task, answer)  # whose rotors may have too little room for a yaw that is too fast
+            if swung.inside and largest_yaw_rate(swung.flown)[0] > float(limits.yaw_rate or 0.0):
+                return shorter(best, self._turning(swung, price, certified=False))
         if solved is None or self.interrupted:
             return best or solved
         return shorter(best, solved if keeps(limits, solved.flown) else self._turning(solved, price))
@@ -399,8 +400,17 @@ class Strategy:
             return shorter(slowed(solved, grained(factor)), self._resting())
         return self._resting()
 
-    def _turning(self, solved: SolvedTask, price: float) -> SolvedTask | None:
-        """Search again from a plan, and from the same path at a slower pace, with the limit on the rate of its yaw."""
+    def _turning(self, solved: SolvedTask, price: float, certified: bool = True) -> SolvedTask | None:
+        """Search again from a curve, and from the same path at a slower pace, with the limit on the rate of its yaw.
+
+        Parameters
+        ----------
+        solved : SolvedTask
+        price : float
+            Of a second.
+        certified : bool
+            Whether the curve is a plan, which is flown more slowly where no search has one.
+        """
         answer, limit, enough = self.answer, self.limits.yaw_rate, np.inf
         assert limit is not None
         if self._follows:
@@ -418,7 +428,8 @@ class Strategy:
         turned: SolvedTask | None = None
         for guess in guesses:
             question = replace(begun_from(self._question, guess), parts=(), price=price)
-            turned = shorter(turned, self._certified(question, self.limits, SETTINGS.not_longer))
+            with nullcontext() if turned is None else suppress(LimitError):
+                turned = shorter(turned, self._certified(question, self.limits, SETTINGS.not_longer))
             found = turned is not None and turned.flown.duration <= enough
             if self.interrupted or (found and self.answer is not None and self.answer.kept):
                 break
@@ -427,9 +438,11 @@ class Strategy:
         if turned is not None:
             return turned
         self.answer = answer
-        return self._slowed(solved, self.limits)
+        return self._slowed(solved, self.limits) if certified else None
 
     def _searched(self, question: ShortestQuestion) -> ShortestCurve | None:
+        pieces = self.task.legs * prod(question.parts) * (1 if question.guess is None else question.guess.pieces)
+        self.blocks = WORK.block * pieces * ((self.task.half - 1) * self.task.dim) ** 3
         answer = search_shortest(question, self.polled)
         self.task.deadline.resume()  # the search has its own end
         return answer
@@ -560,27 +573,27 @@ class Strategy:
             guess = turned(left)
             return slower(left) if guess is None else replace(begun_from(slower(left), guess), parts=())
 
-        ways = [_Room(self, slower)]
-        best = shorter(best, ways[0].halve())
+        best = self._halved(best, slower)
         slow = best is None or best.flown.duration > SETTINGS.swung * self.quickest
         if slow and not self.interrupted and turned(1.0) is not None:
-            ways.append(_Room(self, paced_by_turns))
-            best = shorter(best, ways[1].halve())
-        way = min(ways, key=lambda one: one.shortest)
-        for _ in range(1, SETTINGS.halved):
-            best = best if self.interrupted else shorter(best, way.halve())
+            best = self._halved(best, paced_by_turns)
         self.answer = found
         return best
 
-    def left_room(self, question: ShortestQuestion) -> tuple[SolvedTask | None, bool]:
-        """Return what a search with room of the rotors left gives, and whether more must be left."""
-        again = None
-        with suppress(LimitError):
-            again = self._certified(question, self.limits, np.inf)
-        answer = self.answer
-        kept = answer is not None and answer.kept
-        slow = again is None or answer is None or again.flown.duration > SETTINGS.turned * answer.durations.sum()
-        return again, kept and slow
+    def _halved(self, best: SolvedTask | None, question: Callable[[float], ShortestQuestion]) -> SolvedTask | None:
+        """Search with a share of the rotors' room left, in the middle of those that do and of those that do not."""
+        low, high = 0.0, 1.0
+        for _ in range(SETTINGS.halved):
+            left, again = 0.5 * (low + high), None
+            with suppress(LimitError):
+                again = self._certified(question(left), self.limits, np.inf)
+            best, answer = shorter(best, again), self.answer
+            if self.interrupted:
+                break
+            kept = answer is not None and answer.kept
+            slow = again is None or answer is None or again.flown.duration > SETTINGS.turned * answer.durations.sum()
+            low, high = (left, high) if kept and slow else (low, left)
+        return best
 
     def _paced(self, solved: SolvedTask, limit: float, order: int = 1) -> Guess | None:
         """Return a curve to begin from in durations at which a derivative of its yaw keeps a limit, or None."""
@@ -624,29 +637,6 @@ class Strategy:
             return None
         used = most_used(self.limits, solved_at(self.task, answer).flown)
         return used if used.fraction > 1.0 + KEPT else None
-
-
-class _Room:
-    """Halves the interval of a share of the rotors' room that is left to the torque of a yaw.
-
-    Parameters
-    ----------
-    strategy : Strategy
-    question : callable
-        Of a share.
-    """
-
-    def __init__(self, strategy: Strategy, question: Callable[[float], ShortestQuestion]) -> None:
-        self.strategy, self.question = strategy, question
-        self.low, self.high, self.shortest = 0.0, 1.0, np.inf
-
-    def halve(self) -> SolvedTask | None:
-        """Search with the share in the middle."""
-        left = 0.5 * (self.low + self.high)
-        again, more = self.strategy.left_room(self.question(left))
-        self.low, self.high = (left, self.high) if more else (self.low, left)
-        self.shortest = min(self.shortest, np.inf if again is None else again.flown.duration)
-        return again
 
 
 def six_digits(value: float) -> float:

@@ -130,12 +130,12 @@ class _ScaledSearch:
         barred = self.best[0] + SPLITS.barred
         if np.isfinite(barred) and self.deadline.passed:
             raise self.deadline.error()
-        self.deadline.spend(self.price)
         try:
             effort = Effort.TRY if np.isfinite(barred) else Effort.WHOLE
             trajectory = solve(self.shape, durations, effort=effort).flown
             factor = np.exp(self.best[0]) / trajectory.duration if np.isfinite(barred) else None
             if factor is not None:
+                self.deadline.spend(self.price)
                 used = largest_use(self.limits, trajectory.stretched(factor), proved=False)
                 if used > 1.05:  # slower than the best by about the root of it, which will do
                     return self.best[0] + min(0.5 * float(np.log(used)), SPLITS.barred)

@@ -178,7 +178,8 @@ def _root(over: Callable[[float], float], low: float, high: float, precision: fl
         low = max(low, logarithm) if excess > 0.0 else low
         return 0.0 if excess < -STRETCH.jump and logarithm - low < STRETCH.rough else excess
 
-    return float(brentq(ended_at_jumps, low, high, xtol=precision, rtol=1e-13))
+    root = float(brentq(ended_at_jumps, low, high, xtol=precision, rtol=1e-13))
+    return grained(root) if over(root) < -STRETCH.jump else root
 
 
 def nearby_factor(
@@ -206,9 +207,11 @@ def nearby_factor(
     place, best, last = 1.0, inf, (nan, nan)
     for _ in range(STRETCH.secants):
         curve = flown(place)
-        deadline.spend(measuring_work(limits, len(curve.durations), curve.yaw))
+        price = measuring_work(limits, len(curve.durations), curve.yaw)
+        deadline.spend(price)
         used = most_used(limits, curve, False)
         if proved and used.fraction <= STRETCH.far:
+            deadline.spend(price)
             used = most_used(limits, curve)
         excess = log(min(max(used.fraction, 1e-3), 1e3))
         if excess <= KEPT:
@@ -308,7 +311,11 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float, order: int = 1
         slower = finish(Trajectory(curve.control_points, durations, pieces=curve.pieces))
         t = slower.breaks[:-1, None] + np.linspace(0.0, 1.0, STRETCH.pace_instants) * slower.durations[:, None]
         rate = np.abs(slower.yaw(t, order)).max(axis=1)
-        return np.asarray((rate.reshape(curve.legs, -1).max(axis=1) / limit) ** (1.0 / order))
+        return times(rate.reshape(curve.legs, -1).max(axis=1) / limit)
+
+    def times(shares: FloatArray) -> FloatArray:
+        """Return by how much longer a curve lasts whose derivative is so many times smaller."""
+        return shares if order == 1 else np.sqrt(shares)
 
     def on_pieces(factors: FloatArray) -> FloatArray:
         return np.repeat(np.maximum(factors, 1.0), curve.pieces)
@@ -324,7 +331,7 @@ def paced(curve: Trajectory, finish: AttachHeading, limit: float, order: int = 1
             break
         slowed *= on_pieces(np.sqrt(used))
     knots = curve.breaks[:: curve.pieces]
-    turns = order * (np.abs(np.diff(curve.yaw(knots))) / limit) ** (1.0 / order) / np.diff(knots)
+    turns = order * times(np.abs(np.diff(curve.yaw(knots))) / limit) / np.diff(knots)
     tried = [whole, slowed]
     for share in STRETCH.turn_shares:
         durations = curve.durations * on_pieces(share * turns)

@@ -302,6 +302,14 @@ class TurnedHeading(Heading):
         """Return that of the other heading."""
         return self.heading.largest_rate(start, end)
 
+    def rate_limits(self, most: float, length: float, speed: float) -> list[InstantLimit]:
+        """Return those of the other heading."""
+        return self.heading.rate_limits(most, length, speed)
+
+    def rule(self, curve: Any) -> dict[str, Any] | None:
+        """Return that of the other heading: files say directions by a rule, and no whole turns."""
+        return self.heading.rule(curve)
+
     @property
     def largest_jerk(self) -> float:
         """That of the other heading."""

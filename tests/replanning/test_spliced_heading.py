@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.files.convert import read_any, write_any
 from minsnap.replanning.splice import SplicedHeading, splice_of, spliced
 from minsnap.trajectory.heading import ConstantHeading, wrap
 from minsnap.trajectory.planned_heading import chosen_heading
@@ -72,7 +73,7 @@ def test_a_heading_from_the_tilt_goes_on_as_it_is_turned():
 
 
 @pytest.mark.parametrize("yaw", ["velocity", "tilt"])
-def test_a_heading_goes_on_after_two_laps_without_a_jump_of_whole_turns(yaw):
+def test_a_heading_goes_on_after_two_laps_without_a_jump_of_whole_turns(yaw, tmp_path):
     """The heading of a replan began 4 pi below the flown one."""
     angles, limits = np.linspace(0.0, 4.0 * np.pi, 13), minsnap.Limits(speed=3.0, acceleration=6.0)
     points = np.stack((3.0 * np.cos(angles), 3.0 * np.sin(angles), np.ones(13)), axis=1)
@@ -82,3 +83,6 @@ def test_a_heading_goes_on_after_two_laps_without_a_jump_of_whole_turns(yaw):
     begun = float(change.trajectory.yaw(0.0))
     assert begun == pytest.approx(float(flown.yaw(change.splice)), abs=1e-9)
     assert change.certified
+    write_any(change.trajectory, tmp_path / "a.json")
+    away = read_any(tmp_path / "a.json").yaw(0.5) - change.trajectory.yaw(0.5)
+    assert wrap(away) == pytest.approx(0.0, abs=1e-9)

@@ -1,5 +1,6 @@
 """Fleets in files: read back, certified as they are in the file, and refused where they are not what they say."""
 
+import hashlib
 import json
 import runpy
 import sys
@@ -151,14 +152,35 @@ def test_the_script_climbs_to_starts_in_the_air_and_lets_others_take_off_by_thei
 
 
 def test_files_of_a_former_fleet_go_unless_they_were_changed(tmp_path):
-    """A fourth trajectory and a script for four stayed beside three of another show."""
+    """A second trajectory and a script for two stayed beside that of another fleet."""
     write_fleet(crossing(), tmp_path, "crazyswarm2")
     (tmp_path / "crazyflies.yaml").write_text("of my own")
-    write_fleet(minsnap.Fleet((crossing()[0],)), tmp_path, "traj")
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["crazyflies.yaml", "manifest.json", "traj0.traj"]
+    write_fleet(minsnap.Fleet((crossing()[0],)), tmp_path)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["crazyflies.yaml", "manifest.json", "traj0.csv"]
+    write_fleet(read_fleet(tmp_path), tmp_path, "skyb")
+    assert (tmp_path / "traj0.csv").exists(), "what loses nothing stays beside what does"
     with pytest.raises(FileError, match="is there already"):
-        write_fleet(crossing(), tmp_path, "csv", clobber=False)
-    assert not (tmp_path / "traj0.csv").exists()
+        write_fleet(crossing(), tmp_path, "traj", clobber=False)
+    assert not (tmp_path / "traj0.traj").exists()
+
+
+@pytest.mark.parametrize(
+    "manifest",
+    [
+        {"vehicles": [{"file": "mine.csv"}]},
+        {"format": "minsnap fleet", "vehicles": [{"file": "sub/mine.csv"}]},
+        {"format": "minsnap fleet", "vehicles": [{"file": "m" * 5000 + ".csv"}]},
+        {"format": "minsnap fleet", "vehicles": 3},
+        [],
+    ],
+)
+def test_a_manifest_that_is_not_of_a_fleet_takes_nothing_away(tmp_path, manifest):
+    (tmp_path / "mine.csv").write_text("mine")
+    for row in manifest["vehicles"] if isinstance(manifest, dict) and isinstance(manifest["vehicles"], list) else ():
+        row["sha256"] = hashlib.sha256(b"mine").hexdigest()
+    (tmp_path / "manifest.json").write_text(json.dumps(manifest))
+    write_fleet(crossing(), tmp_path)
+    assert (tmp_path / "mine.csv").read_text() == "mine" and len(read_fleet(tmp_path)) == 2
 
 
 def test_a_file_of_one_vehicle_is_a_fleet(tmp_path):

@@ -295,10 +295,11 @@ def test_what_does_not_move_takes_no_time():
         ({"hold": np.nan}, {}, "hold of act 'a' is nan"),
         ({"points": np.full((4, 3), np.nan)}, {}, "act 'a' has a point that is not finite"),
         ({"points": circle(4, 4.0, -1.0)}, {}, "act 'a' is 1 m below the lowest home"),
+        ({"moves": (Move(1.0, seconds=np.nan),)}, {}, "a move takes nan s"),
         (
             {"moves": (Move(2.0 * np.pi, seconds=0.1),)},
             {},
-            r"a move in 0\.1 s does not keep the limits: give it 15\.87 s",
+            r"a move in 0\.1 s does not keep the limits \(speed [0-9.]+ of 4\)",
         ),
     ],
 )
@@ -306,6 +307,18 @@ def test_numbers_that_no_show_can_have_are_refused_before_anything_is_written(ac
     """Vehicles climbed below the ground, holds went backwards, and a move at 137 m/s replaced the files of a show."""
     with pytest.raises(FleetError, match=sentence):
         fly(show_of(Act(**{"name": "a", "points": circle(4, 4.0, 8.0)} | act), **how))
+
+
+def test_seconds_of_a_move_count_where_a_tilt_is_limited_and_home_is_as_it_is():
+    """The share of a tilt used in one second was taken for the least time."""
+    gentle = moved(Move(scale=1.05, seconds=0.5), circle(4, 1.0, 8.0), minsnap.Limits(speed=10, tilt=0.5))
+    assert gentle[0].duration == pytest.approx(0.5)
+    with pytest.raises(FleetError, match=r"does not keep the limits \(tilt"):
+        moved(Move(3.0, seconds=16.0), circle(4, 100.0, 8.0), minsnap.Limits(speed=500, tilt=0.1))
+    low = Act("low", circle(4, 4.0, -1e-16))
+    assert fly(show_of(low, take_off=0.0)).fleet.duration > 0.0
+    with pytest.raises(FleetError, match=r"home has the shape \(4, 2\)"):
+        fly(Show(np.zeros((4, 2)), (low,), minsnap.Separation(1.0), minsnap.Limits(speed=4, acceleration=3)))
 
 
 LARGER = """

@@ -89,6 +89,10 @@ class Stop:
         """The point, or the middle of the gate [m]."""
         return np.asarray(center_of(self.place))
 
+    def is_at(self, other: Stop) -> bool:
+        """Whether this is no more than the point of another one."""
+        return self.gate is None and not self.ball and not self.hold and np.array_equal(self.center, other.center)
+
 
 @dataclass(frozen=True, eq=False)
 class Course:
@@ -146,7 +150,7 @@ class Course:
         if not isinstance(self.stops, (tuple, list)) or not all(isinstance(stop, Stop) for stop in self.stops):
             raise WaypointError(f"the stops are {shown(self.stops)}: give a tuple of Stop")
         check_switch("closed", self.closed)
-        if self.closed and len(self.stops) > 2 and np.array_equal(self.stops[0].center, self.stops[-1].center):
+        if self.closed and len(self.stops) > 2 and self.stops[-1].is_at(self.stops[0]):
             set_fields(self, stops=self.stops[:-1])
         check_distance("the tolerance", self.tolerance, WaypointError)
         if not is_whole(self.laps) or not 1 <= self.laps <= MOST_LAPS:
