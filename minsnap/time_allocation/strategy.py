@@ -192,11 +192,15 @@ class Strategy:
             If nothing limits the time.
         """
         guess = None if first is None else guess_of(first, self.task)
-        solved = self.solve(guess)
-        if solved is None and not self.interrupted:
-            solved = self._from_one_piece() or self._improved(self._planned())
-        if not self.interrupted:
-            solved = self._with_room(solved)
+        solved: SolvedTask | None = None
+        try:
+            solved = self.solve(guess)
+            if solved is None and not self.interrupted:
+                solved = self._from_one_piece() or self._improved(self._planned())
+            if not self.interrupted:
+                solved = self._with_room(solved)
+        except KeyboardInterrupt:  # between two searches, each of which notes it by itself
+            self._end_at_ctrl_c()
         if self.interrupted and self.task.still:
             solved = shorter(solved, self._resting())
         if solved is None:

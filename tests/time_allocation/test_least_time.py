@@ -1,5 +1,8 @@
 """The shortest times within limits: the search as a whole."""
 
+import os
+import signal
+import time
 from dataclasses import replace
 from functools import partial
 
@@ -13,6 +16,7 @@ from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.planning.request import plan_arguments
+from minsnap.time_allocation import strategy
 from minsnap.vehicle import BodyDrag, Quadrotor
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
@@ -218,6 +222,16 @@ def test_ctrl_c_keeps_a_plan_with_more_room_for_a_yaw(calls, most):
     limits, ends = Limits.of(Quadrotor.dji_f330(), speed=4.0), minsnap.Search(on_interrupt="return")
     path = minsnap.plan(REFERENCE, limits=limits, yaw=(0.0, 0.7, 1.5, 2.2, 3.0), search=ends, progress=press)
     assert path.report.interrupted and path.duration <= most
+
+
+def test_ctrl_c_between_two_searches_is_no_traceback(monkeypatch):
+    """Each search notes it, and what lies between them raised it on, at times."""
+    monkeypatch.setattr(strategy, "begun_from", lambda *question: os.kill(os.getpid(), signal.SIGINT) or time.sleep(1))
+    limits = Limits(speed=3.0, acceleration=6.0)
+    with pytest.raises(KeyboardInterrupt):
+        minsnap.plan(REFERENCE, limits=limits)
+    path = minsnap.plan(REFERENCE, limits=limits, search=minsnap.Search(on_interrupt="return"))
+    assert path.report.interrupted and minsnap.certify(path, limits=limits).ok
 
 
 @pytest.mark.parametrize("yaw", [0.0, minsnap.LookAt((4.0, 2.0))])
