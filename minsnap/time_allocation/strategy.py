@@ -377,12 +377,10 @@ class Strategy:
             limits, lambda factor: at(factor).flown, deadline=self.deadline
         )
         factor = grained(factor or touching_factor(limits, curve, deadline=self.deadline))
+        least = SETTINGS.nearly if answer.slack > SETTINGS.far + question.tightened else SETTINGS.idle
         if priced or self.walled:
             factor = max(factor, 1.0)
-        far_inside = answer.slack > SETTINGS.far + question.tightened
-        if not (priced or self.walled or answer.stopped) and factor < (
-            SETTINGS.nearly if far_inside else SETTINGS.idle
-        ):
+        elif factor < least and not answer.stopped:
             raise nothing_limits(list(limits.given()))
         slower = at(factor) if factor <= 1.0 + far or answer.stopped else None
         unknown = far == np.inf and isinstance(limits, VehicleLimits)  # a yaw in time turns as fast on a slower curve

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -246,12 +247,12 @@ class JoinedHeading(Heading):
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
         instants = as_instants(t)
         before = self.first(np.minimum(instants, self.switch), order)
-        after = self.second(np.maximum(instants - self.switch, 0.0), order)
-        return np.where(instants < self.switch, before, after + (self._turns() if order == 0 else 0.0))
+        after = self._after(np.maximum(instants - self.switch, 0.0), order)
+        return np.where(instants < self.switch, before, after)
 
-    def _turns(self) -> float:
-        gap = float(self.first(self.switch) - self.second(0.0))
-        return 2.0 * np.pi * round(gap / (2.0 * np.pi))
+    @cached_property
+    def _after(self) -> Heading:
+        return turned_to(self.second, float(self.first(self.switch)))
 
     def largest_rate(self, start: float, end: float) -> Largest | None:
         """Return the larger one of both."""
