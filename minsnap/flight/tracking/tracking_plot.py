@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from html import escape
 from typing import Any
 
@@ -17,7 +17,7 @@ from minsnap.flight.tracking.log_comparison import ComparedFlight
 from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.geometry import finish_place, view_coordinates
 from minsnap.plot.style import AXIS_STYLES, Axes, Figure, coordinate_name, legend_beside, styled, unit_of
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import Samples, gaps
 
 Pairs = Mapping[str, tuple[Samples, Samples]]
 """What was to be flown and what was, by the name of the flight."""
@@ -103,9 +103,16 @@ def _panels(pairs: Pairs, view: str, rows: int, size: tuple[float, float], wante
 def _draw(ax: Axes, pairs: Pairs, line: Callable[[Samples], tuple[FloatArray, ...]], wanted: str = "") -> None:
     """Draw the flights, then each of their references once."""
     for index, (name, (_, flight)) in enumerate(pairs.items()):
-        ax.plot(*line(flight), label=name, **_style(index))
+        ax.plot(*_parted(flight.t, line(flight)), label=name, **_style(index))
     for index, reference in enumerate({id(reference): reference for reference, _ in pairs.values()}.values()):
-        ax.plot(*line(reference), label=None if index else wanted, color="#000000", linewidth=1.0)
+        parts = _parted(reference.t, line(reference))
+        ax.plot(*parts, label=None if index else wanted, color="#000000", linewidth=1.0)
+
+
+def _parted(t: FloatArray, line: Iterable[FloatArray]) -> list[FloatArray]:
+    """Break a line where samples are missing between instants (m,)."""
+    after = np.searchsorted(t, gaps(t)[:, 1])
+    return [np.insert(values, after, np.nan) for values in line]
 
 
 def _style(index: int) -> dict[str, Any]:
@@ -130,8 +137,8 @@ def _draw_error(ax: Axes, flights: Mapping[str, ComparedFlight]) -> None:
         comparison, colour = one.comparison, _style(index)["color"]
         rests = ~comparison.direction.any(axis=1)
         for name, error, dash in (("along", comparison.along, "-"), ("across", comparison.across, ":")):
-            shown = np.where(rests, np.nan, error)
-            ax.plot(comparison.t, shown, color=colour, linestyle=dash, label=None if index else name)
+            shown = _parted(comparison.t, (comparison.t, np.where(rests, np.nan, error)))
+            ax.plot(*shown, color=colour, linestyle=dash, label=None if index else name)
     ax.set_ylabel("error [m]")
     legend_beside(ax)
 

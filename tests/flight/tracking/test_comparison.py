@@ -183,4 +183,8 @@ def test_the_figure_shows_every_flight(eight) -> None:
         "$v_x$ [m/s]",
         "$v_y$ [m/s]",
     ]
-    pyplot.close(figure)
+    gapped = plot_tracking(without(eight.sample(20.0), 1.0, 2.0), {"a": without(flown(eight), 3.0, 4.5)})
+    for ax in gapped.axes:
+        flight, reference = (np.isnan(line.get_data()[-1]).sum() for line in ax.lines)
+        assert flight == reference == 1, "a line is drawn across a gap"
+    pyplot.close("all")
