@@ -143,6 +143,8 @@ def course_ahead(
         goal = splice.flown(splice.flown.duration) if goal is None else goal
         placement = place(None, constraints, start, check_position({"position": goal}, "end")[0])
     else:
+        if goal is not None:
+            raise WaypointError("a goal is where a course without waypoints ends: leave out the goal or the waypoints")
         placement = place(as_knots(_points(start, waypoints)), constraints)
     points = placement.points
     along = points.copy()
@@ -164,9 +166,9 @@ def _points(start: FloatArray, waypoints: npt.ArrayLike) -> FloatArray:
     points = numbers(waypoints)
     ahead = np.zeros((0, 0)) if points is None else np.atleast_2d(points)
     if ahead.ndim != 2 or not ahead.size or ahead.shape[1] != len(start):
+        are = f"are {shown(waypoints)}" if points is None else f"have shape {ahead.shape}"
         raise WaypointError(
-            f"the waypoints ahead have shape {ahead.shape}: give those still to be passed, at least one, of "
-            f"{len(start)} coordinates"
+            f"the waypoints ahead {are}: give those still to be passed, at least one, of {len(start)} coordinates"
         )
     return np.concatenate((start[None], ahead))
 

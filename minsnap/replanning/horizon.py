@@ -23,6 +23,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import SHORTEST, check_durations, check_time
 from minsnap.basics.deadline import LateError
 from minsnap.basics.tolerances import EXACT
+from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.corridors.margins import margin_to
 from minsnap.errors import SolverError, TimingError
@@ -32,6 +33,7 @@ from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.replanning.splice import Splice, divided
 from minsnap.time_allocation.allocate import looked_at, plan_timed
 from minsnap.time_allocation.last_look import fault
+from minsnap.time_allocation.least_cost import distance_split
 from minsnap.time_allocation.recovery import RECOVERY, connect_start, pinned_state, state_use
 from minsnap.time_allocation.timing import Timing
 from minsnap.time_allocation.ways import from_end, joined, shortest_from
@@ -53,6 +55,8 @@ class Near:
     ----------
     task : Task
         The first legs, up to rest or to where ``tail`` begins.
+    aim : Aim
+        Of these legs.
     guess : Trajectory or None
         What is flown on these legs.
     tail : Trajectory or None
@@ -60,6 +64,7 @@ class Near:
     """
 
     task: Task
+    aim: Aim
     guess: Trajectory | None
     tail: Trajectory | None
 
@@ -70,36 +75,38 @@ def joined_with(curve: Trajectory, tail: Trajectory, finish: AttachHeading) -> T
     return finish(grouped(curve, pieces).then(grouped(tail, pieces)))
 
 
-def near(
-    task: Task, limits: Limits | None, legs: int | None, rest: Trajectory | None, flown: Trajectory | None
-) -> Near:
+def near(task: Task, aim: Aim, legs: int | None, rest: Trajectory | None, flown: Trajectory | None) -> Near:
     """Return the part of a task that is planned.
 
     Parameters
     ----------
     task : Task
-    limits : Limits or None
+    aim : Aim
+        Of all legs.
     legs : int or None
         Number of legs; None for all.
     rest : Trajectory or None
         What is flown through all waypoints of the task; the plan then joins it, where it is inside and keeps the limits
-        beyond the horizon, and later than there where it is on a limit: a search needs a way to such a state.
+        and the requested times beyond the horizon, and later than there where it is on a limit: a search needs a way to
+        such a state.
     flown : Trajectory or None
         What is flown, wherever it passes: the first guess.
     """
+    limits = aim.limits
     if legs is not None and rest is not None and limits is not None:
         states = (rest.states(float(rest.leg_breaks[leg]), task.half) for leg in range(legs, rest.legs))
         uses = (state_use(state, limits) for state in states)
         legs += sum(1 for _ in takewhile(lambda use: 1.0 - RECOVERY.on_limit < use <= 1.0 + KEPT, uses))
     if legs is None or task.legs <= legs:
-        return Near(task, flown, None)
+        return Near(task, aim, flown, None)
     head = legs_of(flown, 0, legs) if flown is not None and flown.legs >= legs else None
     tail = None
     if rest is not None:
         tail = legs_of(rest, legs, rest.legs)
         inside = room_of(tail, walls_from(task.walls, legs, task.legs)) >= 0.0
-        tail = tail if inside and (within(rest, limits) or within(tail, limits)) else None
-    return Near(_first(task, legs, tail), head, tail)
+        in_time = aim.with_last(tail)
+        tail = tail if inside and in_time and (within(rest, limits) or within(tail, limits)) else None
+    return Near(_first(task, legs, tail), aim.of_first(task, legs, tail), head, tail)
 
 
 def _first(task: Task, legs: int, tail: Trajectory | None) -> Task:
@@ -123,6 +130,15 @@ def part_of(task: Task, first: int, last: int, states: Mapping[int, FloatArray])
         array.flags.writeable = False
     walls = walls_from(task.walls, first, last)
     return replace(task, waypoints=points, lower=lower, upper=upper, pins=pins, walls=walls, regions=regions)
+
+
+def as_smooth(task: Task, flown: Trajectory) -> Task:
+    """Return a task with no more continuous derivatives, at its ends too, than a curve has that is flown on."""
+    order = min(task.continuity, continuity(flown))
+    pins = {
+        knot: {each: state for each, state in pinned.items() if each <= order} for knot, pinned in task.pins.items()
+    }
+    return task if order == task.continuity else replace(task, continuity=order, pins=pins)
 
 
 def legs_of(curve: Trajectory, first: int, last: int) -> Trajectory:
@@ -222,6 +238,28 @@ class Aim:
         rest = self.total_time - left
         return replace(self, total_time=rest) if rest >= SHORTEST else None
 
+    def later(self, spent: float) -> Aim | None:
+        """Return the conditions of what is left of the same legs after ``spent`` seconds; None if nothing is left."""
+        if self.durations is not None:
+            left = self.durations - spent * (np.arange(len(self.durations)) == 0)
+            return replace(self, durations=left) if left[0] >= SHORTEST else None
+        return self.after(spent)
+
+    def with_last(self, tail: Trajectory) -> bool:
+        """Whether the last legs may be flown so: in their durations, or in less than the total time."""
+        if self.durations is not None:
+            return replace(self, durations=self.durations[-tail.legs :]).compares(tail)
+        return self.after(tail.duration) is not None
+
+    def of_first(self, task: Task, legs: int, tail: Trajectory | None) -> Aim:
+        """Return the conditions of the first legs: of a total what the tail leaves, or else their share by length."""
+        if self.durations is not None:
+            return replace(self, durations=self.durations[:legs])
+        if self.total_time is None:
+            return self
+        shares = distance_split(task, self.total_time)[:legs].sum()
+        return replace(self, total_time=float(shares) if tail is None else self.total_time - tail.duration)
+
     def timing(self, due: float, flown: float) -> Timing:
         """Return how durations are chosen until an instant, to fly less than a time [s]."""
         timing = Timing(self.durations, self.total_time, self.limits)
@@ -318,13 +356,16 @@ def search_back(task: Task, aim: Aim, finish: AttachHeading, seconds: float) -> 
     way = connect_start(pinned_state(task), task.walls, aim.limits, task.deadline)
     if way is None:
         raise SolverError("no way back into the corridor of leg 0 was found: stop, or widen it")
-    ahead = search_ahead(from_end(task, way), aim, finish, None, seconds)
+    later = aim.later(way.duration)
+    if later is None:
+        raise SolverError(f"the way back into the corridor of leg 0 takes {way.duration:.3g} s: give more time")
+    ahead = search_ahead(from_end(task, way), later, finish, None, seconds)
     whole = finish(joined(way, ahead.curve))
     start = way.duration * (1.0 + KEPT)
     limited, inside = kept_from(aim.limits, whole), inside_from(whole, task)
     if max(limited, inside) > start:
         raise SolverError("the way back into the corridor could not be certified: stop, or widen it")
-    return seen_joined(Better(whole, limited, inside), replace(task, walls=()), Aim())
+    return seen_joined(Better(whole, limited, inside), replace(task, walls=()), aim)
 
 
 def seen_joined(better: Better, task: Task, aim: Aim) -> Better:
@@ -337,8 +378,9 @@ def seen_joined(better: Better, task: Task, aim: Aim) -> Better:
     SolverError
         If a waypoint, a joint, the state at the start, a time or a wall is not kept.
     """
-    times = aim.durations if aim.total_time is None else float(aim.total_time)
-    near_task = near(task, None, better.curve.legs, None, None).task
+    legs = better.curve.legs
+    times = aim.durations[:legs] if aim.durations is not None else aim.total_time if legs == task.legs else None
+    near_task = near(task, Aim(), legs, None, None).task
     wrong = fault(near_task, better.curve, None, times)
     if wrong is not None:
         raise SolverError(f"the plan is refused at the last look: {wrong}; please report this replan")
@@ -411,6 +453,11 @@ class LegEnd:
     def after(self) -> Splice:
         """The instant of the waypoint."""
         return replace(self.splice, instant=self.splice.instant + self.left.duration)
+
+    @property
+    def state(self) -> FloatArray:
+        """Derivatives 0 ... k - 1 at its end, (k, dim): the next leg may begin with others, of an order that jumps."""
+        return self.leg.states(self.leg.duration, self.splice.half)
 
     def within(self, limits: Limits | None) -> bool:
         """Whether it keeps the limits; the last tenth of the leg at least is judged: its polynomial has more digits."""

@@ -40,6 +40,7 @@ from minsnap.replanning.horizon import (
     Near,
     NotShorterError,
     after_first_leg,
+    as_smooth,
     flown_on,
     joined_with,
     moved_inwards,
@@ -194,7 +195,8 @@ class Replanner:
         durations : array_like, shape (n,), optional
             Of the legs ahead [s]: least cost instead of least time.
         total_time : float, optional
-            Of all legs ahead [s], divided for the least cost.
+            Of all legs ahead [s], divided for the least cost. With a horizon its legs have what the flown ones beyond
+            leave of it, or their share by length where they end at rest.
         yaw : array_like, shape (n,), optional
             Heading at each waypoint ahead [rad], of which whole turns do not count: a spline through them that begins
             with the flown heading and its rate at the splice.
@@ -261,7 +263,7 @@ class Replanner:
             since = 0.0
         chosen, reason = self._chosen_of(call, standing, better, reason)
         if chosen is None and standing is not None and standing is not rest:
-            chosen, reason = Better(standing), ""
+            chosen, reason = Better(standing), "" if call.aim.compares(standing) else reason
         if chosen is not None:
             free = room_beside(chosen.curve, task.walls, self._clearance)[1]
         change = self._change(call, chosen, stops, safe, reason)
@@ -371,35 +373,35 @@ class Replanner:
     def _better(self, call: _Call, rest: Trajectory | None, standing: Trajectory | None, seconds: float) -> Better:
         splice, aim = call.splice, call.aim
         task = replace(call.course.task, deadline=call.deadline, explained=False)
+        as_flown = as_smooth(task, splice.flown)
         if call.course.outside:
-            return search_back(self._part(task, None, None).task, aim, self._finish(call, splice), seconds)
+            part = self._part(task, aim, None, None)
+            return search_back(part.task, part.aim, self._finish(call, splice), seconds)
         known = None if self._memory is None else self._memory.first_guess(splice, task.legs)
         # A polynomial over the little that is left of a leg loses digits (see horizon.py): that part is flown on.
         guess, end = known or splice.rest, flown_on(splice, task, self._limits)
         end = end if end is not None and has_angles(end.left, call.angles) else None
         later = None if end is None else aim.after(end.left.duration)
         if end is None or later is None:
-            part = self._part(task, rest, guess)
-            better = self._search(part, aim, self._finish(call, splice), seconds, standing)
-            return better if part.tail is None else seen_joined(better, task, aim)
-        later_legs = part_of(task, 1, task.legs, {1: end.after.state})
-        part = self._part(later_legs, after_first_leg(rest), after_first_leg(guess))
-        better = self._search(part, later, self._finish(call, end.after, 1), seconds, after_first_leg(standing))
+            part = self._part(task, aim, rest, guess)
+            better = self._search(part, self._finish(call, splice), seconds, standing)
+            return better if part.tail is None else seen_joined(better, as_flown, aim)
+        later_legs = part_of(task, 1, task.legs, {1: end.state})
+        part = self._part(later_legs, later, after_first_leg(rest), after_first_leg(guess))
+        better = self._search(part, self._finish(call, end.after, 1), seconds, after_first_leg(standing))
         starts = (start and start + end.left.duration for start in (better.limits_from, better.inside_from))
-        return seen_joined(Better(end.before(better.curve), *starts), task, aim)
+        return seen_joined(Better(end.before(better.curve), *starts), as_flown, aim)
 
-    def _part(self, task: Task, rest: Trajectory | None, guess: Trajectory | None) -> Near:
+    def _part(self, task: Task, aim: Aim, rest: Trajectory | None, guess: Trajectory | None) -> Near:
         """Return the legs of the horizon, with the clearance from their walls."""
         walls = moved_inwards(task.walls, task.waypoints, self._clearance)
-        return near(replace(task, walls=walls), self._limits, self._horizon, rest, guess)
+        return near(replace(task, walls=walls), aim, self._horizon, rest, guess)
 
-    def _search(
-        self, part: Near, aim: Aim, finish: AttachHeading, seconds: float, standing: Trajectory | None
-    ) -> Better:
+    def _search(self, part: Near, finish: AttachHeading, seconds: float, standing: Trajectory | None) -> Better:
         """Search the legs of the horizon; for less time than they take in a rest that stands, where that goes on."""
         goes_on = standing is not None and (part.tail is not None or standing.legs == part.task.legs)
         flown = float(standing.leg_breaks[part.task.legs]) if standing is not None and goes_on else inf
-        better = search_ahead(part.task, aim, finish, part.guess, seconds, flown)
+        better = search_ahead(part.task, part.aim, finish, part.guess, seconds, flown)
         if part.tail is None:
             return better
         curve = joined_with(better.curve, part.tail, finish)

@@ -239,4 +239,4 @@ def _turned_away(angle: float, gap: float, rate: float, span: float, duration: f
     turn[3:] = angle
     points = np.stack((turn, np.full(6, angle)))[:, :, None]
     whole = Trajectory(points, np.array([span, max(duration - span, span)]))
-    return PlannedHeading(whole.between(0.0, duration))
+    return PlannedHeading(whole.between(0.0, min(duration, whole.duration)))  # whose sum may round down

@@ -7,7 +7,7 @@ import minsnap
 from minsnap import Boxes, Limits, Replanner, RoundTube
 from minsnap.errors import InputError
 from minsnap.replanning.course_ahead import course_ahead
-from minsnap.replanning.horizon import moved_inwards, near
+from minsnap.replanning.horizon import Aim, moved_inwards, near
 from minsnap.replanning.splice import splice_of
 
 POINTS = np.array([(0.0, 0.0, 1.0), (3.0, 0.05, 1.0), (6.0, 0.0, 1.0)])
@@ -54,5 +54,5 @@ def test_a_plan_joins_the_flown_one_where_that_has_room_in_its_limits(speed, leg
     flown = minsnap.Trajectory(along[:, :, None] * [1.0, 0.0, 0.0], np.ones(3))
     splice = splice_of(flown, 0.0, 1e-9, 4)
     task = course_ahead(splice, flown.control_points[:, -1], None, splice.leg_start, [minsnap.Tube(0.5)], 1).task
-    part = near(task, minsnap.Limits(speed=speed, acceleration=9.0), 1, flown, flown)
+    part = near(task, Aim(minsnap.Limits(speed=speed, acceleration=9.0)), 1, flown, flown)
     assert (part.task.legs, part.tail is not None) == (legs, joins)

@@ -66,6 +66,15 @@ def test_a_constant_heading_is_reached_as_the_quintic_reaches_it_also_where_the_
         assert heading(t, order) == pytest.approx(quintic(t, order), abs=1e-9)
 
 
+def test_a_turn_ends_with_its_curve_whatever_sums_round_to():
+    """One of 40 replans with a constant yaw ended in an IntervalError, by a last bit of the duration."""
+    flown, _ = flown_and_next([0.0, 1.0, 2.0, 3.5])
+    for duration in np.random.default_rng(2).uniform(4.0, 9.0, 200):
+        curve = minsnap.line((0, 0, 1), (3, 0, 1), total_time=duration).as_trajectory()
+        heading = spliced(flown, 0.6, chosen_heading(duration - 6.0, 1, False), None, curve)
+        assert heading.polynomial.duration == pytest.approx(curve.duration, rel=1e-15)
+
+
 def test_a_heading_from_the_tilt_goes_on_as_it_is_turned():
     flown, curve = flown_and_next("tilt")
     heading = spliced(flown, 0.6, None, None, curve)
