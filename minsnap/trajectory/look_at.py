@@ -92,6 +92,8 @@ class LookAtHeading(RuledHeading):
     path : Path
         Of two coordinates or more.
     target : LookAt
+    near : float
+        Angle to which that at the start is the nearest, whole turns away [rad].
 
     Raises
     ------
@@ -101,10 +103,10 @@ class LookAtHeading(RuledHeading):
 
     what, limited_softly = "a yaw towards a point", True
 
-    def __init__(self, path: Path, target: LookAt) -> None:
+    def __init__(self, path: Path, target: LookAt, near: float = 0.0) -> None:
         if path.dim < 2:
             raise YawError("a yaw towards a point needs at least two coordinates, this path has one")
-        self.path, self.target = path, target
+        self.path, self.target, self.near = path, target, near
         nearest = float(np.abs(self._table[1]).min())
         if nearest < LOOKING.nearest:
             raise YawError(
@@ -113,8 +115,8 @@ class LookAtHeading(RuledHeading):
             )
 
     def on(self, curve: Path, start: float = 0.0, rate: float = 1.0) -> LookAtHeading:
-        """Return the heading towards the same point along another path."""
-        return LookAtHeading(curve, self.target)
+        """Return the heading towards the same point along another path, that begins as this one is turned then."""
+        return LookAtHeading(curve, self.target, float(self(start)))
 
     def before(self, other: Heading, curve: Path, switch: float) -> Heading:
         """Return one heading where both look at the same point."""
@@ -169,7 +171,8 @@ class LookAtHeading(RuledHeading):
             if not len(wide) or len(grid) > LOOKING.finest or np.abs(w).min() < LOOKING.nearest:
                 break
             grid = np.sort(np.concatenate((grid, (grid[wide] + grid[wide + 1]) / 2.0)))
-        return grid, w, np.angle(w[0]) + np.concatenate(([0.0], np.cumsum(step)))
+        first = nearest_turn(np.angle(w[:1]), np.array([self.near]))
+        return grid, w, first + np.concatenate(([0.0], np.cumsum(step)))
 
 
 def heading_at(function: Callable[[Any], Any], t: FloatArray) -> FloatArray:

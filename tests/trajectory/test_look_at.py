@@ -59,6 +59,22 @@ def test_the_point_stays_in_view_on_other_clocks_and_parts(path):
         assert minsnap.certify(curve, limits=Limits(yaw_rate=9.0)).utilisation[0].method == "exact"
 
 
+def test_parts_and_replans_go_on_without_a_jump_of_whole_turns():
+    """The rest of a flight around the point began whole turns below the flown yaw, and a replan jumped at its joint."""
+    angles = np.linspace(0.0, 4.4 * np.pi, 20)
+    ring, limits = np.column_stack((5 * np.cos(angles), 5 * np.sin(angles), np.full(20, 1.5))), Limits(speed=3.0)
+    flown = minsnap.plan(ring, limits=limits, yaw=LookAt((0, 0)))
+    start = float(flown.leg_breaks[12])
+    part, back = flown.between(start, flown.duration), flown.reversed()
+    assert part.yaw(0.0) == pytest.approx(flown.yaw(start)) and back.yaw(0.0) == pytest.approx(
+        flown.yaw(flown.duration)
+    )
+    change = minsnap.replan(flown, start - 0.2, ring[13:], 0.2, limits=limits, clock=lambda: 0.0)
+    t = np.linspace(0.0, change.trajectory.duration, 4001)
+    assert change.trajectory.yaw(0.0) == pytest.approx(flown.yaw(change.splice))
+    assert np.abs(np.diff(change.trajectory.yaw(t))).max() < 0.05
+
+
 def test_shapes_look_at_points_too():
     circle = minsnap.circle(radius=2.0, center=(1.0, 1.0), yaw=LookAt((1.0, 1.0)))
     t = np.linspace(0.1, circle.duration - 0.1, 200)
