@@ -12,6 +12,7 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import EXACT
 from minsnap.errors import YawError
 from minsnap.native.shortest_time import InstantLimit
 from minsnap.trajectory.instants import as_instants, check_order, within
@@ -255,7 +256,9 @@ class JoinedHeading(Heading):
         return turned_to(self.second, float(self.first(self.switch)))
 
     def largest_rate(self, start: float, end: float) -> Largest | None:
-        """Return the larger one of both."""
+        """Return the larger one of both; one without bound where the second begins elsewhere than the first ends."""
+        if start < self.switch <= end and abs(float(self.first(self.switch) - self._after(0.0))) > EXACT:
+            return np.inf, self.switch
         parts: list[Largest | None] = []
         if start < self.switch:
             parts.append(self.first.largest_rate(start, min(end, self.switch)))

@@ -148,6 +148,15 @@ def test_joined_headings_meet_by_whole_turns():
     assert not heading(3.0, 1)
 
 
+def test_a_yaw_that_jumps_where_curves_are_joined_has_no_largest_rate():
+    """A step of two radians was certified as a rate of zero, exactly."""
+    first = minsnap.plan([(0, 0, 1), (4, 0, 1)], durations=[4], yaw=0.0)
+    for angle, rate in ((2.0, np.inf), (2.0 * np.pi, 0.0)):
+        curve = first.then(minsnap.plan([(4, 0, 1), (8, 0, 1)], durations=[4], yaw=angle))
+        [used] = minsnap.certify(curve, limits=minsnap.Limits(yaw_rate=1.0)).utilisation
+        assert used.value == rate and used.instant == pytest.approx(4.0)
+
+
 def test_a_circle_s_heading_turns_at_its_angular_rate():
     path = minsnap.circle(3.0, period=6.0, ramp=0.0)
     heading = VelocityHeading(path)
