@@ -35,6 +35,7 @@ from minsnap.files.request_yaml import (
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ordinary_limits
 from minsnap.planning.request import PlanRequest
+from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.velocity_heading import Velocity
 
 LEAN = tan(radians(1.0))
@@ -153,6 +154,8 @@ class Course:
         if self.closed and len(self.stops) > 2 and self.stops[-1].is_at(self.stops[0]):
             set_fields(self, stops=self.stops[:-1])
         check_distance("the tolerance", self.tolerance, WaypointError)
+        if self.tolerance and any(stop.ball for stop in self.stops):
+            raise WaypointError("a course has a tolerance around all waypoints, or balls around some: leave out one")
         if not is_whole(self.laps) or not 1 <= self.laps <= MOST_LAPS:
             raise WaypointError(f"laps is {shown(self.laps)}: give a whole number from 1 to {MOST_LAPS}")
         for name in ("takeoff", "land"):
@@ -193,7 +196,8 @@ class Course:
         """Return the question of a part of the course, within its limits, its boxes, its tube and more walls."""
         own: list[Constraint] = [self.boxes] if self.boxes else []
         own += [] if self.tube is None else [Tube(np.array(self.tube))]
-        yaw = self.yaw if isinstance(self.yaw, (str, Velocity)) else None  # others are for the whole flight
+        ruled = isinstance(self.yaw, (str, Velocity, LookAt)) or is_number(self.yaw)
+        yaw = self.yaw if ruled else None  # others are for the whole flight
         how = {"degree": self.degree, "pieces": self.pieces, "avoid": self.avoid}
         return PlanRequest(**fields, **how, limits=self.bounds, corridor=[*own, *walls] or None, yaw=yaw)
 

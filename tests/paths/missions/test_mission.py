@@ -115,6 +115,18 @@ def test_gates_at_the_ends_have_a_run_up_and_a_run_out():
     assert mission.trajectory(0.0)[0] < 4.0 and mission.trajectory(mission.trajectory.duration)[0] < 4.0
 
 
+@pytest.mark.parametrize("closed", [False, True])
+def test_a_yaw_towards_a_point_is_part_of_the_search(closed):
+    """The parts were planned without it, and the whole was flown 1.6 to 3.7 times more slowly to keep its rate."""
+    points, limits = [(0, 0, 1.5), (5, 0, 1.5), (8, 3, 2), (4, 5, 2)], Limits(speed=3, acceleration=5, yaw_rate=1)
+    yaw = minsnap.LookAt((3, 2.5))
+    course = Course(tuple(map(Stop, points)), limits=limits, yaw=yaw, closed=closed)
+    lap = [*points, points[0]] if closed else points
+    assert plan_mission(course).trajectory.duration == pytest.approx(
+        minsnap.plan(lap, limits=limits, yaw=yaw, closed=closed).duration
+    )
+
+
 def test_the_ground_may_be_elsewhere():
     mission = plan_mission(Course(YARD[2:], limits=LIMITS, takeoff=(6.0, 0.0, -0.5), land=(4.0, 4.0, 0.2)))
     assert whole(mission) == ["take-off", "run-up", "course", "run-out", "landing"]
@@ -136,6 +148,7 @@ def test_a_heading_along_the_velocity_is_that_of_the_whole():
     [
         (lambda: Course((Stop((0, 0, 1)),)), "at least 2 waypoints or gates, not 1"),
         (lambda: Course(YARD, laps=0), "laps is 0"),
+        (lambda: Course(YARD, tolerance=0.2), "a tolerance around all waypoints, or balls around some"),
         (lambda: Stop((0, 0, 1), hold=-1.0), "hold of a waypoint is -1.0"),
         (lambda: Stop((0, 0, 1), straight=1.0), "only a gate with a crossing"),
         (
