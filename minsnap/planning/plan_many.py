@@ -212,4 +212,5 @@ def _solved_one_by_one(many: ManyProblems, gradients: bool) -> Trajectories:
     reports = [blank if c is None or c.how is None else c.how for c in curves]
     walls = many.corridors is not None
     known = Gradients.of_plans(each, many.batch.dim, walls, offsets) if gradients else None
-    return Trajectories(points, durations, breaks, offsets, errors, reports, many.workers, known)
+    pieces = {index: c.pieces for index, c in enumerate(curves) if c is not None and c.pieces > 1}
+    return Trajectories(points, durations, breaks, offsets, errors, reports, many.workers, known, pieces)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import perm
 from typing import NamedTuple, Protocol
@@ -142,16 +142,16 @@ class ReportsExcept:
 class Trajectories:
     """Plans of one degree and dimension, one after the other in read-only arrays.
 
-    Plan b has the legs ``offsets[b]`` to ``offsets[b + 1]``, and one knot more than legs; one that failed has none, or
-    values that mean nothing.
+    Plan b has the polynomials ``offsets[b]`` to ``offsets[b + 1]``, one on each leg but where ``pieces`` tells more,
+    and one knot more; one that failed has none, or values that mean nothing.
 
     Parameters
     ----------
-    control_points : ndarray, shape (legs in all, degree + 1, dim)
+    control_points : ndarray, shape (polynomials in all, degree + 1, dim)
         [m].
-    durations : ndarray, shape (legs in all,)
+    durations : ndarray, shape (polynomials in all,)
         [s].
-    breaks : ndarray, shape (legs in all + plans,)
+    breaks : ndarray, shape (polynomials in all + plans,)
         Instants of the knots, from 0 in each plan [s].
     offsets : ndarray of int, shape (plans + 1,)
     errors : tuple of MinsnapError or None
@@ -162,6 +162,8 @@ class Trajectories:
         With how many threads all are evaluated.
     gradients : Gradients or None
         Derivatives of the costs, where they were computed.
+    pieces : mapping of int to int
+        Polynomials per leg of the plans that have several, as one that first flies back within its limits.
     """
 
     control_points: FloatArray
@@ -172,6 +174,7 @@ class Trajectories:
     reports: Reports
     threads: int = 1
     gradients: Gradients | None = None
+    pieces: Mapping[int, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for array in (self.control_points, self.durations, self.breaks, self.offsets):
@@ -249,7 +252,7 @@ class Trajectories:
             raise error
         first, last = int(self.offsets[number]), int(self.offsets[number + 1])
         points, durations = self.control_points[first:last], self.durations[first:last]
-        return Trajectory(points, durations, how=how, checked=True)
+        return Trajectory(points, durations, how=how, pieces=self.pieces.get(number, 1), checked=True)
 
     def __iter__(self) -> Iterator[Trajectory]:
         return (self[index] for index in range(len(self)))

@@ -294,3 +294,12 @@ def test_blocks_change_no_bit(monkeypatch):
     assert (parts.control_points == whole.control_points).all() and (parts.breaks == whole.breaks).all()
     for name in ("durations", "waypoints", "corridor"):
         assert np.array_equal(getattr(parts.gradients, name), getattr(whole.gradients, name))
+
+
+def test_plans_that_first_fly_back_within_their_limits_keep_their_legs():
+    """Each polynomial counted as a leg: 16 for 4, and the waypoints of the plan were refused."""
+    points = np.array([(0, 0, 1), (4, 1, 1), (8, 0, 1), (12, 1, 1), (15, 0, 1)], dtype=float)
+    question = {"limits": minsnap.Limits(speed=2.0, acceleration=4.0), "start": {"velocity": (2.2, 0.0, 0.0)}}
+    alone, many = minsnap.plan(points, **question), minsnap.plan_many([points, points[::-1]], **question)
+    assert many[0].pieces == alone.pieces > 1 and np.array_equal(many[0].leg_breaks, alone.leg_breaks)
+    assert minsnap.certify(many[0], points).waypoint_error < 1e-9
