@@ -37,7 +37,7 @@ class Change:
         because no certified curve was ready in time. Then fly ``stop``. A rest that is kept passes the waypoints where
         they were when it was planned.
     reason : str
-        Why the rest was kept; empty where it was not.
+        Why the rest was kept, or flown with other angles in other times than requested; else empty.
     no_stop : str
         Why there is no stop; empty where there is one.
     limits_from : float

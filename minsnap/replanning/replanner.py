@@ -144,7 +144,7 @@ class Replanner:
     ) -> None:
         self._half, self._pieces = check_half(degree), check_pieces(pieces)[0]
         self._limits = all_limits(limits, vehicle)
-        self._corridor, self._room = corridor, as_room(room)
+        self._corridor, self._room = as_constraints(corridor), as_room(room)
         self._chosen = replan_heading(yaw, self._limits)
         self._recover = check_distance("recover", recover, InputError)
         self._clearance = check_distance("clearance", clearance, InputError)
@@ -228,7 +228,8 @@ class Replanner:
             if self._memory is not None and self._memory.answer is not flown:
                 self._memory = None
             self._refuse_short(float(budget))
-            course = self._course(splice, waypoints, boxes, self._corridor if corridor is None else corridor, goal)
+            own = self._corridor if corridor is None else as_constraints(corridor)
+            course = self._course(splice, waypoints, [*as_constraints(boxes), *own, *self._room], goal)
             aim = Aim.of(self._limits, durations, total_time, course.task.legs)
             angles = waypoint_angles(yaw, course.task.legs)
             closing = self._takes.most("closing", CLOSING * budget)
@@ -239,8 +240,7 @@ class Replanner:
                 gc.enable()
             self._lock.release()
 
-    def _course(self, splice: Splice, waypoints: Any, boxes: Any, corridor: Any, goal: Any) -> CourseAhead:
-        constraints = [*as_constraints(boxes), *as_constraints(corridor), *self._room]
+    def _course(self, splice: Splice, waypoints: Any, constraints: list[Constraint], goal: Any) -> CourseAhead:
         start = leg_start_of(splice, self._memory)
         course = course_ahead(splice, waypoints, goal, start, constraints, self._pieces)
         refuse_outside(course, self._recover)

@@ -15,7 +15,7 @@ from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, TimingError
 from minsnap.polynomials.bernstein import powers_to_points, split
 from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, turned_to, wrap
-from minsnap.trajectory.instants import check_order
+from minsnap.trajectory.instants import as_instants, check_order
 from minsnap.trajectory.planned_heading import ChosenHeading, PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -160,7 +160,7 @@ class SplicedHeading(Heading):
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
-        instants = np.asarray(t, dtype=np.float64)
+        instants = as_instants(t)
         s = np.clip(instants / self.span, 0.0, 1.0)
         offset = np.polynomial.Polynomial(quintic(self.gap, self.rate * self.span)).deriv(check_order(order))(s)
         inside = instants < self.span

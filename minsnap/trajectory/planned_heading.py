@@ -16,6 +16,7 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.errors import MagnitudeWarning, YawError
 from minsnap.native.free_optimum import pinned_optimum
 from minsnap.trajectory.heading import ConstantHeading, Heading, Largest, shortest_turns, wrap
+from minsnap.trajectory.instants import as_instants
 from minsnap.trajectory.look_at import LookAt, heading_at
 from minsnap.trajectory.medium import AIRLESS
 from minsnap.trajectory.tilt_heading import TiltHeading
@@ -92,7 +93,7 @@ class PlannedHeading(Heading):
 
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
-        inside = np.minimum(t, self.trajectory.duration)
+        inside = np.minimum(as_instants(t), self.trajectory.duration)
         return np.asarray(self.trajectory(inside, order)[..., 0])
 
     def largest_rate(self, start: float, end: float) -> Largest:

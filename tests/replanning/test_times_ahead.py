@@ -98,3 +98,11 @@ def test_why_requested_durations_are_not_kept_is_told_where_angles_make_the_rest
 def test_what_is_no_course_ahead_is_refused_by_what_it_is(flown, points, options, sentence):
     with pytest.raises(minsnap.errors.WaypointError, match=sentence):
         change_of(flown, points, **options)
+
+
+def test_the_corridor_of_a_replanner_is_its_own():
+    """Widths changed later by the caller were those of the next replan."""
+    flown, widths = minsnap.plan(POINTS, limits=LIMITS, corridor=0.4), np.full(4, 0.4)
+    replanner = minsnap.Replanner(LIMITS, widths, clock=lambda: 0.0)
+    widths[:] = 1e-3
+    assert replanner.replan(flown, NOW, POINTS[1:], BUDGET).certified

@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import minsnap
-from minsnap.errors import YawError
+from minsnap.errors import IntervalError, YawError
 from minsnap.trajectory.heading import ConstantHeading, JoinedHeading, RemappedHeading, shortest_turns, wrap
 from minsnap.trajectory.planned_heading import PlannedHeading, _spline
 from minsnap.trajectory.velocity_heading import VelocityHeading
@@ -124,6 +124,8 @@ def test_the_shape_of_instants_is_kept(shape):
         traj = minsnap.plan(SQUARE, TIMES, yaw=yaw)
         for order in range(3):
             assert np.shape(traj.yaw(np.full(shape, 1.3), order)) == shape
+        with pytest.raises(IntervalError, match="the instants are 'a': give numbers of seconds"):
+            traj.yaw("a")
 
 
 def test_slices_stretches_and_reverses_take_their_yaw_along():

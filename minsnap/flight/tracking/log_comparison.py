@@ -1,8 +1,9 @@
 """Flights in a log: where its setpoints follow a file, and each flight compared with it.
 
 A log covers the time from before take-off until after landing, has its own clock, and may contain several flights. Its
-setpoints are the rows that were sent, so the instants at which they match the file give offset and rate of the clocks
-exactly; the delay of the vehicle is not removed and counts as error.
+setpoints are the rows that were sent, so the instants at which they match the file give offset and rate of the clocks:
+exactly, or late by half of the time for which a log repeats each.  The delay of the vehicle is not removed and counts
+as error.
 """
 
 from __future__ import annotations
