@@ -55,6 +55,7 @@ from minsnap.time_allocation.shortest_question import (
     coasting_guess,
     guess_of,
     question_of,
+    sufficient_thrust,
     with_rates,
 )
 from minsnap.time_allocation.time_stretch import (
@@ -380,7 +381,7 @@ class Strategy:
         least = SETTINGS.nearly if answer.slack > SETTINGS.far + question.tightened else SETTINGS.idle
         if priced or self.walled:
             factor = max(factor, 1.0)
-        elif factor < least and not answer.stopped:
+        elif factor < least and not (answer.stopped or beyond_fall(limits, at(factor).flown)):
             raise nothing_limits(list(limits.given()))
         slower = at(factor) if factor <= 1.0 + far or answer.stopped else None
         unknown = far == np.inf and isinstance(limits, VehicleLimits)  # a yaw in time turns as fast on a slower curve
@@ -670,6 +671,11 @@ def turning_room(limits: VehicleLimits, share: float) -> float:
     least, most = vehicle.rotor_thrust_limits
     room = share * (1.0 - limits.reserve) * min(most - vehicle.hover_thrust, vehicle.hover_thrust - least)
     return float(room / (np.abs(vehicle.inverse_mixer[:, 3]).max() * vehicle.inertia[2, 2]))
+
+
+def beyond_fall(limits: Limits, curve: Trajectory) -> bool:
+    """Whether a curve is at a limit, and a sufficient wall for the least thrust, which is not the only one, held it."""
+    return sufficient_thrust(limits) and len(limits.given()) > 1 and largest_use(limits, curve) >= SETTINGS.nearly
 
 
 def slowed(solved: SolvedTask, factor: float) -> SolvedTask:

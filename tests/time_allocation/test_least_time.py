@@ -327,3 +327,15 @@ def test_a_search_that_ends_barely_outside_is_brought_inside():
     path = minsnap.plan(points, limits=limits, corridor=0.35665127, start=start)
     assert minsnap.certify(path, points, corridor=0.35665127, limits=limits).ok
     assert path.duration <= 1.01 * path.report.steps[-1].total_time
+
+
+@pytest.mark.parametrize("degree", [5, 7])
+@pytest.mark.parametrize("limit", [{"speed": 4.87}, {"speed": 10.0}, {"jerk": 300.0}, {"snap": 3000.0}])
+def test_a_least_thrust_at_a_slant_costs_no_time_where_a_straight_way_goes_past_free_fall(limit, degree):
+    """A wall on the vertical thrust ended the search, and room beyond it was taken for a path that nothing limits."""
+    for points in ([(0, 0, 0), (1, 0, 1)], [(0, 0, 0), (3, 0, -1)]):
+        free, kept = (
+            minsnap.plan(points, limits=Limits(**limit, **least), degree=degree) for least in ({}, {"min_thrust": 0.25})
+        )
+        assert kept.duration == pytest.approx(free.duration, rel=1e-4)
+        assert minsnap.certify(kept, limits=Limits(**limit, min_thrust=0.25)).ok
