@@ -116,7 +116,7 @@ class Companion:
         """Show a sentence."""
         self._send("event", text)
         if self._prompt and text == "ready":
-            self._send("event", "press Enter to fly (the vehicle must be in its mode)")
+            self._send("event", "press Enter to fly (the vehicle must be armed and in its mode)")
 
     def status(self, status: StreamStatus) -> None:
         """Show the status of the flight, and take over what was ordered."""

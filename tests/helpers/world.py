@@ -21,7 +21,7 @@ class World:
 
     def __init__(self):
         self.mode, self.heard, self.beats, self.away = POSCTL, True, True, False
-        self.triggered, self.stops, self.slot = False, 0, 0
+        self.triggered, self.stops, self.slot, self.armed = False, 0, 0, True
         self.vehicle = HERE
         self.left_since = 0.0
 
@@ -31,6 +31,7 @@ class World:
         self.heard = {"silent": False, "heard": True}.get(event, self.heard)
         self.beats = {"nobeat": False, "heard": True}.get(event, self.beats)
         self.away = {"away": True, "back": False}.get(event, self.away)
+        self.armed = {"disarm": False, "arm": True}.get(event, self.armed)
         self.triggered |= event == "trigger"
         self.stops += event == "stop"
         self.slot += 7 * (event == "gap")
@@ -43,7 +44,8 @@ class World:
             place = (x + 30.0 * self.away, y, z)
             self.vehicle = replace(self.vehicle, heard=now, position=place, positioned=now)
             if self.beats:
-                self.vehicle = replace(self.vehicle, heartbeat=now, custom_mode=self.mode)
+                base = 1 | (128 if self.armed else 0)
+                self.vehicle = replace(self.vehicle, heartbeat=now, base_mode=base, custom_mode=self.mode)
         return Conditions(self.slot, now, self.vehicle, self.triggered, self.stops)
 
 

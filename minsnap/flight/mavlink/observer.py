@@ -186,9 +186,10 @@ class StreamObserver:
         """Say in words when the phase has changed."""
         if sequence.phase is self._phase:
             return
-        self._phase = sequence.phase
-        ends = "holding the end" if sequence.completed else f"stopped: {sequence.reason}; holding"
-        words = {Phase.HOLDING: ends, Phase.DONE: "nobody follows any more: done"}
+        told, self._phase = self._phase is Phase.HOLDING or sequence.reason is None, sequence.phase
+        stopped, over = f"stopped: {sequence.reason}; ", "nobody follows any more: done"
+        ends = "holding the end" if sequence.completed else f"{stopped}holding"
+        words = {Phase.HOLDING: ends, Phase.DONE: over if told else stopped + over}
         self.say(now, words.get(sequence.phase, sequence.phase.value))
 
     def tracking(self) -> tuple[float, float] | None:

@@ -103,6 +103,7 @@ class Sequence:
         self.completed = self.aborted = self.gave_up = self.led = self.ready = False
         self._lost_at: float | None = None
         self._arm_sent = -math.inf
+        self._lacking: list[str] | None = None
         self.offset: Vector = (0.0, 0.0, 0.0)
         self.setpoint = table.start
         self.planned: Vector = self.setpoint.position
@@ -210,12 +211,22 @@ class Sequence:
             self.phase = Phase.READY
 
     def _consider_start(self, at: Conditions) -> None:
-        """Begin the flight when all conditions hold."""
+        """Begin the flight when all conditions hold; what was brought about for it and is lost again ends it."""
         self.ready = self.entered and self._autopilot.follows(at.vehicle) and self._is_there(at)
-        if self._options.arm and at.now > self._prestream_end + self._options.wait and not self.ready:
+        lost = self._lost_again(at.vehicle)
+        if self._options.arm and lost:
+            self.aborted = True
+            self.hold(lost[0], at)
+        elif self._options.arm and at.now > self._prestream_end + self._options.wait and not self.ready:
             self.abort(f"the vehicle was not armed, in its mode and at the start in time: {self._missing(at)}", at)
         elif at.triggered and self.ready:
             self.phase, self._first_slot = Phase.FLYING, at.slot if at.begin is None else at.begin
+
+    def _lost_again(self, vehicle: VehicleState) -> list[str]:
+        """Return what of mode and arming the vehicle has had since it is ready, and has no longer."""
+        losses = self._autopilot.losses(vehicle)
+        self._lacking = [lost for lost in losses if self._lacking is None or lost in self._lacking]
+        return [lost for lost in losses if lost not in self._lacking]
 
     def _missing(self, at: Conditions) -> str:
         """Return the condition that a start with arming still waits for."""
@@ -229,10 +240,12 @@ class Sequence:
 
     def waits_for(self, vehicle: VehicleState) -> str | None:
         """Return the reason why the flight of a vehicle in its mode does not begin yet, or None."""
-        return self._rules.unsettled(vehicle, self.setpoint.position)
+        return (
+            "the vehicle is not armed" if vehicle.disarmed else self._rules.unsettled(vehicle, self.setpoint.position)
+        )
 
     def _is_there(self, at: Conditions) -> bool:
-        """Return whether the vehicle is at rest at the start, and armed if this program arms it."""
+        """Return whether the vehicle is armed and at rest at the start, for long enough, and has taken off for it."""
         ready = not self._options.arm or (at.vehicle.armed and not self._takes_off_alone(at.vehicle))
         time = 0.0 if math.isinf(self._rules.max_start_distance) else self._rules.settle_time
         return ready and self._settled_since is not None and at.now - self._settled_since >= time
@@ -246,16 +259,25 @@ class Sequence:
 
     def _advance(self, at: Conditions) -> None:
         """Advance to the setpoint due now, unless a rule is broken or the end is reached."""
-        reason = self._rules.breach(at.now, at.vehicle, self.planned, self._autopilot)
+        index = at.slot - self._first_slot
+        landed = self._has_landed(at.vehicle, index)
+        reason = None if landed else self._rules.breach(at.now, at.vehicle, self.planned, self._autopilot)
         if reason is not None:
             self.abort(reason, at)
             return
-        index = at.slot - self._first_slot
         self.setpoint = self._table[index].shifted(self.offset)
         self.planned = self.setpoint.held(self._table.planned(index)).shifted(self.offset).position
-        if self._is_over(index):
+        if landed or self._is_over(index):
             self.completed = True
             self.hold(None, at, where_it_is=False)
+
+    def _has_landed(self, vehicle: VehicleState, index: int) -> bool:
+        """Return whether a vehicle disarmed itself where the plan ends: it rests there, and the rest is no way."""
+        if not vehicle.disarmed:
+            return False
+        rest = [self._table[k].shifted(self.offset).position for k in range(index, max(index + 1, len(self._table)))]
+        near = all(math.dist(place, rest[-1]) <= self._rules.settled_distance for place in rest)
+        return near and self._rules.unsettled(vehicle, rest[-1]) is None
 
     def _may_leave(self, at: Conditions) -> bool:
         """Return whether sending may stop: the vehicle left the mode or is silent, or the user stopped twice."""

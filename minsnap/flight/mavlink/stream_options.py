@@ -44,8 +44,8 @@ class StreamSettings:
         How long a flight that needs no position waits for one; the request is repeated so often [s].
     give_up : int
         Errors of this program after which a hold is given up.
-    reminder : float
-        What a waiting flight waits for is said at this interval [s].
+    first_reminder, reminder : float
+        What a waiting flight waits for is said after so long, and from then on at this interval [s].
     """
 
     fresh: float = 0.5
@@ -60,6 +60,7 @@ class StreamSettings:
     seen: float = 0.5
     blind_wait: float = 3.0
     give_up: int = 5
+    first_reminder: float = 2.0
     reminder: float = 10.0
 
 
@@ -177,8 +178,9 @@ class SafetyRules:
 
     def breach(self, now: float, vehicle: VehicleState, setpoint: Vector, autopilot: Autopilot) -> str | None:
         """Return a message that names the rule broken at ``now``, or None."""
-        if not autopilot.follows(vehicle):
-            return f"the vehicle left {autopilot.mode}"
+        losses = autopilot.losses(vehicle)
+        if losses:
+            return losses[0]
         silence = self.heartbeat_timeout if vehicle.position is None else self.link_timeout
         if now - vehicle.heard > silence:
             return f"the link was silent for {silence:g} s"
@@ -224,7 +226,7 @@ class StreamOptions:
     relative_height : bool
         Count the vehicle's height as well. Not with ``arm``: a vehicle on the ground has to climb first.
     arm : bool
-        Change the vehicle's mode and arm it. Without it, neither is ever done.
+        Change the vehicle's mode and arm it, each until it has taken effect once. Without it, neither is ever done.
     land : bool
         Land at the end instead of holding until stopped.
     on_abort : str

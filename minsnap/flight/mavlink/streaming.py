@@ -318,7 +318,7 @@ class Streamer:
         if waiting is None:
             self._remind_at = math.inf
         elif math.isinf(self._remind_at):
-            self._remind_at = at.now + STREAM.reminder
+            self._remind_at = at.now + STREAM.first_reminder
         elif at.now >= self._remind_at:
             self._remind_at += STREAM.reminder
             self._say(waiting)
@@ -326,7 +326,8 @@ class Streamer:
     def _waiting_for(self, at: Conditions, sequence: Sequence) -> str | None:
         if sequence.phase is Phase.HOLDING:
             return f"holding: {sequence.hold_ends(at)}"
-        if sequence.phase is not Phase.READY or not at.triggered or not self._autopilot.follows(at.vehicle):
+        released = at.triggered or self._common is not None
+        if sequence.phase is not Phase.READY or not released or not self._autopilot.follows(at.vehicle):
             return None
         reason = sequence.waits_for(at.vehicle)
         return None if reason is None else f"waiting: {reason}"

@@ -232,6 +232,11 @@ class VehicleState:
         return bool(self.base_mode & _ARMED)
 
     @property
+    def disarmed(self) -> bool:
+        """Whether its heartbeat says that its motors stand still; one without any flag says nothing of them."""
+        return self.base_mode != 0 and not self.armed
+
+    @property
     def known(self) -> bool:
         """Whether a heartbeat was received."""
         return self.heartbeat > -math.inf
@@ -323,6 +328,14 @@ class Autopilot:
     def follows(self, vehicle: VehicleState) -> bool:
         """Return whether the vehicle is in the mode in which it follows setpoints."""
         return vehicle.known and (self.main_mode is None or vehicle.main_mode == self.main_mode)
+
+    def losses(self, vehicle: VehicleState) -> list[str]:
+        """Return what a vehicle that flew by setpoints has lost, in words: the mode, its armed motors."""
+        lost = {
+            f"the vehicle left {self.mode}": not self.follows(vehicle),
+            "the vehicle was disarmed": vehicle.disarmed,
+        }
+        return [words for words, is_lost in lost.items() if is_lost]
 
     def acts_alone(self, vehicle: VehicleState) -> bool:
         """Return whether the vehicle flies by itself: a return or landing that a pilot or its failsafe began."""

@@ -6,19 +6,21 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from world import HERE, PX4, RATE, TABLE, World, fly, ready
+from world import HERE, OFFBOARD, PX4, RATE, TABLE, World, fly, ready
 
 from minsnap.errors import InputError, LinkError, TimingError
-from minsnap.flight.mavlink.sequence import Sequence
+from minsnap.flight.mavlink.sequence import Conditions, Sequence
 from minsnap.flight.mavlink.stream_options import STREAM, Phase, SafetyRules, StreamOptions
-from minsnap.flight.mavlink.vehicle_messages import get_autopilot
+from minsnap.flight.mavlink.vehicle_messages import AUTOPILOTS, VehicleState, get_autopilot
 
 GIVE_UP = 30.0
 
 EVENTS = st.lists(
     st.tuples(
         st.integers(1, 40),
-        st.sampled_from(["offboard", "posctl", "silent", "heard", "nobeat", "away", "back", "trigger", "stop", "gap"]),
+        st.sampled_from(
+            "offboard posctl silent heard nobeat away back trigger stop gap disarm arm".split(),
+        ),
     ),
     max_size=25,
 )
@@ -39,7 +41,8 @@ def test_it_ends_only_when_nobody_follows_or_the_user_insists(events, on_entry, 
             led |= not followed or sequence.phase is Phase.FLYING
             if step is None:
                 silent = at.now - world.vehicle.heard > (3.0 if world.stops else GIVE_UP)
-                assert world.stops >= 2 or not (followed and led) or silent, "left a vehicle that follows"
+                still = not world.vehicle.armed
+                assert world.stops >= 2 or not (followed and led) or silent or still, "left a vehicle that follows"
                 return
             assert step.setpoint is not None and all(map(math.isfinite, step.setpoint.position))
             if held is not None:
@@ -50,6 +53,7 @@ def test_it_ends_only_when_nobody_follows_or_the_user_insists(events, on_entry, 
             if step.index is not None:
                 silence = at.now - max(world.vehicle.heard, 0.0)
                 assert followed and silence <= 1.0 and not world.stops
+                assert world.vehicle.armed or sequence.completed
 
 
 @given(st.integers(1, 60))
@@ -74,6 +78,62 @@ def test_two_seconds_of_start_then_every_row_then_the_end():
     assert [s.setpoint for s in flown] == [TABLE[k] for k in range(len(TABLE))]
     end = fly(world, sequence, 50)
     assert sequence.completed and end.setpoint == TABLE[len(TABLE) - 1].held()
+
+
+def test_it_waits_for_arming_and_for_a_second_after_it():
+    """A flight used to begin with motors that stood still, and the vehicle took off into the middle of it."""
+    world, sequence = ready()
+    world.happen("disarm")
+    fly(world, sequence, 100)
+    assert sequence.phase is Phase.READY and not sequence.ready
+    assert sequence.waits_for(world.vehicle) == "the vehicle is not armed"
+    world.happen("arm")
+    assert fly(world, sequence, 20).index is None and fly(world, sequence, 1).index == 0
+
+
+def test_a_heartbeat_without_any_flag_says_nothing_of_arming():
+    unsaid = replace(HERE, base_mode=0)
+    assert not unsaid.armed and not unsaid.disarmed
+
+
+@pytest.mark.parametrize(("slots", "completed"), [(2, False), (40, False), (len(TABLE) - 2, True)])
+def test_a_vehicle_that_is_disarmed_ends_the_flight_for_good(slots, completed):
+    """It used to fly on in words, to its end, whether the vehicle had landed there or lay where it fell."""
+    world, sequence = ready()
+    fly(world, sequence, 39 + slots)
+    world.happen("disarm")
+    assert fly(world, sequence, 1) is None and sequence.completed == completed
+    assert sequence.reason == (None if completed else "the vehicle was disarmed")
+    world.happen("arm")
+    assert fly(world, sequence, 50) is None
+
+
+def climb(sequence, vehicle, slots, begin=0):
+    """The commands that are sent to a vehicle a metre below its start, slot by slot."""
+    x, y, z = TABLE.start.position
+    sent = []
+    for slot in range(begin, begin + slots):
+        now = slot / RATE
+        seen = replace(vehicle, heard=now, heartbeat=now, position=(x, y, z + 1.0), positioned=now)
+        step = sequence.step(Conditions(slot, now, seen, True))
+        sent += [] if step is None else [command.command for command in step.commands]
+    return sent
+
+
+@pytest.mark.parametrize(("stack", "mode"), [("px4", OFFBOARD), ("ardupilot", 4)])
+@pytest.mark.parametrize("taken", [{"custom_mode": 5}, {"base_mode": 1}])
+def test_a_climb_that_a_pilot_has_ended_is_not_begun_anew(stack, mode, taken):
+    """A vehicle that left the mode, or was disarmed, in its climb used to be taken back, armed and flown."""
+    pilot = AUTOPILOTS[stack]
+    sequence = Sequence(TABLE, pilot, StreamOptions(trigger="now", arm=True), 0.0)
+    beside = VehicleState(1, 1, {"px4": 12, "ardupilot": 3}[stack], 1, 5)
+    inside = replace(beside, custom_mode=mode)
+    flown = replace(inside, base_mode=129)
+    assert climb(sequence, beside, 90) == [176] * 3 and climb(sequence, inside, 60, 90) == [400] * 3
+    assert climb(sequence, flown, 40, 150) == ([22] * 2 if pilot.takes_off else []) and sequence.phase is Phase.READY
+    assert climb(sequence, replace(flown, **taken), 60, 190) == [] and sequence.phase is Phase.DONE
+    assert sequence.reason in (f"the vehicle left {pilot.mode}", "the vehicle was disarmed")
+    assert climb(sequence, flown, 60, 250) == []
 
 
 def test_a_missed_slot_is_left_out_not_made_up_for():
