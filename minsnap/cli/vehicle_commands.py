@@ -135,7 +135,7 @@ def relay(
     frame: Annotated[str, "Of the source: optitrack, flu, enu …"] = "optitrack",
     rate: Annotated[float, "HZ", "Poses per second at most."] = 50.0,
     max_age: Annotated[float, "S", "Older poses are not sent."] = 0.1,
-    body: Annotated[str | None, "Which body, where there are several."] = None,
+    body: Annotated[str | None, "Which body; by default the first that is seen, and no other."] = None,
 ) -> int:
     """Pass motion-capture poses on to an autopilot's estimator, until Ctrl-C or the end of a file.
 

@@ -7,7 +7,7 @@ import json
 import math
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,12 +18,13 @@ from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.table import read_table
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError, InputError, LinkError
-from minsnap.files.frames import get_frame, map_quaternions, map_vectors
+from minsnap.files.frames import get_frame, map_quaternions, map_vectors, map_yaw
 from minsnap.files.setpoint_csv import COLUMNS
 from minsnap.flight.mavlink._transports import bind_udp
 from minsnap.flight.mavlink.link import Clock, Link, Schedule
 from minsnap.flight.mavlink.setpoints import vehicle_frame
 from minsnap.flight.mavlink.vehicle_messages import Message, load_dialect
+from minsnap.trajectory.heading import wrap
 
 Quaternion = tuple[float, float, float, float]
 QUATERNION = ("qw", "qx", "qy", "qz")
@@ -32,8 +33,8 @@ QUATERNION = ("qw", "qx", "qy", "qz")
 FARTHEST = 1e6
 """Coordinate beyond which a packet holds no pose of a room [m]."""
 
-MOST = 1e6
-"""Greatest length of a quaternion; a longer one is refused."""
+LEAST, MOST = 0.5, 1e6
+"""Lengths of a quaternion; a shorter or longer one is refused."""
 
 
 @dataclass(frozen=True)
@@ -46,13 +47,14 @@ class Pose:
         When word of it came, by our clock [s].
     position : tuple of 3
         In the source's frame [m].
-    attitude : tuple of 4
-        Quaternion (w, x, y, z) of the body in the source's frame.
+    attitude : tuple of 4, or float
+        Quaternion (w, x, y, z) of the body in the source's frame; or the yaw of a body that stays level, as that frame
+        counts it [rad] (:mod:`minsnap.files.frames`).
     """
 
     received: float
     position: tuple[float, float, float]
-    attitude: Quaternion
+    attitude: Quaternion | float
 
 
 class PoseSource:
@@ -82,14 +84,14 @@ class UdpJsonSource(PoseSource):
     """Poses over UDP, one JSON object per datagram.
 
     ``{"position": [x, y, z], "quaternion": [w, x, y, z]}`` in metres, or ``"yaw": angle`` in radians instead of the
-    quaternion where the body stays level; ``"body": name`` identifies one of several bodies.
+    quaternion where the body stays level; ``"body": name`` identifies one of several bodies, by a text or a number.
 
     Parameters
     ----------
     host, port : str, int
         Where to listen.
     body : str or None
-        Take this body only.
+        Take this body only; None keeps to the first of which a pose comes.
     clock : Clock
         By which poses are stamped.
     """
@@ -119,30 +121,43 @@ class UdpJsonSource(PoseSource):
     def _take(self, data: bytes) -> None:
         try:
             content = json.loads(data)
-            if self._body is None or content.get("body") == self._body:
+            body = _label(content.get("body"))
+            if self._body in (None, body):
                 self._pose = _measured(self._clock.now(), *_pose_numbers(content))
+                self._body = body
         except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
             self.rejected += 1
 
 
-def _pose_numbers(content: dict[str, Any]) -> tuple[Iterable[Any], Iterable[Any]]:
+def _label(body: object) -> str:
+    """Return the name of a body as text; a number without a fraction is named like the integer."""
+    return str(int(body) if isinstance(body, float) and body.is_integer() else body)
+
+
+def _pose_numbers(content: dict[str, Any]) -> tuple[Iterable[Any], Quaternion | float]:
     """Return position and attitude of a JSON pose, or raise KeyError, TypeError or ValueError."""
     if "quaternion" in content:
-        return content["position"], content["quaternion"]
-    half = float(content["yaw"]) / 2
-    return content["position"], (math.cos(half), 0.0, 0.0, math.sin(half))
+        return content["position"], _quaternion(content["quaternion"])
+    return content["position"], float(content["yaw"])
 
 
-def _measured(now: float, position: Iterable[Any], attitude: Iterable[Any]) -> Pose:
+def _quaternion(numbers: Iterable[Any]) -> Quaternion:
+    """Return (w, x, y, z) at unit length, or raise ValueError, TypeError or OverflowError."""
+    w, i, j, k = (float(value) for value in numbers)
+    length = math.hypot(w, i, j, k)
+    if not LEAST < length <= MOST:
+        raise ValueError(f"an attitude of length {length:.3g}: a unit quaternion (w, x, y, z) is one")
+    return w / length, i / length, j / length, k / length
+
+
+def _measured(now: float, position: Iterable[Any], attitude: Quaternion | float) -> Pose:
     """Return what a source says as a pose, or raise ValueError, TypeError or OverflowError."""
     x, y, z = (float(value) for value in position)
-    w, i, j, k = (float(value) for value in attitude)
-    length = math.hypot(w, i, j, k)
     if not (max(abs(x), abs(y), abs(z)) <= FARTHEST and math.isfinite(x + y + z)):
         raise ValueError("not a position")
-    if not 0.5 < length <= MOST:
-        raise ValueError("not an attitude")
-    return Pose(now, (x, y, z), (w / length, i / length, j / length, k / length))
+    if isinstance(attitude, float) and not math.isfinite(attitude):
+        raise ValueError("not a yaw")
+    return Pose(now, (x, y, z), attitude)
 
 
 class NatNetSource(PoseSource):
@@ -155,7 +170,7 @@ class NatNetSource(PoseSource):
     local : str
         Our address in its network.
     body : str or None
-        Streaming id of the rigid body; None takes the first that is tracked.
+        Streaming id of the rigid body; None keeps to the first that is tracked.
     multicast : bool
         How Motive streams.
     clock : Clock
@@ -189,10 +204,11 @@ class NatNetSource(PoseSource):
                 if body.tracking_valid is False:
                     raise ValueError("not tracked")
                 i, j, k, w = body.rot
-                self._pose = _measured(self._clock.now(), body.pos, (w, i, j, k))
+                self._pose = _measured(self._clock.now(), body.pos, _quaternion((w, i, j, k)))
             except ValueError:
                 self.rejected += 1
                 continue
+            self._body = body.id_num
             return
 
 
@@ -209,12 +225,16 @@ class ReplaySource(PoseSource):
     Raises
     ------
     FileError
-        If the columns are not there or not numbers.
+        If the columns are not there or not numbers, times go back, or a quaternion is far from unit length;
+        says which line.
     """
 
     def __init__(self, path: FileName, clock: Clock) -> None:
         table = read_table(path, COLUMNS[:4], (*COLUMNS[4:], *QUATERNION))
         self._t = table["t"] - table["t"][0]
+        back = np.flatnonzero(np.diff(self._t) < 0.0)
+        if back.size:
+            raise FileError(f"{path}, line {back[0] + 3}: t is before that of the line above: times must not go back")
         self._positions = np.stack([table[name] for name in "xyz"], axis=1)
         self._attitudes = _attitudes(path, table)
         self._clock, self._start = clock, clock.now()
@@ -225,18 +245,24 @@ class ReplaySource(PoseSource):
         row = int(np.searchsorted(self._t, elapsed, side="right")) - 1
         self.ended = row == len(self._t) - 1 and elapsed > self._t[-1] + 1.0
         x, y, z = self._positions[row].tolist()
-        w, i, j, k = self._attitudes[row].tolist()
-        return Pose(self._start + float(self._t[row]), (x, y, z), (w, i, j, k))
+        return Pose(self._start + float(self._t[row]), (x, y, z), self._attitudes[row])
 
 
-def _attitudes(path: FileName, table: dict[str, FloatArray]) -> FloatArray:
+def _attitudes(path: FileName, table: dict[str, FloatArray]) -> Sequence[Quaternion | float]:
     if all(name in table for name in QUATERNION):
-        stacked = np.stack([table[name] for name in QUATERNION], axis=1)
-        return np.asarray(stacked / np.linalg.norm(stacked, axis=1, keepdims=True))
+        rows = np.stack([table[name] for name in QUATERNION], axis=1).tolist()
+        return [_attitude_at(f"{path}, line {line}", row) for line, row in enumerate(rows, 2)]
     if "yaw" not in table:
         raise FileError(f"{path}, line 1: no column yaw, nor qw,qx,qy,qz: a pose needs an attitude")
-    half, zero = table["yaw"] / 2, np.zeros_like(table["yaw"])
-    return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1)
+    yaws: list[float] = table["yaw"].tolist()
+    return yaws
+
+
+def _attitude_at(where: str, numbers: list[float]) -> Quaternion:
+    try:
+        return _quaternion(numbers)
+    except ValueError as error:
+        raise FileError(f"{where}: {error}") from None
 
 
 def open_source(text: str, body: str | None, clock: Clock) -> PoseSource:
@@ -412,10 +438,18 @@ class Relay:
             return
         self._last = pose.received
         position = map_vectors(pose.position, self._frame, self._target).tolist()
-        attitude = map_quaternions(pose.attitude, self._frame, self._target).tolist()
+        attitude = self._attitude(pose.attitude)
         self._link.send(self._build(max(0, round(pose.received * 1e6)), position, attitude, self._target))
         self._count += 1
         self._sent.append((now, self._clock.now() - pose.received))
+
+    def _attitude(self, attitude: Quaternion | float) -> list[float]:
+        """Return an attitude in the frame that poses leave in; its z points down, and its yaw turns about that."""
+        if isinstance(attitude, tuple):
+            mapped: list[float] = map_quaternions(attitude, self._frame, self._target).tolist()
+            return mapped
+        half = float(wrap(map_yaw(attitude, self._frame, self._target))) / 2
+        return [math.cos(half), 0.0, 0.0, math.sin(half)]
 
     def report(self) -> RelayReport:
         """Return the statistics so far."""

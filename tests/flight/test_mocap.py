@@ -6,6 +6,7 @@ import socket
 import struct
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ from scipy.spatial.transform import Rotation
 from standin import mavutil
 
 from minsnap.errors import FileError, InputError, LinkError
+from minsnap.files.frames import FRAMES, map_quaternions, map_yaw
 from minsnap.flight.mavlink.link import Clock, open_link
+from minsnap.flight.mavlink.setpoints import vehicle_frame
 from minsnap.flight.mocap import NatNetSource, Pose, PoseSource, Relay, UdpJsonSource, euler_angles, open_source
 
 Y_UP = ((1.0, 2.0, 3.0), (math.cos(0.2), 0.0, math.sin(0.2), 0.0))
@@ -97,6 +100,21 @@ def test_angles_are_those_of_scipy_and_survive_a_nose_straight_up():
     assert euler_angles(up)[1] == pytest.approx(math.pi / 2)
 
 
+@pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.parametrize("yaw", [0.5, -2.5, 7.0])
+def test_a_yaw_is_the_heading_that_the_frame_counts(receiver, frame, yaw):
+    """A yaw used to turn about the third axis of every frame, which made it a pitch where y points up."""
+    clock = SharedClock()
+    _, messages = relayed(receiver, Scripted(clock, 2, pose=((1.0, 2.0, 3.0), yaw)), clock, frame=frame)
+    message = messages[-1]
+    heading = map_yaw(yaw, frame, vehicle_frame(frame))
+    assert (message.roll, message.pitch) == pytest.approx((0, 0), abs=1e-7)
+    assert math.remainder(message.yaw - heading, math.tau) == pytest.approx(0, abs=1e-6)
+    level = Rotation.from_euler("z", float(map_yaw(yaw, frame, "flu"))).as_quat(scalar_first=True)
+    turned = Scripted(clock, 2, pose=((1.0, 2.0, 3.0), tuple(map_quaternions(level, "flu", frame))))
+    assert relayed(receiver, turned, clock, frame=frame)[1][-1].yaw == pytest.approx(message.yaw, abs=1e-6)
+
+
 def test_the_rate_is_kept_and_latency_told(receiver):
     clock = SharedClock()
     report, messages = relayed(receiver, Scripted(clock, 100, age=0.01), clock, rate=50.0)
@@ -147,7 +165,7 @@ def test_json_over_udp():
     assert source.latest().position == (1, 2, 3)
     send({"body": "drone", "position": [4, 5, 6], "yaw": math.pi / 2})
     wait_for(lambda: source.latest().position == (4, 5, 6))
-    assert source.latest().attitude == pytest.approx((math.sqrt(0.5), 0, 0, math.sqrt(0.5)))
+    assert source.latest().attitude == pytest.approx(math.pi / 2)
     source.close()
     sender.close()
 
@@ -166,11 +184,57 @@ def test_a_file_is_replayed_in_its_own_time(tmp_path, receiver):
     assert messages[3].yaw == pytest.approx(-0.25)
 
 
+@pytest.mark.parametrize(
+    ("rows", "wrong"),
+    [
+        (("0,1,0,0,0", "1,0,0,0,0"), "line 3: an attitude of length 0"),
+        (("0,1,0,0,0", "2,1,0,0,0", "1,1,0,0,0"), "line 4: t is before that of the line above"),
+    ],
+)
+def test_a_file_that_cannot_be_replayed_is_refused_when_it_is_opened(tmp_path, rows, wrong):
+    """It used to end the relay at the row in question, or to skip rows without a word."""
+    path = tmp_path / "poses.csv"
+    lines = [f"{row.split(',', 1)[0]},0,0,0,{row.split(',', 1)[1]}\n" for row in rows]
+    path.write_text("t,x,y,z,qw,qx,qy,qz\n" + "".join(lines))
+    with pytest.raises(FileError, match=wrong):
+        open_source(f"csv:{path}", None, Clock())
+
+
 def test_a_file_without_an_attitude(tmp_path):
     path = tmp_path / "poses.csv"
     path.write_text("t,x,y,z\n0,0,0,0\n")
     with pytest.raises(FileError, match="no column yaw, nor qw,qx,qy,qz"):
         open_source(f"csv:{path}", None, Clock())
+
+
+def quiet(kind, body):
+    """A source without its port and thread."""
+    source = kind.__new__(kind)
+    source._body, source._clock = body, Clock()
+    return source
+
+
+def test_a_relay_without_a_body_keeps_to_the_first_of_which_a_pose_comes():
+    """Poses of all bodies used to be passed on in turn, and those of another one when the first was lost."""
+    source = quiet(UdpJsonSource, None)
+    for body, x in (("a", "?"), ("b", 1), ("a", 2), (7, 3), ("b", 4), (None, 5)):
+        source._take(json.dumps({"body": body, "position": [x, 0, 0], "yaw": 0}).encode())
+    assert source.latest().position == (4.0, 0.0, 0.0)
+    motive = quiet(NatNetSource, None)
+    for tracked in ((False, True, True), (True, False, True), (True, True, True)):
+        bodies = [
+            SimpleNamespace(id_num=k, pos=(k, 0, 0), rot=(0, 0, 0, 1), tracking_valid=v) for k, v in enumerate(tracked)
+        ]
+        motive._take(SimpleNamespace(rigid_bodies=bodies))
+        assert motive.latest().position == (1.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("body", [5, 5.0, "5"])
+def test_a_number_is_the_name_of_a_body_too(body):
+    """No pose of a body named by a number used to be taken, and none was counted as rejected."""
+    source = quiet(UdpJsonSource, "5")
+    source._take(json.dumps({"body": body, "position": [1, 2, 3], "yaw": 0}).encode())
+    assert source.latest().position == (1.0, 2.0, 3.0)
 
 
 class Motive(threading.Thread):
