@@ -13,7 +13,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -96,7 +96,7 @@ class Companion:
         for end in (theirs, orders):
             if end is not None:
                 end.close()
-        self._next_bar, self._gone = 0.0, False
+        self._next_bar, self._gone, self._listening = 0.0, False, listening is not None
         self._first: float | None = None
         self.streamer: Streamer | None = None
         self._send("listen", listening)
@@ -130,6 +130,15 @@ class Companion:
             self._send("first", self._first)
         while not self._gone and self._pipe.poll():
             self._obey(self.streamer)
+        if self._gone and self._listening:
+            self._end_input(self.streamer)
+
+    def _end_input(self, streamer: Streamer) -> None:
+        """Take the end of the process for the end of the orders; it shows nothing any more, so it is said here."""
+        self._listening = False
+        streamer.finish()
+        with suppress(OSError):
+            print("minsnap: what took the orders has ended: the flight ends where its plan does", file=sys.stderr)
 
     def _obey(self, streamer: Streamer) -> None:
         try:
@@ -247,7 +256,9 @@ class OrderLines:
         """Read what has come and answer it."""
         if self._socket is not None:
             data, sender = self._socket.recvfrom(_LARGEST)
-            self._socket.sendto(answer(data.decode(errors="replace")).encode(), sender)
+            answered = answer(data.decode(errors="replace")).encode()
+            with suppress(OSError):  # too long for a datagram, or nobody is there
+                self._socket.sendto(answered, sender)
             return
         data = os.read(self.fileno(), _LARGEST)
         self.over = not data

@@ -1,5 +1,6 @@
 """The process beside a flight: what the flight hears of it, and what it hears of the flight, through one pipe."""
 
+import socket
 from multiprocessing import Pipe
 from types import SimpleNamespace
 
@@ -36,7 +37,7 @@ def ends():
     ours, theirs = Pipe()
     companion = Companion.__new__(Companion)
     companion._pipe, companion._next_bar, companion._gone, companion._first = ours, float("inf"), False, None
-    companion._prompt, companion.streamer = False, Streamer()
+    companion._prompt, companion._listening, companion.streamer = False, True, Streamer()
     yield companion, RemoteFlight(theirs)
     ours.close()
     theirs.close()
@@ -80,6 +81,33 @@ def test_stops_are_passed_on_and_a_companion_that_is_gone_is_not_waited_for(ends
     flight._pipe.close()
     companion.status(None)
     companion.event("nobody hears this")
+
+
+def test_the_end_of_the_process_is_that_of_the_orders_and_is_said(ends, capsys):
+    """Orders used to end without a word, and a flight that stays went on for ever."""
+    companion, flight = ends
+    flight._pipe.close()
+    for _ in range(3):
+        companion.status(None)
+    assert companion.streamer.taken == ["finish"]
+    assert capsys.readouterr().err == "minsnap: what took the orders has ended: the flight ends where its plan does\n"
+
+
+def test_an_answer_that_no_datagram_holds_ends_nothing():
+    """It used to end the process that reads orders."""
+    lines = OrderLines(None)
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as orders,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
+    ):
+        orders.bind(("127.0.0.1", 0))
+        sender.bind(("127.0.0.1", 0))
+        sender.settimeout(10.0)
+        lines._socket = orders
+        for answer in ("x" * 70000, "ok"):
+            sender.sendto(b"stop", orders.getsockname())
+            lines.take(lambda line, answer=answer: answer)
+        assert sender.recv(100) == b"ok"
 
 
 def test_lines_are_answered_one_by_one_however_they_come(capfd, monkeypatch):

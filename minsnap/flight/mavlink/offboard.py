@@ -9,6 +9,7 @@ flown; ``"yaw"`` beside them is one heading for each [rad]. ``"stop"`` leads to 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -213,6 +214,11 @@ PASSED_WITHIN = 1e-6
 SHORT = ("stop", "finish")
 """Orders that are one word."""
 
+KINDS = ("goal", "waypoints", *SHORT)
+"""All orders."""
+
+_WANTED = "give one of goal, waypoints, stop and finish; id beside it, and yaw beside goal or waypoints"
+
 
 class ChangeableFlight(Protocol):
     """What takes changes: a :class:`~minsnap.flight.mavlink.streaming.Streamer`."""
@@ -267,20 +273,30 @@ class Orders:
         self._replanner = replanner or Replanner(limits, room=room)
 
     def answer(self, line: str) -> str:
-        """Follow the order of a line and return the answer to it, a line of JSON; a mistake is an answer too."""
-        order: dict[str, Any] = {}
+        """Follow the order of a line and return the answer to it, a line of JSON.
+
+        Whatever is wrong with an order is an answer too, so that the next one is read.
+
+        Raises
+        ------
+        EOFError, OSError
+            If the flight is over and cannot be reached any more.
+        """
+        named: dict[str, Any] = {}
         try:
             order = _order_of(line)
-            reply = {"ok": True, **self._followed(order)}
-        except (MinsnapError, TypeError, ValueError) as error:
-            reply = {"ok": False, "error": str(error)}
-        return json.dumps({**({"id": order["id"]} if "id" in order else {}), **reply})
+            named = _named(order)
+            return _line(named, {"ok": True, **self._followed(_kind_of(order), order)})
+        except (EOFError, OSError):
+            raise
+        except Exception as error:
+            return _line(named, {"ok": False, "error": str(error)})
 
-    def _followed(self, order: dict[str, Any]) -> dict[str, Any]:
-        if order.get("finish"):
+    def _followed(self, kind: str, order: dict[str, Any]) -> dict[str, Any]:
+        if kind == "finish":
             self._flight.finish()
             return {"finish": True}
-        if order.get("stop"):
+        if kind == "stop":
             return self._stopped()
         places = _places(order)
         points = np.array(list(map(center_of, places)))
@@ -361,10 +377,43 @@ def _order_of(line: str) -> dict[str, Any]:
     except (ValueError, RecursionError):
         order = text
     order = {order: True} if isinstance(order, str) else order
-    known = {"goal", "waypoints", "yaw", "id", *SHORT}
-    if not isinstance(order, dict) or not set(order) <= known or not {"goal", "waypoints", *SHORT} & set(order):
-        raise InputError(f"the order is {shown(order)}: give one of goal, waypoints, stop and finish, with yaw and id")
+    if not isinstance(order, dict):
+        raise InputError(f"the order is {shown(order)}: {_WANTED}")
     return order
+
+
+def _named(order: dict[str, Any]) -> dict[str, Any]:
+    """Return the id of an order, if it has one, for the answer."""
+    named = {name: order[name] for name in ("id",) if name in order}
+    try:
+        json.dumps(named, allow_nan=False)
+    except (ValueError, RecursionError):
+        raise InputError("the id is no value that JSON can write: give a text or a number") from None
+    return named
+
+
+def _kind_of(order: dict[str, Any]) -> str:
+    """Return which order it is, or raise InputError if it is none, or several in one."""
+    kinds = [name for name in KINDS if name in order]
+    beside = {"id"} if set(kinds) & set(SHORT) else {"id", "yaw"}
+    if len(kinds) != 1 or not set(order) <= {*kinds, *beside}:
+        raise InputError(f"the order is {shown(order)}: {_WANTED}")
+    if kinds[0] in SHORT and order[kinds[0]] is not True:
+        raise InputError(f"{kinds[0]} is {shown(order[kinds[0]])}: give true, or the word alone")
+    return kinds[0]
+
+
+def _line(named: dict[str, Any], reply: dict[str, Any]) -> str:
+    """Return an answer as a line of JSON; a number that is not finite is null, as JSON has none."""
+    return json.dumps({**named, **_finite(reply)}, allow_nan=False)
+
+
+def _finite(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {name: _finite(value) for name, value in content.items()}
+    if isinstance(content, list):
+        return [_finite(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content
 
 
 def _places(order: dict[str, Any]) -> list[Any]:

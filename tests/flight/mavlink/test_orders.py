@@ -4,6 +4,8 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import minsnap
 from minsnap.errors import FlightError
@@ -14,6 +16,7 @@ from minsnap.replanning.replanner import Replanner
 LIMITS = minsnap.Limits(speed=1.5, acceleration=2.0)
 ROOM = minsnap.Room((-9, -9, 0), (9, 9, 5))
 POINTS = np.array([(0, 0, 1.5), (3, 0, 1.5), (6, 2, 1.5)], dtype=float)
+PLAN = minsnap.plan(POINTS, limits=LIMITS, corridor=ROOM)
 GATE = {"center": [4.0, 1.0, 1.5], "heading_deg": 0, "width": 1.0}
 
 
@@ -44,13 +47,12 @@ class Flown:
 
 @pytest.fixture
 def flight():
-    return Flown(minsnap.plan(POINTS, limits=LIMITS, corridor=ROOM))
+    return Flown(PLAN)
 
 
 @pytest.fixture
 def order(flight):
-    plan = minsnap.plan(POINTS, limits=LIMITS, corridor=ROOM)
-    orders = Orders(flight, plan, LIMITS, replanner=Replanner(LIMITS, room=ROOM, clock=lambda: 0.0))
+    orders = Orders(flight, PLAN, LIMITS, replanner=Replanner(LIMITS, room=ROOM, clock=lambda: 0.0))
 
     def give(said, elapsed=None):
         flight.elapsed = flight.elapsed if elapsed is None else elapsed
@@ -106,13 +108,52 @@ def test_gates_are_passed_in_their_direction(order):
         ({"goal": [3.0, 9.0]}, "coordinates"),
         ({"goal": [1, 0, 1], "yaw": "north"}, "yaw"),
         ({"goal": [1, 0, -1]}, "room"),
+        ({"goal": [1, 0, 1], "waypoints": [[2, 0, 1]]}, "give one of goal, waypoints, stop and finish"),
+        ({"finish": True, "goal": [1, 0, 1]}, "give one of goal, waypoints, stop and finish"),
+        ({"stop": True, "finish": True}, "give one of goal, waypoints, stop and finish"),
+        ({"finish": True, "yaw": 1}, "yaw beside goal or waypoints"),
+        ({"stop": False}, "stop is False: give true, or the word alone"),
+        ({"finish": 1}, "finish is 1: give true"),
+        ('{"goal": [1, 0, 1], "id": NaN}', "the id is no value that JSON can write"),
+        ('{"stop": true, "id": 1e999}', "the id is no value that JSON can write"),
     ],
 )
 def test_mistakes_are_answered_and_change_nothing(flight, order, said, why):
+    """Some of them used to be followed in part, or to end the reading of orders: ``stop`` was obeyed no more."""
     before = flight.table[40]
     answer = order(said, 1.0)
+    assert flight.table.stays and flight.stops == 0
     assert not answer["ok"] and why in answer["error"]
     assert flight.table[40] == before and flight.began == 0.0
+
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.text(max_size=3) | st.lists(st.floats(-9, 9), min_size=3, max_size=3),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(["center", "width", "x"]), inner),
+    max_leaves=6,
+)
+
+
+@given(st.dictionaries(st.sampled_from(["goal", "waypoints", "yaw", "id", "stop", "finish"]), VALUES) | VALUES)
+def test_any_order_is_answered_by_a_line_of_json(said):
+    flight = Flown(PLAN)
+    line = Orders(flight, PLAN, LIMITS, ROOM).answer(json.dumps(said))
+    answer = json.loads(line, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+    assert answer["ok"] is not flight.table.stays, "before the flight, finish is all that can be followed"
+    assert answer["ok"] or answer["error"]
+
+
+def test_an_error_of_our_own_is_an_answer_too(flight, order):
+    """It used to end the process that reads orders; only the end of the flight does."""
+    flight.change = lambda change: {}["missing"]
+    assert "missing" in order({"goal": [4.0, 1.0, 1.5], "id": 3}, 1.0)["error"]
+    flight.change = gone
+    with pytest.raises(EOFError):
+        order({"goal": [4.0, 1.0, 1.5]}, 1.0)
+
+
+def gone(change):
+    raise EOFError
 
 
 def test_before_the_flight_nothing_is_changed_and_a_stop_that_nothing_allows_holds(flight, order):
