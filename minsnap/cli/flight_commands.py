@@ -168,7 +168,8 @@ def _check(link: Link, clock: Clock, source: Path | Samples | Trajectory, settin
 
     autopilot = get_autopilot(settings.autopilot, link.wait_for_vehicle(settings.wait))
     samples, frame = sampled(source, settings)
-    findings = check_vehicle(link, clock, autopilot, settings.feed_forward.stated(samples), vehicle_frame(frame))
+    stated = settings.feed_forward.stated(samples)
+    findings = check_vehicle(link, clock, autopilot, stated, vehicle_frame(frame), settings)
     wrong = [finding for finding in findings if finding.problem is not None]
     for finding in wrong:
         print(f"preflight: {finding.name}: {finding.problem}", file=sys.stderr)

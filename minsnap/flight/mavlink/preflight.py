@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.files.frames import map_vectors
 from minsnap.flight.mavlink.link import Clock, Link
 from minsnap.flight.mavlink.parameters import Parameter, Parameters
-from minsnap.flight.mavlink.stream_options import SafetyRules
-from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, VehicleState, command
+from minsnap.flight.mavlink.stream_options import SafetyRules, StreamOptions
+from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, Vector, VehicleState, command
 from minsnap.trajectory.samples import Samples
 
 
@@ -36,9 +36,9 @@ class FlightNeeds:
     tilt : float
         Greatest angle between thrust and the vertical, with what is stated to offset drag [rad].
     height : float
-        Greatest height of the file [m].
+        Greatest height above home [m].
     reach : float
-        Greatest horizontal distance from the file's first setpoint [m].
+        Greatest horizontal distance from home [m].
     """
 
     speed: float = 0.0
@@ -51,16 +51,33 @@ class FlightNeeds:
     reach: float = 0.0
 
     @property
+    def from_home(self) -> str:
+        """How far from home it goes, in words."""
+        return f"the file goes {self.reach:.1f} m away from it and {self.height:.1f} m above"
+
+    @property
     def tilt_degrees(self) -> float:
         """The tilt, in the unit of autopilots [deg]."""
         return math.degrees(self.tilt)
 
 
-def flight_needs(samples: Samples) -> FlightNeeds:
-    """Return the needs of samples in z-up world axes; without velocities or accelerations these are zero."""
+ORIGIN: Vector = (0.0, 0.0, 0.0)
+"""Where home is taken to be while the vehicle does not tell it: the local origin [m]."""
+
+
+def flight_needs(samples: Samples, home: Vector = ORIGIN) -> FlightNeeds:
+    """Return the needs of samples; without velocities or accelerations these are zero.
+
+    Parameters
+    ----------
+    samples : Samples
+        In z-up world axes.
+    home : tuple of 3
+        From where fences are measured, in the same axes [m].
+    """
     velocity, acceleration = (np.zeros((1, 3)) if v is None else v for v in (samples.velocity, samples.acceleration))
     pull = acceleration if samples.feed_forward is None else acceleration + samples.feed_forward
-    away = samples.position[:, :2] - samples.position[0, :2]
+    away = samples.position - home
     return FlightNeeds(
         speed=float(np.hypot(velocity[:, 0], velocity[:, 1]).max()),
         climb=max(0.0, float(velocity[:, 2].max())),
@@ -68,7 +85,7 @@ def flight_needs(samples: Samples) -> FlightNeeds:
         acceleration=float(np.hypot(acceleration[:, 0], acceleration[:, 1]).max()),
         lift=float(np.abs(acceleration[:, 2]).max()),
         tilt=float(np.arctan2(np.hypot(pull[:, 0], pull[:, 1]), GRAVITY + pull[:, 2]).max()),
-        height=float(samples.position[:, 2].max()),
+        height=float(away[:, 2].max()),
         reach=float(np.hypot(away[:, 0], away[:, 1]).max()),
     )
 
@@ -251,8 +268,8 @@ RULES: dict[str, Sequence[Rule]] = {
         allows(("ANGLE_MAX", "PSC_ANGLE_MAX"), _lean_angle, "tilt_degrees", _cut("tilt", "deg")),
         jerk_time("PSC_JERK_XY", "acceleration"),
         jerk_time("PSC_JERK_Z", "lift"),
-        copter_fence("FENCE_ALT_MAX", 1, "height", "at {:g} m, and the file goes up to {:.3g} m"),
-        copter_fence("FENCE_RADIUS", 2, "reach", "{:g} m from home, and the file goes {:.3g} m from its start"),
+        copter_fence("FENCE_ALT_MAX", 1, "height", "at {:g} m, and the file goes up to {:.3g} m, above home"),
+        copter_fence("FENCE_RADIUS", 2, "reach", "{:g} m from home, and the file goes {:.3g} m"),
     ),
     "generic": (),
 }
@@ -382,6 +399,18 @@ class VehicleWatch:
         for message in self._link.pump(max(self._began + WATCHED.listen, self._clock.now() + WATCHED.answered)):
             self.take(message)
 
+    @property
+    def home(self) -> Vector | None:
+        """Where home is, in the vehicle's local frame [m]; None where it was not told."""
+        told = self._said.get("HOME_POSITION")
+        place = None if told is None else (told.x, told.y, told.z)
+        return None if place is None or not all(map(math.isfinite, place)) else place
+
+    def needs(self, samples: Samples | None) -> FlightNeeds:
+        """Return the needs of samples in z-up world axes, from home as it was told."""
+        home = map_vectors(self.home or ORIGIN, self._frame, "enu")
+        return FlightNeeds() if samples is None else flight_needs(samples, tuple(home.tolist()))
+
     def findings(self, autopilot: Autopilot, samples: Samples | None) -> list[Finding]:
         """Return one finding a subject from the messages; a subject without a message is unknown."""
         vehicle, system = self._link.vehicle, self._said.get("SYS_STATUS")
@@ -392,7 +421,7 @@ class VehicleWatch:
             "arming checks": _arming(vehicle, system),
             "battery": _battery(system),
             "position": _position(vehicle, places),
-            "home": _home(self._said.get("HOME_POSITION"), places),
+            "home": (None, None if samples is None or self.home is None else self.needs(samples).from_home),
             "link": self._quality(),
         }
         return [Finding((), name, *told, grave=name == "estimate" and bool(told[0])) for name, told in subjects.items()]
@@ -451,16 +480,22 @@ def _position(vehicle: VehicleState, places: FloatArray | None) -> Told:
     return far, f"{away:.1f} m from the start"
 
 
-def _home(home: Message | None, places: FloatArray | None) -> Told:
-    if home is None or places is None or not all(map(math.isfinite, (home.x, home.y, home.z))):
-        return None, None
-    away = places - (home.x, home.y, home.z)
-    reach, above = float(np.hypot(away[:, 0], away[:, 1]).max()), float(-away[:, 2].min())
-    return None, f"the file goes {reach:.1f} m away from it and {above:.1f} m above"
+def _placed(samples: Samples, vehicle: VehicleState, frame: str, options: StreamOptions) -> Samples:
+    """Return samples, in z-up world axes, where they are flown: at the vehicle, if the flight begins there."""
+    if not options.relative or vehicle.position is None:
+        return samples
+    x, y, z = map_vectors(samples.position[0], "enu", frame).tolist()
+    offset = options.offset((x, y, z), vehicle.position)
+    return replace(samples, position=samples.position + map_vectors(offset, frame, "enu"))
 
 
 def check_vehicle(
-    link: Link, clock: Clock, autopilot: Autopilot, samples: Samples | None = None, frame: str = "ned"
+    link: Link,
+    clock: Clock,
+    autopilot: Autopilot,
+    samples: Samples | None = None,
+    frame: str = "ned",
+    options: StreamOptions | None = None,
 ) -> list[Finding]:
     """Read parameters and listen for three seconds; return one finding for each rule and each part of the state.
 
@@ -476,9 +511,13 @@ def check_vehicle(
         What is to be flown, in z-up world axes, with the feed-forward that is to be sent.
     frame : str
         The vehicle's local frame: ``ned`` or ``frd``.
+    options : StreamOptions, optional
+        Whether the flight begins where the vehicle is; by default where the samples do.
     """
     watch = VehicleWatch(link, clock, frame)
-    needs = FlightNeeds() if samples is None else flight_needs(samples)
     parameters = Parameters(link, clock, watch.take).read(rule_parameters(autopilot.name))
     watch.listen()
-    return [*check_parameters(autopilot.name, parameters, needs), *watch.findings(autopilot, samples)]
+    if samples is not None and options is not None:
+        samples = _placed(samples, link.vehicle, frame, options)
+    findings = check_parameters(autopilot.name, parameters, watch.needs(samples))
+    return [*findings, *watch.findings(autopilot, samples)]

@@ -252,8 +252,7 @@ class Sequence:
 
     def _start_here(self, place: Vector) -> None:
         first = self._table.start
-        x, y, z = (there - here for there, here in zip(place, first.position, strict=True))
-        self.offset = (x, y, z if self._options.relative_height else 0.0)
+        self.offset = self._options.offset(first.position, place)
         self.setpoint = first.shifted(self.offset)
         self.planned = self.setpoint.position
 

@@ -294,6 +294,11 @@ class StreamOptions:
         if self.relative_height and (self.arm or not self.relative):
             raise InputError("the vehicle's height is an origin only in flight: use it with relative, not with arm")
 
+    def offset(self, start: Vector, here: Vector) -> Vector:
+        """Return what a flight that begins where the vehicle is, ``here``, is moved by from its file's start [m]."""
+        x, y, z = (there - before for there, before in zip(here, start, strict=True))
+        return x, y, z if self.relative_height else 0.0
+
     def check_rate(self, rate: float) -> None:
         """Raise TimingError if setpoints at this rate would not keep the autopilot in its mode."""
         stacks = AUTOPILOTS.values() if self.autopilot == "auto" else [AUTOPILOTS[self.autopilot]]

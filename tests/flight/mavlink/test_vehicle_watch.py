@@ -1,5 +1,7 @@
 """The state of a vehicle before a flight: what it estimates, what keeps it from arming, its battery, place and link."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from clocks import SharedClock
@@ -11,6 +13,7 @@ from standin import PointMass, StandIn, mavlink
 from minsnap.flight.mavlink.link import open_link
 from minsnap.flight.mavlink.preflight import check_vehicle, flight_needs
 from minsnap.flight.mavlink.setpoints import FeedForward
+from minsnap.flight.mavlink.stream_options import StreamOptions
 from minsnap.flight.mavlink.vehicle_messages import AUTOPILOTS
 
 GOOD = 1 | 2 | 4 | 8 | 16 | 32
@@ -25,12 +28,12 @@ def system(health=SENSORS, battery=90):
     return mavlink.MAVLink_sys_status_message(SENSORS, SENSORS, health, 0, 12000, 0, battery, *(0,) * 6)
 
 
-def checked(samples=PATH, parameters=PX4, body=START, **settings):
+def checked(samples=PATH, parameters=PX4, body=START, stack="px4", options=None, **settings):
     clock = SharedClock()
-    with StandIn(clock=clock, body=PointMass(body), parameters=parameters, **settings) as vehicle:
+    with StandIn(autopilot=stack, clock=clock, body=PointMass(body), parameters=parameters, **settings) as vehicle:
         link = open_link(f"udpout:127.0.0.1:{vehicle.port}", clock)
         link.wait_for_vehicle(30.0)
-        found = check_vehicle(link, clock, AUTOPILOTS["px4"], samples)
+        found = check_vehicle(link, clock, AUTOPILOTS[stack], samples, options=options)
         link.close()
     return {finding.name: finding for finding in found}
 
@@ -69,6 +72,45 @@ def test_a_fence_that_ends_before_the_plan_and_a_start_far_away_are_said():
     assert "the fence ends 2 m from home" in found["GF_MAX_HOR_DIST"].problem and found["GF_MAX_HOR_DIST"].grave
     assert found["GF_MAX_VER_DIST"].problem is None
     assert "7.0 m from the start" in found["position"].problem
+
+
+FENCES = {
+    "px4": {"GF_ACTION": 1, "GF_MAX_HOR_DIST": 6.0, "GF_MAX_VER_DIST": 4.0},
+    "ardupilot": {"FENCE_ENABLE": 1, "FENCE_TYPE": 3, "FENCE_RADIUS": 6.0, "FENCE_ALT_MAX": 4.0},
+}
+
+
+def home(north, east, down):
+    return mavlink.MAVLink_home_position_message(0, 0, 0, north, east, down, [1, 0, 0, 0], 0, 0, 0)
+
+
+@pytest.mark.parametrize("stack", FENCES)
+@pytest.mark.parametrize(
+    ("shift", "told", "outside"),
+    [
+        ((0, 0, 0), None, False),
+        ((5, 0, 0), None, True),
+        ((5, 0, 0), home(0.0, 5.0, 0.0), False),
+        ((0, 0, 0), home(0.0, 9.0, 0.0), True),
+        ((0, 0, 2), None, True),
+        ((0, 0, 2), home(0.0, 0.0, -2.0), False),
+    ],
+)
+def test_fences_are_measured_from_home(stack, shift, told, outside):
+    """They used to be measured from the file's start, and their height from the local origin."""
+    path = replace(PATH, position=PATH.position + shift)
+    found = checked(path, FENCES[stack], stack=stack, telemetry=[] if told is None else [told])
+    problems = [name for name in FENCES[stack] if name in found and found[name].problem and found[name].grave]
+    assert bool(problems) == outside, problems
+
+
+@pytest.mark.parametrize("stack", FENCES)
+@pytest.mark.parametrize(("body", "outside"), [((2.0, 2.0, -1.5), False), ((0.0, 5.0, -1.5), True)])
+def test_a_flight_that_begins_at_the_vehicle_is_checked_where_it_is_flown(stack, body, outside):
+    """The vehicle's distance to the file's own start used to be told, and fences used to be held against that path."""
+    found = checked(PATH, FENCES[stack], body, stack, StreamOptions(relative=True))
+    assert found["position"].problem is None and found["position"].seen == "0.0 m from the start"
+    assert any(found[name].problem for name in FENCES[stack] if name in found) == outside
 
 
 def test_tilt_counts_what_is_really_commanded():
