@@ -34,7 +34,7 @@ from minsnap.vehicle.quadrotor import Quadrotor
 
 @dataclass(frozen=True)
 class SetpointSettings:
-    """What is no lead, and what is no joint.
+    """What is no lead, and what is no joint of changes or of laps.
 
     Parameters
     ----------
@@ -43,12 +43,20 @@ class SetpointSettings:
     distance : float
         Greatest distance between the start of a change and the setpoint at that instant [m].
     jump : float
-        By how much the velocity that it begins with may differ from theirs [m/s].
+        By how much the velocity that it begins with may differ from theirs, and that of a lap's end from its start's
+        [m/s].
+    gap : float
+        Greatest distance between the end of a lap and its start [m].
+    turn : float
+        Greatest angle between their headings, but for whole turns [rad]: 3 degrees, which a vehicle that turns at
+        1 rad/s covers in the 50 ms between two setpoints.
     """
 
     lead: float = 1.0
     distance: float = 0.02
     jump: float = 0.1
+    gap: float = 0.01
+    turn: float = 0.05
 
 
 ALLOWED = SetpointSettings()
@@ -280,16 +288,16 @@ def tabulate(
     ------
     InputError, TimingError, FrameError
         If a field does not exist, positions are left out, acceleration goes without velocity, the rate is not positive,
-        or laps do not close.
+        or laps do not close: in position, in velocity, and in the yaw that is sent, but for whole turns.
     """
     wanted = _check_fields(fields)
     frame = vehicle_frame(frame)
     stated = _resampled(map_samples(samples, "enu", frame), rate)
     flown = stated.commanded()
-    _check_laps(flown, laps)
     known = tuple(name for name in wanted if getattr(flown, name) is not None)
     held = known if "velocity" in known else tuple(name for name in known if name != "acceleration")
     missing = tuple(name for name in wanted if name not in (known if fields is None else held))
+    _check_laps(flown, laps, turns="yaw" in held)
     rows = np.concatenate([_column(flown, name, name in held) for name in FIELDS], axis=1)
     feed_forward = stated.feed_forward if "acceleration" in held else None
     rate = samples.rate if rate is None else float(rate)
@@ -326,14 +334,23 @@ def _column(samples: Samples, name: str, held: bool) -> FloatArray:
     return np.asarray(values, dtype=np.float64).reshape(len(samples), width)
 
 
-def _check_laps(samples: Samples, laps: int) -> None:
+def _check_laps(samples: Samples, laps: int, turns: bool) -> None:
+    """Refuse laps whose end is not their start, in place, velocity and, where ``turns``, heading."""
     if laps < 1:
         raise InputError(f"laps is {laps}: it must be 1 or more")
+    if laps == 1:
+        return
     gap = math.dist(samples.position[0], samples.position[-1])
-    if laps > 1 and gap > 0.01:
+    if gap > ALLOWED.gap:
         raise InputError(f"the end is {gap:.3g} m from the start: only a path that closes can be flown {laps} times")
-    if laps > 1 and samples.velocity is not None and math.dist(samples.velocity[0], samples.velocity[-1]) > 0.1:
+    if samples.velocity is not None and math.dist(samples.velocity[0], samples.velocity[-1]) > ALLOWED.jump:
         raise InputError(f"the end is not at the start's velocity: it cannot be flown {laps} times without a jerk")
+    turn = math.remainder(samples.yaw[-1] - samples.yaw[0], math.tau) if turns and samples.yaw is not None else 0.0
+    if abs(turn) > ALLOWED.turn:
+        raise InputError(
+            f"the heading at the end is {abs(turn):.3g} rad from that at the start: it cannot be flown {laps} times "
+            "without a jerk; close it, or leave yaw out of the fields"
+        )
 
 
 def _resampled(samples: Samples, rate: float | None) -> Samples:

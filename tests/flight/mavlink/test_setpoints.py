@@ -145,6 +145,20 @@ def test_laps_of_a_path_that_does_not_close():
         tabulate(open_path, laps=2)
 
 
+@pytest.mark.parametrize(("turned", "flown"), [(0.0, True), (2 * math.pi, True), (-4 * math.pi, True), (0.2, False)])
+@pytest.mark.parametrize("frame", ["ned", "frd"])
+def test_laps_close_in_their_heading_too(turned, flown, frame):
+    """A heading that ends elsewhere used to be commanded as a step from one setpoint to the next where laps meet."""
+    lap = excursion()
+    turning = replace(lap, yaw=1.0 + turned * lap.t / lap.t[-1], yaw_rate=None)
+    if flown:
+        assert len(tabulate(turning, laps=2, frame=frame)) == 2 * (len(lap) - 1) + 1
+        return
+    with pytest.raises(InputError, match="the heading at the end is 0.2 rad from that at the start"):
+        tabulate(turning, laps=2, frame=frame)
+    assert tabulate(turning, laps=2, fields=["position", "velocity"]).laps == 2
+
+
 @pytest.mark.parametrize(("frame", "vehicles"), [("enu", "ned"), ("ned", "ned"), ("flu", "frd"), ("optitrack", "frd")])
 def test_a_file_that_says_its_frame_is_flown_in_it(tmp_path, frame, vehicles):
     samples = minsnap.circle(radius=1.0, period=6.0).sample(20.0)
