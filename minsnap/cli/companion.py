@@ -79,14 +79,11 @@ class Companion:
 
     Parameters
     ----------
-    prompt : bool
-        True: say when Enter is waited for.
     listening : Listening, optional
         Take orders.
     """
 
-    def __init__(self, prompt: bool = False, listening: Listening | None = None) -> None:
-        self._prompt = prompt
+    def __init__(self, listening: Listening | None = None) -> None:
         self._pipe, theirs = Pipe()
         orders = None if listening is None else listening.open()
         inherited = [end.fileno() for end in (theirs, orders) if end is not None]
@@ -115,8 +112,6 @@ class Companion:
     def event(self, text: str) -> None:
         """Show a sentence."""
         self._send("event", text)
-        if self._prompt and text == "ready":
-            self._send("event", "press Enter to fly (the vehicle must be armed and in its mode)")
 
     def status(self, status: StreamStatus) -> None:
         """Show the status of the flight, and take over what was ordered."""

@@ -60,18 +60,39 @@ class FlightOptions:
 
 
 class EnterKey:
-    """A trigger that fires when Enter is pressed; the end of the input does not count as Enter."""
+    """A trigger that fires when Enter is pressed once it is asked for, which is when all that was typed before is read.
+
+    The end of the input does not count as Enter.
+    """
 
     def __init__(self) -> None:
-        self._ended = False
+        self._ended = self._asked = False
+        self._say: Callable[[str], None] | None = None
+
+    def begin(self, say: Callable[[str], None]) -> None:
+        """Ask anew, for a flight that comes, by telling ``say`` a sentence."""
+        self._asked, self._say = False, say
 
     def __call__(self) -> bool:
         """Return whether Enter has been pressed."""
-        if self._ended or not select.select([sys.stdin], [], [], 0.0)[0]:
+        if self._ended:
+            return False
+        if not select.select([sys.stdin], [], [], 0.0)[0]:
+            self._ask_once()
             return False
         typed = os.read(sys.stdin.fileno(), 4096)
         self._ended = not typed
-        return b"\n" in typed
+        return self._asked and b"\n" in typed
+
+    def _ask_once(self) -> None:
+        if not self._asked and self._say is not None:
+            self._say("press Enter to fly (the vehicle must be armed and in its mode)")
+        self._asked = True
+
+
+def _ask_by(settings: StreamOptions, say: Callable[[str], None]) -> None:
+    if isinstance(settings.trigger, EnterKey):
+        settings.trigger.begin(say)
 
 
 def fly(
@@ -93,7 +114,8 @@ def fly(
     with closing(open_link(connect, clock, system=system, signing_key=key)) as link:
         if preflight:
             _check(link, clock, source, settings)
-        with Companion(callable(settings.trigger), listening) as beside:
+        with Companion(listening) as beside:
+            _ask_by(settings, beside.event)
             streamer = beside.streamer = Streamer(table, link, settings, clock, beside.event, beside.status)
             with _stopped_by_signals(streamer.stop):
                 return streamer.run()
@@ -120,13 +142,14 @@ def fly_fleet(
             links.append(opened.enter_context(closing(open_link(address, clock, signing_key=key))))
             if preflight:
                 _check(links[-1], clock, curve, settings)
-        with Companion(callable(settings.trigger)) as beside:
+        with Companion() as beside:
             one_by_one = threading.Lock()
 
             def told(text: str) -> None:
                 with one_by_one:
                     beside.event(text)
 
+            _ask_by(settings, told)
             how = (tables, links, each, names, clock, told)
             with _stopped_by_signals() as stops:
                 return dict(zip(names, stream_together(*how, begun=stops.append), strict=True))

@@ -37,7 +37,7 @@ def ends():
     ours, theirs = Pipe()
     companion = Companion.__new__(Companion)
     companion._pipe, companion._next_bar, companion._gone, companion._first = ours, float("inf"), False, None
-    companion._prompt, companion._listening, companion.streamer = False, True, Streamer()
+    companion._listening, companion.streamer = True, Streamer()
     yield companion, RemoteFlight(theirs)
     ours.close()
     theirs.close()

@@ -13,6 +13,7 @@ from flying import excursion, in_ned
 from standin import OFFBOARD, POSCTL, PointMass, StandIn, mavutil
 
 from minsnap import write_csv
+from minsnap.cli.flight_commands import EnterKey
 
 pytestmark = pytest.mark.slow
 PATH = excursion(1.0, reach=0.2)
@@ -51,6 +52,21 @@ def test_a_whole_flight_by_itself(process, path, tmp_path):
     for event in ("system 1 answers (px4", "streaming the start at 20 Hz", "flying", "holding the end", "done"):
         assert event in done.stderr
     assert log.read_text().count("\n") > 100
+
+
+def test_enter_counts_once_it_is_asked_for(monkeypatch):
+    """One that was typed before the prompt, such as a second one on the command line, used to let the flight go."""
+    ours, theirs = pty.openpty()
+    with open(theirs) as terminal:
+        monkeypatch.setattr(sys, "stdin", terminal)
+        key, asked = EnterKey(), []
+        for flights in (1, 2):
+            os.write(ours, b"\n\nabc\n")
+            key.begin(asked.append)
+            assert not any(key() for _ in range(10)) and len(asked) == flights
+            os.write(ours, b"\n")
+            assert key()
+    os.close(ours)
 
 
 def test_enter_lets_go_and_a_bar_is_drawn_on_a_terminal(vehicle, path):
