@@ -179,19 +179,26 @@ def upload(
     from minsnap.flight.swarm_upload import COMPRESSED, planned_ways
 
     fleet = minsnap.shows.read_fleet(folder)
-    uris = list(uri) if uri else _addresses(folder)
+    robots = [] if uri else _robots(folder)
+    uris = list(uri) if uri else [str(robot["uri"]) for robot in robots]
     if dry_run:
         for address, part in zip(uris, swarm_upload.uploads(fleet, uris), strict=True):
             form = "compressed" if part.kind == COMPRESSED else "polynomials"
             print(f"{address}: {part.pieces} pieces, {len(part.content)} bytes, {form}")
         print(f"start: {planned_ways(uris)}")
         return 0
-    swarm_upload.upload(fleet, uris, start=start, told=lambda line: print(f"minsnap: {line}", file=sys.stderr))
+    swarm_upload.upload(
+        fleet,
+        uris,
+        start=start,
+        told=lambda line: print(f"minsnap: {line}", file=sys.stderr),
+        places=[robot["place"] for robot in robots] or None,
+    )
     return 0
 
 
-def _addresses(folder: Path) -> list[str]:
-    """Return the addresses of the robots of a crazyswarm2 folder, in their order."""
+def _robots(folder: Path) -> list[dict[str, Any]]:
+    """Return address and place of the robots of a crazyswarm2 folder, in their order; the place may be None."""
     from minsnap.basics.storage.text import load_yaml, reading
 
     file = folder / "crazyflies.yaml"
@@ -199,4 +206,9 @@ def _addresses(folder: Path) -> list[str]:
         raise FileError(f"{folder} has no crazyflies.yaml: give --uri for each vehicle")
     with reading(file, "a file of robots"):
         robots: dict[str, Any] = load_yaml(file)["robots"]
-        return [str(robot["uri"]) for robot in robots.values() if robot.get("enabled", True)]
+        enabled = [robot for robot in robots.values() if robot.get("enabled", True)]
+        return [{"uri": robot["uri"], "place": _place(robot.get("initial_position"))} for robot in enabled]
+
+
+def _place(position: list[float] | None) -> tuple[float, float] | None:
+    return None if position is None else (float(position[0]), float(position[1]))

@@ -9,6 +9,7 @@ Nothing takes off before every memory was read back. A vehicle that is gone in t
 
 from __future__ import annotations
 
+import math
 import struct
 import time
 from collections.abc import Callable, Sequence
@@ -247,25 +248,36 @@ def _has_begun(link: CrtpLink, wait: float) -> bool:
 
 TAKE_OFF, LAND, GO_TO = 7, 8, 12
 
+Place = tuple[float, float]
+"""Where a vehicle stands: x and y [m]."""
+
+Say = Callable[[str], None]
+"""Is told a sentence."""
+
 
 @dataclass(frozen=True)
 class FlightTimes:
-    """How long the parts around the trajectories take.
+    """How long the parts around the trajectories take: what their ways need at moderate speeds, and no less than this.
 
     Parameters
     ----------
     take_off : float
-        Climb to the height of the start [s].
+        Climb to the height of the start, at least [s].
     approach : float
-        Straight way to the start [s].
+        Straight way to the start, at least [s].
     landing : float
-        [s].
+        At least [s].
     settle : float
         Wait after each of these [s].
     start : Volleys
         How often the start of all is sent.
     ground : float
         Height below which a trajectory begins on the ground, and takes off itself [m].
+    climb, travel, sink : float
+        Greatest speeds of the take-off, of the way to the start, and of the landing [m/s]: those of a vehicle among
+        people, slower down, into its own wash.
+    peak : float
+        Greatest speed of a way from rest to rest over its mean: 35/16 for the firmware's polynomials of degree 7.
     """
 
     take_off: float = 2.5
@@ -274,6 +286,18 @@ class FlightTimes:
     settle: float = 0.5
     start: Volleys = Volleys()
     ground: float = 0.1
+    climb: float = 1.0
+    travel: float = 1.0
+    sink: float = 0.8
+    peak: float = 35.0 / 16.0
+
+    def lasting(self, least: float, way: float, speed: float) -> float:
+        """Return the time of a way [m] that is nowhere faster than a speed [m/s]; ``least`` [s] or more."""
+        return max(least, self.peak * way / speed)
+
+    def landing_from(self, height: float) -> bytes:
+        """Return the command to land from a height [m] or less, in place."""
+        return struct.pack("<BBff?f", LAND, 0, 0.0, 0.0, True, self.lasting(self.landing, height, self.sink))
 
 
 def uploads(fleet: Fleet, uris: Sequence[str]) -> list[Upload]:
@@ -300,7 +324,8 @@ def upload(
     *,
     start: bool = False,
     timing: FlightTimes | None = None,
-    told: Callable[[str], None] | None = None,
+    told: Say | None = None,
+    places: Sequence[Place | None] | None = None,
 ) -> None:
     """Write a fleet into the memories of its vehicles, and fly it if ``start`` says so.
 
@@ -314,6 +339,8 @@ def upload(
     timing : FlightTimes, optional
     told : callable, optional
         Is told a sentence after each step.
+    places : sequence of (x, y) or None, optional
+        Where the vehicles stand before the flight [m], for the time of their ways; None for below its start.
 
     Raises
     ------
@@ -331,42 +358,54 @@ def upload(
         act_on_each(links, lambda link, i: store(link, contents[i]))
         say(f"{len(links)} memories written and read back, {sum(len(part.content) for part in contents)} bytes")
         if start:
-            _fly(fleet, links, timing or FlightTimes(), say)
+            _fly(fleet, links, timing or FlightTimes(), places or [None] * len(links), say)
     finally:
         for link in links:
             link.close()
 
 
-def _fly(fleet: Fleet, links: Sequence[CrtpLink], timing: FlightTimes, say: Callable[[str], None]) -> None:
+def _fly(
+    fleet: Fleet, links: Sequence[CrtpLink], timing: FlightTimes, places: Sequence[Place | None], say: Say
+) -> None:
     """Climb to the starts that are above the ground, fly the uploaded curves; an early end lands all in place."""
-    starts = [curve(0.0) for curve in fleet]
-    yaws = [float(curve.yaw(np.array(0.0))) for curve in fleet]
-    landing = struct.pack("<BBff?f", LAND, 0, 0.0, 0.0, True, timing.landing)
+    ends = [timing.landing_from(float(curve(curve.duration)[2])) for curve in fleet]
+    anywhere = [timing.landing_from(float(curve.control_points[..., 2].max())) for curve in fleet]
     try:
-        high = [each for each in zip(links, starts, yaws, strict=True) if each[1][2] > timing.ground]
-        if high:
-            climbs = [struct.pack("<BBff?f", TAKE_OFF, 0, at[2], 0.0, True, timing.take_off) for _, at, _ in high]
-            act_on_each([link for link, *_ in high], lambda link, i: command(link, climbs[i]))
-            time.sleep(timing.take_off + timing.settle)
-            ways = [struct.pack("<BBBBfffff", GO_TO, 0, 0, 0, *at, yaw, timing.approach) for _, at, yaw in high]
-            act_on_each([link for link, *_ in high], lambda link, i: command(link, ways[i]))
-            time.sleep(timing.approach + timing.settle)
+        _go_to_starts(fleet, links, timing, places)
         say(str(start_group(links, timing.start)))
         time.sleep(fleet.duration + timing.settle)
-        act_on_each(links, lambda link, i: command(link, landing))
+        act_on_each(links, lambda link, i: command(link, ends[i]))
         say("landing")
     except BaseException:
-        _land_all(links, landing, say)
+        _land_all(links, anywhere, say)
         raise
 
 
-def _land_all(links: Sequence[CrtpLink], landing: bytes, say: Callable[[str], None]) -> None:
+def _go_to_starts(fleet: Fleet, links: Sequence[CrtpLink], timing: FlightTimes, places: Sequence[Place | None]) -> None:
+    """Climb to the heights of the starts, and go to them in one time; those on the ground stay there."""
+    high = [each for each in zip(links, fleet, places, strict=True) if each[1](0.0)[2] > timing.ground]
+    if not high:
+        return
+    flying, starts = [link for link, *_ in high], [curve(0.0) for _, curve, _ in high]
+    climbs = [timing.lasting(timing.take_off, at[2], timing.climb) for at in starts]
+    ups = [struct.pack("<BBff?f", TAKE_OFF, 0, at[2], 0.0, True, each) for at, each in zip(starts, climbs, strict=True)]
+    act_on_each(flying, lambda link, i: command(link, ups[i]))
+    time.sleep(max(climbs) + timing.settle)
+    far = max(0.0 if place is None else math.dist(place, at[:2]) for (*_, place), at in zip(high, starts, strict=True))
+    approach = timing.lasting(timing.approach, far, timing.travel)
+    yaws = [float(curve.yaw(np.array(0.0))) for _, curve, _ in high]
+    ways = [struct.pack("<BBBBfffff", GO_TO, 0, 0, 0, *at, yaw, approach) for at, yaw in zip(starts, yaws, strict=True)]
+    act_on_each(flying, lambda link, i: command(link, ways[i]))
+    time.sleep(approach + timing.settle)
+
+
+def _land_all(links: Sequence[CrtpLink], landings: Sequence[bytes], say: Say) -> None:
     """Tell every vehicle to land in place, whether or not others answer."""
     gone = []
 
-    def land(link: CrtpLink, _: int) -> None:
+    def land(link: CrtpLink, i: int) -> None:
         try:
-            command(link, landing)
+            command(link, landings[i])
         except (LinkError, FlightError):
             gone.append(link.name)
 

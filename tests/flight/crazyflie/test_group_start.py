@@ -1,6 +1,7 @@
 """The start of all vehicles: by broadcasts through cflib and a dongle's bytes, or link by link; what is not heard."""
 
 import struct
+from math import inf
 
 import pytest
 from crazyradio_dongle import Dongle, RadioVehicle
@@ -12,7 +13,7 @@ from minsnap.flight.crtp_link import channel_of, open_link
 from minsnap.flight.swarm_upload import FlightTimes, Volleys, planned_ways, start_group, upload, upload_of
 
 VOLLEYS = Volleys(hearing=0.1)
-QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01, VOLLEYS)
+QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01, VOLLEYS, climb=inf, travel=inf, sink=inf)
 START = struct.pack("<BBBBBBf", 13, 1, 0, 0, 0, 1, 1.0)
 
 

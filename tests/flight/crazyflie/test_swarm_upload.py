@@ -1,6 +1,9 @@
 """Uploads to stand-ins that speak CRTP over UDP: every byte, lost packets, vehicles that disappear."""
 
+import math
 import struct
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,11 +13,11 @@ import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FleetError, FlightError, LinkError
 from minsnap.files.formats.crazyflie import compressed
-from minsnap.flight import crtp_link
+from minsnap.flight import crtp_link, swarm_upload
 from minsnap.flight.swarm_upload import FlightTimes, upload, upload_of, uploads
 from minsnap.shows.fleet_files import write_fleet
 
-QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01)
+QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01, climb=math.inf, travel=math.inf, sink=math.inf)
 
 
 @pytest.fixture(autouse=True)
@@ -85,6 +88,36 @@ def test_a_flight_takes_off_goes_to_its_starts_starts_and_lands(lossy):
     assert "2 memories written and read back" in told[0] and told[-1] == "landing"
 
 
+def largest_speed(way, duration):
+    """The greatest speed of a polynomial of degree 7 from rest to rest, with no acceleration and jerk at its ends."""
+    t = np.linspace(0.0, 1.0, 2001)
+    return way / duration * np.gradient(35 * t**4 - 84 * t**5 + 70 * t**6 - 20 * t**7, t).max()
+
+
+@pytest.mark.parametrize(("height", "far"), [(1.0, 0.0), (6.0, 0.0), (6.0, 8.0)])
+@pytest.mark.parametrize("lost", [False, True])
+def test_ways_around_the_flight_last_as_long_as_their_lengths_need(monkeypatch, height, far, lost):
+    """They used to last 2.5 to 3 s whatever their length: a vehicle fell from 6 m at 4 m/s, in an emergency too."""
+    given, slept = [], []
+    monkeypatch.setattr(swarm_upload, "command", lambda link, body: given.append(body))
+    monkeypatch.setattr(swarm_upload, "time", SimpleNamespace(sleep=slept.append))
+    monkeypatch.setattr(swarm_upload, "start_group", lambda links, volleys: 1 / 0 if lost else "started")
+    fleet, times = minsnap.Fleet((minsnap.plan([(far, 0, height), (far, 1, height)], [2.0]),)), FlightTimes()
+    try:
+        swarm_upload._fly(fleet, ["link"], times, [(0.0, 0.0)], str)
+    except ZeroDivisionError:
+        assert lost
+    up, there, down = given
+    climb, approach, landing = (struct.unpack("<f", body[-4:])[0] for body in (up, there, down))
+    assert (up[0], there[0], down[0]) == (7, 12, 8)
+    assert climb >= times.take_off and approach >= times.approach and landing >= times.landing
+    assert slept[:2] == pytest.approx([climb + times.settle, approach + times.settle])
+    speeds = largest_speed(height, climb), largest_speed(far, approach), largest_speed(height, landing)
+    assert (np.array(speeds) <= np.array([1.0, 1.0, 0.8]) + 1e-4).all()
+    if height == 1.0:
+        assert (climb, approach, landing) == (2.5, 3.0, 3.0)
+
+
 @pytest.mark.slow
 def test_a_curve_that_begins_on_the_ground_takes_off_by_itself():
     """Its vehicle was told to take off to height 0, and to go there."""
@@ -106,7 +139,7 @@ def test_a_vehicle_that_disappears_on_the_ground_keeps_all_there():
 def test_a_vehicle_that_disappears_in_the_air_lands_the_others():
     told = []
     with CrtpVehicle() as one, CrtpVehicle() as two:
-        settled = FlightTimes(0.3, 0.02, 0.02, 0.01)
+        settled = replace(QUICK, take_off=0.3)
 
         class Watched(list):
             def append(self, entry):
