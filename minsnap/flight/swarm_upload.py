@@ -274,8 +274,8 @@ class FlightTimes:
     ground : float
         Height below which a trajectory begins on the ground, and takes off itself [m].
     climb, travel, sink : float
-        Greatest speeds of the take-off, of the way to the start, and of the landing [m/s]: those of a vehicle among
-        people, slower down, into its own wash.
+        Greatest speeds of the take-off, of the way to the start, and of the landing [m/s]: moderate, and slower down,
+        into its own wash.
     peak : float
         Greatest speed of a way from rest to rest over its mean: 35/16 for the firmware's polynomials of degree 7.
     """
