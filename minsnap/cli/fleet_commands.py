@@ -148,12 +148,13 @@ def studio(
 
 
 def _page(file: Path | None, folder: Path, host: str, port: int, obstacles: Path | None) -> Page:
-    from minsnap.studio.documents import example_scene, open_scene
+    from minsnap.studio.documents import WorkingFolder, example_scene, open_scene
     from minsnap.studio.ground_view import read_obstacles
     from minsnap.studio.studio import Studio
 
     request = example_scene() if file is None else open_scene(file)
-    return Studio(request, str(folder), host, port, obstacles=None if obstacles is None else read_obstacles(obstacles))
+    shown = None if obstacles is None else read_obstacles(obstacles)
+    return Studio(request, WorkingFolder(folder, file, obstacles), host, port, obstacles=shown)
 
 
 def _fleet(

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY
+from minsnap.basics.storage.atomic import refuse_source
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.constraint import Constraint
@@ -43,6 +44,8 @@ class WorkingFolder:
     ----------
     path : str or path
         An existing folder.
+    *read : str, path or None
+        Files that the studio was opened with: none is replaced by another kind of document. None is no file.
 
     Raises
     ------
@@ -50,10 +53,23 @@ class WorkingFolder:
         If it is none.
     """
 
-    def __init__(self, path: FileName = ".") -> None:
+    def __init__(self, path: FileName = ".", *read: FileName | None) -> None:
         self.path = Path(os.path.realpath(path))
         if not self.path.is_dir():
             raise FileError(f"{path} is no folder: give one that exists")
+        self._read = {Path(file): kind_of(file) for file in read if file is not None}
+
+    def target(self, kind: str, name: str) -> Path:
+        """Return where a document of one of :data:`EXPORTS` is to be saved.
+
+        Raises
+        ------
+        FileError
+            If the name is none of :meth:`destination`, or that of a file that was read and holds another kind.
+        """
+        place = self.destination(name, EXPORTS[kind][0])
+        refuse_source(place, *(file for file, held in self._read.items() if held != kind))
+        return place
 
     def destination(self, name: str, ending: str) -> Path:
         """Return where a file of this name is to be written.
@@ -104,6 +120,22 @@ class WorkingFolder:
                 error.args = (f"{error}".replace(f"{path}", name or path.name), *error.args[1:])
                 raise
 
+    @contextmanager
+    def uploaded(self, name: str, ending: str, content: bytes) -> Iterator[Path]:
+        """Yield the path of an uploaded file while it is read; the same file in the folder is then one that was read.
+
+        Raises
+        ------
+        FileError
+            If nothing can be written here.
+        """
+        with self.scratch(ending, Path(name).name) as path:
+            path.write_bytes(content)
+            yield path
+        own = self.path / path.name
+        if own.is_file() and own.read_bytes() == content:
+            self._read[own] = kind_of(own)
+
 
 ENDINGS = (".yaml", ".yml", ".csv", ".plan", ".json")
 """Of the files that can be opened as a scene."""
@@ -121,6 +153,18 @@ EXPORTS = {
     "figure (SVG)": (".svg", ""),
 }
 """Ending, and name of the format for :func:`minsnap.files.convert.write_any`, if any, by the words of the page."""
+
+
+def kind_of(path: FileName) -> str:
+    """Return which of :data:`EXPORTS` a file that can be opened is; empty where it is another one."""
+    from minsnap.files.formats.polynomials import is_polynomials
+
+    ending = Path(path).suffix.lower()
+    if ending not in (".json", ".yaml", ".yml"):
+        return ""
+    if is_polynomials(path):
+        return "plan (JSON)"
+    return "" if ending == ".json" or is_course(path) else "request (YAML)"
 
 
 def example_scene() -> PlanRequest:
@@ -183,8 +227,7 @@ def open_upload(name: str, content: bytes, folder: WorkingFolder) -> PlanRequest
     ending = Path(name).suffix.lower()
     if ending not in ENDINGS:
         raise FileError(f"a file that ends in {ending[:20]!r} cannot be opened: it must end in {', '.join(ENDINGS)}")
-    with folder.scratch(ending, Path(name).name) as path:
-        path.write_bytes(content)
+    with folder.uploaded(name, ending, content) as path:
         return open_scene(path)
 
 

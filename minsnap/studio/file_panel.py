@@ -141,15 +141,14 @@ class FilePanel:
     def _shown(self, endings: tuple[str, ...], read: Callable[[Path], Obstacles]) -> Callable[[str, bytes], None]:
         def show(name: str, content: bytes) -> None:
             ending = next((known for known in endings if name.lower().endswith(known)), endings[0])
-            with self._folder.scratch(ending, name) as path:
-                path.write_bytes(content)
+            with self._folder.uploaded(name, ending, content) as path:
                 self._obstacles(read(path))
 
         return show
 
     def _save(self) -> None:
         kind = self._kind.value
-        target = self._folder.destination(self._name.value, EXPORTS[kind][0])
+        target = self._folder.target(kind, self._name.value)
         lost = save_as(kind, self._state(), target)
         self._saved.content = sentence(f"{target.name} is written to {self._folder.path}. {lost}", "good")
 

@@ -9,6 +9,9 @@ import urllib.request
 
 import pytest
 
+from minsnap.cli.fleet_commands import _page
+from minsnap.errors import FileError
+
 pytest.importorskip("viser")
 
 
@@ -76,3 +79,15 @@ def test_bad_input_is_one_sentence(tmp_path, arguments, said):
     out, err = process.communicate(timeout=60)
     assert process.returncode == 2 and out == ""
     assert said in err and err.count("\n") == 1
+
+
+def test_the_page_keeps_the_files_of_the_command(tmp_path):
+    """Save replaced the course that the command was given."""
+    course, cloud = tmp_path / "course.csv", tmp_path / "cloud.csv"
+    for file in (course, cloud):
+        file.write_text("x,y,z\n0,0,1\n8,0,1\n8,4,1\n")
+    page = _page(course, tmp_path, "127.0.0.1", 0, cloud)
+    for name in ("course", "cloud"):
+        with pytest.raises(FileError, match="is the file that is read"):
+            page._folder.target("setpoints (CSV)", name)
+    page.close()

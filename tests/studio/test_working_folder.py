@@ -5,7 +5,8 @@ import os
 import pytest
 
 from minsnap.errors import FileError
-from minsnap.studio.documents import WorkingFolder
+from minsnap.studio.documents import WorkingFolder, example_scene, open_scene, open_upload, save_as
+from minsnap.studio.workbench import BenchState
 
 
 @pytest.fixture
@@ -56,3 +57,31 @@ def test_errors_say_the_name_that_the_user_knows(folder):
 def test_a_folder_must_exist(tmp_path):
     with pytest.raises(FileError, match="no folder"):
         WorkingFolder(tmp_path / "nowhere")
+
+
+POINTS = "x,y,z\n0,0,1\n8,0,1\n8,4,1\n"
+
+
+def test_what_was_opened_is_replaced_by_its_own_kind_alone(folder):
+    """Setpoints of the same name took the place of the waypoints, without a word."""
+    course, scene = folder.path / "course.csv", folder.path / "scene.yaml"
+    course.write_text(POINTS)
+    save_as("request (YAML)", BenchState(example_scene()), scene)
+    gates = folder.path / "gates.yaml"
+    gates.write_text("{name: ours, closed: true, waypoints: [[0, 0, 1], [8, 0, 1], [8, 4, 1]]}")
+    opened = WorkingFolder(folder.path, course, scene, gates, None)
+    for kind, name in (("setpoints (CSV)", "course"), ("Crazyflie (CSV)", "course.csv"), ("request (YAML)", "gates")):
+        with pytest.raises(FileError, match="is the file that is read: choose another name"):
+            opened.target(kind, name)
+    assert opened.target("request (YAML)", "scene") == scene
+    assert opened.target("setpoints (CSV)", "flown") == folder.path / "flown.csv"
+
+
+def test_what_a_page_has_read_from_the_folder_is_kept(folder):
+    """An upload from the folder was replaced in the same way; another file of that name is none that was read."""
+    (folder.path / "course.csv").write_text(POINTS)
+    open_upload("course.csv", POINTS.replace("8", "9").encode(), folder)
+    assert folder.target("setpoints (CSV)", "course")
+    assert open_upload("course.csv", POINTS.encode(), folder) == open_scene(folder.path / "course.csv")
+    with pytest.raises(FileError, match="is the file that is read"):
+        folder.target("setpoints (CSV)", "course")
