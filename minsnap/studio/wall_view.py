@@ -47,10 +47,14 @@ def tube_prism(start: Sequence[float], end: Sequence[float], half_width: float) 
     from scipy.spatial import ConvexHull
 
     ends = np.array((start, end), dtype=np.float64)
-    corners = leg_bodies(half_width, ends)[0]
-    there = (corners - ends.mean(axis=0)) @ (ends[1] - ends[0]) > 0.0
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    unit = np.stack([np.zeros(3), along])
+    corners = leg_bodies(1.0, unit)[0]  # of every length and width: no hull is found of a very thin body
+    there = corners @ along > 0.5
     faces = ConvexHull(corners).simplices
-    return corners, faces[there[faces].any(axis=1) & ~there[faces].all(axis=1)]
+    which = there.astype(np.intp)
+    vertices = ends[which] + half_width * (corners - unit[which])
+    return vertices, faces[there[faces].any(axis=1) & ~there[faces].all(axis=1)]
 
 
 def box_surface(boxes: Any) -> tuple[FloatArray, IntArray]:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_waypoints
 from minsnap.basics.limit_kinds import KIND
 from minsnap.certificate import Certificate, certify
 from minsnap.errors import MinsnapError
@@ -196,14 +197,20 @@ class PlanWorker:
     def _run(self) -> None:
         while (request := self._next()) is not None:
             try:
-                self._plan(request)
-            except Superseded:
-                pass
-            except MinsnapError as error:
-                self._refused(request, error)
-            except Exception:
+                self._answer(request)
+            except Exception:  # of the one that is told of a refusal: the next request is planned all the same
                 traceback.print_exc()
-                self._refused(request, MinsnapError("planning failed in an unexpected way: the terminal says more"))
+
+    def _answer(self, request: PlanRequest) -> None:
+        try:
+            self._plan(request)
+        except Superseded:
+            pass
+        except MinsnapError as error:
+            self._refused(request, error)
+        except Exception:
+            traceback.print_exc()
+            self._refused(request, MinsnapError("planning failed in an unexpected way: the terminal says more"))
 
     def _next(self) -> PlanRequest | None:
         with self._changed:
@@ -382,11 +389,13 @@ class Workbench:
         Raises
         ------
         MinsnapError
-            What ``change`` raises; the document then stays as it is.
+            What ``change`` raises, or where waypoints are no places; the document then stays as it is.
         """
         with self.lock:
             before = self._state.request
-            own = self._history.edit(change(before), subject, held)
+            after = change(before)
+            check_waypoints(after.waypoints)
+            own = self._history.edit(after, subject, held)
             if self._history.present != before:
                 self._take_up(own)
 

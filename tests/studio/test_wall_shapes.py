@@ -33,6 +33,14 @@ def test_corners_of_a_prism_touch_the_walls_of_the_tube():
         assert offsets.max() == pytest.approx(0.3)
 
 
+@pytest.mark.parametrize("length", [1e-30, 1.0, 1e6, 1e20, 1e40])
+def test_a_prism_has_sides_at_any_length_and_width(length):
+    """The hull of a very long or very thin one was not found, which was an error of the page."""
+    vertices, faces = tube_prism((0.0, 0.0, 0.0), (length, 0.0, 0.0), 0.3)
+    assert vertices.shape == (8, 3) and faces.shape == (8, 3)
+    assert set(vertices[:, 0]) == {0.0, length} and np.abs(vertices[:, 1:]).max() == pytest.approx(0.3)
+
+
 def test_a_box_has_its_corners_edges_and_face_centres():
     vertices, faces = box_surface(BOX)
     assert len(np.unique(vertices, axis=0)) == 8 and (vertices.min(axis=0), vertices.max(axis=0)) == (

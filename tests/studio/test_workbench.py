@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.errors import InputError
+from minsnap.errors import InputError, WaypointError
 from minsnap.studio import workbench
 from minsnap.studio.documents import example_scene
 from minsnap.studio.edits import move_waypoint, set_width, with_time
@@ -158,3 +158,29 @@ def test_an_error_inside_a_plan_is_told_and_does_not_end_the_studio(monkeypatch,
     assert bench.state.is_plan_of_document
     bench.close()
     assert "RuntimeError: inside" in capfd.readouterr().err
+
+
+def test_what_fails_while_a_refusal_is_shown_does_not_end_the_planning():
+    """The thread ended with it, and every later edit of every browser waited for ever."""
+
+    def show(state):
+        if state.refusal:
+            raise ZeroDivisionError
+
+    bench = Workbench(example_scene(), show)
+    assert bench.wait(60.0)
+    bench.edit(lambda request: replace(request, total_time=-1.0))
+    assert bench.wait(60.0) and bench.state.refusal
+    bench.edit(lambda request: replace(request, total_time=14.0))
+    assert bench.wait(60.0) and bench.state.is_plan_of_document
+    bench.close()
+
+
+@pytest.mark.parametrize("far", [1e41, float("nan"), float("-inf")])
+def test_waypoints_that_are_no_places_are_no_document(watched, far):
+    """They were taken up, and refused after they were drawn, which failed."""
+    bench, _ = watched
+    good = bench.state
+    with pytest.raises(WaypointError, match="every coordinate must be a finite number"):
+        bench.edit(lambda request: move_waypoint(request, 1, (far, 0.0, 1.0)))
+    assert bench.state is good and not bench._history.past
