@@ -228,20 +228,20 @@ def fly_course(course: Course, planning: Planning, destination: Destination, not
 
 
 def _beside(course: Course, arguments: dict[str, Any], mission: Mission, took: float) -> dict[str, Any]:
-    """Return how long the course would last with more pieces, and a flying lap from a standing start."""
+    """Return how long the course would last with more pieces, and flying laps, all of them, from a standing start."""
     from minsnap.planning.request import plan_arguments
 
     quiet = {name: value for name, value in arguments.items() if name not in ("search", "progress")}
-    lap = course.changed(closed=False, laps=1, stops=(*course.stops, *course.stops[:1]))
+    laps = course.changed(closed=False, stops=(*course.stops, *course.stops[:1]))
 
     def again(**changes: Any) -> Trajectory:
         return minsnap.plan_mission(course, **quiet, **plan_arguments(changes)).trajectory
 
     known = quiet.keys() & {"pieces", "continuity"} or course.pieces != 1
     shorter = {} if known else gain(again, mission.trajectory, took)
-    if not course.closed or took > GAIN.quick:
+    if not course.closed or course.laps * took > GAIN.quick:
         return shorter
-    return shorter | standing(lambda: minsnap.plan_mission(lap, **quiet).trajectory, mission.trajectory)
+    return shorter | standing(lambda: minsnap.plan_mission(laps, **quiet).trajectory, mission.trajectory)
 
 
 def _other_vehicle(mission: Mission, destination: Destination) -> str:

@@ -129,7 +129,7 @@ def gain(plan: Callable[..., Path], path: Path, milliseconds: float) -> dict[str
 
 
 def standing(plan: Callable[[], Path], path: Trajectory) -> dict[str, Any]:
-    """Return how long a lap that begins at speed lasts from a standing start, as another plan finds it."""
+    """Return how long laps that begin at speed last from a standing start, as another plan finds it."""
     if float(sum(part**2 for part in path(0.0, 1))) <= STANDING**2:
         return {}
     try:

@@ -50,6 +50,17 @@ def test_gates_of_three_shapes_keep_their_margin_and_say_when_they_are_passed(ca
     )
 
 
+@pytest.mark.parametrize("laps", [2, 3])
+def test_a_standing_start_is_of_all_laps(call, write, laps):
+    """It was of one lap, so that laps from rest seemed quicker than flying ones."""
+    corners = "0,0,1\n8,0,1\n8,4,1.5\n0,4,2\n"
+    write(f"x,y,z\n{corners}", "lap.csv")
+    write(f"x,y,z\n{corners}0,0,1\n", "open.csv")
+    flying = json.loads(call("plan", "lap.csv", "--closed", "--laps", str(laps), "--json").stdout)
+    resting = json.loads(call("plan", "open.csv", "--laps", str(laps), "--json").stdout)
+    assert flying["standing"] == resting["duration"] > flying["duration"]
+
+
 @pytest.mark.parametrize(
     ("gate", "said"),
     [
