@@ -37,7 +37,7 @@ def check(
     downwash: Annotated[float, "W", "Vehicles above each other must be W times as far apart."] = 1.0,
     json: options.Json = False,
 ) -> int:
-    """Check a setpoint file: uniform rate, consistent derivatives and, if given, the corridor; figures for each axis.
+    """Check a setpoint file: uniform rate, consistent derivatives and, if given, the corridor; figures for its axes.
 
     A plan in .json or .yaml is certified anew: that it keeps what its file says of its corridor, limits, waypoints and
     joints.
@@ -49,6 +49,7 @@ def check(
     """
     from minsnap.files.consistency import check_samples
     from minsnap.files.convert import read_samples, resolution_of
+    from minsnap.files.frames import map_samples
     from minsnap.files.setpoint_csv import frame_of, origin_of
     from minsnap.shows.fleet_files import is_fleet
 
@@ -57,8 +58,8 @@ def check(
     if separation is not None:
         raise InputError(f"{file} is one vehicle: --separation is for a folder of vehicles or a .skyc")
     options.check_corridor(corridor, waypoints)
-    samples = read_samples(file, frame)
-    report = check_samples(samples, resolution=resolution_of(file))
+    samples, axes = read_samples(file, frame), frame_of(file, frame)
+    report = check_samples(map_samples(samples, "enu", axes), resolution=resolution_of(file))
     inside = _membership(samples, waypoints, corridor)
     plan = _plan(file, exact)
     certificate, faults = (None, []) if plan is None else plan.certified()
@@ -67,10 +68,10 @@ def check(
         faults.insert(0, "the figures of the certificate are not proved in exact arithmetic")
     problems = [*report.problems, *_escape(inside), *faults]
     if json:
-        verdict = {"problems": problems, "ok": not problems, "frame": frame_of(file, frame), "origin": origin_of(file)}
+        verdict = {"problems": problems, "ok": not problems, "frame": axes, "origin": origin_of(file)}
         print(as_json(asdict(report) | verdict | {"corridor": inside and asdict(inside), "exact": proved}))
     else:
-        print(_as_text(report, inside, proved, problems, frame_of(file, frame)))
+        print(_as_text(report, inside, proved, problems, axes))
     return 1 if problems else 0
 
 

@@ -25,6 +25,22 @@ def test_a_moved_file_is_checked_in_its_own_axes(call, tmp_path):
     assert refused.returncode == 2 and "is in ned, as its header says" in refused.stderr
 
 
+@pytest.mark.parametrize("frame", ["ned", "frd", "optitrack"])
+def test_figures_and_faults_are_of_the_columns_of_the_file(call, tmp_path, frame):
+    """They were in ENU below the name of the file's frame, so that a fault was said of another column."""
+    assert call("rect", "--frame", frame, "-o", "a.csv").returncode == 0
+    names, *rows = [line.split(",") for line in (tmp_path / "a.csv").read_text().splitlines()]
+    told = json.loads(call("check", "a.csv", "--json").stdout)
+    columns = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
+    for axis in told["axes"]:
+        assert (axis["lowest"], axis["highest"]) == (columns[axis["name"]].min(), columns[axis["name"]].max())
+    rows[40][names.index("vy")] = "9"
+    (tmp_path / "b.csv").write_text("\n".join(map(",".join, [names, *rows])) + "\n")
+    problems = json.loads(call("check", "b.csv", "--json").stdout)["problems"]
+    assert problems and all("vy" in problem for problem in problems)
+    assert any("vy there goes from" in problem and "to 9" in problem or "vy is 9" in problem for problem in problems)
+
+
 def test_a_file_without_a_frame_below_ground_is_asked_for_it(call, tmp_path):
     (tmp_path / "a.csv").write_text("t,x,y,z\n0,0,0,-1\n0.1,0,0,-1\n0.2,0,0,-1\n")
     run = call("check", "a.csv")

@@ -26,7 +26,8 @@ from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.passing import gate_passages
 from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
 from minsnap.files.consistency import ConsistencyReport, check_samples
-from minsnap.files.setpoint_csv import frame_of
+from minsnap.files.frames import map_samples
+from minsnap.files.setpoint_csv import frame_of, in_space
 from minsnap.flight.mavlink.link import Clock, CommonFlight, Link, open_link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback
 from minsnap.flight.mavlink.sender import undisturbed
@@ -103,7 +104,7 @@ def prepare(source: Samples | Path | FileName, options: StreamOptions) -> Setpoi
         If what is to be added to them cannot be.
     """
     samples, frame = sampled(source, options)
-    report = check_samples(samples)
+    report = check_samples(map_samples(in_space(samples), "enu", frame))  # faults are of the columns of the file
     if not report.ok:
         raise FlightError(f"not fit to fly: {report.problems[0]}")
     feed_forward = options.feed_forward

@@ -371,7 +371,7 @@ def comparison_text(comparisons: Mapping[str, Comparison]) -> str:
         path = [one.along_rmse, one.across_rmse, one.max_error, one.worst_instant]
         figures = [*one.rmse, one.rmse_3d, *path, one.delay, one.late_rmse_3d, one.path_rmse, one.time_rmse]
         rows.append([name, *(f"{value:.4f}" for value in figures)])
-    return "\n".join(["Root mean squared error [m]", aligned(rows)])
+    return "\n".join(["Root mean squared error [m], in axes with z up", aligned(rows)])
 
 
 def compare(reference: Samples, flight: Samples, *, align: bool = False, max_delay: float = MAX_DELAY) -> Comparison:

@@ -6,6 +6,7 @@ from flying import PATH, START, Flight, excursion, in_ned, patient_rules
 from pilot import fly_until, places, sent, streamed
 from standin import LAND, OFFBOARD, POSCTL, PointMass, StandIn
 
+from minsnap import write_csv
 from minsnap.errors import FlightError
 from minsnap.flight.mavlink.offboard import prepare
 from minsnap.flight.mavlink.stream_options import StreamOptions
@@ -99,6 +100,14 @@ def test_missing_velocities_are_said_and_masked(vehicle, clock):
 def test_an_inconsistent_file_is_refused():
     with pytest.raises(FlightError, match="not fit to fly: x and vx disagree"):
         prepare(type(PATH)(PATH.t, PATH.position, 3.6 * PATH.velocity), StreamOptions())
+
+
+def test_a_fault_is_told_of_the_columns_of_the_file(tmp_path):
+    """In the axes of NED, vx was said where vy is wrong."""
+    velocity = PATH.velocity * [3.6, 1.0, 1.0]
+    write_csv(type(PATH)(PATH.t, PATH.position, velocity), tmp_path / "a.csv", frame="ned")
+    with pytest.raises(FlightError, match="not fit to fly: y and vy disagree"):
+        prepare(tmp_path / "a.csv", StreamOptions())
 
 
 def test_setpoints_name_the_vehicle_and_the_frame(vehicle, clock):

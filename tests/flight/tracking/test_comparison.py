@@ -164,6 +164,7 @@ def test_the_report_names_every_figure(eight) -> None:
     found = compare(eight.sample(20.0), flown(eight, 0.1))
     text = comparison_text({"one.csv": found})
     assert str(found) == comparison_text({"flight": found})
+    assert text.startswith("Root mean squared error [m], in axes with z up\n")
     assert "one.csv" in text and f"{found.rmse_3d:.4f}" in text and "from the curve" in text
     numbers = found.as_dict()
     assert numbers["rmse_3d"] == found.rmse_3d and set(numbers["rmse"]) == {"x", "y", "z"}
