@@ -46,8 +46,8 @@ class Format:
         What it does not hold of samples and ``write`` does not name: their fields, ``t`` for a first instant but 0. By
         default what no polynomials hold.
     rounding : callable or None
-        ``rounding(trajectory, step)``: what the format's rounding may do to a difference of two values a step apart, or
-        None where numbers are read back exactly.
+        ``rounding(trajectory, step)``: what the format's rounding or low degree may do to a difference of two values a
+        step apart, or None where numbers are read back exactly.
     """
 
     name: str

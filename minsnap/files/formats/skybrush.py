@@ -192,12 +192,16 @@ class CubicSettings:
         Segments that are not split any more [ms].
     scale : int
         Largest unit [mm].
+    moved : float
+        Units by which two neighbouring control points move against each other at most: 0.5 for the rounding of each,
+        and 0.75 where a segment becomes a line.
     """
 
     tolerance: float = 0.002
     longest: int = 60_000
     shortest: int = 8
     scale: int = 127
+    moved: float = 1.75
 
 
 CUBIC = CubicSettings()
@@ -472,5 +476,24 @@ def _write(content: Trajectory, path: FileName, *, clobber: bool) -> str:
     return f"written as {count} cubics, at most {1e3 * segments.distance:.2g} mm from the curve; headings are left out"
 
 
+def _resolution(content: Trajectory, step: float) -> float:
+    """Return what storing a smooth curve as cubics does to a difference of two values a step apart [m], [m/s].
+
+    At a knot the velocity steps by what moved control points explain and no more, a corner between lines is no such
+    step; the acceleration steps for as long as the shorter segment lasts. A step may have a knot at either end.
+    """
+    moved = CUBIC.moved * 1e-3 * _scale(content.control_points)
+    shorter = np.minimum(content.durations[:-1], content.durations[1:])
+    faster, harder = (_steps(content, order) for order in (1, 2))
+    at_knots = np.minimum(faster, 2.0 * content.degree * moved / shorter) + harder * np.minimum(shorter, step)
+    return 2.0 * (moved + float(at_knots.max(initial=0.0)))
+
+
+def _steps(content: Trajectory, order: int) -> FloatArray:
+    """Return by how much a derivative steps at each inner knot, shape (pieces - 1,), on the axis with the most."""
+    values = differentiate(content.control_points, order) / content.durations[:, None, None] ** order
+    return np.asarray(np.abs(values[1:, 0] - values[:-1, -1]).max(axis=1, initial=0.0))
+
+
 _READ_WRITE = ((".skyb",), _write, (".skyb",), lambda path: read_skybrush(path).trajectory)
-FORMATS = (Format("skybrush", "polynomials", *_READ_WRITE),)
+FORMATS = (Format("skybrush", "polynomials", *_READ_WRITE, rounding=_resolution),)

@@ -7,6 +7,8 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError
+from minsnap.files.consistency import check_samples
+from minsnap.files.convert import read_samples, resolution_of
 from minsnap.files.formats.bezier_segments import packed, unpacked
 from minsnap.files.formats.skybrush import (
     CUBIC,
@@ -160,3 +162,18 @@ def test_loops_of_lights_are_played():
         lights_of(bytes([99, 0]))
     with pytest.raises(FileError, match="cut off"):
         lights_of(bytes([4, 1, 2, 3]))
+
+
+@pytest.mark.parametrize("speed", [0.5, 3.0, 12.0])
+def test_what_was_written_is_consistent_and_a_corner_is_not(tmp_path, speed):
+    """Velocities that step by what whole millimetres are in a short segment were called wrong."""
+    file = tmp_path / "a.skyb"
+
+    def problems(trajectory):
+        write_skybrush(trajectory, file)
+        return check_samples(read_samples(file), resolution=resolution_of(file)).problems
+
+    for corners in (CORNERS, [(0, 0, 1), (8, 0, 1), (8, 4, 1.5), (0, 4, 2), (0, 0, 1)]):
+        assert problems(minsnap.plan(corners, limits=minsnap.Limits(speed=speed, acceleration=6.0))) == ()
+    lines = [np.linspace((i * speed, 0.0, 1.0), ((i + 1) * speed, i * speed, 1.0), 4) for i in (0, 1)]
+    assert "vy and ay disagree at t = 0.95 s" in problems(Trajectory(np.stack(lines), [1.0, 1.0]))[0]
