@@ -254,22 +254,27 @@ def convert(
     target: Annotated[Path, "OUT", f"{options.WRITABLE}."],
     *,
     to: Annotated[str | None, f"{options.FORMATS}; else by the ending."] = None,
-    rate: options.Rate = 20.0,
+    rate: Annotated[float | None, "HZ", "Setpoints per second of a trajectory, by default 20."] = None,
     frame: Annotated[str, "--to-frame", "--frame", "Axes of the setpoints or table written."] = "enu",
     from_frame: Annotated[str | None, "Axes of a setpoint CSV, if it does not say so itself."] = None,
     no_clobber: options.NoClobber = False,
 ) -> int:
     """Convert trajectories, setpoints and logs to another format, and to another frame.
 
-    A trajectory is sampled at --rate where the format holds samples; samples are fitted with polynomials to 1 mm
-    where it holds those.
+    A trajectory is sampled at --rate where the format holds samples; samples keep their instants, and are fitted with
+    polynomials to 1 mm where it holds those.
     """
-    from minsnap.files.convert import format_of, formats, read_any, write_any
+    from minsnap.files.convert import RATE, format_of, formats, read_any, write_any
+    from minsnap.trajectory.samples import Samples
 
-    format_of(target, to).check_frame(frame)
+    chosen = format_of(target, to)
+    chosen.check_frame(frame)
     refuse_source(target, source)
     with told_warnings():
         content = read_any(source, from_frame)
-    name, lost = write_any(content, target, to, rate, frame, clobber=not no_clobber)
+    if rate is not None and not (chosen.holds == "samples" and isinstance(content, minsnap.Trajectory)):
+        held = "samples, which keep their instants" if isinstance(content, Samples) else "a trajectory, which is kept"
+        raise InputError(f"{source} holds {held}: --rate is of a trajectory that is sampled; leave it out")
+    name, lost = write_any(content, target, to, RATE if rate is None else rate, frame, clobber=not no_clobber)
     print(f"{target}: {name}, frame {formats()[name].frame or frame}{f'; {lost}' if lost else ''}")
     return 0

@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+import pytest
 from ulog_bytes import fields, ulog
 
 import minsnap
@@ -39,6 +40,19 @@ def test_refusals(call, tmp_path):
     assert call("convert", "rect.csv", "a.npz", "--to", "paper").stderr.startswith(
         "minsnap: no format is called 'paper'"
     )
+
+
+def test_a_rate_that_does_nothing_is_refused(call, tmp_path):
+    """Samples kept theirs, and polynomials stayed polynomials, without a word on --rate."""
+    (tmp_path / "flight.ulg").write_bytes(ulog_bytes())
+    call("rect", "-o", "a.csv", "--rate", "50")
+    call("rect", "-o", "a.json")
+    for source, target in (("a.csv", "b.csv"), ("flight.ulg", "b.csv"), ("a.csv", "b.traj"), ("a.json", "b.traj")):
+        done = call("convert", source, target, "--rate", "20")
+        assert done.returncode == 2 and f"{source} holds" in done.stderr and "leave it out" in done.stderr
+        assert not (tmp_path / target).exists()
+    assert call("convert", "a.json", "b.csv", "--rate", "10").returncode == 0
+    assert minsnap.read_csv(tmp_path / "b.csv").rate == pytest.approx(10.0)
 
 
 def test_a_damaged_log_is_converted_as_far_as_it_goes(call, tmp_path):
