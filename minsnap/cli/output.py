@@ -183,7 +183,7 @@ class Destination:
     Raises
     ------
     FileError
-        If a file must not be replaced or has an ending that is not known.
+        If a file must not be replaced, has an ending that is not known, or is a standard output that is closed.
     FrameError
         If the frame is unknown.
     TimingError
@@ -219,6 +219,8 @@ class Destination:
                 check_destination(file, clobber=not self.no_clobber)
         if self.output == STANDARD_OUTPUT and self.format not in (None, "setpoints"):
             raise FileError(f"standard output takes setpoints only: write {self.format} to a file")
+        if self.output == STANDARD_OUTPUT and sys.__stdout__ is None:
+            raise FileError("standard output is closed: give the name of a file to write")
         if self._other is not None:
             self._other.check_frame(self.frame)
         if not self._offsets:

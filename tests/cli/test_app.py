@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import os
 import re
+import shlex
 import signal
 import subprocess
 import termios
@@ -110,6 +111,20 @@ def test_a_reader_that_goes_away_is_met_in_silence(tmp_path):
         run.stdout.close()
         assert run.wait(timeout=60) == 141
         assert run.stderr.read() == ""
+
+
+@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-"])
+def test_a_standard_output_that_is_closed_is_met_without_a_traceback(tmp_path, closed):
+    """A summary that nobody can read was an AttributeError; setpoints that nobody can read are an error."""
+
+    def run(*arguments):
+        line = f"{shlex.join([*COMMAND, *arguments])} {closed}"
+        return subprocess.run(line, shell=True, cwd=tmp_path, stderr=subprocess.PIPE, text=True, check=False)
+
+    done = run("rect", "-o", "a.csv")
+    assert (done.returncode, done.stderr) == (0, "") and (tmp_path / "a.csv").read_text().startswith("t,x,y,z")
+    lost = run("rect", "-o", "-")
+    assert lost.returncode == 2 and (closed != ">&-" or is_one_sentence(lost.stderr))
 
 
 @pytest.mark.slow
