@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
 
 FIRST = 100
-"""New rows after which the time that all of them will take is told, once."""
+"""Rows after the first ones with which the time that all of them will take is told, once."""
 
 APART = 30.0
 """Seconds between two lines where no terminal is, which shows one in place."""
@@ -87,6 +87,7 @@ class BatchLine:
         self.line = ProgressLine("batch") if stream.isatty() else None
         self.present, self.statuses, self.estimated = 0, Counter[str](), False
         self.began = self.due = clock()
+        self.early = 0
 
     def begin(self, present: int) -> Callable[[dict[str, int]], None]:
         """Begin with the rows that are there already; return what takes new ones."""
@@ -97,7 +98,9 @@ class BatchLine:
     def add(self, counts: dict[str, int]) -> None:
         """Count new rows by status, and show the line if another was not shown recently."""
         self.statuses.update(counts)
-        if not self.estimated and self.statuses.total() >= FIRST:
+        if not self.early:
+            self.began, self.early = self.clock(), self.statuses.total()
+        if not self.estimated and self.statuses.total() - self.early >= FIRST:
             self.estimated = True
             self._estimate()
         if self.line is not None:
@@ -108,7 +111,7 @@ class BatchLine:
 
     def _estimate(self) -> None:
         """Say once how long the rest will take; nothing where it is a matter of seconds."""
-        left = (self.count - self.there) * (self.clock() - self.began) / self.statuses.total()
+        left = (self.count - self.there) / self.rate if self.rate else 0.0
         if left > APART:
             self.clear()
             text = f"about {_told(left)} for {self.count} problems, by the first {self.there}"
@@ -119,12 +122,18 @@ class BatchLine:
         """Rows that are there."""
         return min(self.present + self.statuses.total(), self.count)
 
+    @property
+    def rate(self) -> float:
+        """Rows a second since the first ones came, before which workers start; 0 where none came since."""
+        elapsed = self.clock() - self.began
+        return (self.statuses.total() - self.early) / elapsed if elapsed > 0.0 else 0.0
+
     def text(self) -> str:
         """Return the line."""
-        rate = self.statuses.total() / max(self.clock() - self.began, 1e-9)
-        left = f", {_told((self.count - self.there) / rate)} left" if rate > 0.0 else ""
+        rate = self.rate
+        pace = f", {rate:.4g} a second, {_told((self.count - self.there) / rate)} left" if rate else ""
         failures = "".join(f", {n} {kind}" for kind, n in sorted(self.statuses.items()) if kind != "done")
-        return f"{self.there} of {self.count} problems, {rate:.4g} a second{left}{failures}"
+        return f"{self.there} of {self.count} problems{pace}{failures}"
 
     def clear(self) -> None:
         """Clear the line."""
