@@ -61,9 +61,17 @@ def claimed(folder: Path, spec: Spec, made_with: dict[str, str], resume: bool) -
         write_file(path, json.dumps(began, indent=1) + "\n")
     with _locked(path, folder):
         _compare(folder, _begun(path), began)
-        for left in folder.glob(".*.part"):
-            left.unlink(missing_ok=True)
-        yield
+        _remove_parts(folder)
+        try:
+            yield
+        finally:
+            _remove_parts(folder)
+
+
+def _remove_parts(folder: Path) -> None:
+    """Remove what is left of files whose writers were killed."""
+    for left in folder.glob(".*.part"):
+        left.unlink(missing_ok=True)
 
 
 def belongs(folder: Path, name: str) -> bool:
@@ -282,13 +290,12 @@ def _write(
     """Plan the problems of a file, one row group after the other."""
     tally = Tally()
     with atomic_write(path, "wb") as file:
-        writer = parquet_writer(file, notes)
-        for first in range(numbers.start, numbers.stop, GROUP_ROWS):
-            table = _group(rows_of(range(first, min(first + GROUP_ROWS, numbers.stop))), told)
-            tally.add(table)
-            writer.write_table(table, row_group_size=GROUP_ROWS)
-        writer.add_key_value_metadata({"tally": json.dumps(tally.plain(), sort_keys=True)})
-        writer.close()
+        with parquet_writer(file, notes) as writer:
+            for first in range(numbers.start, numbers.stop, GROUP_ROWS):
+                table = _group(rows_of(range(first, min(first + GROUP_ROWS, numbers.stop))), told)
+                tally.add(table)
+                writer.write_table(table, row_group_size=GROUP_ROWS)
+            writer.add_key_value_metadata({"tally": json.dumps(tally.plain(), sort_keys=True)})
         file.flush()
         write_digest(path.parent, path.name, digest_of(file.name))
 

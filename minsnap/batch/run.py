@@ -17,6 +17,7 @@ from time import monotonic
 from typing import Any
 
 from minsnap.basics.checks import check_number
+from minsnap.basics.interrupts import noted_interrupts, started_without_interrupts
 from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.text import FileName
 from minsnap.batch.columns import Tally
@@ -85,11 +86,9 @@ def write_shards(job: ShardJob, numbers: Sequence[int], client: Any, counted: Co
     from distributed import as_completed
 
     topic = f"minsnap-batch-{secrets.token_hex(8)}"
-    if counted is not None:
-        client.subscribe_topic(topic, lambda event: counted(event[1]["rows"]))
     left, pause = iter(numbers), _threads(client) / TOLD
     submit = partial(client.submit, _make, job, topic, pause, pure=False)
-    with _named_failures(client):
+    with _named_failures(client), _told(client, topic, counted):
         first = [submit(number) for number in islice(left, AHEAD * _threads(client))]
         at_work = as_completed(first, loop=client.loop)
         for future in at_work:
@@ -102,14 +101,36 @@ def write_shards(job: ShardJob, numbers: Sequence[int], client: Any, counted: Co
                 at_work.add(submit(more))
 
 
+@contextmanager
+def _told(client: Any, topic: str, counted: Counted | None) -> Iterator[None]:
+    """Tell new rows, until the end: the scheduler is not to tell a client that has gone."""
+    if counted is None:
+        yield
+        return
+    client.subscribe_topic(topic, lambda event: counted(event[1]["rows"]))
+    try:
+        yield
+    finally:
+        client.unsubscribe_topic(topic)
+
+
 def _make(job: ShardJob, topic: str, pause: float, number: int) -> Shard | Exception:
-    """Write one file in a worker, which tells the client about its rows; return an error instead of logging it too."""
-    from distributed import get_worker
+    """Write one file in a worker, which tells the client about its rows; return an error instead of logging it too.
+
+    A worker that is closing ends at its next rows: nobody waits for the whole file.
+    """
+    from distributed import Status, get_worker
 
     worker = get_worker()
     with RowCounter(lambda counts: worker.log_event(topic, {"rows": counts}), pause) as told:
+
+        def count(rows: Mapping[str, int]) -> None:
+            if worker.status == Status.closing:
+                raise BatchError("the run was ended")
+            told(rows)
+
         try:
-            return make_shard(job, number, told)
+            return make_shard(job, number, count)
         except Exception as error:
             return error
 
@@ -207,22 +228,27 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
 
 @contextmanager
 def _here(workers: int | None) -> Iterator[Any]:
-    """Yield a cluster of processes on this machine, over TCP."""
+    """Yield a cluster of processes on this machine, over TCP; Ctrl-C is for this program, which ends them."""
     from dask.system import CPU_COUNT
     from distributed import LocalCluster
 
+    pressed: list[int] = []
     with tempfile.TemporaryDirectory(prefix="minsnap-batch-") as scratch:
-        with LocalCluster(
-            n_workers=workers or CPU_COUNT,
-            threads_per_worker=1,
-            processes=True,
-            protocol="tcp://",
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-            worker_dashboard_address="127.0.0.1:0",
-            local_directory=scratch,
-            silence_logs=logging.CRITICAL,
-        ) as cluster:
+        with noted_interrupts(pressed), started_without_interrupts():  # half a cluster cannot be ended
+            cluster = LocalCluster(
+                n_workers=workers or CPU_COUNT,
+                threads_per_worker=1,
+                processes=True,
+                protocol="tcp://",
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",
+                worker_dashboard_address="127.0.0.1:0",
+                local_directory=scratch,
+                silence_logs=logging.CRITICAL,
+            )
+        with cluster:
+            if pressed:
+                raise KeyboardInterrupt
             yield cluster
 
 

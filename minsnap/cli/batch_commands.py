@@ -17,7 +17,7 @@ import typer
 from minsnap.basics.messages import labelled
 from minsnap.basics.progress import ProgressLine
 from minsnap.cli import options
-from minsnap.cli.app import command
+from minsnap.cli.app import command, fail
 from minsnap.cli.output import as_json
 from minsnap.errors import InputError
 
@@ -59,6 +59,9 @@ def batch(
     line = BatchLine(specification.count, sys.stderr)
     try:
         result = run_batch(specification, folder, **how, watch=line.begin)
+    except KeyboardInterrupt:
+        line.clear()
+        fail("interrupted: finished files are kept, and the same command goes on from there", 130)
     finally:
         line.clear()
     counts = ", ".join(f"{count} {status}" for status, count in sorted(result.statuses.items()))

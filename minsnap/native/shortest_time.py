@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from math import prod
@@ -14,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.interrupts import noted_interrupts
 from minsnap.native.library import Entry
 from minsnap.native.records import POLL, MomentaryLimit, ShortestAnswer, ShortestRequest, WallsRecord
 from minsnap.native.status import Status
@@ -186,7 +184,7 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
     )
     answer = ShortestAnswer(durations=durations, points=points, knots=knots)
     request = _request(question, more, POLL(polled))
-    with _noting(pressed):
+    with noted_interrupts(pressed):
         status = Status(_SEARCH(request, answer))
     if raised:
         raise raised[0]
@@ -199,20 +197,6 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
         durations, points, knots = durations[:count], points[:count, :, :dim], knots[: count + 1, :, :dim]
     ended = status is Status.SPENT, status is not Status.NO_PROGRESS
     return ShortestCurve(durations, points, answer.iterations, *ended, slack=-answer.limit, knots=knots)
-
-
-@contextmanager
-def _noting(pressed: list[int]) -> Iterator[None]:
-    """Note Ctrl-C while compiled code runs: the interpreter drops an exception that it raises as a callback begins."""
-    main = threading.current_thread() is threading.main_thread()
-    if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield
-        return
-    signal.signal(signal.SIGINT, lambda number, frame: pressed.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 _TAKEN = ("closed", "moving", "timed", "rough", "worthwhile", "inwards", "tightened", "price", "lengths")

@@ -292,3 +292,19 @@ def test_the_command_says_what_it_wrote(tmp_path):
     refused = subprocess.run(command, capture_output=True, text=True)
     assert refused.returncode == 2 and "was begun with count: 6, not 7" in refused.stderr
     assert Path(tmp_path / "n").is_dir()
+
+
+@pytest.mark.parametrize("marks", [("_spec.json",), ("_spec.json", "part-00000.parquet")], ids=["starting", "at work"])
+def test_ctrl_c_of_a_terminal_is_one_sentence(tmp_path, marks):
+    """Workers had it too, and told it in tracebacks, as did a cluster that was ended while it began."""
+    folder = tmp_path / "a"
+    run = begin(folder, WALKS | {"count": 20000, "shard_rows": 50}, "--workers", "2")
+    while not all((folder / mark).exists() for mark in marks):
+        assert run.poll() is None, run.communicate()
+        time.sleep(0.1)
+    time.sleep(0.5)
+    os.killpg(run.pid, signal.SIGINT)
+    _, told = run.communicate(timeout=120)
+    said = [line for line in told.splitlines() if not line.startswith("about ")]
+    assert said == ["minsnap: interrupted: finished files are kept, and the same command goes on from there"]
+    assert run.returncode == 130 and not list(folder.glob(".*.part"))

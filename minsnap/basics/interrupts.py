@@ -1,0 +1,55 @@
+"""Ctrl-C and SIGTERM where they would come at a bad time: noted, kept from what is started, or told in order."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
+
+
+@contextmanager
+def noted_interrupts(pressed: list[int]) -> Iterator[None]:
+    """Note Ctrl-C in a list instead of raising it: the interpreter drops what it raises as a callback begins.
+
+    Nothing is noted in other threads than the main one, or where another handler is installed.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    signal.signal(signal.SIGINT, lambda number, frame: pressed.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@contextmanager
+def ended_in_order() -> Iterator[None]:
+    """Let SIGTERM raise SystemExit (143) meanwhile, so that what was begun is removed.
+
+    As it is in other threads than the main one, and where it has another handler.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+@contextmanager
+def started_without_interrupts() -> Iterator[None]:
+    """Let threads that are started here, and all processes that they start at any time, never receive Ctrl-C."""
+    resource_tracker.ensure_running()  # first: the thread that starts it receives Ctrl-C from then on
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
