@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
+from minsnap.basics.interrupts import ended_in_order
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError
@@ -62,7 +63,7 @@ def atomic_write(path: FileName, mode: str = "w", *, clobber: bool = True, **opt
             yield file
         return
     beside = destination.with_name(f".{secrets.token_hex(8)}.part")
-    with _named(beside, destination):
+    with ended_in_order(), _named(beside, destination):
         try:
             with open(beside, mode.replace("w", "x"), **options) as file:
                 yield file

@@ -86,7 +86,7 @@ def multidof(samples: Samples, frame_id: str = "map", joint: str = "base_link") 
     ----------
     samples : Samples
         Three coordinates, z-up world axes; velocities and accelerations are left empty where there are none, and
-        feed-forward is added to the accelerations.
+        feed-forward is added to the accelerations. That of the yaw is the slope of its rate between the samples.
     frame_id, joint : str
         Names of the world frame and of the vehicle.
 
@@ -99,7 +99,8 @@ def multidof(samples: Samples, frame_id: str = "map", joint: str = "base_link") 
         raise FileError(f"this message holds 3 coordinates, and the samples have {samples.dim}")
     samples = samples.commanded()
     header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": frame_id}
-    points = [_point(samples, row) for row in range(len(samples))]
+    turning = _turning(samples)
+    points = [_point(samples, row, turning[row].tolist()) for row in range(len(samples))]
     return {"header": header, "joint_names": [joint], "points": points}
 
 
@@ -108,14 +109,19 @@ def write_multidof(samples: Samples, path: FileName, *, clobber: bool = True) ->
     write_file(path, json.dumps(multidof(samples), allow_nan=False) + "\n", clobber=clobber)
 
 
-def _point(samples: Samples, row: int) -> dict[str, Any]:
+def _turning(samples: Samples) -> FloatArray:
+    """Return yaw rate and yaw acceleration, shape (m, 2) [rad/s], [rad/s^2]; zero where they are not known."""
+    rate = np.zeros(len(samples)) if samples.yaw_rate is None else samples.yaw_rate
+    return np.stack([rate, np.gradient(rate, samples.t) if len(samples) > 1 else 0.0 * rate], axis=1)
+
+
+def _point(samples: Samples, row: int, turning: list[float]) -> dict[str, Any]:
     half = 0.0 if samples.yaw is None else float(samples.yaw[row]) / 2
     rotation = {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)}
-    rate = 0.0 if samples.yaw_rate is None else float(samples.yaw_rate[row])
     return {
         "transforms": [{"translation": _vector(samples.position[row]), "rotation": rotation}],
-        "velocities": _twists(samples.velocity, row, rate),
-        "accelerations": _twists(samples.acceleration, row, 0.0),
+        "velocities": _twists(samples.velocity, row, turning[0]),
+        "accelerations": _twists(samples.acceleration, row, turning[1]),
         "time_from_start": _duration(float(samples.t[row] - samples.t[0])),
     }
 

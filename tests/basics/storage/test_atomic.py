@@ -1,6 +1,8 @@
 """A file is whole or not there, whatever happens while it is written."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -104,3 +106,15 @@ def test_a_pipe_is_written_where_somebody_reads_it_and_refused_where_nobody_does
         file.write("0,1\n" * 100)
     assert os.read(reader, 4096) == b"0,1\n" * 100
     os.close(reader)
+
+
+def test_a_file_that_is_being_written_goes_with_a_process_that_is_ended(tmp_path):
+    """What SIGTERM left of it stayed beside its name for ever."""
+    code = (
+        "import os, signal\nfrom minsnap.basics.storage.atomic import atomic_write\n"
+        "with atomic_write('a.csv') as file:\n    file.write('new')\n    os.kill(os.getpid(), signal.SIGTERM)\n"
+    )
+    (tmp_path / "a.csv").write_text("old")
+    ended = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (143, "")
+    assert os.listdir(tmp_path) == ["a.csv"] and (tmp_path / "a.csv").read_text() == "old"

@@ -50,6 +50,16 @@ def test_px4_fields_that_are_not_there_are_not_controlled():
         px4_setpoints(Samples(samples().t, samples().position[:, :2]))
 
 
+def test_a_yaw_that_accelerates_says_so():
+    """Its acceleration was 0 in every point."""
+    t = np.arange(41) / 20.0
+    turning = Samples(t, np.zeros((41, 3)), np.zeros((41, 3)), np.zeros((41, 3)), yaw=0.3 * t**2, yaw_rate=0.6 * t)
+    points = multidof(turning)["points"]
+    assert [point["accelerations"][0]["angular"]["z"] for point in points] == pytest.approx([0.6] * 41)
+    assert points[7]["velocities"][0]["angular"] == {"x": 0.0, "y": 0.0, "z": pytest.approx(0.6 * t[7])}
+    assert multidof(turning[:1])["points"][0]["accelerations"][0]["angular"]["z"] == 0.0
+
+
 def test_multidof_points_have_one_element_an_array(tmp_path):
     given = samples()
     write_multidof(given, tmp_path / "m.json")
