@@ -7,7 +7,7 @@ more than the exact one, a greatest speed never less.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import perm
 from typing import TYPE_CHECKING
@@ -190,6 +190,8 @@ def certify(
     error = None if placement is None else _waypoint_error(curve, placement.points)
     excess, met = (None, True) if placement is None else passing(curve, placement)
     utilisation = () if limits is None else _use(limits, curve, _start_of_limits(limits_from, curve))
+    if curve is not traj:
+        utilisation = tuple(replace(used, leg=None) for used in utilisation)
     inside = nearest is None or nearest.value >= 0.0
     speed, acceleration, jerk, snap = (norm for norm, _ in curve.max_norms((1, 2, 3, 4)))
     return Certificate(

@@ -101,6 +101,7 @@ def _located(
     used: Utilisation, joined: Trajectory, first: Any, vehicles: list[int], curves: list[Trajectory]
 ) -> FleetUse:
     """Return a use of joined curves as one of the vehicle whose piece it is."""
+    assert used.leg is not None  # of a trajectory
     which = int(np.searchsorted(first, used.leg, side="right")) - 1
     instant = min(max(0.0, used.instant - float(joined.breaks[first[which]])), curves[which].duration)
     leg = (used.leg - int(first[which])) // curves[which].pieces

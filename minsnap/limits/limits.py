@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import radians
+from math import degrees, pi, radians
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -231,11 +231,17 @@ def _check_limit(kind: Kind, limit: float) -> None:
     if limit <= kind.above:
         bounds, what = {"smallest": kind.above}, f"above {kind.above:g}"
     elif limit >= kind.below:
-        degrees = f"; {limit:g} degrees are {radians(limit):.4g} rad" if kind.unit == "rad" else ""
-        bounds, what = {"largest": kind.below}, f"below {kind.below:.4g}{degrees}"
+        meant = f"; {limit:g} degrees are {radians(limit):.4g} rad" if kind.degrees and limit > 2.0 * pi else ""
+        bounds, what = {"largest": kind.below}, f"below {_told(kind, kind.below)}{meant}"
     else:
         return
-    raise LimitError(f"{kind.name} is {limit} {kind.unit}: no vehicle holds altitude unless it is {what}", **bounds)
+    said = _told(kind, limit)
+    raise LimitError(f"{kind.name} is {said}: no vehicle holds altitude unless it is {what}", **bounds)
+
+
+def _told(kind: Kind, limit: float) -> str:
+    """Return a limit with its unit; an angle in degrees, too, which commands and pages take."""
+    return f"{limit:.4g} {kind.unit}" + (f" ({degrees(limit):.4g} degrees)" if kind.degrees else "")
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray
-from minsnap.basics.checks import check_array, check_positive, check_switch, is_number, is_whole, refuse_repeated
+from minsnap.basics.checks import (
+    check_array,
+    check_positive,
+    check_switch,
+    check_waypoints,
+    is_number,
+    is_whole,
+    refuse_repeated,
+)
 from minsnap.basics.messages import explains_names, shown
 from minsnap.errors import ShapeError, TimingError, YawError
 from minsnap.planning.planner import plan
@@ -433,7 +441,7 @@ def rectangle(
 
 def leg_durations(waypoints: FloatArray) -> FloatArray:
     """Return leg durations for an average speed of 1 m/s, shape (n - 1,) [s], or refuse a leg without length."""
-    refuse_repeated(waypoints, "give every leg a duration")
+    refuse_repeated(check_waypoints(waypoints), "give every leg a duration")
     return np.asarray(np.linalg.norm(np.diff(waypoints, axis=0), axis=1) / SPEED)
 
 

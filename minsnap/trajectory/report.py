@@ -73,8 +73,8 @@ class Utilisation:
     limit : float
     fraction : float
         1 is fully used; more is violated.
-    leg : int
-        Leg where that is.
+    leg : int or None
+        Leg where that is; None where a path has none, such as a shape.
     instant : float
         When [s].
     method : {"exact", "interval", "sampled"}
@@ -85,7 +85,7 @@ class Utilisation:
     value: float
     limit: float
     fraction: float
-    leg: int
+    leg: int | None
     instant: float
     method: str = "exact"
 
@@ -95,7 +95,8 @@ class Utilisation:
         kind = KIND[self.name]
         value, limit = (degrees(size) if kind.degrees else size for size in (self.value, self.limit))
         amount = f"least {value:.4g}, not below {limit:.4g}" if kind.least else f"{value:.4g} of {limit:.4g}"
-        text = f"{amount} {'degrees' if kind.degrees else kind.unit}, on leg {self.leg} at {self.instant:.4g} s"
+        place = "" if self.leg is None else f"on leg {self.leg} "
+        text = f"{amount} {'degrees' if kind.degrees else kind.unit}, {place}at {self.instant:.4g} s"
         return f"limit {kind.label}", f"{100.0 * self.fraction:.2f} %, {text}"
 
     @property

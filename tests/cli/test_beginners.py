@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+
+import numpy as np
 import pytest
 
 import minsnap
@@ -99,3 +102,35 @@ def test_shapes_name_the_argument_that_is_meant(made, said):
 def test_a_tilt_in_degrees_is_told_in_radians():
     with pytest.raises(minsnap.errors.LimitError, match="30 degrees are 0.5236 rad"):
         minsnap.Limits(tilt=30)
+
+
+def test_a_tilt_beyond_the_level_is_told_in_both_units():
+    """95 degrees of a page were told as 1.658 rad, and as degrees that would be 0.029 rad."""
+    with pytest.raises(minsnap.errors.LimitError) as refused:
+        minsnap.Limits(tilt=np.deg2rad(95.0))
+    assert str(refused.value).startswith("tilt is 1.658 rad (95 degrees): ")
+    assert str(refused.value).endswith("below 1.571 rad (90 degrees)")
+
+
+def test_a_wrong_key_of_a_request_is_told_the_one_that_is_meant(call, tmp_path):
+    """It was taken for a key of a course, among whose keys the right one is not."""
+    (tmp_path / "a.yaml").write_text("waypoints: [[0, 0, 1], [8, 0, 1]]\ntotal_tme: 10\n")
+    done = call("plan", "a.yaml")
+    assert done.returncode == 2 and "'total_tme' is not known: did you mean total_time? " in done.stderr
+    assert ", corridor, room, " in done.stderr and ", laps, " in done.stderr
+
+
+def test_a_coordinate_that_overflows_is_one_sentence(process, tmp_path):
+    """A warning of NumPy came before it."""
+    (tmp_path / "a.csv").write_text("x,y,z\n0,0,1\n1e300,0,1\n")
+    said = process("plan", "a.csv").stderr
+    assert said.startswith("minsnap: waypoint 1 is (1e+300, 0, 1): ") and said.count("\n") == 1
+
+
+@pytest.mark.parametrize("shape", ["eight", "circle", "helix"])
+def test_a_shape_has_no_legs_in_its_limits(call, shape):
+    """The number of an inner polynomial was told as that of a leg."""
+    told = json.loads(call(shape, "--max-speed", "2", "--json").stdout)
+    assert told["legs"] is None and {used["leg"] for used in told["limits"]} == {None}
+    done = call(shape, "--max-speed", "2")
+    assert "limit speed" in done.stdout and "on leg" not in done.stdout

@@ -13,7 +13,19 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, set_fields
 from minsnap.basics.checks import check_array, check_degree, check_distance, check_switch, is_number, is_whole
 from minsnap.basics.messages import shown
-from minsnap.basics.schema import ANYTHING, FLAG, NUMBER, POINT, TEXT, WHOLE, Key, either, mapping, several
+from minsnap.basics.schema import (
+    ANYTHING,
+    FLAG,
+    NUMBER,
+    POINT,
+    TEXT,
+    WHOLE,
+    Key,
+    either,
+    mapping,
+    refuse_unknown,
+    several,
+)
 from minsnap.basics.storage.text import FileName, load_yaml, reading
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
@@ -24,6 +36,7 @@ from minsnap.errors import FileError, WaypointError
 from minsnap.files.request_yaml import (
     DESCRIBED,
     PLAIN,
+    REQUEST,
     SHARED,
     complete,
     has_points,
@@ -357,6 +370,7 @@ def read_course(path: FileName) -> Course:
     content = load_yaml(path)
     content = content if isinstance(content, dict) else {"waypoints": content}
     with reading(path, "a course"):
+        refuse_unknown(f"{path}", content, COURSE.json["properties"] | REQUEST.json["properties"])  # it may be either
         return _course(f"{path}", COURSE.read(f"{path}", content), Path(path))
 
 
