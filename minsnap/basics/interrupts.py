@@ -7,7 +7,6 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
 
 
 @contextmanager
@@ -47,6 +46,8 @@ def ended_in_order() -> Iterator[None]:
 @contextmanager
 def started_without_interrupts() -> Iterator[None]:
     """Let threads that are started here, and all processes that they start at any time, never receive Ctrl-C."""
+    from multiprocessing import resource_tracker
+
     resource_tracker.ensure_running()  # first: the thread that starts it receives Ctrl-C from then on
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
