@@ -178,11 +178,6 @@ def _bounded(limits: Limits) -> bool:
     return limits.max_thrust is not None or limits.acceleration is not None
 
 
-def sufficient_thrust(limits: Limits) -> bool:
-    """Whether a wall on the vertical thrust, which is sufficient, stands for the least one: beyond it may be room."""
-    return limits.min_thrust is not None and not (_bounded(limits) or limits.medium.drags)
-
-
 def _least_thrust(task: Task, limits: Limits) -> list[WallsRecord]:
     """Accelerations no nearer to free fall than the least thrust."""
     turned = limits.body_rate is not None or isinstance(limits, VehicleLimits)

@@ -55,7 +55,6 @@ from minsnap.time_allocation.shortest_question import (
     coasting_guess,
     guess_of,
     question_of,
-    sufficient_thrust,
     with_rates,
 )
 from minsnap.time_allocation.time_stretch import (
@@ -381,7 +380,7 @@ class Strategy:
         least = SETTINGS.nearly if answer.slack > SETTINGS.far + question.tightened else SETTINGS.idle
         if priced or self.walled:
             factor = max(factor, 1.0)
-        elif factor < least and not (answer.stopped or beyond_fall(limits, at(factor).flown)):
+        elif factor < least and not (answer.stopped or limited(solved.task, limits)):
             raise nothing_limits(list(limits.given()))
         slower = at(factor) if factor <= 1.0 + far or answer.stopped else None
         unknown = far == np.inf and isinstance(limits, VehicleLimits)  # a yaw in time turns as fast on a slower curve
@@ -673,9 +672,15 @@ def turning_room(limits: VehicleLimits, share: float) -> float:
     return float(room / (np.abs(vehicle.inverse_mixer[:, 3]).max() * vehicle.inertia[2, 2]))
 
 
-def beyond_fall(limits: Limits, curve: Trajectory) -> bool:
-    """Whether a curve is at a limit, and a sufficient wall for the least thrust, which is not the only one, held it."""
-    return sufficient_thrust(limits) and len(limits.given()) > 1 and largest_use(limits, curve) >= SETTINGS.nearly
+def limited(task: Task, limits: Limits) -> bool:
+    """Whether a derivative has a limit, which bounds the time where the one below it is continuous and the task moves.
+
+    All are within a single polynomial.  The task moves where no place is in the boxes of all waypoints.
+    """
+    apart = (task.waypoints + task.lower).max(axis=0) > (task.waypoints + task.upper).min(axis=0)
+    orders = [KIND[name].order for name in ("speed", "acceleration", "jerk", "snap") if name in limits.given()]
+    smooth = min(task.continuity + 1 if task.legs * task.pieces > 1 else np.inf, 2 * task.half - 1)
+    return bool(apart.any()) and min(orders, default=np.inf) <= smooth
 
 
 def slowed(solved: SolvedTask, factor: float) -> SolvedTask:
