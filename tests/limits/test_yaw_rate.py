@@ -13,13 +13,13 @@ POINTS, DURATIONS = [(0, 0, 1), (3, 1, 1), (4, 4, 1), (1, 5, 1)], [1.0, 0.8, 1.2
 PATH = minsnap.plan(POINTS, DURATIONS, start={"velocity": (1, 0.3, 0)}, end={"velocity": (-1, 0.5, 0)})
 PLANNED = minsnap.plan(POINTS, DURATIONS, yaw=[0.0, 2.5, 2.0, 3.0]).yaw
 AHEAD, AT = VelocityHeading(PATH), LookAtHeading(PATH, minsnap.LookAt((2.0, 2.5, 0.0)))
-JOINED = JoinedHeading(PLANNED, AHEAD, 1.1)
+JOINED = JoinedHeading(PLANNED, RemappedHeading(PLANNED, 1.5, -1.0), 1.5)  # a yaw that jumps has no largest rate
 HEADINGS = {
     "planned": PLANNED,
     "along the velocity": AHEAD,
     "at a point": AT,
     "joined": JOINED,
-    "joined again": JoinedHeading(AT, JOINED, 0.4),
+    "joined again": JoinedHeading(JOINED, RemappedHeading(JOINED, 0.8), 0.8),
     "on another clock": RemappedHeading(PLANNED, 0.2, 0.7),
     "backwards": RemappedHeading(PLANNED, 3.0, -1.0),
     "constant": ConstantHeading(0.3),
@@ -53,5 +53,6 @@ def test_a_yaw_of_any_formula_is_sampled():
     assert (value, instant) == (pytest.approx(1.0, abs=5e-3), pytest.approx(1.3, abs=0.01)) and method == "sampled"
     growing = by_rate(lambda t: 2.0 * t)
     assert largest_yaw_rate(growing) == (pytest.approx(6.0), pytest.approx(3.0), "sampled")
-    for first, second in ((PLANNED, growing.yaw), (growing.yaw, PLANNED)):
+    after, before = by_rate(lambda t: 2.5 + t).yaw, by_rate(lambda t: t - 1.0).yaw
+    for first, second in ((PLANNED, after), (before, PLANNED)):
         assert JoinedHeading(first, second, 1.0).largest_rate(0.0, 3.0) is None
