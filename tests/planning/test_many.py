@@ -296,6 +296,7 @@ def test_blocks_change_no_bit(monkeypatch):
         assert np.array_equal(getattr(parts.gradients, name), getattr(whole.gradients, name))
 
 
+@pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")
 def test_plans_that_first_fly_back_within_their_limits_keep_their_legs():
     """Each polynomial counted as a leg: 16 for 4, and the waypoints of the plan were refused."""
     points = np.array([(0, 0, 1), (4, 1, 1), (8, 0, 1), (12, 1, 1), (15, 0, 1)], dtype=float)
