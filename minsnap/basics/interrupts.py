@@ -5,42 +5,39 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from typing import Any
 
 
-@contextmanager
-def noted_interrupts(pressed: list[int]) -> Iterator[None]:
+def noted_interrupts(pressed: list[int]) -> AbstractContextManager[None]:
     """Note Ctrl-C in a list instead of raising it: the interpreter drops what it raises as a callback begins.
 
     Nothing is noted in other threads than the main one, or where another handler is installed.
     """
-    main = threading.current_thread() is threading.main_thread()
-    if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield
-        return
-    signal.signal(signal.SIGINT, lambda number, frame: pressed.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    return _handled(signal.SIGINT, signal.default_int_handler, lambda number, frame: pressed.append(number))
 
 
-@contextmanager
-def ended_in_order() -> Iterator[None]:
+def ended_in_order() -> AbstractContextManager[None]:
     """Let SIGTERM raise SystemExit (143) meanwhile, so that what was begun is removed.
 
     As it is in other threads than the main one, and where it has another handler.
     """
+    return _handled(signal.SIGTERM, signal.SIG_DFL, lambda number, frame: sys.exit(128 + number))
+
+
+@contextmanager
+def _handled(number: signal.Signals, usual: Any, handler: Callable[[int, Any], None]) -> Iterator[None]:
+    """Handle a signal meanwhile, in the main thread, where its usual handler is installed."""
     main = threading.current_thread() is threading.main_thread()
-    if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+    if not main or signal.getsignal(number) is not usual:
         yield
         return
-    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
+    signal.signal(number, handler)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        signal.signal(number, usual)
 
 
 @contextmanager

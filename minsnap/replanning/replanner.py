@@ -373,7 +373,6 @@ class Replanner:
     def _better(self, call: _Call, rest: Trajectory | None, standing: Trajectory | None, seconds: float) -> Better:
         splice, aim = call.splice, call.aim
         task = replace(call.course.task, deadline=call.deadline, explained=False)
-        as_flown = as_smooth(task, splice.flown)
         if call.course.outside:
             part = self._part(task, aim, None, None)
             return search_back(part.task, part.aim, self._finish(call, splice), seconds)
@@ -385,12 +384,12 @@ class Replanner:
         if end is None or later is None:
             part = self._part(task, aim, rest, guess)
             better = self._search(part, self._finish(call, splice), seconds, standing)
-            return better if part.tail is None else seen_joined(better, as_flown, aim)
+            return better if part.tail is None else seen_joined(better, as_smooth(task, splice.flown), aim)
         later_legs = part_of(task, 1, task.legs, {1: end.state})
         part = self._part(later_legs, later, after_first_leg(rest), after_first_leg(guess))
         better = self._search(part, self._finish(call, end.after, 1), seconds, after_first_leg(standing))
         starts = (start and start + end.left.duration for start in (better.limits_from, better.inside_from))
-        return seen_joined(Better(end.before(better.curve), *starts), as_flown, aim)
+        return seen_joined(Better(end.before(better.curve), *starts), as_smooth(task, splice.flown), aim)
 
     def _part(self, task: Task, aim: Aim, rest: Trajectory | None, guess: Trajectory | None) -> Near:
         """Return the legs of the horizon, with the clearance from their walls."""
