@@ -1,9 +1,9 @@
 """A ROS 2 node that publishes a plan to PX4: one px4_msgs/TrajectorySetpoint every 50 ms, in NED.
 
 Without ROS it writes the messages into a file. With ROS 2, px4_msgs and PX4's bridge running, ``python
-examples/ros2_node.py --publish`` publishes them: the first setpoint until the vehicle is in offboard mode, then the
-plan, then its end. Arming and the offboard mode are left to the pilot. Positions are those of PX4's local frame: the
-vehicle should stand below the plan's first point.
+examples/ros2_node.py --publish`` publishes them: the first setpoint until the vehicle is armed and in offboard mode,
+then the plan, then its end. It stops when the vehicle leaves that mode. Arming and the offboard mode are left to the
+pilot. Positions are those of PX4's local frame: the vehicle should stand below the plan's first point.
 """
 
 import sys
@@ -15,8 +15,8 @@ import minsnap
 from minsnap.files.formats.robot_messages import offboard_control_mode, px4_setpoints, write_px4
 
 RATE = 20.0
-OFFBOARD = 14
-"""NAVIGATION_STATE_OFFBOARD of px4_msgs/VehicleStatus."""
+OFFBOARD, ARMED = 14, 2
+"""NAVIGATION_STATE_OFFBOARD and ARMING_STATE_ARMED of px4_msgs/VehicleStatus."""
 
 
 def planned() -> minsnap.Samples:
@@ -45,10 +45,13 @@ def publish() -> None:
     )
     modes = node.create_publisher(OffboardControlMode, "/fmu/in/offboard_control_mode", quality)
     setpoints = node.create_publisher(TrajectorySetpoint, "/fmu/in/trajectory_setpoint", quality)
-    state = {"next": 0, "offboard": False}
+    state = {"next": 0, "flying": False}
 
     def heard(status) -> None:
-        state["offboard"] = status.nav_state == OFFBOARD
+        follows = status.nav_state == OFFBOARD and status.arming_state == ARMED
+        if state["flying"] and not follows:
+            raise SystemExit("the vehicle left offboard mode or was disarmed: the flight is over")
+        state["flying"] = follows
 
     def tick() -> None:
         now = node.get_clock().now().nanoseconds // 1000
@@ -56,13 +59,17 @@ def publish() -> None:
         row["timestamp"] = now
         modes.publish(OffboardControlMode(**offboard_control_mode(now)))
         setpoints.publish(filled(TrajectorySetpoint(), row))
-        if state["offboard"]:
+        if state["flying"]:
             state["next"] = min(state["next"] + 1, len(messages) - 1)
 
     messages = px4_setpoints(planned())
-    node.create_subscription(VehicleStatus, "/fmu/out/vehicle_status", heard, quality)
+    version = getattr(VehicleStatus, "MESSAGE_VERSION", 0)  # above 0 it is a part of the topic's name
+    node.create_subscription(VehicleStatus, "/fmu/out/vehicle_status" + f"_v{version}" * (version > 0), heard, quality)
     node.create_timer(1.0 / RATE, tick)
-    rclpy.spin(node)
+    try:
+        rclpy.spin(node)
+    except KeyboardInterrupt:
+        pass
 
 
 def main(folder: Path) -> None:

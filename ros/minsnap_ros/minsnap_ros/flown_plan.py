@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,11 +24,25 @@ class FlownPlan:
         Instant of its time 0 on the node's clock [s]; None while it waits for its beginning.
     then : FlownPlan or None
         What takes over when it begins.
+    own : mapping
+        Limits and corridor that its file names; a change keeps them.
+    fixed : bool
+        Whether it flies through boxes or around obstacles, which a change would not know of.
     """
 
     trajectory: Trajectory
     began: float | None = None
     then: FlownPlan | None = None
+    own: Mapping[str, Any] = field(default_factory=dict)
+    fixed: bool = False
+
+    def begun(self, now: float) -> FlownPlan:
+        """Return the plan with its time 0 now."""
+        return replace(self, began=now)
+
+    def over(self, now: float) -> bool:
+        """Whether its end is held."""
+        return self.began is not None and self.then is None and now >= self.began + self.trajectory.duration
 
     def at(self, now: float) -> FlownPlan:
         """Return what is flown now: itself, or what has taken over."""
@@ -44,8 +59,10 @@ class FlownPlan:
         t, curve = np.array([self.time(now)]), self.trajectory
         return Samples(t, *(curve(t, order) for order in range(5)), curve.yaw(t), curve.yaw(t, 1))
 
-    def changed(self, goal: Any, now: float, budget: float, **asked: Any) -> FlownPlan:
+    def changed(self, goal: Any, now: float, budget: float, asked: Mapping[str, Any]) -> FlownPlan:
         """Return the plan with another end, which takes over ``budget`` seconds from now.
+
+        ``asked`` holds limits and corridor for a plan whose file names none.
 
         Raises
         ------
@@ -54,9 +71,11 @@ class FlownPlan:
         """
         if self.began is None or now + budget >= self.began + self.trajectory.duration:
             raise minsnap.InputError("nothing is flown that could be changed: plan through waypoints instead")
+        if self.fixed:
+            raise minsnap.InputError("a course through boxes or around obstacles cannot be changed in flight")
         passed = int(np.searchsorted(self.trajectory.breaks, now + budget - self.began, side="right"))
         ahead = [*self.trajectory(self.trajectory.breaks[passed:-1]), goal]
-        change = minsnap.replan(self.trajectory, now - self.began, ahead, budget, **asked)
+        change = minsnap.replan(self.trajectory, now - self.began, ahead, budget, **{**asked, **self.own})
         if change.kept:
             raise minsnap.InputError(f"the plan is flown as it was: {change.reason}")
-        return replace(self, then=FlownPlan(change.trajectory, self.began + change.splice))
+        return replace(self, then=replace(self, trajectory=change.trajectory, began=self.began + change.splice))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -60,6 +61,13 @@ def position_of(stamped: PoseStamped) -> list[float]:
     """Return a pose's position [m]."""
     position = stamped.pose.position
     return [position.x, position.y, position.z]
+
+
+def px4_topic(way: str, kind: type) -> str:
+    """Return the topic of a message of px4_msgs, ``in`` to PX4 or ``out`` of it; versions above 0 are in its name."""
+    name = re.sub("(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
+    version = getattr(kind, "MESSAGE_VERSION", 0)
+    return f"/fmu/{way}/{name}" + (f"_v{version}" if version else "")
 
 
 def setpoint_message(message: Any, row: np.void, microseconds: int) -> Any:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from threading import Lock
 from typing import Any
 
+import numpy as np
 import rclpy
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetPlan
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
@@ -17,7 +22,7 @@ import minsnap
 from minsnap.files.formats.robot_messages import offboard_control_mode, px4_setpoints
 from minsnap.paths.missions.course import is_course
 from minsnap_ros.flown_plan import FlownPlan
-from minsnap_ros.messages import path_message, position_of, setpoint_message, trajectory_message
+from minsnap_ros.messages import path_message, position_of, px4_topic, setpoint_message, trajectory_message
 
 PARAMETERS = {
     "course": "",
@@ -29,21 +34,31 @@ PARAMETERS = {
     "frame_id": "map",
     "px4": True,
 }
-OFFBOARD = 14
-"""NAVIGATION_STATE_OFFBOARD of px4_msgs/VehicleStatus."""
+OFFBOARD, ARMED = 14, 2
+"""NAVIGATION_STATE_OFFBOARD and ARMING_STATE_ARMED of px4_msgs/VehicleStatus."""
+
+SLOWEST = 2.0
+"""Rate of setpoints below which PX4 leaves the offboard mode [Hz]."""
+
+NEAR = 0.15
+"""How far from the end of a flown plan the next one may begin [m]; ``minsnap stream`` has the same at its start."""
 
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE)
 PX4 = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class PlannerNode(Node):
-    """Plans, publishes and changes plans."""
+    """Plans, publishes and changes plans.
+
+    Setpoints and the status of the vehicle have a thread of their own, so that they go on while a plan is made.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__("planner", **options)
         for name, value in PARAMETERS.items():
             self.declare_parameter(name, value)
         self.flown: FlownPlan | None = None
+        self._lock = Lock()
         self._trajectories = self.create_publisher(MultiDOFJointTrajectory, "~/trajectory", KEPT)
         self._paths = self.create_publisher(Path, "~/path", KEPT)
         self.create_subscription(Path, "~/waypoints", self.take_waypoints, 1)
@@ -70,17 +85,22 @@ class PlannerNode(Node):
         except ImportError:
             self.get_logger().info("px4_msgs is not installed: the plan is published, and no setpoints for PX4")
             return False
+        rate = self._value("rate")
+        if not rate >= SLOWEST:
+            raise minsnap.InputError(f"rate is {rate:g} Hz: PX4 leaves the offboard mode below {SLOWEST:g} Hz")
         self._mode, self._setpoint = OffboardControlMode, TrajectorySetpoint
-        self._modes = self.create_publisher(OffboardControlMode, "/fmu/in/offboard_control_mode", PX4)
-        self._setpoints = self.create_publisher(TrajectorySetpoint, "/fmu/in/trajectory_setpoint", PX4)
-        self.create_subscription(VehicleStatus, "/fmu/out/vehicle_status", self.take_status, PX4)
-        self.create_timer(1.0 / self._value("rate"), self.send_setpoint)
+        mode, setpoint = (px4_topic("in", kind) for kind in (OffboardControlMode, TrajectorySetpoint))
+        self._modes = self.create_publisher(OffboardControlMode, mode, PX4)
+        self._setpoints = self.create_publisher(TrajectorySetpoint, setpoint, PX4)
+        own = MutuallyExclusiveCallbackGroup()
+        status = px4_topic("out", VehicleStatus)
+        self.create_subscription(VehicleStatus, status, self.take_status, PX4, callback_group=own)
+        self.create_timer(1.0 / rate, self.send_setpoint, callback_group=own)
         return True
 
     def take_waypoints(self, path: Path) -> None:
         """Plan through a path's positions."""
-        points = [position_of(pose) for pose in path.poses]
-        self._attempt(lambda: self._fly(minsnap.plan(points, **self._asked())))
+        self._attempt(lambda: self._fly_waypoints(path))
 
     def plan_course(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Plan the course of the file."""
@@ -91,11 +111,14 @@ class PlannerNode(Node):
 
     def replan(self, request: GetPlan.Request, response: GetPlan.Response) -> GetPlan.Response:
         """Change the end of what is flown; the path is empty if that cannot be done."""
-        if not self._attempt(lambda: self._change(position_of(request.goal))):
-            self._publish(response)
+
+        def change() -> None:
+            response.plan = self._change(request.goal)
+
+        self._attempt(change)
         return response
 
-    def _attempt(self, work: Any) -> str:
+    def _attempt(self, work: Callable[[], object]) -> str:
         """Do something, and return why it could not be done; nothing if it was."""
         try:
             work()
@@ -104,51 +127,89 @@ class PlannerNode(Node):
             return str(error)
         return ""
 
+    def _fly_waypoints(self, path: Path) -> None:
+        self._refuse_other_frames(path, *path.poses)
+        self._fly(minsnap.plan([position_of(pose) for pose in path.poses], **self._asked()))
+
     def _fly_course(self) -> None:
         """Plan a course as it says, and what it leaves open, or waypoints, as the parameters say."""
         file, asked = self._value("course"), self._asked()
+        if not file:
+            raise minsnap.InputError("the parameter course is empty: set it to a file of waypoints or a course")
         if not is_course(file):
             self._fly(minsnap.plan(minsnap.read_waypoints(file).points, **asked))
             return
         course = minsnap.read_course(file)
+        said = {"limits": course.limits, "corridor": course.tube}
+        own = {name: value for name, value in said.items() if value is not None}
         tube = None if course.boxes else course.tube or asked["corridor"]
         flown = course.changed(limits=course.limits or asked["limits"], tube=tube)
-        self._fly(minsnap.plan_mission(flown).trajectory)
+        self._fly(minsnap.plan_mission(flown).trajectory, own, fixed=bool(course.boxes or course.avoid))
 
-    def _fly(self, plan: minsnap.Trajectory) -> None:
-        self.flown = FlownPlan(plan, None if self._px4 else self._now())
-        self._publish()
+    def _fly(self, plan: minsnap.Trajectory, own: Mapping[str, Any] | None = None, fixed: bool = False) -> None:
+        if plan.dim != 3:
+            raise minsnap.InputError(f"the plan has {plan.dim} coordinates: give x, y and z")
+        before, now = self.flown, self._now()
+        if self._px4 and before is not None and before.began is not None:
+            held = before.at(now)
+            if not (held.over(now) and np.linalg.norm(plan(0.0) - held.state(now).position[0]) <= NEAR):
+                raise minsnap.InputError(
+                    "the vehicle flies a plan: change it by the service replan, or plan from its end once it is there"
+                )
+        self._take(before, FlownPlan(plan, None if self._px4 else now, own=own or {}, fixed=fixed))
 
-    def _change(self, goal: Any) -> None:
-        if self.flown is None:
+    def _change(self, goal: Any) -> Path:
+        before = self.flown
+        if before is None:
             raise minsnap.InputError("nothing was planned yet")
+        self._refuse_other_frames(goal)
         now = self._now()
-        self.flown = self.flown.at(now).changed(goal, now, self._value("budget"), **self._asked())
+        return self._take(before, before.at(now).changed(position_of(goal), now, self._value("budget"), self._asked()))
 
-    def _publish(self, response: Any = None) -> None:
-        """Publish what is flown, or what takes over from it; put it into a response too."""
-        newest = self.flown.then or self.flown
+    def _refuse_other_frames(self, *stamped: Any) -> None:
+        frame = self._value("frame_id")
+        others = {message.header.frame_id for message in stamped} - {"", frame}
+        if others:
+            given = " and ".join(sorted(others))
+            raise minsnap.InputError(f"positions in {given}, and plans in {frame}: transform them, or set frame_id")
+
+    def _take(self, before: FlownPlan | None, after: FlownPlan) -> Path:
+        """Fly ``after`` in place of ``before``, publish it, and return its path; if that fails nothing is changed."""
+        newest = after.then or after
         samples, frame = newest.trajectory.sample(self._value("rate")), self._value("frame_id")
+        if not self._swap(before, after):  # first of all, since messages of many points take longer than some budgets
+            raise minsnap.InputError("the vehicle came into offboard mode or left it while this was planned: try again")
         nanoseconds = round((self._now() if newest.began is None else newest.began) * 1e9)
         stamp = Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
         path = path_message(samples, stamp, frame)
         self._trajectories.publish(trajectory_message(samples, stamp, frame))
         self._paths.publish(path)
-        if response is not None:
-            response.plan = path
+        return path
+
+    def _swap(self, before: FlownPlan | None, after: FlownPlan | None) -> bool:
+        """Replace what is flown, unless the other thread did so since; return whether it is replaced."""
+        with self._lock:
+            same = self.flown is before
+            self.flown = after if same else self.flown
+        return same
 
     def take_status(self, status: Any) -> None:
-        """Begin the plan when the vehicle comes into offboard mode."""
-        if self.flown is not None and self.flown.began is None and status.nav_state == OFFBOARD:
-            self.flown = FlownPlan(self.flown.trajectory, self._now())
+        """Begin the plan when the vehicle is armed and in offboard mode, and end it when it is not any more."""
+        flown, follows = self.flown, status.nav_state == OFFBOARD and status.arming_state == ARMED
+        if flown is None:
+            return
+        if follows and flown.began is None:
+            self._swap(flown, flown.begun(self._now()))
+        elif not follows and flown.began is not None and self._swap(flown, None):
+            self.get_logger().info("the vehicle left offboard mode or was disarmed: the flight is over, plan again")
 
     def send_setpoint(self) -> None:
         """Send PX4 what is to be flown now."""
-        if self.flown is None:
+        flown = self.flown
+        if flown is None:
             return
         now = self._now()
-        self.flown = self.flown.at(now)
-        row = px4_setpoints(self.flown.state(now))[0]
+        row = px4_setpoints(flown.at(now).state(now))[0]
         microseconds = round(now * 1e6)
         self._modes.publish(self._mode(**offboard_control_mode(microseconds)))
         self._setpoints.publish(setpoint_message(self._setpoint(), row, microseconds))
@@ -157,11 +218,14 @@ class PlannerNode(Node):
 def main() -> None:
     """Run the node until it is interrupted."""
     rclpy.init()
-    node = PlannerNode()
     try:
-        rclpy.spin(node)
-    except KeyboardInterrupt:
+        node = PlannerNode()
+        executor = MultiThreadedExecutor(num_threads=2)
+        executor.add_node(node)
+        executor.spin()
+    except minsnap.MinsnapError as error:
+        raise SystemExit(f"minsnap_ros: {error}") from None
+    except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        node.destroy_node()
         rclpy.try_shutdown()

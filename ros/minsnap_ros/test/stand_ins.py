@@ -47,7 +47,7 @@ FIELDS: dict[str, dict[str, Any]] = {
     | {"timestamp": 0},
     "px4_msgs.msg.TrajectorySetpoint": dict.fromkeys(("position", "velocity", "acceleration", "jerk"), [0.0] * 3)
     | {"timestamp": 0, "yaw": 0.0, "yawspeed": 0.0},
-    "px4_msgs.msg.VehicleStatus": {"timestamp": 0, "nav_state": 0},
+    "px4_msgs.msg.VehicleStatus": {"timestamp": 0, "nav_state": 0, "arming_state": 0},
 }
 TYPES: dict[str, type] = {}
 TOPICS: dict[str, SimpleNamespace] = {}
@@ -81,7 +81,7 @@ class Node:
     seconds = 0.0
 
     def __init__(self, name: str, *, parameter_overrides: Any = ()) -> None:
-        self.name, self.services, self.timers = name, {}, []
+        self.name, self.services, self.timers, self.errors = name, {}, [], []
         self._overrides = {parameter.name: parameter.value for parameter in parameter_overrides}
         self._values: dict[str, Any] = {}
 
@@ -109,7 +109,7 @@ class Node:
 
         return SimpleNamespace(publish=publish)
 
-    def create_subscription(self, kind: type, topic: str, callback: Any, qos: Any) -> None:
+    def create_subscription(self, kind: type, topic: str, callback: Any, qos: Any, callback_group: Any = None) -> None:
         place = self._topic(topic)
         place.hear.append(callback)
         if place.last is not None:
@@ -118,17 +118,30 @@ class Node:
     def create_service(self, kind: type, name: str, callback: Any) -> None:
         self.services[name] = callback
 
-    def create_timer(self, period: float, callback: Any) -> None:
+    def create_timer(self, period: float, callback: Any, callback_group: Any = None) -> None:
         self.timers.append((period, callback))
 
     def get_clock(self) -> Any:
         return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=round(Node.seconds * 1e9)))
 
     def get_logger(self) -> Any:
-        return SimpleNamespace(info=lambda text: None, error=lambda text: None)
+        return SimpleNamespace(info=lambda text: None, error=self.errors.append)
 
     def destroy_node(self) -> None:
         TOPICS.clear()
+
+
+class Executor:
+    """Ends as one does whose process is told to terminate."""
+
+    def __init__(self, num_threads: int) -> None:
+        self.nodes: list[Node] = []
+
+    def add_node(self, node: Node) -> None:
+        self.nodes.append(node)
+
+    def spin(self) -> None:
+        raise sys.modules["rclpy.executors"].ExternalShutdownException
 
 
 class Parameter:
@@ -158,6 +171,9 @@ def install() -> None:
     for path, value in {
         "rclpy.node.Node": Node,
         "rclpy.parameter.Parameter": Parameter,
+        "rclpy.callback_groups.MutuallyExclusiveCallbackGroup": SimpleNamespace,
+        "rclpy.executors.ExternalShutdownException": type("ExternalShutdownException", (Exception,), {}),
+        "rclpy.executors.MultiThreadedExecutor": Executor,
         "rclpy.qos.QoSProfile": SimpleNamespace,
         "rclpy.qos.DurabilityPolicy": kinds,
         "rclpy.qos.ReliabilityPolicy": kinds,

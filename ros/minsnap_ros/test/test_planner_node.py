@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 import rclpy
 from geometry_msgs.msg import PoseStamped
+from minsnap_ros import planner_node
+from minsnap_ros.messages import px4_topic
 from minsnap_ros.planner_node import KEPT, PlannerNode
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetPlan
@@ -139,10 +141,81 @@ def test_a_change_in_flight_takes_over_where_the_plan_will_be(started):
     assert minsnap.certify(after.trajectory, limits=LIMITS).ok
 
 
-@pytest.mark.skipif(not hasattr(Node, "seconds"), reason="the clock is set by hand, and the setpoints are of stand-ins")
-def test_setpoints_for_px4_begin_with_the_offboard_mode(started):
+def test_a_course_is_changed_within_its_own_limits_and_tube(started, tmp_path):
+    file = tmp_path / "course.yaml"
+    file.write_text(
+        "limits: {speed: 1, acceleration: 2}\ntube: 0.3\nwaypoints: [[0, 0, 1], [6, 0, 1], [6, 6, 1]]\n",
+        encoding="utf-8",
+    )
+    node = started(course=str(file), budget=1.0)
+    request = GetPlan.Request()
+    request.goal = pose((6.0, 9.0, 1.0))
+    assert node.replan(request, GetPlan.Response()).plan.poses
+    changed = node.flown.then.trajectory
+    assert minsnap.certify(changed, limits=minsnap.Limits(speed=1.0, acceleration=2.0)).ok
+    x, y, _ = changed.sample(50.0).position.T
+    assert np.minimum(np.abs(y), np.abs(x - 6.0)).max() <= 0.3
+    boxes = "boxes: {lower: [[-1, -1, 0], [4, -1, 0]], upper: [[6, 1, 2], [6, 6, 2]]}"
+    file.write_text(f"{boxes}\nstart: {{position: [0, 0, 1]}}\nend: {{position: [5, 5, 1]}}\n", encoding="utf-8")
+    assert node.plan_course(Trigger.Request(), Trigger.Response()).success
+    assert node.replan(request, GetPlan.Response()).plan.poses == []
+
+
+def test_what_cannot_be_published_is_not_flown(started, tmp_path):
+    node = started()
+    node.take_waypoints(path_of(WAYPOINTS))
+    before = node.flown
+    flat = tmp_path / "flat.csv"
+    flat.write_text("0,0\n5,0\n5,5\n", encoding="utf-8")
+    for values in ({"course": str(flat)}, {"course": ""}, {"rate": -1.0}):
+        node.set_parameters([Parameter(name, value=value) for name, value in values.items()])
+        assert not node.plan_course(Trigger.Request(), Trigger.Response()).success
+        assert node.flown is before
+    other = path_of(WAYPOINTS)
+    other.header.frame_id = "base_link"
+    node.take_waypoints(other)
+    assert node.flown is before
+    request = GetPlan.Request()
+    request.goal = pose(WAYPOINTS[-1])
+    assert node.replan(request, GetPlan.Response()).plan.poses == [] and node.flown is before
+
+
+def test_topics_of_px4_hold_the_version_of_their_message():
+    class TrajectorySetpoint:
+        pass
+
+    class VehicleStatus:
+        MESSAGE_VERSION = 1
+
+    assert px4_topic("in", TrajectorySetpoint) == "/fmu/in/trajectory_setpoint"
+    assert px4_topic("out", VehicleStatus) == "/fmu/out/vehicle_status_v1"
+
+
+STOOD_IN = pytest.mark.skipif(
+    not hasattr(Node, "seconds"), reason="the clock is set by hand, and the setpoints are of stand-ins"
+)
+
+
+def status(nav_state, arming_state):
     from px4_msgs.msg import VehicleStatus
 
+    return VehicleStatus(nav_state=nav_state, arming_state=arming_state)
+
+
+@STOOD_IN
+def test_a_node_that_is_told_to_end_ends_without_a_traceback():
+    planner_node.main()
+
+
+@STOOD_IN
+def test_setpoints_slower_than_px4_takes_them_are_refused(started):
+    for rate in (0.0, 1.9, float("nan")):
+        with pytest.raises(minsnap.InputError, match="below 2 Hz"):
+            started(px4=True, rate=rate)
+
+
+@STOOD_IN
+def test_setpoints_for_px4_begin_with_the_armed_vehicle_in_offboard_mode(started):
     node = started(px4=True, rate=50.0)
     sent = []
     node._setpoints.publish = sent.append
@@ -156,9 +229,10 @@ def test_setpoints_for_px4_begin_with_the_offboard_mode(started):
         Node.seconds = seconds
         tick()
         assert sent[-1].position == pytest.approx([0.0, 0.0, -1.0])
-    node.take_status(VehicleStatus(nav_state=4))
-    assert node.flown.began is None
-    node.take_status(VehicleStatus(nav_state=14))
+    for other in (status(4, 2), status(14, 1)):
+        node.take_status(other)
+        assert node.flown.began is None
+    node.take_status(status(14, 2))
     for later in (0.0, 1.25, plan.duration, plan.duration + 9.0):
         Node.seconds = 7.0 + later
         tick()
@@ -166,3 +240,54 @@ def test_setpoints_for_px4_begin_with_the_offboard_mode(started):
         assert sent[-1].position == pytest.approx([north, east, -up], abs=1e-5)
         assert sent[-1].timestamp == round(Node.seconds * 1e6)
         assert np.isfinite(sent[-1].velocity).all()
+
+
+@STOOD_IN
+@pytest.mark.parametrize("taken", [(2, 2), (14, 1)])
+def test_a_plan_that_the_pilot_ended_is_not_flown_again(started, taken):
+    node = started(px4=True)
+    sent = []
+    node._setpoints.publish = sent.append
+    node.take_waypoints(path_of(WAYPOINTS))
+    node.take_status(status(14, 2))
+    Node.seconds += 1.0
+    node.take_status(status(*taken))
+    for state in ((14, 1), (14, 2)):
+        node.take_status(status(*state))
+        node.send_setpoint()
+    assert sent == [] and node.flown is None
+
+
+@STOOD_IN
+def test_a_plan_made_in_flight_begins_where_the_vehicle_is_held(started):
+    node = started(px4=True)
+    node.take_waypoints(path_of(WAYPOINTS))
+    node.take_status(status(14, 2))
+    first = node.flown
+    Node.seconds += 1.0
+    node.take_waypoints(path_of(WAYPOINTS))
+    assert node.flown is first
+    Node.seconds += first.trajectory.duration
+    node.take_waypoints(path_of(WAYPOINTS))
+    assert node.flown is first
+    node.take_waypoints(path_of(WAYPOINTS[::-1]))
+    assert node.flown is not first
+    assert node.flown.trajectory(0.0) == pytest.approx(WAYPOINTS[-1])
+
+
+@STOOD_IN
+def test_a_change_that_comes_after_the_pilot_took_over_is_not_flown(started, monkeypatch):
+    node = started(px4=True, budget=1.0)
+    node.take_waypoints(path_of(WAYPOINTS))
+    node.take_status(status(14, 2))
+    Node.seconds += 1.0
+    real = minsnap.replan
+
+    def interrupted(*arguments, **named):
+        node.take_status(status(2, 2))
+        return real(*arguments, **named)
+
+    monkeypatch.setattr(minsnap, "replan", interrupted)
+    request = GetPlan.Request()
+    request.goal = pose((-1.0, 4.0, 2.0))
+    assert node.replan(request, GetPlan.Response()).plan.poses == [] and node.flown is None
