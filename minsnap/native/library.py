@@ -79,8 +79,9 @@ def loaded() -> Core:
     """Load the library, once a process."""
     path = os.environ.get("MINSNAP_LIBRARY", "") or str(LIBRARY)
     if not os.path.exists(path):
-        return Core(None, f"{_why_missing()}: run python -m minsnap.native.build, or install minsnap again")
+        return Core(None, _why_missing(path))
     try:
+        _refuse_cut(path)
         library = ctypes.CDLL(path)
         abi = int(library.minsnap_abi())
     except (OSError, AttributeError) as error:
@@ -92,9 +93,23 @@ def loaded() -> Core:
     return Core(library)
 
 
-def _why_missing() -> str:
-    lines = STAMP.read_text(encoding="utf-8").splitlines() if STAMP.exists() else []
-    return lines[1] if len(lines) > 1 else "the native core was not compiled"
+def _why_missing(path: str) -> str:
+    if path != str(LIBRARY):
+        return f"MINSNAP_LIBRARY is {path}, which does not exist: name another library, or none"
+    lines = STAMP.read_text(encoding="utf-8", errors="replace").splitlines() if STAMP.exists() else []
+    left_out = len(lines) > 1 and lines[0] == "-"
+    reason = lines[1] if left_out else f"{path} is missing"
+    return f"{reason}: run python -m minsnap.native.build, or install minsnap again"
+
+
+def _refuse_cut(path: str) -> None:
+    """Raise an OSError if the end of an ELF file is missing, since loading it would kill the process."""
+    with open(path, "rb") as file:
+        head = file.read(64)
+    wide = head.startswith(b"\x7fELF\x02\x01") and len(head) == 64  # 64 bits, as all that are released
+    table, size, count = (int.from_bytes(head[at:end], "little") for at, end in ((40, 48), (58, 60), (60, 62)))
+    if wide and table + size * count > os.path.getsize(path):
+        raise OSError(f"{path}: its end is missing")
 
 
 class _Choice:

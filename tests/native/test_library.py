@@ -56,7 +56,7 @@ def test_an_unknown_core_is_refused():
 
 def test_a_missing_library_is_an_error_only_where_it_is_demanded(tmp_path):
     missing = str(tmp_path / "missing.so")
-    assert "run python -m minsnap.native.build" in describe(MINSNAP_LIBRARY=missing).stdout
+    assert f"MINSNAP_LIBRARY is {missing}, which does not exist" in describe(MINSNAP_LIBRARY=missing).stdout
     demanded = describe(MINSNAP_LIBRARY=missing, MINSNAP_CORE="native")
     assert demanded.returncode == 1 and "NativeCoreError: MINSNAP_CORE is native, but" in demanded.stderr
 
@@ -68,8 +68,32 @@ def of_another_machine():
     return bytes(content)
 
 
+def cut():
+    """A part of the library, as a full disk or a broken connection leaves it."""
+    content = build.LIBRARY.read_bytes()
+    return content[: len(content) // 4]
+
+
+@pytest.mark.parametrize(
+    ("stamp", "reason"),
+    [
+        (b"0123\nc++\n", "_core.bin is missing: run python -m minsnap.native.build"),
+        (b"-\nno compiler\n", "no compiler: run python -m minsnap.native.build"),
+        (b"\xff\xfe\n", "_core.bin is missing"),
+        (None, "_core.bin is missing"),
+    ],
+)
+def test_why_there_is_no_core_is_said(tmp_path, monkeypatch, stamp, reason):
+    monkeypatch.delenv("MINSNAP_LIBRARY", raising=False)
+    monkeypatch.setattr(library, "LIBRARY", tmp_path / "_core.bin")
+    monkeypatch.setattr(library, "STAMP", tmp_path / "_core.txt")
+    if stamp is not None:
+        library.STAMP.write_bytes(stamp)
+    assert reason in library.loaded.__wrapped__().reason
+
+
 @pytest.mark.skipif(not build.LIBRARY.exists(), reason="there is no native core")
-@pytest.mark.parametrize("content", [lambda: b"not a library", of_another_machine, lambda: b""])
+@pytest.mark.parametrize("content", [lambda: b"not a library", of_another_machine, cut, lambda: b""])
 def test_what_is_no_library_of_this_machine_is_not_called(tmp_path, content):
     damaged = tmp_path / "damaged.so"
     damaged.write_bytes(content())
