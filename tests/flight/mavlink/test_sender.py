@@ -1,6 +1,7 @@
 """Flights whose setpoints leave from a thread of their own, in real time, with the stand-in autopilot."""
 
 import os
+from socket import AF_INET, SOCK_DGRAM, socket
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from minsnap.flight.mavlink.sender import DirectSender, ThreadedSender, open_sen
 from minsnap.flight.mavlink.sequence import SetpointStep
 from minsnap.flight.mavlink.setpoints import Setpoint, setpoint_message
 from minsnap.flight.mavlink.stream_options import SafetyRules
+from minsnap.flight.mavlink.vehicle_messages import load_dialect
 from minsnap.native.library import core, using
 
 pytestmark = [
@@ -23,6 +25,9 @@ pytestmark = [
 ]
 
 SHORT = excursion(1.6, rate=50.0, reach=0.3)
+AHEAD = 13
+"""Setpoints that may be prepared: those of a quarter of a second."""
+
 PATIENT = SafetyRules(settle_time=0.2, max_gap=0.5, link_timeout=5.0, heartbeat_timeout=10.0, abort_distance=5.0)
 
 
@@ -88,15 +93,15 @@ def test_a_pause_beyond_the_allowed_one_ends_the_flight(vehicle):
     assert max(steps) <= (0.8 + 0.25) * 50 + 5
 
 
-def test_a_stop_replaces_what_was_prepared(vehicle):
+def test_a_stopped_flight_holds_its_place(vehicle):
     with Flight(vehicle, SHORT, Clock(), rules=PATIENT) as flight:
         begun(flight, vehicle)
         vehicle.until(lambda v: any((s.index or 0) > 40 for s in flight.statuses))
         flight.stop()
         vehicle.until(lambda v: any("stopped by the user" in event for event in flight.events))
-        count = len(vehicle.setpoints)
-        vehicle.until(lambda v: len(v.setpoints) > count + 30)
-        assert stands_still(sent(vehicle)[count + 3 :]) and vehicle.mode == OFFBOARD
+        prepared = len(vehicle.setpoints) + AHEAD
+        vehicle.until(lambda v: len(v.setpoints) > prepared + 20)
+        assert stands_still(sent(vehicle)[prepared:]) and vehicle.mode == OFFBOARD
         vehicle.enter(POSCTL)
         assert flight.result().reason == "stopped by the user"
 
@@ -107,6 +112,35 @@ def encode(step, milliseconds):
 
 class NOBODY:
     system = component = 1
+
+
+def replaced_in_time(port):
+    """A sender that was supplied twice before its first slot was due; None where the machine was too late for that."""
+    link, clock = open_link(f"udpout:127.0.0.1:{port}", Clock()), Clock()
+    sender = ThreadedSender.open(link, 50.0, clock.now() + 0.3, 0.5, encode)
+    flown, held = SetpointStep(Setpoint((1.0, 2.0, 3.0)), 0), SetpointStep(Setpoint((0.0, 0.0, 5.0)))
+    sender.deliver(0, flown, lambda slot: flown)
+    sender.deliver(0, held, lambda slot: held)
+    if clock.now() < sender.departures.due:
+        return sender, link
+    sender.close()
+    link.close()
+    return None
+
+
+def test_what_is_decided_later_replaces_what_was_prepared():
+    with socket(AF_INET, SOCK_DGRAM) as receiver:
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(10.0)
+        supplied = None
+        while supplied is None:
+            supplied = replaced_in_time(receiver.getsockname()[1])
+        sender, link = supplied
+        parser = load_dialect().MAVLink(None)
+        arrived = [parser.decode(bytearray(receiver.recv(300))) for _ in range(AHEAD - 1)]
+        sender.close()
+        link.close()
+    assert {(message.x, message.y, message.z) for message in arrived} == {(0.0, 0.0, 5.0)}
 
 
 def test_who_sends():
