@@ -139,8 +139,8 @@ def touching_factor(
     if powers is None and not roughly and over(root, True) > STRETCH.met:  # what is between the samples is more
         nearby = nearby_factor(limits, trajectory.stretched(float(np.exp(root))).stretched, deadline=deadline)
         root = _by_bracket(over, limits, root) if nearby is None else root + float(np.log(nearby))
-    while not roughly and over(root, True) > 0.0:
-        root += STRETCH.precision + abs(root) * 1e-12
+    while not roughly and (excess := over(root, True)) > 0.0:
+        root += STRETCH.precision + abs(root) * 1e-12 + 0.5 * excess
     return float(np.exp(root))
 
 
@@ -373,7 +373,9 @@ def walled_factor(walls: Sequence[Walls], curve: Trajectory, least: float) -> fl
     bounded = on_derivatives(walls)
 
     def keeps(factor: float) -> bool:
-        nearest = nearest_wall(curve.stretched(factor), bounded)
+        # without the yaw, which takes longer to follow than walls take to measure
+        slower = Trajectory(curve.control_points, curve.durations * factor, pieces=curve.pieces)
+        nearest = nearest_wall(slower, bounded)
         return nearest is None or nearest.value >= 0.0
 
     if not bounded or keeps(least):
