@@ -44,10 +44,10 @@ def batch(
     rate: Annotated[int, "HZ", "Frames a second of LeRobot episodes."] = 20,
     resume: Annotated[bool, "--resume/--no-resume", "Continue in a folder that has results, or refuse it."] = True,
 ) -> None:
-    """Plan many problems, and write them as a Parquet dataset that can go on after it was killed.
+    """Plan many problems, and write a Parquet dataset.
 
-    The files are the same bytes whatever the number of workers. A problem that fails is a row with its status and the
-    reason.
+    The same command continues a run that was killed. The files have the same bytes for every number of workers. A
+    problem that fails is a row with its status and the reason.
     """
     from minsnap.batch.run import run_batch
     from minsnap.batch.spec import read_spec
@@ -167,10 +167,10 @@ def bench(
     ] = 0.5,
     json: options.Json = False,
 ) -> None:
-    """Measure this machine: plans, corridors, limits, and the budget that a replan needs here.
+    """Measure this machine: plans, corridors, limits, replan budget.
 
-    Each line is the median of repeated calls of one process with nothing else to do; the budget is half as long again
-    as the longest of the replans.
+    Each line is the median of repeated calls in one process that does nothing else. The budget is 1.5 times the longest
+    replan.
     """
     results = dict(_measured(seconds))
     if json:

@@ -37,15 +37,15 @@ def check(
     downwash: Annotated[float, "W", "Vehicles above each other must be W times as far apart."] = 1.0,
     json: options.Json = False,
 ) -> int:
-    """Check a setpoint file: uniform rate, consistent derivatives and, if given, the corridor; figures for its axes.
+    """Check a file: its rate, its derivatives and its corridor.
 
-    A plan in .json or .yaml is certified anew: that it keeps what its file says of its corridor, limits, waypoints and
-    joints.
+    Prints the range and the top rates of each axis. A plan in .json or .yaml is certified again: it must keep the
+    corridor, limits, waypoints and joints that the file states.
 
-    Of a folder with one file of polynomials a vehicle, or a Skybrush show (.skyc), it proves how far apart the vehicles
-    stay at every instant.
+    For a folder with one file of polynomials per vehicle, or a Skybrush show (.skyc), it proves the least distance
+    between the vehicles at every instant.
 
-    Exit status 1 if something is wrong with what the file holds.
+    Exit status 1 if the check fails.
     """
     from minsnap.files.consistency import check_samples
     from minsnap.files.convert import read_samples, resolution_of
@@ -212,7 +212,7 @@ def plot(
     title: Annotated[str | None, "Written above; by default the file's name."] = None,
     no_clobber: options.NoClobber = False,
 ) -> None:
-    """Draw a file: the path, and its position, derivatives and heading against time; or the flight, moving."""
+    """Draw the path and its profiles, or animate the flight."""
     from minsnap.files.convert import read_samples
     from minsnap.plot.animation import ENDINGS, animate_fleet, animate_path, check_animation_name
     from minsnap.plot.figures import check_figure_name, plot_overview, save_figure
@@ -259,10 +259,10 @@ def convert(
     from_frame: Annotated[str | None, "Axes of a setpoint CSV, if it does not say so itself."] = None,
     no_clobber: options.NoClobber = False,
 ) -> int:
-    """Convert trajectories, setpoints and logs to another format, and to another frame.
+    """Convert trajectories, setpoints and logs to another format.
 
-    A trajectory is sampled at --rate where the format holds samples; samples keep their instants, and are fitted with
-    polynomials to 1 mm where it holds those.
+    A trajectory is sampled at --rate for a format of samples. Samples keep their instants; for a format of polynomials
+    they are fitted to 1 mm.
     """
     from minsnap.files.convert import RATE, format_of, formats, read_any, write_any
     from minsnap.trajectory.samples import Samples

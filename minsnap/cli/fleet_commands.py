@@ -39,10 +39,11 @@ def fleet(
     animate: Annotated[Path | None, "FILE", "Seen from above: .gif; .mp4, .webm with ffmpeg."] = None,
     no_clobber: options.NoClobber = False,
 ) -> int:
-    """Plan the flights of a show, write them, and prove of what was written how far apart the vehicles stay.
+    """Plan a show of several vehicles, and certify its files.
 
-    Each planned flight is kept in FOLDER/flights: a run that was killed goes on with them. Ctrl-C ends the
-    search for one flight with the best so far. Exit status 1 if the files do not keep the show's conditions.
+    The least distance between vehicles is proved from the written files. Each planned flight is kept in FOLDER/flights;
+    a run that was killed continues from there. Ctrl-C ends the search for one flight with the best so far. Exit status
+    1 if the files violate a condition of the show.
     """
     from minsnap.files.formats.skybrush import worst_distance
     from minsnap.plot.animation import animate_fleet, check_animation_name
@@ -124,9 +125,9 @@ def studio(
     separation: Annotated[float | None, "M", "Of a fleet: pairs that come near are red [m]."] = None,
     downwash: Annotated[float, "Heights are divided by it."] = 1.0,
 ) -> None:
-    """Draw, drag and fly plans in the browser; on this machine only, unless --host says otherwise.
+    """Draw, drag and fly plans in the browser.
 
-    Prints its address. Ends with Ctrl-C or SIGTERM.
+    Prints its address; only this machine reaches it, unless --host says otherwise. Ends with Ctrl-C or SIGTERM.
     """
     import webbrowser
 

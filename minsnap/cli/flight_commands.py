@@ -334,11 +334,11 @@ def stream(
     system: Annotated[int | None, "The vehicle's MAVLink system id."] = None,
     signing_key: Annotated[Path | None, "FILE", "MAVLink 2 signing key: 32 bytes or 64 hex."] = None,
 ) -> int:
-    """Fly a setpoint file over MAVLink, by PX4's offboard or ArduPilot's guided mode.
+    """Fly a file over MAVLink, with PX4 or ArduPilot.
 
-    The start is streamed for 2 s at least; the trigger then lets the flight go once the vehicle is in its mode; the end
-    is held. Ctrl-C stops and holds until the mode is left; a second one leaves the vehicle to its own failsafe. Exit
-    status 1 if the flight was refused or stopped by a rule of safety.
+    Streams the start for at least 2 s, flies when the trigger fires and the vehicle is in OFFBOARD or GUIDED, and holds
+    the end. Ctrl-C stops, and holds until the vehicle leaves the mode. A second Ctrl-C ends the stream: then the
+    vehicle's own failsafe acts. Exit status 1 if the flight was refused, or stopped by a safety rule.
     """
     heard = orders.listening(file, flying.trigger)
     fastest = 0.0 if heard is None else heard.limits.speed or 0.0
@@ -372,10 +372,11 @@ def tune(
     logs: Annotated[Path | None, "FOLDER", "Where the autopilot's logs appear; else fetched by MAVLink."] = None,
     report: options.FlightReport = None,
 ) -> None:
-    """Write setpoints whose flight misses the plan by less: what the last flight missed, filtered, is added earlier.
+    """Write setpoints that correct the tracking error of a flight.
 
-    With --connect it flies the plan, fetches the log, learns, flies again, and compares; with a log it learns from
-    that flight, and the next one's with --sent. Three flights took 84 to 94 % off the error in simulation.
+    The filtered error of the flight is added to the setpoints, earlier by the delay. With --connect it flies the plan,
+    fetches the log, corrects, flies again and compares. With a log it corrects from that flight; --sent names what was
+    sent in it. In simulation three flights reduced the error by 84 to 94 %.
     """
     from minsnap.files.setpoint_csv import frame_of, read_csv, write_csv
     from minsnap.flight.tracking.tracking_plot import write_flight_page

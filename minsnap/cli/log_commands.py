@@ -84,11 +84,11 @@ def compare(
     report: options.FlightReport = None,
     json: options.Json = False,
 ) -> None:
-    """Compare flights with what they were to fly: error per axis, along and across the path, and lateness.
+    """Compare flights with their reference: tracking error, delay.
 
-    The flights of a log are found where its own setpoints follow the file: climb and landing do not count, and the
-    vehicle's lateness stays an error. Setpoints sent ahead count at the instants that they were planned for, as the
-    file or the log of the stream says, or --lead.
+    Errors are per axis, along and across the path. In a log, a flight begins where its setpoints follow the reference:
+    climb and landing do not count, and the vehicle's delay counts as an error. Setpoints that were sent ahead (--lead,
+    or as the file or the log of the stream says) are compared at their planned instants.
     """
     options.check_corridor(corridor, waypoints)
     check_figure(plot, view)
@@ -176,10 +176,10 @@ def fit(
     plot: options.Plot = None,
     json: options.Json = False,
 ) -> None:
-    """Fit drag, wind, hover throttle and delay to a flight; or rotor coefficients or a drag surface to a table.
+    """Fit drag, wind, hover throttle and delay to a flight.
 
-    With standard errors. Drag is per mass; -o writes a vehicle with it, which stream, plan and the shapes take as
-    --vehicle.
+    Or, with --form, rotor coefficients or a drag surface to a table. Values have standard errors. Drag is per mass. -o
+    writes a vehicle with that drag, which stream, plan and the shapes take as --vehicle.
     """
     if form is not None:
         if output is not None or base is not None or mass is not None:

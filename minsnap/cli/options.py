@@ -37,10 +37,10 @@ Output = Annotated[
 ]
 
 Rate = Annotated[float, "HZ", "Setpoints per second."]
-Format = Annotated[str | None, "NAME", f"Format of the file, where its ending does not tell: {FORMATS}."]
-ReadFrame = Annotated[str | None, "--from-frame", "--frame", "Axes of a CSV that does not say so itself: enu, ned, …"]
+Format = Annotated[str | None, "NAME", f"Format of the file, if not by its ending: {FORMATS}."]
+ReadFrame = Annotated[str | None, "--from-frame", "--frame", "Axes of a CSV that does not name them: enu, ned, …"]
 Plot = Annotated[Path | None, "FILE", "Figure to write: PNG, SVG or PDF, by its ending."]
-View = Annotated[str | None, "Of the figure: xy (unless given), xz, yz or 3d; xy shows climbs from the side."]
+View = Annotated[str | None, "View of the figure: xy (default; climbs also from the side), xz, yz or 3d."]
 
 LINKS = "udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD."
 Connect = Annotated[str, "LINK", LINKS]
@@ -48,19 +48,19 @@ FlightReport = Annotated[Path | None, "FILE", "HTML page: maps, error against ti
 ColourBy = Annotated[str | None, "speed", "Draw the path in the colours of its speed."]
 Json = Annotated[bool, "Print the summary as JSON."]
 NoClobber = Annotated[bool, "Refuse to replace a file that is there."]
-OffsetDrag = Annotated[float, "K", "Feed-forward of K times the velocity [1/s]: offsets drag."]
-OffsetVehicle = Annotated[str | None, "NAME", "Vehicle whose drag is offset instead: " + VEHICLE_HELP]
-Lead = Annotated[float, "S", "Send setpoints earlier by this: compensates the vehicle's delay."]
+OffsetDrag = Annotated[float, "K", "Add K times the velocity to the acceleration, against drag [1/s]."]
+OffsetVehicle = Annotated[str | None, "NAME", "Take the drag of a vehicle instead: " + VEHICLE_HELP]
+Lead = Annotated[float, "S", "Send setpoints S seconds earlier, against the vehicle's delay."]
 FlownLead = Annotated[float | None, "S", "How much earlier than planned the flight's setpoints were sent."]
 NoLimit = Annotated[
     str | None,
     "NAME",
-    "Take off what holds beside the limits named: speed, acceleration, tilt, altitude; several with commas.",
+    "Remove a default limit: speed, acceleration, tilt or altitude; several with commas.",
 ]
 
 Corridor = Annotated[str | None, "M", "Half-width around each leg [m]: one, or one per leg with commas."]
 References = Annotated[str, "What the cascade follows: position, velocity or acceleration."]
-Yaw = Annotated[str | None, "Heading [degrees]; 'velocity' to look where it flies; 'tilt' not to spin."]
+Yaw = Annotated[str | None, "Heading [degrees]; velocity: along the flight; tilt: no rotation about the thrust axis."]
 LookAtPoint = Annotated[tuple[float, float] | None, "X Y", "Point that the nose points at [m]."]
 Degree = Annotated[int, "Degree of the polynomials: 3, 5, 7, 9 or 11."]
 
@@ -140,7 +140,9 @@ def limit_field(name: str) -> tuple[str, Any, None]:
     """Return the option of a limit as a field of a dataclass: name, type as typer reads it, default."""
     kind = LIMITS[name]
     metavar = "RATIO" if kind.unit == "of the weight" else kind.typed_unit.upper().replace("^", "")
-    return name, Annotated[float | None, metavar, f"Shortest time within [{kind.typed_unit}]."], None
+    side = "Least" if kind.least else "Greatest"
+    label = kind.label.removeprefix("min ").removeprefix("max ")
+    return name, Annotated[float | None, metavar, f"{side} {label} [{kind.typed_unit}]."], None
 
 
 def limit_values(options: Any) -> dict[str, Any]:

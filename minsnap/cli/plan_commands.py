@@ -41,14 +41,14 @@ def plan(
     takeoff: Annotated[bool, "Climb from the ground below the first waypoint."] = False,
     land: Annotated[bool, "Descend to the ground below the last waypoint."] = False,
 ) -> None:
-    """Plan through the waypoints of a file; at 1 m/s on average unless times or limits are given.
+    """Plan through the waypoints of a file, or fly a course in YAML.
 
-    A course in YAML may have gates, balls, holds, laps, take-off and landing; it is flown as fast as its limits allow,
-    3 m/s and 6 m/s^2 unless it says others.
+    Without times and limits, waypoints are flown at 1 m/s on average, and a course within 3 m/s and 6 m/s^2. A course
+    may have gates, balls, holds, laps, take-off and landing.
 
-    A YAML file may also say how: total time, limits, corridor and more, as the studio saves it; options come first, and
-    its limits hold for another time, too. A plan that was written as .json or .yaml is taken as it is, with its
-    corridor and limits, and certified again.
+    A YAML file may also hold total time, limits, corridor and more, as the studio saves it. Options take precedence.
+    The limits of the file also hold for another time. A plan in .json or .yaml is not planned again: it is certified
+    again, with its corridor and limits.
     """
     from minsnap.files.formats.polynomials import is_polynomials
     from minsnap.files.request_yaml import read_request
@@ -331,10 +331,10 @@ def route(
     start: Annotated[str, "X Y [Z]", "Where to fly from [m]."],
     goal: Annotated[str, "X Y [Z]", "Where to fly to [m]."],
 ) -> None:
-    """Plan from a start to a goal through the free cells of a map, at a distance from all that is occupied.
+    """Plan from a start to a goal through the free cells of a map.
 
-    Within 3 m/s and 6 m/s^2 in the shortest time found, unless a time or limits are given. Exit status 1 if no way is
-    wide enough.
+    The path keeps a distance from all occupied cells. Without --time and limits, the time is the shortest found within
+    3 m/s and 6 m/s^2. Exit status 1 if no way is wide enough.
     """
     from minsnap.paths.routes.plan_route import plan_through
     from minsnap.planning.request import plan_arguments

@@ -142,8 +142,8 @@ def standing(plan: Callable[[], Path], path: Trajectory) -> dict[str, Any]:
 class Span:
     """The duration of a plan, as a time or as a weight on time: first in the help."""
 
-    time: Annotated[float | None, "S", "Duration of the whole [s]."] = None
-    time_weight: Annotated[float | None, "W", "Least cost + W * time, instead of a duration [cost/s]."] = None
+    time: Annotated[float | None, "S", "Total duration [s]; with limits instead, the shortest time within them."] = None
+    time_weight: Annotated[float | None, "W", "Minimise cost + W * time, instead of a duration [cost/s]."] = None
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ class TimingOptions(LimitOptions, Span):
     pieces: Annotated[
         str | None, "N|auto", "Polynomials per leg; by default 1. auto: with limits, as many as shorten the flight."
     ] = None
-    time_limit: Annotated[float | None, "S", "Seconds of search, after which the best plan so far is taken."] = None
+    time_limit: Annotated[float | None, "S", "Stop the search after S seconds, and take the best plan so far."] = None
     yaw: options.Yaw = None
     look_at: options.LookAtPoint = None
 
@@ -174,9 +174,13 @@ class Planning(TimingOptions):
     """Options of a plan through several waypoints."""
 
     corridor: options.Corridor = None
-    avoid: Annotated[list[str] | None, "X,Y,R", "Upright cylinder to keep out of [m]; or X,Y,R,LOW,HIGH."] = None
-    yaw_rate: Annotated[float | None, "RAD/S", "With --yaw velocity: largest rate of a held heading [rad/s]."] = None
-    hold_below: Annotated[float | None, "M/S", "With --yaw velocity: held below this horizontal speed [m/s]."] = None
+    avoid: Annotated[list[str] | None, "X,Y,R", "Vertical cylinder to avoid [m]; or X,Y,R,LOW,HIGH. Repeatable."] = None
+    yaw_rate: Annotated[
+        float | None, "RAD/S", "With --yaw velocity: greatest yaw rate where the heading is held [rad/s]."
+    ] = None
+    hold_below: Annotated[
+        float | None, "M/S", "With --yaw velocity: hold the heading below this horizontal speed [m/s]."
+    ] = None
     degree: options.Degree = 7
     continuity: Annotated[int | None, "Derivatives continuous at the waypoints."] = None
     solver: Annotated[str, "auto, or a solver's name: daqp, clarabel, osqp, or another of qpsolvers."] = "auto"
@@ -204,9 +208,9 @@ class Planning(TimingOptions):
 class RectanglePlanning(Planning):
     """The same for a rectangle: in a corridor, and within limits where no time is set."""
 
-    corridor: Annotated[str | None, "M", "Half-width around each side [m]; 0.3. One, or one per side with commas."] = (
-        None
-    )
+    corridor: Annotated[
+        str | None, "M", "Half-width around each side [m]: one (default 0.3), or one per side with commas."
+    ] = None
     no_corridor: Annotated[bool, "Plan without a corridor."] = False
 
     def __post_init__(self) -> None:
@@ -236,10 +240,12 @@ class RectanglePlanning(Planning):
 class Turning(LimitOptions):
     """Options of a circle, a helix or a figure of eight."""
 
-    period: Annotated[float | None, "S", "Seconds per lap at full speed; 6 [s]."] = None
+    period: Annotated[float | None, "S", "Time per lap at full speed [s]; default 6."] = None
     speed: Speed = None
     laps: Laps = 1.0
-    ramp: Annotated[float | None, "DEG", "Angle of spin-up and spin-down [degrees]; 90. 0 starts at speed."] = None
+    ramp: Annotated[float | None, "DEG", "Angle of spin-up and spin-down [degrees]; default 90; 0 starts at speed."] = (
+        None
+    )
     center: Center = (0.0, 0.0)
     altitude: Altitude = 1.5
     clockwise: Clockwise = False

@@ -38,9 +38,10 @@ def rect(
     clockwise: Clockwise = False,
     center: Center = (0.0, 0.0),
 ) -> None:
-    """Plan a rectangle, corner by corner from rest to rest, inside a corridor around its sides.
+    """Plan a rectangle from rest to rest, inside a corridor.
 
-    Within 3 m/s and 6 m/s^2 in the shortest time found, unless a time or limits are given.
+    The corridor is around the sides. Without --time and limits, the time is the shortest found within 3 m/s and 6
+    m/s^2.
     """
     from minsnap.planning.request import plan_arguments
 
@@ -96,7 +97,7 @@ def helix(
     pitch: Annotated[float, "M", "Climb per lap [m]."] = 0.5,
     start_angle: StartAngle = 0.0,
 ) -> None:
-    """Trace a helix from an altitude upwards, or downwards with a negative pitch."""
+    """Trace a helix upwards, or downwards with a negative pitch."""
     destination.deliver(
         minsnap.helix(radius, pitch, start_angle=radians(start_angle), **turning.arguments()), limits=turning.limits
     )

@@ -76,7 +76,7 @@ def simulate(
     frame: options.ReadFrame = None,
     json: options.Json = False,
 ) -> None:
-    """Simulate a flight along a path: how far the vehicle was from it, and what it took of the vehicle."""
+    """Simulate a flight: tracking error, tilt and rotor thrusts."""
     from minsnap.files.convert import read_any
     from minsnap.flight.tracking.log_comparison import flight_figures
 
@@ -142,7 +142,10 @@ def experiment(
     view: options.View = None,
     json: options.Json = False,
 ) -> None:
-    """Repeat a published experiment in simulation: tracking error with and without drag compensation."""
+    """Repeat a published experiment in simulation.
+
+    Prints the tracking error with and without drag compensation.
+    """
     from minsnap.flight.thesis.experiment import experiment_dict, experiment_text, models_of, run_experiment
 
     check_figure(plot, view)

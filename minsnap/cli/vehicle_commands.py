@@ -34,9 +34,10 @@ def preflight(
     wait: Annotated[float, "S", "For the vehicle's heartbeat."] = 30.0,
     json: options.Json = False,
 ) -> int:
-    """Read the parameters and the state of a vehicle that matter to a flight, and say what does not fit it and why.
+    """Check the parameters and the state of a vehicle for a flight.
 
-    Nothing is written unless ``--set`` names it. Exit status 1 if something does not fit.
+    Prints what does not fit the flight, and why. Writes no parameter but those of --set. Exit status 1 if something
+    does not fit.
     """
     from minsnap.files.setpoint_csv import frame_of, read_csv
     from minsnap.flight.mavlink.link import Clock, open_link
@@ -97,10 +98,10 @@ def limits(
     wait: Annotated[float, "S", "For the vehicle's heartbeat."] = 30.0,
     json: options.Json = False,
 ) -> None:
-    """Read what a vehicle can follow from its own parameters, and print it as limits of a plan.
+    """Read limits for a plan from the vehicle's own parameters.
 
-    A tenth of everything is left to the controller, and what drag takes of the tilt (--vehicle as fit writes it, or
-    --drag) is taken off the acceleration and the speed.
+    A tenth of each is reserved for the controller. The tilt that drag needs (--drag, or --vehicle as fit writes it)
+    reduces the acceleration and the speed.
     """
     from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.parameters import PARAMETERS, Parameters, autopilot_limits
@@ -137,10 +138,11 @@ def relay(
     max_age: Annotated[float, "S", "Older poses are not sent."] = 0.1,
     body: Annotated[str | None, "Which body; by default the first that is seen, and no other."] = None,
 ) -> int:
-    """Pass motion-capture poses on to an autopilot's estimator, until Ctrl-C or the end of a file.
+    """Send motion-capture poses to an autopilot's estimator.
 
-    PX4's default estimator fuses vision and odometry; odometry-mocap (ODOMETRY as from motion capture) and mocap
-    (ATT_POS_MOCAP) go to topics that it does not read. Rate and latency are printed once per second.
+    Ends with Ctrl-C, or at the end of a file. PX4's default estimator fuses vision and odometry; it does not read the
+    topics of odometry-mocap (ODOMETRY as from motion capture) and mocap (ATT_POS_MOCAP). Rate and latency are printed
+    once per second.
     """
     from minsnap.flight.mavlink.link import Clock, open_link
 
@@ -171,9 +173,10 @@ def upload(
     start: Annotated[bool, "Take off, fly it, and land."] = False,
     dry_run: Annotated[bool, "Say what would be written, without a link."] = False,
 ) -> int:
-    """Write a fleet into the trajectory memories of Crazyflies, read it back, and with --start fly it.
+    """Write a fleet into the memories of Crazyflies, and fly it.
 
-    Nothing takes off before every memory was read back. Ctrl-C, or a vehicle that does not answer, lands all in place.
+    Each memory is read back; nothing takes off before all agree. It flies with --start only. Ctrl-C, or a vehicle that
+    does not answer, lands all vehicles in place.
     """
     from minsnap.flight import swarm_upload
     from minsnap.flight.swarm_upload import COMPRESSED, planned_ways
