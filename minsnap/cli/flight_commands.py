@@ -122,7 +122,7 @@ def fly(
 
 
 def fly_fleet(
-    folder: Path, connect: str, settings: StreamOptions, key: Path | None, preflight: bool
+    folder: Path, connect: str, settings: StreamOptions, system: str | None, key: Path | None, preflight: bool
 ) -> dict[str, StreamReport | FlightError]:
     """Fly a fleet from files, each vehicle over its own link; Ctrl-C stops all and holds."""
     from minsnap.cli.companion import Companion
@@ -131,15 +131,15 @@ def fly_fleet(
 
     fleet, clock = minsnap.shows.read_fleet(folder), Clock()
     names = [fleet.name(vehicle) for vehicle in range(len(fleet))]
-    addresses = links_of(connect, len(fleet))
+    ways = zip(links_of(connect, len(fleet)), systems_of(system, len(fleet)), fleet, strict=True)
     if preflight:
         _check_apart(fleet)
     each = [replace(settings, log=_log_of(settings.log, name)) for name in names]
     tables = [prepare(curve, how) for curve, how in zip(fleet, each, strict=True)]
     links: list[Link] = []
     with ExitStack() as opened:
-        for address, curve in zip(addresses, fleet, strict=True):
-            links.append(opened.enter_context(closing(open_link(address, clock, signing_key=key))))
+        for address, number, curve in ways:
+            links.append(opened.enter_context(closing(open_link(address, clock, system=number, signing_key=key))))
             if preflight:
                 _check(links[-1], clock, curve, settings)
         with Companion() as beside:
@@ -166,6 +166,16 @@ def links_of(connect: str, count: int) -> list[str]:
     if len(links) != count:
         raise InputError(f"{len(links)} links for {count} vehicles: give one each, with commas, or udpin:HOST:PORT+")
     return links
+
+
+def systems_of(system: str | None, count: int) -> list[int | None]:
+    """Return the MAVLink system id of each vehicle, from a list with commas; None where it is not given."""
+    if system is None:
+        return [None] * count
+    ids = options.parse_numbers("--system", system)
+    if len(ids) != count or not all(number in range(1, 256) for number in ids):
+        raise InputError(f"--system is {system!r}: give an id from 1 to 255 for each vehicle ({count}), with commas")
+    return list(map(int, ids))
 
 
 def _check_apart(fleet: Fleet) -> None:
@@ -331,7 +341,7 @@ def stream(
     ],
     *,
     connect: options.Connect,
-    system: Annotated[int | None, "The vehicle's MAVLink system id."] = None,
+    system: Annotated[str | None, "ID", "MAVLink system id of the vehicle; of a fleet one each, with commas."] = None,
     signing_key: Annotated[Path | None, "FILE", "MAVLink 2 signing key: 32 bytes or 64 hex."] = None,
 ) -> int:
     """Fly a file over MAVLink, with PX4 or ArduPilot.
@@ -344,12 +354,12 @@ def stream(
     fastest = 0.0 if heard is None else heard.limits.speed or 0.0
     settings = flying.settings(**sent.settings(), stays=orders.listen, fastest=fastest)
     if file.is_dir() or file.suffix.lower() == ".skyc":
-        flights = fly_fleet(file, connect, settings, signing_key, flying.preflight)
+        flights = fly_fleet(file, connect, settings, system, signing_key, flying.preflight)
         for name, one in flights.items():
             print(f"{name}: {one if isinstance(one, FlightError) else flight_summary(one).splitlines()[0]}")
         return 0 if all(not isinstance(one, FlightError) and one.completed for one in flights.values()) else 1
     source = file if heard is None else heard.flown
-    report = fly(source, connect, settings, system, signing_key, flying.preflight, heard)
+    report = fly(source, connect, settings, systems_of(system, 1)[0], signing_key, flying.preflight, heard)
     print(flight_summary(report), file=sys.stderr if orders.listen else sys.stdout)
     return 0 if report.completed else 1
 

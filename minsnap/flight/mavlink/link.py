@@ -149,6 +149,8 @@ class CommonFlight:
         Setpoints a second, the same for all [Hz].
     trigger : callable
         Called once all are ready; True lets all go.
+    links : sequence of Link
+        Of the vehicles: no two of them may lead to the same one.
 
     Attributes
     ----------
@@ -158,8 +160,10 @@ class CommonFlight:
         Why all stop.
     """
 
-    def __init__(self, names: Sequence[str], clock: Clock, rate: float, trigger: Callable[[], bool]) -> None:
-        self._names, self._clock, self._rate, self._trigger = tuple(names), clock, rate, trigger
+    def __init__(
+        self, names: Sequence[str], clock: Clock, rate: float, trigger: Callable[[], bool], links: Sequence[Link]
+    ) -> None:
+        self._names, self._clock, self._rate, self._trigger, self._links = tuple(names), clock, rate, trigger, links
         self._epoch, self._lock = clock.now(), threading.Lock()
         self._ready = [False] * len(names)
         self.begin: float | None = None
@@ -174,9 +178,22 @@ class CommonFlight:
         with self._lock:
             if stopped is not None and self.reason is None:
                 self.reason = f"{self._names[member]} has stopped: {stopped}"
+            if self.begin is None and self.reason is None:
+                self.reason = self._mistaken(member)
             self._ready[member] = ready
             if self.begin is None and self.reason is None and all(self._ready) and self._trigger():
                 self.begin = self.aligned(self._clock.now() + AHEAD)
+
+    def _mistaken(self, member: int) -> str | None:
+        """Return why the link of a member may lead to the vehicle of another, or None."""
+        link = self._links[member]
+        for name, other in zip(self._names, self._links, strict=True):
+            if other is not link and link.may_lead_where(other):
+                return (
+                    f"{self._names[member]} and {name} both lead to system {link.vehicle.system}: give each vehicle a "
+                    "link of its own, or name the system of each (--system 1,2)"
+                )
+        return None
 
 
 @dataclass(frozen=True)
@@ -256,6 +273,13 @@ class Link:
             signing = self._codec.signing
             signing.secret_key, signing.sign_outgoing = signing_key, True
             signing.timestamp = int((time.time() - 1420070400) * 1e5)
+
+    def may_lead_where(self, other: Link) -> bool:
+        """Whether the vehicle may be that of another link: of its id, from its address or among others' vehicles."""
+        if not self.vehicle.known or self.vehicle.system != other.vehicle.system:
+            return False
+        autopilot = self._dialect.MAV_COMP_ID_AUTOPILOT1
+        return self._peer == other._peer or any(component == autopilot for _, component in self.ignored | other.ignored)
 
     def write(self, data: bytes) -> None:
         """Send raw bytes (called by pymavlink)."""

@@ -174,7 +174,7 @@ def stream_together(
     if len(rates) > 1:
         raise InputError(f"the setpoints of a fleet have one rate, and these have {sorted(rates)}: give --rate")
     trigger = options[0].trigger
-    common = CommonFlight(names, clock, rates.pop(), trigger if callable(trigger) else lambda: True)
+    common = CommonFlight(names, clock, rates.pop(), trigger if callable(trigger) else lambda: True, links)
 
     def said(name: str) -> Callable[[str], None] | None:
         return None if on_event is None else lambda text: on_event(f"{name}: {text}")

@@ -221,6 +221,8 @@ class Sequence:
             self.abort(f"the vehicle was not armed, in its mode and at the start in time: {self._missing(at)}", at)
         elif at.triggered and self.ready:
             self.phase, self._first_slot = Phase.FLYING, at.slot if at.begin is None else at.begin
+        elif at.triggered and at.begin is not None:
+            self.abort("it was no longer ready at its start when all began", at)
 
     def _lost_again(self, vehicle: VehicleState) -> list[str]:
         """Return what of mode and arming the vehicle has had since it is ready, and has no longer."""

@@ -136,6 +136,25 @@ def test_a_climb_that_a_pilot_has_ended_is_not_begun_anew(stack, mode, taken):
     assert climb(sequence, flown, 60, 250) == []
 
 
+@pytest.mark.parametrize("drift", [0.0, 0.3])
+def test_a_vehicle_that_left_its_start_when_all_begin_does_not_join_them_later(drift):
+    """It used to be sent to where the flight was by then, in one step."""
+    world, sequence = ready()
+    world.happen("posctl")
+    sent = [fly(world, sequence, 5)]
+    world.happen("offboard")
+    for slot in range(6, 100):
+        at = replace(world.conditions(sequence.setpoint), triggered=slot >= 60, begin=60)
+        x, y, z = TABLE.start.position
+        gone = replace(at.vehicle, position=(x + drift, y, z)) if 55 <= slot < 65 else at.vehicle
+        sent.append(sequence.step(replace(at, vehicle=gone)))
+    if drift:
+        assert {step.index for step in sent} == {None} and sequence.phase is Phase.HOLDING
+        assert sequence.reason == "it was no longer ready at its start when all began"
+    else:
+        assert [step.index for step in sent[55:]] == list(range(40))
+
+
 def test_a_missed_slot_is_left_out_not_made_up_for():
     world, sequence = ready()
     fly(world, sequence, 50)

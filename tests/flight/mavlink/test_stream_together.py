@@ -8,7 +8,7 @@ from clocks import SharedClock, enter, leave
 from flying import START, excursion, patient_rules
 from standin import POSCTL, PointMass, StandIn
 
-from minsnap.cli.flight_commands import links_of
+from minsnap.cli.flight_commands import links_of, systems_of
 from minsnap.errors import FlightError, InputError
 from minsnap.flight.mavlink.link import open_link
 from minsnap.flight.mavlink.offboard import prepare, stream_together
@@ -21,7 +21,7 @@ PATHS = excursion(5.0, reach=2.0), excursion(7.0, reach=2.0)
 class Pair:
     """Both vehicles at the start, and their flight in threads that share the clock."""
 
-    def __init__(self, monkeypatch, paths=PATHS, **how):
+    def __init__(self, monkeypatch, paths=PATHS, behind_one_port=False, **how):
         self.clock, self.said, self.found = SharedClock(), [], None
         fly = Streamer.run
 
@@ -34,7 +34,8 @@ class Pair:
         monkeypatch.setattr(Streamer, "run", run)
         self.vehicles = [StandIn(clock=self.clock, body=PointMass(START)) for _ in PATHS]
         options = [StreamOptions(trigger="now", rules=patient_rules(), **how) for _ in PATHS]
-        self.links = [open_link(f"udpout:127.0.0.1:{vehicle.port}", self.clock) for vehicle in self.vehicles]
+        ports = [(self.vehicles[0] if behind_one_port else vehicle).port for vehicle in self.vehicles]
+        self.links = [open_link(f"udpout:127.0.0.1:{port}", self.clock) for port in ports]
         tables = [prepare(path, option) for path, option in zip(paths, options, strict=True)]
         how = (tables, self.links, options, ("first", "second"), self.clock, self.said.append)
         self.thread = threading.Thread(target=lambda: setattr(self, "found", stream_together(*how, begun=self.begun)))
@@ -117,12 +118,30 @@ def test_what_stops_one_stops_the_other_where_it_is(monkeypatch):
     assert "the vehicle left OFFBOARD" in str(found[1]) and (held.vx, held.vy, held.vz) == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.slow
+def test_two_links_to_one_vehicle_are_refused_unless_each_names_its_own(monkeypatch):
+    """As behind a router: both used to fly whichever was heard first, along two paths at once."""
+    with Pair(monkeypatch, behind_one_port=True) as pair:
+        pair.join()
+    assert all(
+        "first and second both lead to system 1" in str(one) or "second and first" in str(one) for one in pair.found
+    )
+    assert not any(m.vy for vehicle in pair.vehicles for _, m in vehicle.setpoints)
+
+
 def test_each_vehicle_has_its_link():
     assert links_of("udpin:127.0.0.1:14540+", 2) == ["udpin:127.0.0.1:14540", "udpin:127.0.0.1:14541"]
     assert links_of("tcp:a:1,serial:/dev/x:57600", 2) == ["tcp:a:1", "serial:/dev/x:57600"]
     for wrong, why in (("udpin:0", "1 links for 2 vehicles"), ("serial:/dev/x+", "no port that could count up")):
         with pytest.raises(InputError, match=why):
             links_of(wrong, 2)
+
+
+def test_each_vehicle_has_its_system():
+    assert systems_of(None, 2) == [None, None] and systems_of("1,7", 2) == [1, 7] and systems_of("9", 1) == [9]
+    for wrong, count in (("9", 2), ("1,2", 1), ("0,1", 2), ("1,256", 2), ("1.5", 1), ("nan", 1), ("", 1)):
+        with pytest.raises(InputError, match="--system is"):
+            systems_of(wrong, count)
 
 
 def test_one_rate_for_all():
