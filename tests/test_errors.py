@@ -1,6 +1,7 @@
 """The errors: one family, exported, with every attribute declared where a reader finds it."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -31,12 +32,23 @@ def test_every_error_is_of_the_family():
         assert issubclass(value, minsnap.MinsnapError) or issubclass(value, Warning)
 
 
+PAGE = (PACKAGE.parent / "docs" / "when_something_is_wrong.rst").read_text(encoding="utf-8")
+
+
 def test_every_error_has_a_heading_that_says_what_to_do():
-    page = (PACKAGE.parent / "docs" / "when_something_is_wrong.rst").read_text()
     for kind in (value for value in ALL.values() if issubclass(value, minsnap.MinsnapError)):
         code = kind("").code
-        assert f".. _wrong-{code}:\n" in page, kind
-        assert code == "minsnap" or f"\n{code}\n{'-' * len(code)}\n" in page
+        assert f".. _wrong-{code}:\n\n{code}\n{'-' * len(code)}\n" in PAGE, kind
+
+
+@pytest.mark.slow
+def test_what_that_page_quotes_is_what_errors_say():
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in PACKAGE.rglob("*.py")]
+    constants = [node.value for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+    texts = [text for text in constants if isinstance(text, str)]
+    quoted = re.findall(r'\*"([^"]+)"\*', PAGE)
+    assert len(quoted) > 30
+    assert [words for words in quoted if not any(" ".join(words.split()) in text for text in texts)] == []
 
 
 def test_an_error_of_a_room_has_the_heading_of_its_family():
