@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -31,11 +31,9 @@ from minsnap.limits.limits import Limits, check_limits
 from minsnap.native import proved_extrema as native
 from minsnap.native.fleet_border import NearPairs, clearances, near_pairs
 from minsnap.time_allocation.last_look import fault_as_one_leg
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from minsnap.trajectory.path import Path
 
 
 @dataclass(frozen=True)
@@ -271,7 +269,7 @@ def certify_fleet(
     flown = fleet if isinstance(fleet, Fleet) else Fleet(_listed(fleet))
     apart = flown.separation if separation is None else as_separation(separation)
     workers = check_threads(threads, FleetError)
-    pairs = () if apart is None or len(flown) < 2 else _nearest(flown, apart, _checked_reach(reach), workers)
+    pairs = () if apart is None or len(flown) < 2 else _nearest(flown, apart, reach, workers)
     use = () if limits is None else fleet_use(flown, limits)
     rooms = as_room(room)
     margins = room_margins(flown, rooms[0]) if rooms else None
@@ -299,23 +297,18 @@ def _listed(fleet: Any) -> tuple[Any, ...]:
     return tuple(fleet)
 
 
-def _checked_reach(reach: float) -> float:
-    if not reach >= 1.0:
-        raise FleetError(f"reach is {reach!r}: give at least 1, in units of the separation")
-    return float(reach)
-
-
 def _nearest(fleet: Fleet, separation: Separation, reach: float, threads: int) -> tuple[NearPair, ...]:
     """Return pairs nearer than ``reach``, or the single nearest one, nearest to their separation first."""
+    if not reach >= 1.0:
+        raise FleetError(f"reach is {reach!r}: give at least 1, in units of the separation")
     radii = separation.radii_of(len(fleet))
     pairs = near_pairs(fleet.arrays, radii, separation.downwash, reach, False, threads)
-    if not len(pairs.pairs):
-        pairs = near_pairs(fleet.arrays, radii, separation.downwash, reach, True, threads)
-        return _merged(pairs, separation, radii)[:1]
-    return _merged(pairs, separation, radii)
+    if len(pairs.pairs):
+        return _merged(pairs, radii)
+    return _merged(near_pairs(fleet.arrays, radii, separation.downwash, reach, True, threads), radii)[:1]
 
 
-def _merged(pairs: NearPairs, separation: Separation, radii: FloatArray) -> tuple[NearPair, ...]:
+def _merged(pairs: NearPairs, radii: FloatArray) -> tuple[NearPair, ...]:
     """Return the least of each pair over the cells of time."""
     one, two = pairs.pairs.T
     order = np.lexsort((pairs.instant, pairs.attained, two, one))

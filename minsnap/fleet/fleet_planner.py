@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from math import ceil
+from dataclasses import replace
+from functools import partial
+from math import ceil, inf
 from time import monotonic
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike
-from minsnap.basics.checks import check_seed, check_threads, check_time, is_number, is_whole
-from minsnap.basics.messages import shown
+from minsnap.basics.checks import check_number, check_seed, check_threads, check_time
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.keep_out import Obstacle
@@ -112,47 +112,41 @@ def plan_fleet(
     """
     task = check_task(waypoints, limits, separation, room, avoid, start, fixed, corridors, holds)
     check_seed(seed)
-    _check_numbers(polish, time_limit)
+    check_number("polish", polish, 0.0, 10.0, "give a share of the time from 0 to 10, such as 0.05", FleetError)
+    due = inf if time_limit is None else monotonic() + check_time("time_limit", time_limit, TimingError)
     _check_time(task, total_time)
     task = task if total_time is None else replace(task, total_time=float(total_time))
     count = _pieces_of(task, pieces)
     refuse_meetings(task, count)
     workers = check_threads(threads, FleetError)
-    deadline = None if time_limit is None else monotonic() + float(time_limit)
     with progress_line(progress, "fleet", _line) as callback:
-        search = TimeSearch(task, count, workers, lambda: deadline is not None and monotonic() > deadline, callback)
-        return _searched(_Finish(task, search, yaw, names), total_time, polish, seed, pieces)
+        search = TimeSearch(task, count, workers, lambda: monotonic() > due, callback)
+        return _searched(search, partial(_finished, task, search, yaw, names), total_time, polish, seed, pieces)
 
 
-@dataclass(frozen=True)
-class _Finish:
-    """Makes a fleet of the curves of a search, and looks at it."""
-
-    task: FleetTask
-    search: TimeSearch
-    yaw: Any
-    names: Sequence[str] | None
-
-    def fleet(self, curves: list[Trajectory], method: str, stopped: str = "") -> Fleet:
-        """Return the curves with headings, and those that were fixed, or raise UnprovedError."""
-        task, report = self.task, _report(self.search, curves, method, stopped)
-        headed = (*_headed(task, curves, self.yaw), *task.fixed)
-        names = None if self.names is None else tuple(self.names)
-        fleet = Fleet(headed, names, task.separation, report)  # type: ignore[arg-type]
-        wrong = fleet_fault(task, fleet, self.search.threads)
-        if wrong is not None:
-            raise UnprovedError(f"the fleet is refused at the last look: {wrong}; give more time or another yaw")
-        return fleet
+def _finished(
+    task: FleetTask, search: TimeSearch, yaw: Any, names: Any, curves: list[Trajectory], method: str, stopped: str = ""
+) -> Fleet:
+    """Return the curves with headings, and those that were fixed, or raise UnprovedError."""
+    report = _report(search, curves, method, stopped)
+    headed = (*_headed(task, curves, yaw), *task.fixed)
+    fleet = Fleet(headed, None if names is None else tuple(names), task.separation, report)  # type: ignore[arg-type]
+    wrong = fleet_fault(task, fleet, search.threads)
+    if wrong is not None:
+        raise UnprovedError(f"the fleet is refused at the last look: {wrong}; give more time or another yaw")
+    return fleet
 
 
-def _searched(finish: _Finish, total_time: float | None, polish: float, seed: int, pieces: Any) -> Fleet:
+def _searched(
+    search: TimeSearch, finished: Callable[..., Fleet], total_time: float | None, polish: float, seed: int, pieces: Any
+) -> Fleet:
     """Return the best fleet: by one curve where that decides it, or by a joint search."""
-    search, stopped = finish.search, ""
+    stopped = ""
     count = PIECES * (max(len(points) for points in search.task.waypoints) == 2) or 3
     quick = one_curve(search.task, total_time, polish, count if pieces == "auto" else pieces)
     if quick is not None:
         try:
-            return finish.fleet(*quick)
+            return finished(*quick)
         except UnprovedError:
             if len(quick[0]) == 1:
                 raise
@@ -163,7 +157,7 @@ def _searched(finish: _Finish, total_time: float | None, polish: float, seed: in
         if search.best is None or total_time is not None:
             raise
         best, stopped = search.best, "Ctrl-C"
-    return finish.fleet(flown(best.curves[: len(search.task)], best.time), "joint", stopped)
+    return finished(flown(best.curves[: len(search.task)], best.time), "joint", stopped)
 
 
 def _joint(search: TimeSearch, total_time: float | None, polish: float, seed: int) -> Certified:
@@ -259,16 +253,9 @@ def _pieces_of(task: FleetTask, pieces: Any) -> int:
         count = max(count, 4 * legs if legs > 1 else 0)
         waiting = max(float(task.holds_of(i).sum()) for i in range(len(task))) / max(float(task.bounds.max()), 1e-12)
         return count if waiting == 0.0 else ceil(count / max(1.0 - waiting, 0.25)) + 2
-    if not is_whole(pieces) or not 2 <= pieces <= 200 or pieces < legs:
-        raise FleetError(f"pieces is {shown(pieces)}: give 'auto' or a whole number from {max(2, legs)} to 200")
-    return int(pieces)
-
-
-def _check_numbers(polish: Any, time_limit: Any) -> None:
-    if not is_number(polish) or not 0.0 <= polish <= 10.0:
-        raise FleetError(f"polish is {shown(polish)}: give a share of the time from 0 to 10, such as 0.05")
-    if time_limit is not None:
-        check_time("time_limit", time_limit, TimingError)
+    least = max(2, legs)
+    give = f"give 'auto' or a whole number from {least} to 200"
+    return int(check_number("pieces", pieces, least, 200, give, FleetError, whole=True))
 
 
 def _check_time(task: FleetTask, total_time: Any) -> None:

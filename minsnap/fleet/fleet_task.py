@@ -158,9 +158,8 @@ class FleetTask:
     def limit_table(self) -> FloatArray:
         """Limits of velocity to snap: three axes, norm, norm of x and y, shape (m, 4, 5); infinite for none."""
         table = np.full((len(self) + len(self.fixed), ORDERS, KINDS), inf)
-        rows: dict[int, FloatArray] = {}
         for vehicle, own in enumerate(self.limits or ()):
-            table[vehicle] = rows.setdefault(id(own), table_of(own))
+            table[vehicle] = table_of(own)
         return table
 
     def bound_of(self, vehicle: int) -> float:

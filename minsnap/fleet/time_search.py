@@ -126,8 +126,7 @@ class TimeSearch:
     def search_of(self, samples: int) -> FleetSearch:
         """Return a joint search with a number of samples a piece."""
         task = self.task
-        numbers = [each.numbers() for each in task.avoid]
-        obstacles = np.stack(numbers) if numbers else np.zeros((0, 13))
+        obstacles = np.array([each.numbers() for each in task.avoid]).reshape(-1, 13)
         downwash = 1.0 if task.separation is None else task.separation.downwash
         shares = (
             task.radii,
