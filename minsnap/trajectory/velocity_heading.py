@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -186,82 +186,45 @@ class Turns:
         return np.asarray(c1 + s * (2.0 * c2 + 3.0 * s * c3) if order == 1 else 2.0 * c2 + 6.0 * s * c3)
 
 
+class _Piece(NamedTuple):
+    """A piece of a heading: when it begins, its rate and the other coefficients, and the angle by which it turns."""
+
+    start: float
+    rates: tuple[float, float, float]
+    angle: float
+    follows: bool = False
+
+
 def turns_of(table: HeadingTable, most: float) -> Turns:
     """Return how the heading of a table goes on: along the velocity, and through the holds at ``most`` or less."""
-    builder = _Builder(table)
     holds, size = table.holds(most), len(table.t)
-    if not holds or holds[0][0] >= 0:
-        builder.follow(0)
-    for first, last in holds:
-        builder.hold(first, last)
-        if last < size:
-            builder.follow(last)
-    return Turns(np.array(builder.starts), np.array(builder.rows), np.array(builder.follows))
+    ends, pieces = [0, *(index for hold in holds for index in hold), size - 1], list[_Piece]()
+    for number, (since, until) in enumerate(zip(ends[::2], ends[1::2], strict=True)):
+        if until >= 0 and since < size:
+            turned = float(table.angle[until] - table.angle[since])
+            pieces.append(_Piece(float(table.t[since]), (0.0, 0.0, 0.0), turned, follows=True))
+        pieces += _through(table, *holds[number]) if number < len(holds) else []
+    first = 0 if pieces[0].follows else ends[2] if ends[2] < size else int(np.argmax(table.fast))
+    before = sum(piece.angle for piece in pieces[1:2] if not (pieces[0].follows or piece.follows))
+    angles = np.cumsum([float(table.angle[first]) - before, *(piece.angle for piece in pieces[:-1])])
+    starts, rates, _, follows = map(np.array, zip(*pieces, strict=True))
+    return Turns(starts, np.column_stack((angles, rates)), follows)
 
 
-class _Builder:
-    """The pieces so far, and the angle at which the last one ends."""
-
-    def __init__(self, table: HeadingTable) -> None:
-        self.table = table
-        self.starts: list[float] = []
-        self.rows: list[tuple[float, ...]] = []
-        self.follows: list[bool] = []
-        self.angle: float | None = None
-        self.since = 0
-
-    def follow(self, first: int) -> None:
-        """Follow the velocity from an instant on."""
-        self.angle = float(self.table.angle[first]) if self.angle is None else self.angle
-        self.since = first
-        self._add(float(self.table.t[first]), self.angle, follows=True)
-
-    def hold(self, first: int, last: int) -> None:
-        """Hold the heading between two instants by index."""
-        if first < 0 or last >= len(self.table.t):
-            self._open_hold(first, last)
-            return
-        t = self.table.t
-        ease, middle, angle = (float(value) for value in self.table.turn(np.array(first), np.array(last)))
-        self._slow_down(first, ease)
-        self._add(float(t[first]) + ease, self.angle, 0.0, 3.0 * angle / middle**2, -2.0 * angle / middle**3)
-        self.angle = (self.angle or 0.0) + angle
-        self._speed_up(last, ease)
-
-    def _open_hold(self, first: int, last: int) -> None:
-        """Hold the heading from the beginning, to the end, or both."""
-        t, size = self.table.t, len(self.table.t)
-        if first >= 0:
-            ease = min(TURNING.ease, float(t[-1] - t[first]))
-            self._slow_down(first, ease)
-            self._add(float(t[first]) + ease, self.angle)
-            return
-        until = last if last < size else int(np.argmax(self.table.fast))
-        ease = min(TURNING.ease, float(t[until] - t[0])) if last < size else 0.0
-        self.angle = float(self.table.angle[until]) - 0.5 * ease * float(self.table.rate[until]) * (last < size)
-        self._add(float(t[0]), self.angle)
-        if last < size:
-            self._speed_up(last, ease)
-
-    def _slow_down(self, first: int, ease: float) -> None:
-        """Follow up to an instant, then bring the heading to rest."""
-        t, rate = float(self.table.t[first]), float(self.table.rate[first])
-        self.angle = (self.angle or 0.0) + float(self.table.angle[first] - self.table.angle[self.since])
-        if ease > 0.0:
-            self._add(t, self.angle, rate, -rate / (2.0 * ease))
-        self.angle += 0.5 * rate * ease
-
-    def _speed_up(self, last: int, ease: float) -> None:
-        """Start to turn, up to the rate at an instant."""
-        t, rate = float(self.table.t[last]), float(self.table.rate[last])
-        if ease > 0.0:
-            self._add(t - ease, self.angle, 0.0, rate / (2.0 * ease))
-        self.angle = (self.angle or 0.0) + 0.5 * rate * ease
-
-    def _add(self, start: float, angle: float | None, *rates: float, follows: bool = False) -> None:
-        self.starts.append(start)
-        self.rows.append((angle or 0.0, *rates, *(0.0,) * (3 - len(rates))))
-        self.follows.append(follows)
+def _through(table: HeadingTable, first: int, last: int) -> list[_Piece]:
+    """Return the pieces of a hold: to rest, a turn, up to speed; one that begins or ends with the path only eases."""
+    begins, ends = first < 0, last >= len(table.t)
+    both = [max(first, 0), min(last, len(table.t) - 1)]
+    (t, until), (rate, later) = table.t[both].tolist(), table.rate[both].tolist()
+    ease, middle, angle = min(TURNING.ease, until - t), 1.0, 0.0
+    if not begins and not ends:
+        ease, middle, angle = map(float, table.turn(np.array(first), np.array(last)))
+    turn = _Piece(t if begins else t + ease, (0.0, 3.0 * angle / middle**2, -2.0 * angle / middle**3), angle)
+    if ease == 0.0:
+        return [turn]
+    slower = _Piece(t, (rate, -rate / (2.0 * ease), 0.0), 0.5 * rate * ease)
+    faster = _Piece(until - ease, (0.0, later / (2.0 * ease), 0.0), 0.5 * later * ease)
+    return [*([] if begins else [slower]), turn, *([] if ends else [faster])]
 
 
 @dataclass(frozen=True)
