@@ -90,6 +90,11 @@ def bounded(values: FloatArray) -> BoolArray:
     return np.asarray(np.abs(values) <= LARGEST)
 
 
+def positive(values: FloatArray) -> BoolArray:
+    """Whether each is a positive number of that size, at least ``SMALLEST``."""
+    return np.asarray((values >= SMALLEST) & bounded(values))
+
+
 def lengths_of(points: FloatArray) -> FloatArray:
     """Return the straight lengths between points (m, dim), shape (m - 1,) [m]."""
     steps = points[1:] - points[:-1]

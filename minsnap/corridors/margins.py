@@ -8,21 +8,12 @@ from fractions import Fraction
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Walls
 from minsnap.native import proved_extrema as native
+from minsnap.polynomials import rationals
 from minsnap.polynomials.enclosures import UNIT
 from minsnap.polynomials.extrema import maxima, maximum
-from minsnap.polynomials.rationals import (
-    Curve,
-    Scalar,
-    along,
-    derivative,
-    exact,
-    is_never_negative,
-    relative,
-    squared_norm,
-)
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -59,36 +50,21 @@ def margin_to(traj: Trajectory, wall: Walls) -> Margin:
     extremum = native.greatest_excess(wall.record, traj.control_points, traj.durations, traj.pieces)
     if extremum is not None:
         return _margin(traj, wall, extremum)
-    slacks, row, piece, where = (_flat_slacks if wall.flat else _round_slacks)(traj, wall)
-    if not len(row):
-        return Margin(np.inf, 0, 0.0, wall.name)
-    which = int(np.argmin(slacks))
-    instant = _instant(traj, int(piece[which]), float(where[which]))
-    return Margin(float(slacks[which]), int(wall.leg[row[which]]), instant, wall.name)
-
-
-Slacks = tuple[FloatArray, IntArray, IntArray, FloatArray]
-"""Least slacks, and of each the wall, the piece, and where on [0, 1] it is."""
-
-
-def _flat_slacks(traj: Trajectory, wall: Walls) -> Slacks:
-    """Least distance to all planes; one entry, or none."""
     excess, row, piece = wall.excess(traj)
     if not len(row):
-        return np.zeros(0), row, piece, np.zeros(0)
-    bound, which, s = maximum(excess.points, excess.errors)
-    return np.array([0.0 - bound]), row[[which]], piece[[which]], np.array([s])
-
-
-def _round_slacks(traj: Trajectory, wall: Walls) -> Slacks:
-    """Least distances to balls or cones."""
-    polynomials, row, piece = wall.excess(traj)
-    highest = maxima(polynomials.points, polynomials.errors)
-    slacks = _distances(wall.radius[row], highest.bounds)
-    if wall.slope.any():  # the opposite nappe of the cone has the same squares
-        reach = wall.reach(traj)
-        slacks = np.minimum(slacks, -maxima(-reach.points, reach.errors).bounds)
-    return slacks, row, piece, highest.where
+        return Margin(np.inf, 0, 0.0, wall.name)
+    if wall.flat:
+        bound, which, where = maximum(excess.points, excess.errors)
+        slack = 0.0 - bound
+    else:
+        highest = maxima(excess.points, excess.errors)
+        slacks = _distances(wall.radius[row], highest.bounds)
+        if wall.slope.any():  # the opposite nappe of the cone has the same squares
+            reach = wall.reach(traj)
+            slacks = np.minimum(slacks, -maxima(-reach.points, reach.errors).bounds)
+        which = int(np.argmin(slacks))
+        slack, where = float(slacks[which]), float(highest.where[which])
+    return Margin(slack, int(wall.leg[row[which]]), _instant(traj, int(piece[which]), where), wall.name)
 
 
 def _distances(radius: FloatArray, excess: FloatArray) -> FloatArray:
@@ -115,44 +91,35 @@ def margin_holds(traj: Trajectory, wall: Walls, margin: float) -> bool:
     """Whether a trajectory is proved to keep a margin to a block of walls over all time."""
     if margin == float("inf"):
         return not len(wall.leg)
-    return all(is_never_negative(p) for p in (_planes if wall.flat else _rounds)(traj, wall, Fraction(margin)))
+    return all(map(rationals.is_never_negative, _room_left(traj, wall, Fraction(margin))))
 
 
 def norm_holds(traj: Trajectory, order: int, largest: float) -> bool:
     """Whether the norm of a derivative is proved never to exceed a value."""
     square = Fraction(largest) ** 2
-    return all(
-        is_never_negative([square - value for value in squared_norm(_derivative(traj, piece, order))])
-        for piece in range(len(traj.durations))
-    )
+    norms = (rationals.squared_norm(_derivative(traj, piece, order)) for piece in range(len(traj.durations)))
+    return all(rationals.is_never_negative([square - value for value in norm]) for norm in norms)
 
 
-def _derivative(traj: Trajectory, piece: int, order: int) -> Curve:
-    return derivative(exact(traj.control_points[piece]), Fraction(float(traj.durations[piece])), order)
+def _derivative(traj: Trajectory, piece: int, order: int) -> rationals.Curve:
+    points, duration = rationals.exact(traj.control_points[piece]), Fraction(float(traj.durations[piece]))
+    return rationals.derivative(points, duration, order)
 
 
-def _on_pieces(traj: Trajectory, wall: Walls) -> Iterator[tuple[int, Curve]]:
-    """Iterate over the walls on each piece of their legs: the wall and the derivative relative to its anchor."""
-    for row, leg in enumerate(wall.leg.tolist()):
-        for piece in range(leg * traj.pieces, (leg + 1) * traj.pieces):
-            yield row, relative(_derivative(traj, piece, wall.order), wall.anchor[row])
+def _room_left(traj: Trajectory, wall: Walls, margin: Fraction) -> Iterator[rationals.Scalar]:
+    """Yield what is not negative on each piece of a wall's leg where the margin is kept.
 
-
-def _planes(traj: Trajectory, wall: Walls, margin: Fraction) -> Iterator[Scalar]:
-    """Distances to planes, less the margin."""
-    for row, curve in _on_pieces(traj, wall):
-        left = Fraction(float(wall.radius[row])) - margin
-        yield [left + value for value in along(curve, wall.slope[row])]
-
-
-def _rounds(traj: Trajectory, wall: Walls, margin: Fraction) -> Iterator[Scalar]:
-    """Squared radii less the margin, less squared norms; for cones less what the radius grows by, and the reach."""
-    for row, curve in _on_pieces(traj, wall):
+    Of planes and cones the reach less the margin; of what is round the radius less the margin, and its square less
+    what the squared norm exceeds what the radius grows by.
+    """
+    for row, piece in zip(*wall.on_pieces(traj.pieces), strict=True):
+        curve = rationals.relative(_derivative(traj, piece, wall.order), wall.anchor[row])
         radius = Fraction(float(wall.radius[row]))
-        square = squared_norm([along(curve, normal) for normal in wall.matrix[row]])
-        yield [radius - margin]
-        reach = [radius + value for value in along(curve, wall.slope[row])]
-        if wall.slope.any():
+        reach = [radius + value for value in rationals.along(curve, wall.slope[row])]
+        if wall.flat or wall.slope.any():
             yield [value - margin for value in reach]
-        grown = squared_norm([reach])
-        yield [(radius - margin) ** 2 - radius**2 + a - b for a, b in zip(grown, square, strict=True)]
+        if not wall.flat:
+            yield [radius - margin]
+            square = rationals.squared_norm([rationals.along(curve, normal) for normal in wall.matrix[row]])
+            both = zip(rationals.squared_norm([reach]), square, strict=True)
+            yield [(radius - margin) ** 2 - radius**2 + a - b for a, b in both]

@@ -8,17 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import (
-    SMALLEST,
-    ArrayLike,
-    FloatArray,
-    IntArray,
-    ReadOnly,
-    bounded,
-    lengths_of,
-    numbers,
-    set_fields,
-)
+from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, ReadOnly, lengths_of, numbers, positive, set_fields
 from minsnap.basics.checks import MOST_PER_PIECE, beyond, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
@@ -58,7 +48,7 @@ def _half_widths(value: ArrayLike, name: str) -> FloatArray:
     widths = numbers(value)
     if widths is None:
         raise CorridorError(f"the {name} must be numbers [m], not {shown(value)}")
-    wrong = np.flatnonzero(~((widths >= SMALLEST) & bounded(widths)))
+    wrong = np.flatnonzero(~positive(widths))
     if len(wrong) or not widths.size:
         where = f" (entry {wrong[0]})" if widths.ndim and len(wrong) else ""
         where += beyond(widths.flat[wrong[0]]) if len(wrong) else ""

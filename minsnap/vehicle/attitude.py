@@ -150,12 +150,8 @@ def _hold_frame(frame: Triple, falling: BoolArray) -> Triple:
     """Return frames; those in free fall copy a neighbour that is not, or are level if all are in free fall."""
     if falling.all():
         return _frame_of(frame[1], np.broadcast_to([[0.0], [0.0], [1.0]], frame[1].shape))
-    source = _last_regular(falling)
-    return (
-        np.where(falling, frame[0][:, source], frame[0]),
-        np.where(falling, frame[1][:, source], frame[1]),
-        np.where(falling, frame[2][:, source], frame[2]),
-    )
+    forward, lateral, vertical = np.where(falling, np.stack(frame)[:, :, _last_regular(falling)], np.stack(frame))
+    return forward, lateral, vertical
 
 
 def _frame_of(lateral: FloatArray, alpha: FloatArray) -> Triple:

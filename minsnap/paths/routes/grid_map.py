@@ -6,17 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from minsnap.basics.arrays import (
-    SMALLEST,
-    ArrayLike,
-    BoolArray,
-    FloatArray,
-    IntArray,
-    ReadOnly,
-    bounded,
-    numbers,
-    set_fields,
-)
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly, numbers, positive, set_fields
 from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
@@ -129,7 +119,7 @@ class GridMap(ReadOnly):
 
 def _sides(name: str, resolution: ArrayLike, dim: int) -> FloatArray:
     sides = numbers(resolution)
-    if sides is None or sides.shape not in ((), (dim,)) or not (bounded(sides) & (sides >= SMALLEST)).all():
+    if sides is None or sides.shape not in ((), (dim,)) or not positive(sides).all():
         raise CorridorError(
             f"the resolution of {name} is {shown(resolution)}: give the side of a cell [m], or one per axis"
         )
