@@ -12,23 +12,21 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import (
     check_array,
+    check_number,
     check_positive,
     check_switch,
     check_waypoints,
-    is_number,
-    is_whole,
     refuse_repeated,
 )
 from minsnap.basics.messages import explains_names, shown
 from minsnap.errors import ShapeError, TimingError, YawError
 from minsnap.planning.planner import plan
 from minsnap.time_allocation.search_options import is_priced
-from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.phase import ComplexArray, PhaseLaw, PhasePath
-from minsnap.trajectory.tilt_heading import TiltHeading
+from minsnap.trajectory.planned_heading import chosen_heading
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.velocity_heading import VelocityHeading
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
@@ -44,9 +42,8 @@ def check_point(name: str, value: Sequence[float], size: int) -> tuple[float, ..
 
 def check_finite(name: str, value: float, unit: str) -> float:
     """Return ``value``, or raise ShapeError unless it is a finite number."""
-    if not is_number(value):
-        raise ShapeError(f"the {name} is {shown(value)}: it must be a finite number [{unit}]")
-    return float(value)
+    give = f"it must be a finite number [{unit}]"
+    return float(check_number(f"the {name}", value, -math.inf, math.inf, give, ShapeError))
 
 
 def phase_law(
@@ -74,10 +71,8 @@ def phase_law(
     if period is not None and speed is not None:
         raise ShapeError(f"a period ({shown(period)} s) and a speed ({shown(speed)} m/s) exclude each other: give one")
     angle = 2.0 * math.pi * check_positive("the number of laps", laps, "", ShapeError)
-    if not (is_number(ramp) and 0.0 <= ramp <= angle / 2.0):
-        raise ShapeError(
-            f"the ramp is {shown(ramp)} rad: it must be between 0 and {angle / 2.0:.6g}, half of the way round"
-        )
+    give = f"it must be between 0 and {angle / 2.0:.6g}, half of the way round"
+    check_number("the ramp", ramp, 0.0, angle / 2.0, give, ShapeError, unit="rad")
     if speed is not None:
         return PhaseLaw(check_positive("the speed", speed, "m/s", ShapeError) / reach, angle, float(ramp))
     seconds = check_positive("the period", 6.0 if period is None else period, "s", ShapeError)
@@ -86,16 +81,10 @@ def phase_law(
 
 def with_yaw(path: Shape, yaw: float | str | LookAt) -> Shape:
     """Return the path with a constant yaw [rad], with the yaw ``"velocity"`` or ``"tilt"``, or towards a point."""
-    heading: Heading
-    if isinstance(yaw, str) and yaw in ("velocity", "tilt"):
-        heading = VelocityHeading(path) if yaw == "velocity" else TiltHeading(path)
-    elif isinstance(yaw, LookAt):
-        heading = yaw.heading(path)
-    elif is_number(yaw):
-        heading = ConstantHeading(float(yaw))
-    else:
-        raise YawError(f"the yaw is {shown(yaw)}: it must be an angle in radians, 'velocity', 'tilt' or a LookAt")
-    return replace(path, yaw=heading)
+    if isinstance(yaw, LookAt) or (isinstance(yaw, str) and yaw in ("velocity", "tilt")):
+        return replace(path, yaw=chosen_heading(yaw, 0, False)(path))
+    give = "it must be an angle in radians, 'velocity', 'tilt' or a LookAt"
+    return replace(path, yaw=ConstantHeading(check_number("the yaw", yaw, -math.inf, math.inf, give, YawError)))
 
 
 class Shape(PhasePath):
@@ -454,9 +443,8 @@ def _corners(width: float, length: float, altitude: float, center: Sequence[floa
 
 
 def _check_count(name: str, value: int, least: int, most: int) -> int:
-    if not is_whole(value) or not least <= value <= most:
-        raise ShapeError(f"the {name} is {shown(value)}: it must be a whole number from {least} to {most}")
-    return int(value)
+    give = f"it must be a whole number from {least} to {most}"
+    return int(check_number(f"the {name}", value, least, most, give, ShapeError, whole=True))
 
 
 def _constant_speed(

@@ -16,16 +16,8 @@ from minsnap.basics.storage.text import FileName
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.plot import profiles
 from minsnap.plot.geometry import FLATTEST, Corridor, Waypoints, check_view, plot_path, view_coordinates
-from minsnap.plot.profiles import (
-    available_orders,
-    heading_rows,
-    plot_heading,
-    plot_profiles,
-    plot_rotors,
-    plot_utilisation,
-    utilisation_curves,
-)
 from minsnap.plot.style import Figure, dense_samples, styled
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -83,11 +75,11 @@ def plot_overview(
     shape = _shape(samples, view, side)
     heights = _heights(shape, len(rows))
     drawn = _figure(shape, view, len(rows), heights) if figure is None else figure
-    place, profiles = _panels(drawn, heights)
+    place, beside = _panels(drawn, heights)
     how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance}
     how |= {"avoid": avoid, "colour_by": colour_by}
     _draw_place(place, path, view, side, how)
-    _draw_against_time(_columns(profiles, len(rows), 2 if heights else 1), rows, path, limits)
+    _draw_against_time(_columns(beside, len(rows), 2 if heights else 1), rows, path, limits)
     if title:
         drawn.suptitle(title)
     return drawn
@@ -95,9 +87,9 @@ def plot_overview(
 
 def _rows(samples: Samples, limits: Any) -> list[Any]:
     """Return the rows against time: orders of derivatives, then names of other known quantities."""
-    known = heading_rows(samples)
+    known = profiles.heading_rows(samples)
     heading = [name for name, _, _ in known] if any(np.any(values) for _, _, values in known) else []
-    return [*available_orders(samples), *heading, *(["limits"] if _can_show(limits, samples) else [])]
+    return [*profiles.available_orders(samples), *heading, *(["limits"] if _can_show(limits, samples) else [])]
 
 
 def _can_show(limits: Any, samples: Samples) -> bool:
@@ -105,7 +97,7 @@ def _can_show(limits: Any, samples: Samples) -> bool:
     if not isinstance(limits, Limits) or not limits.given():
         return False
     try:
-        utilisation_curves(samples, limits)
+        profiles.utilisation_curves(samples, limits)
     except InputError:
         return False
     return True
@@ -180,14 +172,14 @@ def _draw_place(panel: Any, path: Path | Samples, view: str, side: bool, how: di
 def _draw_against_time(columns: list[Any], rows: list[Any], path: Path | Samples, limits: Any) -> None:
     stack = np.concatenate(columns)
     orders = [row for row in rows if isinstance(row, int)]
-    plot_profiles(path, stack[: len(orders)], orders=orders, limits=limits)
+    profiles.plot_profiles(path, stack[: len(orders)], orders=orders, limits=limits)
     turning = len([row for row in rows if row in ("yaw", "yaw rate")])
     if turning:
-        plot_heading(path, stack[len(orders) : len(orders) + turning])
+        profiles.plot_heading(path, stack[len(orders) : len(orders) + turning])
     if "limits" in rows:
-        plot_utilisation(path, limits, stack[rows.index("limits")])
+        profiles.plot_utilisation(path, limits, stack[rows.index("limits")])
     if "rotors" in rows and isinstance(path, Path):
-        plot_rotors(path, limits.vehicle, stack[-1])
+        profiles.plot_rotors(path, limits.vehicle, stack[-1])
     for column in columns:
         for ax in column:
             ax.set_xlabel("")

@@ -70,7 +70,7 @@ from minsnap.time_allocation.time_stretch import (
 )
 from minsnap.time_allocation.timing import Run, Timing
 from minsnap.trajectory.heading import Heading
-from minsnap.trajectory.norm_maxima import LONGEST_PIECE
+from minsnap.trajectory.instants import LONGEST_PIECE
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 

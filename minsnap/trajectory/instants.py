@@ -13,6 +13,9 @@ from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import IntervalError
 
+SHORTEST_PIECE, LONGEST_PIECE = 1e-18, 1e18
+"""Least and greatest duration of a piece [s]: a cut may leave far less of a leg than is planned."""
+
 
 def as_instants(t: ArrayLike) -> FloatArray:
     """Return instants of any shape, or raise IntervalError where they are no numbers."""

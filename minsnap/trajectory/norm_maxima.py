@@ -11,6 +11,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.native.proved_extrema import largest_norms, maximum
 from minsnap.polynomials.bernstein import basis, restriction
 from minsnap.polynomials.enclosures import TINY, UNIT, Enclosure, derivative
+from minsnap.trajectory.instants import SHORTEST_PIECE
 
 FAINT = 1e-100
 """Norm below which its square, or it itself, may be lost to underflow: it is then scaled, and what is lost added."""
@@ -91,10 +92,6 @@ def arc_length(points: FloatArray, widths: FloatArray, tolerance: float) -> floa
 
     lengths, _ = quad_vec(speeds, 0.0, 1.0, epsabs=0.0, epsrel=tolerance)
     return float(lengths.sum())
-
-
-SHORTEST_PIECE, LONGEST_PIECE = 1e-18, 1e18
-"""Least and greatest duration of a piece [s]: a cut may leave far less of a leg than is planned."""
 
 
 def cut(

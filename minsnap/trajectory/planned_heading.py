@@ -49,7 +49,7 @@ YAW = YawSettings()
 Yaw = float | str | ArrayLike | Velocity | LookAt | Callable[[Any], Any] | None
 """What a plan takes as its yaw."""
 
-ChosenHeading = Callable[[Trajectory], Heading]
+ChosenHeading = Callable[[Any], Heading]
 """Gives a planned curve its heading."""
 
 

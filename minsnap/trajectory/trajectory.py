@@ -9,23 +9,15 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 import numpy as np
 
 from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, bounded, numbers, owned, read_only
-from minsnap.basics.checks import check_number, is_number, is_whole
+from minsnap.basics.checks import DEGREES, check_number, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.native.evaluation import Evaluator, PieceCosts
 from minsnap.polynomials.bernstein import basis, careful_differences, differentiate, gram_root
 from minsnap.trajectory.heading import ZERO_YAW, Heading, YawFunction, as_heading
-from minsnap.trajectory.instants import check_order
-from minsnap.trajectory.norm_maxima import (
-    LONGEST_PIECE,
-    SHORTEST_PIECE,
-    arc_length,
-    cut,
-    elevated_points,
-    extent_along,
-    norm_maxima,
-)
+from minsnap.trajectory.instants import LONGEST_PIECE, SHORTEST_PIECE, check_order
+from minsnap.trajectory.norm_maxima import arc_length, cut, elevated_points, extent_along, norm_maxima
 from minsnap.trajectory.path import Path
 
 if TYPE_CHECKING:
@@ -43,9 +35,6 @@ MOST_DEGREE = 100
 
 LEAST_TOLERANCE = 1e-13
 """Least relative tolerance of a length, above the rounding of its terms."""
-
-PLANNED_DEGREES = (3, 5, 7, 9, 11)
-"""Degrees of a plan: 2k - 1 minimises the k-th derivative."""
 
 
 class ReportMaker(Protocol):
@@ -264,7 +253,7 @@ class Trajectory(Path):
     def cost_order(self) -> int:
         """Order k of the derivative that a plan of this degree minimises: degree 2k - 1; 4 (snap) for other degrees."""
         degree = self.degree
-        return (degree + 1) // 2 if degree in PLANNED_DEGREES else 4
+        return (degree + 1) // 2 if degree in DEGREES else 4
 
     def cost(self, order: int | None = None) -> float:
         r"""Integral of the squared norm of a derivative, :math:`\int \|r^{(p)}\|^2 dt`, without a factor 1/2.

@@ -20,17 +20,8 @@ from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, OwnsArrays, 
 from minsnap.errors import ThrustError, VehicleError
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
-from minsnap.vehicle.attitude import (
-    FlatMotion,
-    angular_accelerations_of,
-    body_frame,
-    dot,
-    flat_motion,
-    heading_of,
-    quaternions,
-    rates_of,
-    spatial,
-)
+from minsnap.vehicle import attitude
+from minsnap.vehicle.attitude import spatial
 from minsnap.vehicle.drag import BodyDrag, HubDrag
 from minsnap.vehicle.quadrotor import Quadrotor
 
@@ -226,7 +217,7 @@ class FlatStates(OwnsArrays):
     @cached_property
     def quaternion(self) -> FloatArray:
         """The attitude as unit quaternions w, x, y, z, continuous in sign, shape (m, 4)."""
-        return read_only(quaternions(self.rotation))
+        return read_only(attitude.quaternions(self.rotation))
 
 
 def flat_states(
@@ -270,8 +261,8 @@ def flat_states(
     air = np.atleast_2d(spatial(velocity)).T - np.asarray(wind, dtype=np.float64)[:, None]
     zero = np.zeros(air.shape[1])
     turning = tuple(zero + np.asarray(value, dtype=np.float64) for value in (yaw, yaw_rate, yaw_acceleration))
-    heading = heading_of(turning)  # type: ignore[arg-type]
-    return _states(vehicle, flat_motion((air, *columns), heading, _media(vehicle, drag)))  # type: ignore[arg-type]
+    heading = attitude.heading_of(turning)  # type: ignore[arg-type]
+    return _states(vehicle, attitude.flat_motion((air, *columns), heading, _media(vehicle, drag)))  # type: ignore[arg-type]
 
 
 def _media(vehicle: Quadrotor, drag: BodyDrag | None) -> list[Medium]:
@@ -286,13 +277,13 @@ def _media(vehicle: Quadrotor, drag: BodyDrag | None) -> list[Medium]:
     return [Medium(vehicle.gravity, linear, quadratic) for linear, quadratic in sides]
 
 
-def _states(vehicle: Quadrotor, motion: FlatMotion) -> FlatStates:
+def _states(vehicle: Quadrotor, motion: attitude.FlatMotion) -> FlatStates:
     """Compute attitude, rates, accelerations, torques and rotor speeds, in this order."""
-    frame, singular = body_frame(motion)
-    rates = rates_of(motion, frame, singular)
-    accelerations = angular_accelerations_of(motion, frame, rates, singular).T
+    frame, singular = attitude.body_frame(motion)
+    rates = attitude.rates_of(motion, frame, singular)
+    accelerations = attitude.angular_accelerations_of(motion, frame, rates, singular).T
     rotation = np.ascontiguousarray(np.stack(frame).transpose(2, 1, 0))
-    thrust = vehicle.mass * dot(motion.gamma, frame[2])
+    thrust = vehicle.mass * attitude.dot(motion.gamma, frame[2])
     torque = accelerations @ vehicle.inertia + np.cross(rates.T, rates.T @ vehicle.inertia)
     speeds = vehicle.rotor_speeds(np.column_stack([thrust, torque]))
     return FlatStates(thrust, rotation, rates.T.copy(), accelerations, torque, speeds, singular)
@@ -330,7 +321,7 @@ def flatness_of(
         return flat_states(vehicle, *derivatives, *turning, wind=wind, drag=drag)
     columns = [np.ascontiguousarray(spatial(value).T) for value in derivatives]
     columns[0] = columns[0] - np.asarray(wind, dtype=np.float64)[:, None]
-    return _states(vehicle, flat_motion(tuple(columns), forward, _media(vehicle, drag), True))  # type: ignore[arg-type]
+    return _states(vehicle, attitude.flat_motion(tuple(columns), forward, _media(vehicle, drag), True))  # type: ignore[arg-type]
 
 
 def check_rotor_limits(vehicle: Quadrotor, states: FlatStates, t: ArrayLike) -> None:

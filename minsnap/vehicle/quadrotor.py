@@ -28,6 +28,7 @@ from minsnap.basics.arrays import (
     read_only,
     set_fields,
 )
+from minsnap.basics.checks import check_array
 from minsnap.basics.messages import SHOWN, shown
 from minsnap.basics.schema import ANYTHING, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.basics.storage.text import FileName
@@ -246,9 +247,7 @@ def _checked_inertia(value: ArrayLike) -> FloatArray:
     A rigid body's matrix is symmetric and positive definite, and none of its principal moments exceeds the sum of the
     other two.
     """
-    values = numbers(value)
-    if values is None or values.shape not in ((3,), (3, 3)) or not bounded(values).all():
-        raise VehicleError(f"inertia is {shown(value)}: give 3 finite moments or a finite 3 x 3 matrix")
+    values = check_array("inertia", value, ((3,), (3, 3)), "3 finite moments or a finite 3 x 3 matrix", VehicleError)
     matrix = np.diag(values) if values.ndim == 1 else values
     _check_body(matrix)
     return read_only(0.5 * (matrix + matrix.T))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import cos, pi, radians, sin, tan
+from math import cos, inf, pi, radians, sin, tan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, set_fields
-from minsnap.basics.checks import check_array, check_degree, check_distance, check_switch, is_number, is_whole
+from minsnap.basics.checks import check_array, check_degree, check_distance, check_number, check_switch, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import (
     ANYTHING,
@@ -33,18 +33,7 @@ from minsnap.corridors.gates import Ball, Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import FileError, WaypointError
-from minsnap.files.request_yaml import (
-    DESCRIBED,
-    PLAIN,
-    REQUEST,
-    SHARED,
-    complete,
-    has_points,
-    is_request,
-    limits_of,
-    vehicle_of,
-    without_null,
-)
+from minsnap.files import request_yaml
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ordinary_limits
 from minsnap.planning.request import PlanRequest
@@ -87,9 +76,8 @@ class Stop:
             place = check_array("the place of a stop", self.place, ((2,), (3,)), give, WaypointError)
             set_fields(self, place=place)
         for name in ("ball", "hold", "straight"):
-            value = getattr(self, name)
-            if not is_number(value) or value < 0.0:
-                raise WaypointError(f"{name} of a waypoint is {shown(value)}: give a number, 0 or more")
+            what, give = f"{name} of a waypoint", "give a number, 0 or more"
+            check_number(what, getattr(self, name), 0.0, inf, give, WaypointError)
         if self.straight and not (self.gate and self.gate.crossing):
             raise WaypointError("only a gate with a crossing, 1 or -1, is passed straight: give both, or leave it out")
 
@@ -169,8 +157,8 @@ class Course:
         check_distance("the tolerance", self.tolerance, WaypointError)
         if self.tolerance and any(stop.ball for stop in self.stops):
             raise WaypointError("a course has a tolerance around all waypoints, or balls around some: leave out one")
-        if not is_whole(self.laps) or not 1 <= self.laps <= MOST_LAPS:
-            raise WaypointError(f"laps is {shown(self.laps)}: give a whole number from 1 to {MOST_LAPS}")
+        give = f"give a whole number from 1 to {MOST_LAPS}"
+        check_number("laps", self.laps, 1, MOST_LAPS, give, WaypointError, whole=True)
         for name in ("takeoff", "land"):
             if not isinstance(getattr(self, name), bool):
                 give = "True, False, or where on the ground, (x, y, z)"
@@ -320,7 +308,7 @@ COURSE = mapping(
         "boxes": Key(mapping({"lower": CORNERS, "upper": CORNERS}, "their corners as lower and upper, a list of each")),
         "start": Key(STATE),
         "end": Key(STATE),
-        **SHARED,
+        **request_yaml.SHARED,
         "laps": Key(WHOLE, "how often it is flown"),
         "takeoff": Key(GROUND, "from the ground below the start, or from a point"),
         "land": Key(GROUND, "on the ground below the end, or at a point"),
@@ -328,8 +316,8 @@ COURSE = mapping(
         "ball": Key(either(NUMBER, LISTED), "of all waypoints, or of each [m]"),
         "margin": Key(NUMBER, "of all gates [m]"),
         "tolerance": Key(NUMBER, "half-width of the boxes around inner waypoints [m]"),
-        "yaw": PLAIN["yaw"],
-        "vehicle": Key(DESCRIBED),
+        "yaw": request_yaml.PLAIN["yaw"],
+        "vehicle": Key(request_yaml.DESCRIBED),
         "best": Key(ANYTHING, "a remark"),
         "published": Key(ANYTHING, "a remark"),
     },
@@ -346,11 +334,11 @@ def is_course(path: FileName, wanted: bool = True) -> bool:
     if Path(path).suffix.lower() not in (".yaml", ".yml"):
         return False
     content = load_yaml(path)
-    if is_request(content):
+    if request_yaml.is_request(content):
         return False
-    if isinstance(content, dict) and set(content) - {"waypoints", *PLAIN, *(() if wanted else ("limits",))}:
-        return True
-    return not has_points(content.get("waypoints") if isinstance(content, dict) else content)
+    keys = content if isinstance(content, dict) else {"waypoints": content}
+    plain = {"waypoints", *request_yaml.PLAIN, *(() if wanted else ("limits",))}
+    return not keys.keys() <= plain or not request_yaml.has_points(keys.get("waypoints"))
 
 
 def read_course(path: FileName) -> Course:
@@ -370,7 +358,8 @@ def read_course(path: FileName) -> Course:
     content = load_yaml(path)
     content = content if isinstance(content, dict) else {"waypoints": content}
     with reading(path, "a course"):
-        refuse_unknown(f"{path}", content, COURSE.json["properties"] | REQUEST.json["properties"])  # it may be either
+        known = COURSE.json["properties"] | request_yaml.REQUEST.json["properties"]  # it may be either
+        refuse_unknown(f"{path}", content, known)
         return _course(f"{path}", COURSE.read(f"{path}", content), Path(path))
 
 
@@ -431,8 +420,8 @@ def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
 def _limits(folder: Path, content: Mapping[str, Any]) -> Limits | None:
     named = content.get("limits", {})
     if "vehicle" in content:
-        vehicle = vehicle_of(content["vehicle"], folder, content.get("name", "vehicle"))
-        return Limits.of(vehicle, **{"reserve": 0.0} | without_null(named))
+        vehicle = request_yaml.vehicle_of(content["vehicle"], folder, content.get("name", "vehicle"))
+        return Limits.of(vehicle, **{"reserve": 0.0} | request_yaml.without_null(named))
     if "rotors" in named:
-        return limits_of("limits", named, folder)
-    return Limits(**complete(named)) if named else None
+        return request_yaml.limits_of("limits", named, folder)
+    return Limits(**request_yaml.complete(named)) if named else None
