@@ -44,7 +44,7 @@ STEPS_BELOW = 16.0 * 5e-324
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What holds of a trajectory over all time: proved, and exact to rounding.
+    """Bounds of a trajectory over all time, proved, and exact to rounding.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Certificate:
     corridor_margin : float or None
         Least distance to a wall [m], negative outside; None without a corridor. The exact distance is not less.
     nearest : Margin or None
-        Where that is.
+        Where and when the curve is that near.
     waypoint_error : float or None
         Largest distance to a waypoint at its instant [m], on either side of its knot; None without waypoints.
     max_speed, max_acceleration, max_jerk, max_snap : float
@@ -63,16 +63,15 @@ class Certificate:
     utilisation : tuple of Utilisation
         How far each limit is used; empty without limits.
     waypoint_excess : float or None
-        Largest distance outside of where a waypoint's box, ball or gate lets it pass [m], 0 inside; None without
-        waypoints.
+        Largest distance outside the box, ball or gate of a waypoint [m], 0 inside; None without waypoints.
     limits : Limits or None
-        What was not to be exceeded.
+        The limits that were checked.
     trajectory : Trajectory
-        What it is about.
+        The trajectory that was checked.
     walls : tuple of Walls
-        What it was to stay inside.
+        The walls of the corridor.
     waypoints : ndarray, shape (legs + 1, dim), or None
-        What it was to pass through, or near [m].
+        The waypoints that were checked [m].
     """
 
     ok: bool
@@ -154,20 +153,20 @@ def certify(
     tolerance: ArrayLike | Ball = 0.0,
     limits_from: float = 0.0,
 ) -> Certificate:
-    """Say what holds, exactly, of any trajectory.
+    """Check a trajectory at every instant, and return exact bounds.
 
     Parameters
     ----------
     traj : Trajectory or Path
-        From ``plan`` or from anywhere else; of a shape, the polynomials within a micrometre of it.
+        From ``plan`` or any other source. A shape is checked by polynomials within a micrometre of it.
     waypoints : array_like, shape (legs + 1, dim), or sequence with Gates among them, optional
-        What it should pass through; the corridor runs between them. By default its own knots.
+        Waypoints to pass through; the corridor runs between them. By default the knots of the trajectory.
     corridor : float, array_like, Constraint or sequence of Constraint, optional
         Half-widths of a ``Tube`` [m], or constraints.
     limits : Limits, optional
-        What it should not exceed.
+        Limits to check.
     tolerance : float, array_like or Ball
-        How far from its waypoints it may be [m], as ``plan`` takes it for ``waypoint_tolerance``.
+        Allowed distance from the waypoints [m], as ``waypoint_tolerance`` of ``plan``.
     limits_from : float
         Instant from which the limits hold [s]: ``report.limits_from`` of a plan that starts outside of them.
 

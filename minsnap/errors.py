@@ -277,9 +277,9 @@ class InfeasibleError(InputError):
 
 
 class UnprovedError(InfeasibleError):
-    """A search ended without a trajectory in its time; that there is none is not proved, and ``verify()`` is False.
+    """A search ended without a trajectory. It is not proved that there is none, so ``verify()`` is False.
 
-    The sentence says what was tried; ``shortest`` and ``stretch`` tell what more time allows.
+    The message says what was tried; ``shortest`` and ``stretch`` have longer times that do.
     """
 
 

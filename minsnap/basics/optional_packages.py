@@ -23,4 +23,4 @@ def optional(module: str, need: str, extra: str) -> Any:
     try:
         return import_module(module)
     except ImportError:
-        raise ImportError(f"{need}: pip install minsnap[{extra}]") from None
+        raise ImportError(f"{need}: pip install 'minsnap[{extra}]'") from None

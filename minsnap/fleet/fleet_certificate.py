@@ -164,7 +164,7 @@ class NearPair:
 
 @dataclass(frozen=True, eq=False)
 class FleetCertificate:
-    """What holds of a fleet over all time: proved, and exact to rounding.
+    """Bounds of a fleet over all time, proved, and exact to rounding.
 
     Parameters
     ----------
@@ -238,16 +238,16 @@ def certify_fleet(
     reach: float = REACH,
     threads: int | None = None,
 ) -> FleetCertificate:
-    """Say what holds, exactly, of several vehicles.
+    """Check several vehicles at every instant, and return exact bounds.
 
     Parameters
     ----------
     fleet : Fleet or sequence of Trajectory
-        On one clock; who ends before the others stays at its end.
+        On one clock; a vehicle that ends before the others stays at its end.
     separation : Separation or float, optional
-        How far apart any two are to be [m]; by default the fleet's own.
+        Least distance of any two [m]; by default that of the fleet.
     limits : Limits or sequence of Limits, optional
-        What each vehicle should not exceed, or one for each.
+        Limits of all vehicles, or of each.
     room : Room or pair of corners, optional
         Where all are to be.
     avoid : obstacle or sequence of obstacles, optional

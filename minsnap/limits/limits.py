@@ -34,14 +34,14 @@ STRONG = 15.0
 @explains_names({"rates": "body_rate= or yaw_rate=", "thrust": "max_thrust=, a thrust-to-weight ratio"})
 @dataclass(frozen=True)
 class Limits:
-    """What a path must not exceed at any instant; None where there is no limit.
+    """Bounds of a path at every instant; None is no limit.
 
     Parameters
     ----------
     speed, acceleration, jerk, snap : float, optional
-        Of the whole vector, in the norm chosen [m/s], [m/s^2], [m/s^3], [m/s^4].
+        Greatest norms of the derivatives [m/s], [m/s^2], [m/s^3], [m/s^4].
     norm : {"euclidean", "axis"}
-        Whether these four hold for the Euclidean norm or for each world axis.
+        Whether these four bound the Euclidean norm or each world axis.
     horizontal_speed, horizontal_acceleration : float, optional
         Euclidean, over x and y.
     climb_speed, descent_speed : float, optional

@@ -103,31 +103,30 @@ def plan(
     Parameters
     ----------
     waypoints : array_like, shape (n, dim), sequence with Gates among them, or None
-        Positions to pass through [m], n >= 2; a ``Gate`` is passed anywhere in its opening. A table with columns named
-        x, y and z is used by these names (a data frame, a structured array, a mapping); its ``yaw`` [rad], and ``t`` or
-        ``duration`` [s], where neither ``yaw`` nor a time or limits are set. With None the curve passes from set to
-        set through their overlaps; the corridor is then ``Boxes`` or ``Polytopes``, and ``start`` and ``end`` give
-        positions.
+        Positions to pass through [m], n >= 2; a ``Gate`` is passed anywhere in its opening. A table (a data frame, a
+        structured array or a mapping) has columns x, y and z. Its ``yaw`` [rad] and its ``t`` or ``duration`` [s] are
+        used unless ``yaw``, a time or limits are set. With None the corridor is ``Boxes`` or ``Polytopes``: the curve
+        passes from set to set through their overlaps, and ``start`` and ``end`` have positions.
     durations : array_like, shape (n - 1,), optional
         Duration of each leg [s].
     total_time : float, optional
         Duration of all legs together [s], divided among them as ``search.split`` says.
     limits : Limits, optional
-        Bounds that hold at every instant; where neither durations, total time nor ``search.time_weight`` are set, the
-        plan has the shortest time within them.
+        Bounds that hold at every instant. Without durations, total time and ``search.time_weight``, the search
+        minimises the time within them.
     corridor : float, array_like, Constraint, sequence with Constraints among it, or Sampled, optional
         Half-width of a ``Tube`` around each leg [m], one for all legs or one per leg; or constraints, which all hold,
-        such as ``[0.3, Room(lower, upper)]``. It holds at every instant, but for a ``Sampled`` one.
+        such as ``[0.3, Room(lower, upper)]``. All but ``Sampled`` hold at every instant.
     continuity : int, optional
-        Derivatives continuous at the knots; k - 1 by default (3 for degree 7), at most 2k - 2; k - 2 with one
-        polynomial per leg between fixed waypoints. Above k - 1 shortest times are not searched for: the plan is made at
-        the durations for k - 1, or longer ones, or where none fits at others that are searched for.
+        Derivatives continuous at the knots: k - 1 by default (3 for degree 7), at most 2k - 2. The least is k - 1, or
+        k - 2 with one polynomial per leg between fixed waypoints. Above k - 1 the plan takes the durations of the
+        shortest time for k - 1, or longer ones; where none fits, others are searched for.
     degree : int
         2k - 1: 3, 5, 7, 9 or 11.
     yaw : float, array_like of shape (n,), "velocity", "tilt", Velocity, LookAt, callable, optional
-        Constant yaw [rad]; one yaw per waypoint, joined by the shortest turns with the least integral of squared
-        angular acceleration; along the velocity; such that the body never spins about its thrust axis; towards a
-        point; or a function of time. By default zero.
+        A constant yaw [rad], by default zero. Or one yaw per waypoint, joined by the shortest turns with the least
+        integral of squared angular acceleration; ``"velocity"``, along the velocity; ``"tilt"``, without rotation about
+        the thrust axis; ``LookAt``, towards a point; or a function of time.
     start, end : mapping, optional
         Derivatives at the ends, such as ``{"velocity": (1, 0, 0)}`` [m/s]; those up to order k - 1 that are not
         named are zero. Without waypoints also the ``"position"`` [m].
@@ -138,19 +137,19 @@ def plan(
     pins : mapping, optional
         Derivatives at inner waypoints: ``{2: {"velocity": (1, 0, 0)}}``.
     pieces : int or "auto"
-        Polynomials per leg. ``"auto"`` lets the search for the shortest time within ``limits`` divide legs, into three
-        and then six, as long as that promises to gain half a percent, a single leg into nine; elsewhere it is one, or
-        three where one has no plan.
+        Polynomials per leg. ``"auto"`` lets the search for the shortest time within ``limits`` divide each leg into
+        three, then into six, as long as that promises to gain half a percent, and a single leg into nine. In other
+        plans it is one, or three where one has no plan.
     waypoint_tolerance : float, array_like of shape (n,) or (n, dim), or Ball, optional
-        Half-width of the box around a waypoint within which the curve may pass [m], or the ball; one number is for the
-        inner waypoints, the ends stay pinned.
+        Half-width of the box around a waypoint within which the curve may pass [m], or a ball. One number applies to
+        the inner waypoints; the ends stay exact.
     search : Search, optional
         How durations are searched for: the split of a total time, a price of time, how limits are kept, when to end.
     progress : callable or bool, optional
-        Called with a ``Step`` at every evaluation of a search; True shows a line on standard error where it takes long.
+        Called with a ``Step`` at every evaluation of a search; True shows a line on standard error in a long search.
     avoid : obstacle or sequence of obstacles, optional
-        ``Cylinder``, ``Ellipsoid`` and ``Cuboid`` that the curve keeps out of at every instant, with more polynomials a
-        leg where it goes around them. That a way around is the best one is not proved.
+        ``Cylinder``, ``Ellipsoid`` and ``Cuboid`` that the curve stays outside of at every instant. Legs around them
+        have more polynomials. A better way around them may exist.
 
     Returns
     -------
@@ -164,7 +163,7 @@ def plan(
     InfeasibleError
         If no curve meets everything: names the leg and the smallest half-width that has a solution, and proves it.
     UnprovedError
-        An InfeasibleError without proof, if a search ends without a plan in its time.
+        An InfeasibleError without proof, if a search ends without a plan.
     SolverError
         If every solver failed on a problem that has a solution.
     OutOfMemoryError

@@ -142,8 +142,8 @@ class ReportsExcept:
 class Trajectories:
     """Plans of one degree and dimension, one after the other in read-only arrays.
 
-    Plan b has the polynomials ``offsets[b]`` to ``offsets[b + 1]``, one on each leg but where ``pieces`` tells more,
-    and one knot more; one that failed has none, or values that mean nothing.
+    Plan b has the polynomials ``offsets[b]`` to ``offsets[b + 1]``: one per leg, or as many as ``pieces`` says. It has
+    one knot more than polynomials. A plan that failed has none, or values without meaning.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ class Trajectories:
         Instants of the knots, from 0 in each plan [s].
     offsets : ndarray of int, shape (plans + 1,)
     errors : tuple of MinsnapError or None
-        By plan, what was wrong; None where nothing was.
+        Error of each plan that failed, else None.
     reports : Reports
         By plan.
     threads : int

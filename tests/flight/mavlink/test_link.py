@@ -316,4 +316,4 @@ def test_a_missing_pymavlink_names_the_extra():
         "except ImportError as error: print(error)"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert said.strip() == "talking to a vehicle needs pymavlink: pip install minsnap[mavlink]"
+    assert said.strip() == "talking to a vehicle needs pymavlink: pip install 'minsnap[mavlink]'"
