@@ -92,7 +92,7 @@ class Parameters:
         self._bytewise = link.vehicle.autopilot == PX4
 
     def read(self, names: Iterable[str]) -> dict[str, Parameter]:
-        """Return those of the named parameters that the vehicle has; it does not answer for unknown names."""
+        """Return those of the named parameters that the vehicle answers for with a number that is finite."""
         parameters: dict[str, Parameter] = {}
         wanted = list(dict.fromkeys(names))
         for _ in range(ASKED.tries):
@@ -115,10 +115,9 @@ class Parameters:
         before = self.read([name]).get(name)
         if before is None:
             raise LinkError(f"the vehicle has no parameter {name}, or did not answer")
-        if before.kind != _REAL32 and value != int(value):
-            raise LinkError(f"{name} is an integer: it cannot be {value:g}")
+        encoded = self._encoded(name, value, before.kind)
         for _ in range(ASKED.tries):
-            self._send("param_set", name, self._encoded(value, before.kind), before.kind)
+            self._send("param_set", name, encoded, before.kind)
             answer: dict[str, Parameter] = {}
             self._collect(answer, {name})
             if name in answer and math.isclose(answer[name].value, value, rel_tol=1e-6, abs_tol=1e-9):
@@ -127,7 +126,7 @@ class Parameters:
 
     def _send(self, message: str, name: str, *rest: float) -> None:
         vehicle, build = self._link.vehicle, getattr(load_dialect(), f"MAVLink_{message}_message")
-        self._link.send(build(vehicle.system, vehicle.component, name.encode("ascii"), *rest))
+        self._link.send(build(vehicle.system, vehicle.component, name.encode("ascii", "replace"), *rest))
 
     def _collect(self, parameters: dict[str, Parameter], awaited: set[str]) -> None:
         """Receive until all requested parameters have arrived, for at most one interval."""
@@ -138,7 +137,8 @@ class Parameters:
                     self._heard(message)
                 if message.get_type() == "PARAM_VALUE":
                     parameter = self._decoded(message)
-                    parameters[parameter.name] = parameter
+                    if math.isfinite(parameter.value):
+                        parameters[parameter.name] = parameter
 
     def _decoded(self, message: Message) -> Parameter:
         kind, value = int(message.param_type), float(message.param_value)
@@ -147,11 +147,17 @@ class Parameters:
             (value,) = struct.unpack(f"<{_FORMATS[kind]}", struct.pack("<f", message.param_value)[:size])
         return Parameter(str(message.param_id).rstrip("\0"), float(value), kind)
 
-    def _encoded(self, value: float, kind: int) -> float:
-        if not (self._bytewise and kind in _FORMATS):
-            return value
-        raw = struct.pack(f"<{_FORMATS[kind]}", int(value)).ljust(4, b"\0")
-        return float(struct.unpack("<f", raw)[0])
+    def _encoded(self, name: str, value: float, kind: int) -> float:
+        """Return a value as it is sent, or raise LinkError where a parameter of this kind cannot hold it."""
+        if math.isfinite(value) and kind != _REAL32 and value != int(value):
+            raise LinkError(f"{name} is an integer: it cannot be {value:g}")
+        try:
+            raw = struct.pack("<f", value) if kind not in _FORMATS else struct.pack(f"<{_FORMATS[kind]}", int(value))
+        except (struct.error, OverflowError, ValueError):
+            raw = b""
+        if not raw or not math.isfinite(value):
+            raise LinkError(f"{name} cannot hold {value:g}")
+        return float(struct.unpack("<f", raw.ljust(4, b"\0"))[0]) if self._bytewise else value
 
 
 _SI, _CENTI, _DEGREES = 1.0, 0.01, math.radians(1.0)

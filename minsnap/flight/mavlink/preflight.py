@@ -218,8 +218,8 @@ def jerk_time(name: str, need: str) -> Rule:
 
     def judge(values: Values, needs: FlightNeeds) -> str | None:
         push = getattr(needs, need)
-        time = push / values[name]
-        return None if time <= 0.5 else f"it takes {time:.2g} s to build up the flight's {push:.3g} m/s^2"
+        time = push / values[name] if values[name] > 0.0 else math.inf
+        return None if time <= 0.5 or not push else f"it takes {time:.2g} s to build up the flight's {push:.3g} m/s^2"
 
     return Rule((name,), judge)
 

@@ -71,6 +71,7 @@ BAD = [
     ("ardupilot", "ANGLE_MAX", 2000.0, "tilt is cut at 20 deg, and the flight needs 22 deg"),
     ("ardupilot", "PSC_JERK_Z", 2.5, "it takes 0.8 s to build up the flight's 2 m/s.2"),
     ("ardupilot", "PSC_JERK_XY", 5.0, "it takes 0.8 s to build up"),
+    ("ardupilot", "PSC_JERK_XY", 0.0, "it takes inf s to build up"),
     ("ardupilot", "FENCE_ALT_MAX", 2.0, "fence ends at 2 m, and the file goes up to 3 m"),
     ("ardupilot", "FENCE_RADIUS", 5.0, "fence ends 5 m from home"),
 ]
@@ -130,7 +131,15 @@ def test_parameters_are_read_and_written_as_the_autopilot_encodes_them(stack, va
             assert parameters.write(name, 5).value == 5 == vehicle.parameters[name]
             with pytest.raises(LinkError, match="is an integer: it cannot be 1.5"):
                 parameters.write(name, 1.5)
-            with pytest.raises(LinkError, match="has no parameter NO_SUCH_NAME"):
-                parameters.write("NO_SUCH_NAME", 1.0)
+            for unknown in ("NO_SUCH_NAME", "COM_ÖBL", "COM_OBL_RC_ACT_AND_MORE", ""):
+                with pytest.raises(LinkError, match=f"has no parameter {unknown}"):
+                    parameters.write(unknown, 1.0)
+            real, before = ("COM_OF_LOSS_T" if stack == "px4" else "WPNAV_SPEED"), list(vehicle.written)
+            for wrong in ((name, math.nan), (name, -math.inf), (name, 1e11), (real, math.nan), (real, 1e300)):
+                with pytest.raises(LinkError, match="cannot hold"):
+                    parameters.write(*wrong)
+            assert vehicle.written == before
+            vehicle.parameters[real] = math.nan
+            assert parameters.read([real]) == {}
         finally:
             link.close()
