@@ -1,4 +1,4 @@
-"""Sockets and serial ports for MAVLink, non-blocking and reconnecting after a loss, opened by a connection string."""
+"""Sockets and serial ports for MAVLink, opened by a connection string, non-blocking; TCP is connected again if lost."""
 
 from __future__ import annotations
 
@@ -81,19 +81,20 @@ class SerialPort(LinkTransport):
         except (serial.SerialException, ValueError) as error:
             raise LinkError(f"cannot open {self.address}: {error}", address=self.address) from None
         self._failures: tuple[type[Exception], ...] = (serial.SerialException, OSError)
+        self._gone = False
 
     def send(self, data: bytes) -> None:
         with suppress(*self._failures):
             self._port.write(data)
 
     def receive(self) -> tuple[bytes, Peer]:
-        try:
-            return self._port.read(4096), self.address
-        except self._failures:
-            return b"", self.address
+        data, self._gone = b"", True
+        with suppress(*self._failures):
+            data, self._gone = self._port.read(4096), False
+        return data, self.address
 
     def readers(self) -> Sequence[int]:
-        return [self._port.fileno()]
+        return [] if self._gone else [self._port.fileno()]  # an unplugged port is always readable
 
     def outlet(self) -> tuple[int, Peer | None] | None:
         return self._port.fileno(), None
@@ -157,7 +158,8 @@ class _Stream(LinkTransport):
     def _adopt(self, connection: socket.socket) -> None:
         connection.setblocking(False)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._socket, self._pending = connection, b""
+        self._drop()
+        self._socket = connection
 
     def _drop(self) -> None:
         if self._socket is not None:
@@ -170,7 +172,7 @@ class TcpClient(_Stream):
 
     def __init__(self, host: str, port: int) -> None:
         super().__init__(f"tcp:{host}:{port}")
-        self._destination = (host, port)
+        self._destination = (resolve(host, self.address), port)
         self._underway: socket.socket | None = None
         self._next_try = 0.0
         try:
@@ -205,10 +207,11 @@ class TcpClient(_Stream):
 
 
 class TcpListener(_Stream):
-    """``tcpin``: accepts one connection at a time."""
+    """``tcpin``: accepts one connection at a time; a newer one takes the place of one that has fallen silent."""
 
     def __init__(self, host: str, port: int) -> None:
         super().__init__(f"tcpin:{host}:{port}")
+        self._heard = 0.0
         self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -218,6 +221,15 @@ class TcpListener(_Stream):
             self._listener.close()
             raise port_error(self.address, error) from None
         self._listener.setblocking(False)
+
+    def receive(self) -> tuple[bytes, Peer]:
+        data, peer = super().receive()
+        now = time.monotonic()
+        if data:
+            self._heard = now
+        elif now - self._heard > _PATIENCE:
+            self._open()
+        return data, peer
 
     def readers(self) -> Sequence[int]:
         return [(self._socket or self._listener).fileno()]

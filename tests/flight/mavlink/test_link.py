@@ -13,6 +13,7 @@ from clocks import SharedClock
 from standin import StandIn, mavutil
 
 from minsnap.errors import FileError, LinkError
+from minsnap.flight.mavlink import _transports
 from minsnap.flight.mavlink._transports import LinkTransport, open_transport
 from minsnap.flight.mavlink.link import Clock, Link, open_link, read_signing_key
 from minsnap.flight.mavlink.vehicle_messages import load_dialect
@@ -74,6 +75,56 @@ def test_a_serial_port_carries_bytes_both_ways():
     port.close()
     os.close(ours)
     os.close(theirs)
+
+
+def test_a_serial_port_that_was_unplugged_wakes_nobody_up():
+    """It used to be read without a pause, with real-time priority, until the hold was given up."""
+    ours, theirs = os.openpty()
+    port = open_transport(f"{os.ttyname(theirs)},57600")
+    os.close(theirs)
+    assert port.receive()[0] == b"" and port.readers()
+    os.close(ours)
+    assert port.receive()[0] == b"" and not port.readers()
+    port.close()
+
+
+def own_port(listener):
+    with socket.socket(fileno=os.dup(listener.readers()[0])) as bound:
+        return bound.getsockname()[1]
+
+
+def received(transport):
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline:
+        data = transport.receive()[0]
+        if data:
+            return data
+    return b""
+
+
+def test_a_vehicle_that_comes_back_is_heard_though_its_old_connection_was_never_closed(monkeypatch):
+    server = open_transport("tcpin:127.0.0.1:0")
+    place = "127.0.0.1", own_port(server)
+    with socket.create_connection(place) as old, socket.create_connection(place) as new:
+        monkeypatch.setattr(_transports, "_PATIENCE", 1e9)
+        old.sendall(b"old")
+        assert received(server) == b"old"
+        new.sendall(b"new")
+        assert server.receive()[0] == b"", "one that speaks is kept"
+        monkeypatch.setattr(_transports, "_PATIENCE", 0.0)
+        assert received(server) == b"new"
+    server.close()
+
+
+def test_the_host_of_tcp_is_looked_up_once(monkeypatch):
+    """A name that could not be looked up any more was an error in flight, and the hold was given up."""
+    monkeypatch.setattr(_transports, "resolve", lambda host, address: "127.0.0.1")
+    server = open_transport("tcpin:127.0.0.1:0")
+    client = open_transport(f"tcp:vehicle.invalid:{own_port(server)}")
+    server.close()
+    for _ in range(3):
+        assert client.receive()[0] == b""
+    client.close()
 
 
 @pytest.mark.slow
