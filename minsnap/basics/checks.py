@@ -206,11 +206,9 @@ def check_continuity(continuity: Any, half: int) -> int:
     """Return the continuity, k - 1 by default; at most degree - 1."""
     if continuity is None:
         return half - 1
-    if not is_whole(continuity) or not 0 <= continuity <= 2 * half - 2:
-        raise DegreeError(
-            f"continuity is {shown(continuity)}: pieces of degree {2 * half - 1} can share derivatives 0 to "
-            f"{2 * half - 2} at their knots"
-        )
+    most = 2 * half - 2
+    give = f"pieces of degree {2 * half - 1} can share derivatives 0 to {most} at their knots"
+    check_number("continuity", continuity, 0, most, give, DegreeError, whole=True)
     if continuity < half - 2:
         raise DegreeError(
             f"continuity {continuity} leaves the curve undetermined at degree {2 * half - 1}: use at least {half - 2}"
@@ -235,12 +233,8 @@ def check_pieces(pieces: Any) -> tuple[int, bool]:
     """Return the number of polynomials per leg, a whole number of at least 1, and whether a search may choose it."""
     if isinstance(pieces, str) and pieces == "auto":
         return 1, True
-    if not is_whole(pieces) or not 1 <= pieces <= MOST_PIECES:
-        raise DegreeError(
-            f"pieces is {shown(pieces)}: a leg has a whole number of polynomials, at least 1 and at most "
-            f"{MOST_PIECES}, or 'auto'"
-        )
-    return int(pieces), False
+    give = f"a leg has a whole number of polynomials, at least 1 and at most {MOST_PIECES}, or 'auto'"
+    return int(check_number("pieces", pieces, 1, MOST_PIECES, give, DegreeError, whole=True)), False
 
 
 def refuse_repeated(points: FloatArray, reason: str) -> None:

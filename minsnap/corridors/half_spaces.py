@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded, set_fields
-from minsnap.basics.checks import is_whole
+from minsnap.basics.checks import check_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.corridors.boxes import as_numbers, axis_name, check_dim, check_legs
 from minsnap.corridors.constraint import Walls, leg_scales
@@ -45,10 +45,9 @@ class HalfSpaces(ReadOnly):
     order: int = 0
 
     def __post_init__(self) -> None:
-        if not (is_whole(self.order) and self.order in (0, 1, 2)):
-            raise CorridorError(f"the order of half-spaces is {shown(self.order)}: give 0, 1 or 2")
+        order = check_number("the order of half-spaces", self.order, 0, 2, "give 0, 1 or 2", CorridorError, whole=True)
         normal, offset = half_space_rows(self.normal, self.offset, "the half-spaces")
-        set_fields(self, normal=normal, offset=offset, order=int(self.order), legs=_legs(self.legs))
+        set_fields(self, normal=normal, offset=offset, order=order, legs=_legs(self.legs))
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return one plane for each leg and half-space."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, ReadOnly, lengths_of, numbers, positive, set_fields
-from minsnap.basics.checks import MOST_PER_PIECE, beyond, is_whole
+from minsnap.basics.checks import MOST_PER_PIECE, beyond, check_number
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Constraint, Walls
@@ -161,12 +161,9 @@ class Sampled:
     samples: int = 20
 
     def __post_init__(self) -> None:
-        if not is_whole(self.samples) or not 1 <= self.samples <= MOST_PER_PIECE:
-            raise CorridorError(
-                f"samples is {shown(self.samples)}: give a whole number of instants per polynomial, at least 1 and at "
-                f"most {MOST_PER_PIECE}"
-            )
-        set_fields(self, samples=int(self.samples))
+        give = f"give a whole number of instants per polynomial, at least 1 and at most {MOST_PER_PIECE}"
+        samples = check_number("samples", self.samples, 1, MOST_PER_PIECE, give, CorridorError, whole=True)
+        set_fields(self, samples=samples)
 
 
 def unsampled(corridor: Any, limited: bool) -> tuple[Any, int | None]:

@@ -125,23 +125,20 @@ def map_vectors(values: ArrayLike, source: str | Frame, target: str | Frame) -> 
         raise FrameError(f"vectors to map from {here.name} to {there.name} need 3 coordinates, got shape {array.shape}")
     world = np.empty_like(array)
     world[..., list(here.order)] = array * here.sign
-    mapped: FloatArray = world[..., list(there.order)] * there.sign + 0.0  # + 0.0 turns -0.0 into 0.0
-    return mapped
+    return np.asarray(world[..., list(there.order)] * there.sign + 0.0)  # + 0.0 turns -0.0 into 0.0
 
 
 def map_yaw(yaw: ArrayLike, source: str | Frame, target: str | Frame) -> FloatArray:
     """Headings in another frame [rad], any shape; a continuous heading stays continuous (nothing is wrapped)."""
     here, there = get_frame(source), get_frame(target)
     world = (np.asarray(yaw, dtype=np.float64) - here.yaw_offset) * here.yaw_sign
-    mapped: FloatArray = there.yaw_offset + there.yaw_sign * world + 0.0
-    return mapped
+    return np.asarray(there.yaw_offset + there.yaw_sign * world + 0.0)
 
 
 def map_yaw_rate(rate: ArrayLike, source: str | Frame, target: str | Frame) -> FloatArray:
     """Yaw rates in another frame [rad/s], any shape."""
     sign = get_frame(source).yaw_sign * get_frame(target).yaw_sign
-    mapped: FloatArray = np.asarray(rate, dtype=np.float64) * sign + 0.0
-    return mapped
+    return np.asarray(np.asarray(rate, dtype=np.float64) * sign + 0.0)
 
 
 def map_quaternions(attitude: ArrayLike, source: str | Frame, target: str | Frame) -> FloatArray:
@@ -171,8 +168,7 @@ def map_quaternions(attitude: ArrayLike, source: str | Frame, target: str | Fram
     world = Rotation.from_matrix(there.matrix @ here.matrix.T)
     body = Rotation.from_matrix(here.body_matrix @ there.body_matrix.T)
     turned = world * Rotation.from_quat(scalar_last.reshape(-1, 4)) * body
-    mapped: FloatArray = np.roll(turned.as_quat(canonical=True), 1, axis=-1).reshape(scalar_last.shape)
-    return mapped
+    return np.asarray(np.roll(turned.as_quat(canonical=True), 1, axis=-1).reshape(scalar_last.shape))
 
 
 def map_samples(samples: Samples, source: str | Frame, target: str | Frame) -> Samples:

@@ -73,13 +73,11 @@ def plot_overview(
     rows = _rows(samples, limits) + (["rotors"] if rotors else [])
     side = view == "xy" and _climbs(samples)
     shape = _shape(samples, view, side)
-    heights = _heights(shape, len(rows))
-    drawn = _figure(shape, view, len(rows), heights) if figure is None else figure
-    place, beside = _panels(drawn, heights)
+    drawn, (place, beside), columns = _panels(figure, shape, view, len(rows))
     how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance}
     how |= {"avoid": avoid, "colour_by": colour_by}
     _draw_place(place, path, view, side, how)
-    _draw_against_time(_columns(beside, len(rows), 2 if heights else 1), rows, path, limits)
+    _draw_against_time(_columns(beside, len(rows), columns), rows, path, limits)
     if title:
         drawn.suptitle(title)
     return drawn
@@ -121,28 +119,21 @@ def _shape(samples: Samples, view: str, side: bool) -> float:
     return float(sum(max(height, FLATTEST * across) for height in heights) / across)
 
 
-def _heights(shape: float, rows: int) -> tuple[float, float] | None:
-    """Return how high flat places and the two columns of curves below them are [in]; None beside each other."""
-    return ((2.0 * PROFILES - BESIDE) * shape + 1.0, ROW * ceil(rows / 2)) if shape < FLAT else None
+def _panels(figure: Figure | None, shape: float, view: str, rows: int) -> tuple[Figure, Any, int]:
+    """Return a figure, a new one in the shape of the places, its panels of places and of curves, and their columns.
 
-
-def _figure(shape: float, view: str, rows: int, heights: tuple[float, float] | None) -> Figure:
-    """Return a new figure whose panel of places has about the shape of what is drawn there."""
+    The curves against time stand beside the places in one column, or below flat ones in two.
+    """
     from minsnap.plot.shown_figure import ShownFigure
 
-    if heights is not None:
-        return ShownFigure(figsize=(2.0 * PROFILES, sum(heights)), layout="constrained")
-    high = max(5.0, ROW * rows)
+    high, below = max(5.0, ROW * rows), shape < FLAT
+    heights = ((2.0 * PROFILES - BESIDE) * shape + 1.0, ROW * ceil(rows / 2))
     wide = float(np.clip((high - 1.0) / shape + BESIDE, 5.0, 9.0 if view == "3d" else 12.0))
-    return ShownFigure(figsize=(wide + PROFILES, high), layout="constrained")
-
-
-def _panels(drawn: Figure, heights: tuple[float, float] | None) -> tuple[Any, Any]:
-    """Return the panel of places and that of curves against time, below each other or beside."""
-    if heights is not None:
-        return tuple(np.asarray(drawn.subfigures(2, 1, height_ratios=heights)))
-    widths = (drawn.get_figwidth() - PROFILES, PROFILES)
-    return tuple(np.asarray(drawn.subfigures(1, 2, width_ratios=widths)))
+    size = (2.0 * PROFILES, sum(heights)) if below else (wide + PROFILES, high)
+    drawn = ShownFigure(figsize=size, layout="constrained") if figure is None else figure
+    if below:
+        return drawn, drawn.subfigures(2, 1, height_ratios=heights), 2
+    return drawn, drawn.subfigures(1, 2, width_ratios=(drawn.get_figwidth() - PROFILES, PROFILES)), 1
 
 
 def _columns(panel: Any, rows: int, count: int) -> list[Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +18,8 @@ from minsnap.plot.geometry import plot_path
 from minsnap.plot.style import Axes, Figure
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
-
-if TYPE_CHECKING:
-    from minsnap.trajectory.trajectory import Trajectory
-    from minsnap.vehicle import Quadrotor
+from minsnap.trajectory.trajectory import Trajectory
+from minsnap.vehicle import Quadrotor, flatness_of
 
 LIMIT_NAMES = {kind.order: kind.name for kind in KINDS if kind.measure == "norm"}
 """Limits that are lines beside a norm, by the order of the derivative."""
@@ -270,8 +268,6 @@ def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
     ax : matplotlib axes, optional
         Where to draw; by default a new figure.
     """
-    from minsnap.vehicle import flatness_of
-
     if path.dim not in (2, 3):
         raise InputError(f"rotors need a path of two or three coordinates, this one has {path.dim}")
     axes = style.new_axes() if ax is None else ax

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import check_positive, is_whole
+from minsnap.basics.checks import check_number, check_positive
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import FileName, read_text, reading
 from minsnap.errors import FileError, FleetError
@@ -94,9 +94,8 @@ def spacing_of(points: FloatArray) -> tuple[float, tuple[int, int]]:
 
 
 def _count(value: Any) -> int:
-    if not is_whole(value) or not 1 <= value <= 100_000:
-        raise FleetError(f"the number of vehicles is {shown(value)}: give a whole number from 1 to 100000")
-    return int(value)
+    give = "give a whole number from 1 to 100000"
+    return int(check_number("the number of vehicles", value, 1, 100_000, give, FleetError, whole=True))
 
 
 def mesh(vehicles: int, file: FileName, size: float, height: float = 0.0) -> FloatArray:

@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from math import degrees
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, FloatArray
-from minsnap.basics.cards import card, curve_svg, strip_svg
+from minsnap.basics.cards import Facts, card, curve_svg, strip_svg
 from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.basics.tolerances import EXACT
-
-if TYPE_CHECKING:
-    from minsnap.basics.cards import Facts
 
 NOTED = (
     ("speed", 1, 15.0, "m/s", frozenset({"speed"})),

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from math import inf
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName, beginning, load_yaml, read_text, reading
 from minsnap.basics.tolerances import EXACT
 from minsnap.basics.version import __version__
+from minsnap.certificate import Certificate, certify
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.named_constraints import CONSTRAINTS
 from minsnap.corridors.passing import numbered_passages
@@ -32,9 +33,6 @@ from minsnap.planning.request import Opening
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import description_of, preset_of
-
-if TYPE_CHECKING:
-    from minsnap.certificate import Certificate
 
 MARK = "minsnap polynomials"
 VERSION = 1
@@ -74,8 +72,6 @@ class PlanFile:
 
     def certified(self) -> tuple[Certificate, list[str]]:
         """Certify the plan anew: the certificate, and a sentence for all that it keeps less than its file says."""
-        from minsnap.certificate import certify
-
         certificate = certify(self.trajectory, self.waypoints, self.corridor, self.limits)
         said_margin, said_missed, said_smooth, said_used = _said(self.certificate)
         margin, missed = certificate.corridor_margin, certificate.waypoint_error
@@ -155,8 +151,6 @@ def write_polynomials(
 
 def _description(plan: PlanFile) -> dict[str, Any]:
     """Return the file's content as plain numbers, text, lists and mappings; see :func:`write_polynomials`."""
-    from minsnap.certificate import certify
-
     trajectory, waypoints, limits = plan.trajectory, plan.waypoints, plan.limits
     certificate = certify(trajectory, waypoints, plan.corridor, limits)
     names = ("ok", "corridor_margin", "waypoint_error", "max_speed", "max_acceleration", "max_jerk", "continuity")

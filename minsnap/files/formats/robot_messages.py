@@ -117,12 +117,13 @@ def _turning(samples: Samples) -> FloatArray:
 
 def _point(samples: Samples, row: int, turning: list[float]) -> dict[str, Any]:
     half = 0.0 if samples.yaw is None else float(samples.yaw[row]) / 2
+    nanoseconds = round(float(samples.t[row] - samples.t[0]) * 1e9)
     rotation = {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)}
     return {
         "transforms": [{"translation": _vector(samples.position[row]), "rotation": rotation}],
         "velocities": _twists(samples.velocity, row, turning[0]),
         "accelerations": _twists(samples.acceleration, row, turning[1]),
-        "time_from_start": _duration(float(samples.t[row] - samples.t[0])),
+        "time_from_start": dict(zip(("sec", "nanosec"), divmod(nanoseconds, 10**9), strict=True)),
     }
 
 
@@ -134,11 +135,6 @@ def _twists(values: FloatArray | None, row: int, turning: float) -> list[dict[st
 
 def _vector(values: FloatArray) -> dict[str, float]:
     return dict(zip("xyz", values.tolist(), strict=True))
-
-
-def _duration(seconds: float) -> dict[str, int]:
-    nanoseconds = round(seconds * 1e9)
-    return {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}
 
 
 FORMATS = (

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, NDArray
-from minsnap.basics.checks import is_number
+from minsnap.basics.arrays import SMALLEST, ArrayLike, BoolArray, FloatArray, NDArray
+from minsnap.basics.checks import check_number, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import FLAG, NUMBER, TEXT, WHOLE, Key, either, from_to, mapping, several, word
 from minsnap.basics.storage.text import FileName, check_size, load_yaml, reading
@@ -260,9 +261,8 @@ def array_map(
 def _needed(path: FileName, resolution: Any) -> float:
     if resolution is None:
         raise CorridorError(f"{path} does not say how large its cells are: give the resolution [m]")
-    if not is_number(resolution) or resolution <= 0.0:
-        raise CorridorError(f"the resolution is {shown(resolution)}: give the side of a cell [m]")
-    return float(resolution)
+    give = "give the side of a cell [m]"
+    return float(check_number("the resolution", resolution, SMALLEST, inf, give, CorridorError))
 
 
 def _in_space(path: FileName, ends: ArrayLike) -> FloatArray:

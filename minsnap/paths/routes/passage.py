@@ -7,6 +7,7 @@ cells that meet there must be free.
 
 from __future__ import annotations
 
+from bisect import bisect
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -131,11 +132,8 @@ def widest(gap: FloatArray, open_: BoolArray, start: IntArray, goal: IntArray) -
     if not _linked(open_, start, goal):
         return None
     values = np.unique(gap[open_ & (gap <= min(gap[tuple(start)], gap[tuple(goal)]))])
-    low, high = 0, len(values)
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if _linked(gap >= values[middle], start, goal) else (low, middle)
-    return float(values[low])
+    passable = bisect(range(1, len(values)), 0, key=lambda i: not _linked(gap >= values[i], start, goal))
+    return float(values[passable])
 
 
 def _linked(open_: BoolArray, start: IntArray, goal: IntArray) -> bool:

@@ -137,16 +137,9 @@ def _columns(block: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, An
     return columns
 
 
-TYPES = {
-    **dict.fromkeys(("char", "int8"), "i1"),
-    **dict.fromkeys(("uchar", "uint8"), "u1"),
-    **dict.fromkeys(("short", "int16"), "i2"),
-    **dict.fromkeys(("ushort", "uint16"), "u2"),
-    **dict.fromkeys(("int", "int32"), "i4"),
-    **dict.fromkeys(("uint", "uint32"), "u4"),
-    **dict.fromkeys(("float", "float32"), "f4"),
-    **dict.fromkeys(("double", "float64"), "f8"),
-}
+TYPES = {"char": "int8", "uchar": "uint8", "int": "int32", "uint": "uint32", "float": "float32"}
+"""Types of PLY whose names mean another type to NumPy, or none."""
+
 ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 END = b"end_header"
 
@@ -192,7 +185,8 @@ def _vertices(path: FileName, lines: list[list[str]]) -> tuple[int, list[str], l
     properties = [line for line in lines[elements[0] : last] if line[:1] == ["property"]]
     if any(line[1] == "list" for line in properties):
         raise FileError(f"{path}: a vertex has a list: only single numbers are read")
-    return int(lines[elements[0]][2]), [line[2] for line in properties], [TYPES[line[1]] for line in properties]
+    kinds = [np.dtype(TYPES.get(line[1], line[1])).str[1:] for line in properties]
+    return int(lines[elements[0]][2]), [line[2] for line in properties], kinds
 
 
 def read_cloud(path: FileName) -> FloatArray:
