@@ -8,7 +8,7 @@ so the result is a proof, not a sample and not an estimate.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import factorial
@@ -169,6 +169,24 @@ class CurveParts(NamedTuple):
     low: FloatArray
     width: FloatArray
 
+    def chosen(self, which: IntArray | BoolArray) -> CurveParts:
+        """Return some of them."""
+        curves = [curve[which] for curve in self.curves]
+        return CurveParts(curves, self.row[which], self.low[which], self.width[which])
+
+    def halved(self) -> CurveParts:
+        """Return the first halves of all, and then the second ones."""
+        width = 0.5 * self.width
+        low = np.concatenate((self.low, self.low + width))
+        halves = [np.concatenate(split(curve, 0.5)) for curve in self.curves]
+        return CurveParts(halves, np.tile(self.row, 2), low, np.tile(width, 2))
+
+    @classmethod
+    def joined(cls, parts: Sequence[CurveParts]) -> CurveParts:
+        """Return all of several."""
+        curves, *columns = zip(*parts, strict=True)
+        return cls([np.concatenate(one) for one in zip(*curves, strict=True)], *map(np.concatenate, columns))
+
 
 def halved_to_like_sizes(*curves: FloatArray) -> CurveParts:
     """Halve curves where the first one nearly vanishes, so that rounding of its large values hides no small ones."""
@@ -181,20 +199,11 @@ def halved_to_like_sizes(*curves: FloatArray) -> CurveParts:
         unlike &= halving < HALVING.times and len(square) < HALVING.parts
         if unlike.any():
             unlike[unlike] = -maxima(-square[unlike]).bounds < HALVING.like * most[unlike]
-        done.append(_chosen(rest, ~unlike))
+        done.append(rest.chosen(~unlike))
         if not unlike.any():
             break
-        whole = _chosen(rest, unlike)
-        halves = [np.concatenate(split(curve, 0.5)) for curve in whole.curves]
-        width = 0.5 * whole.width
-        low = np.concatenate((whole.low, whole.low + width))
-        rest = CurveParts(halves, np.tile(whole.row, 2), low, np.tile(width, 2))
-    all_curves, *others = zip(*done, strict=True)
-    return CurveParts([np.concatenate(one) for one in zip(*all_curves, strict=True)], *map(np.concatenate, others))
-
-
-def _chosen(parts: CurveParts, which: BoolArray) -> CurveParts:
-    return CurveParts([curve[which] for curve in parts.curves], parts.row[which], parts.low[which], parts.width[which])
+        rest = rest.chosen(unlike).halved()
+    return CurveParts.joined(done)
 
 
 def largest_ratio(top: FloatArray, bottom: FloatArray, largest: Maximum = maximum) -> tuple[float, int, float]:

@@ -205,26 +205,15 @@ def in_degrees(angles: FloatArray) -> str:
 
 
 def _spline(angles: FloatArray, durations: FloatArray, closed: bool, rate: float) -> FloatArray:
-    """Return control points (n - 1, 4, 1) of the same spline without the native core, from its rates at the angles.
+    """Return control points (n - 1, 4, 1) of the same spline without the native core, from its rates at the angles."""
+    from scipy.interpolate import CubicSpline
 
-    The integral over a leg of rates r and s is 4 (r^2 + r s + s^2) / T - 12 (r + s) rise / T^2, and a constant.
-    """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.linalg import spsolve
-
-    legs, rise, rates = len(durations), np.diff(angles), np.zeros(len(angles))
-    ends = np.arange(legs), np.arange(1, legs + 1) % (legs if closed else legs + 1)
-    weight, pull = 1.0 / durations, 3.0 * rise / durations**2
-    places = [np.concatenate([ends[k] for k in order]) for order in ((0, 0, 1, 1), (0, 1, 0, 1))]
-    matrix = coo_matrix((np.concatenate((2.0 * weight, weight, weight, 2.0 * weight)), places)).tocsc()
-    slope = np.bincount(ends[0], pull, matrix.shape[0]) + np.bincount(ends[1], pull, matrix.shape[0])
-    free = slice(0, legs) if closed else slice(1, legs)
-    if not closed:
-        rates[0] = rate
-        slope -= matrix @ rates
-    if free.start < free.stop:
-        rates[free] = spsolve(matrix[free, free], slope[free])
+    t = np.concatenate(([0.0], np.cumsum(durations)))
+    steady = (angles[-1] - angles[0]) / t[-1] if closed else 0.0  # whole turns of a lap
+    rest = angles - steady * t
     if closed:
-        rates[-1] = rates[0]
+        rest[-1] = rest[0]
+    ends: Any = "periodic" if closed else ((1, rate), (1, 0.0))
+    rates = steady + CubicSpline(t, rest, bc_type=ends)(t, 1)
     bends = angles[:-1] + durations * rates[:-1] / 3.0, angles[1:] - durations * rates[1:] / 3.0
     return np.asarray(np.stack((angles[:-1], *bends, angles[1:]), axis=1)[:, :, None])

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, read_only
+from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, read_only
 from minsnap.basics.checks import check_distance
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors.boxes import Boxes
@@ -27,7 +27,8 @@ from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import Reading, array_map, read_map
 from minsnap.paths.routes.passage import end_point, find_passage
 from minsnap.planning.planner import plan
-from minsnap.polynomials.bernstein import multiply, subdivision
+from minsnap.polynomials.bernstein import multiply
+from minsnap.polynomials.extrema import CurveParts
 from minsnap.time_allocation.search_options import is_priced
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.path import Path
@@ -79,9 +80,7 @@ def nearest_cell(traj: Trajectory, grid: GridMap) -> Approach:
     cells = _surface(grid)
     if not len(cells):
         return Approach(np.inf, np.inf)
-    arcs = _short_arcs(traj, grid)
-    search = _NearestPairs(arcs, cells, grid)
-    return search.run()
+    return _NearestPairs(_short_arcs(traj, grid), cells, grid).run()
 
 
 def _surface(grid: GridMap) -> IntArray:
@@ -91,46 +90,27 @@ def _surface(grid: GridMap) -> IntArray:
     return np.argwhere(grid.occupied & ~binary_erosion(grid.occupied))
 
 
-@dataclass(frozen=True, eq=False)
-class _Arcs:
-    """Parts of polynomials: control points (m, n + 1, dim), starts and lengths in seconds, (m,)."""
-
-    points: FloatArray
-    start: FloatArray
-    length: FloatArray
-
-    def take(self, which: IntArray | BoolArray) -> _Arcs:
-        """Return the distances of a part of the cells."""
-        return _Arcs(self.points[which], self.start[which], self.length[which])
-
-    def halved(self) -> _Arcs:
-        """Return both halves of each, one beside the other."""
-        count, size, dim = self.points.shape
-        halves = subdivision(size - 1, 2) @ self.points
-        start = np.stack((self.start, self.start + self.length / 2.0), axis=1)
-        return _Arcs(halves.reshape(2 * count, size, dim), start.reshape(-1), np.repeat(self.length / 2.0, 2))
-
-
-def _short_arcs(traj: Trajectory, grid: GridMap) -> _Arcs:
-    """Divide a trajectory until no part is longer than a cell."""
-    short, left = [], _Arcs(traj.control_points[..., : grid.dim], traj.breaks[:-1], traj.durations)
+def _short_arcs(traj: Trajectory, grid: GridMap) -> CurveParts:
+    """Divide a trajectory until no part is longer than a cell; where they begin, and their widths, are seconds."""
+    pieces = np.arange(len(traj.durations))
+    short, left = [], CurveParts([traj.control_points[..., : grid.dim]], pieces, traj.breaks[:-1], traj.durations)
     for _ in range(HALVINGS):
-        reach = np.linalg.norm(np.diff(left.points, axis=1), axis=2).sum(axis=1)
+        reach = np.linalg.norm(np.diff(left.curves[0], axis=1), axis=2).sum(axis=1)
         long = reach > float(grid.resolution.min())
-        short.append(left.take(~long))
+        short.append(left.chosen(~long))
         if not long.any():
             break
-        left = left.take(long).halved()
-    return _Arcs(*(np.concatenate([getattr(arcs, name) for arcs in short]) for name in ("points", "start", "length")))
+        left = left.chosen(long).halved()
+    return CurveParts.joined(short)
 
 
 class _NearestPairs:
     """Pairs of an arc and a cell that may have the least distance."""
 
-    def __init__(self, arcs: _Arcs, cells: IntArray, grid: GridMap) -> None:
+    def __init__(self, arcs: CurveParts, cells: IntArray, grid: GridMap) -> None:
         self.grid = grid
         which, near = self._pairs(arcs, cells)
-        self.arcs, self.cells = arcs.take(which), cells[near]
+        self.arcs, self.cells = arcs.chosen(which), cells[near]
         self.best, self.instant, self.cell = np.inf, 0.0, cells[0]
         self.unresolved = np.inf
 
@@ -144,19 +124,20 @@ class _NearestPairs:
             self.unresolved = min(self.unresolved, float(closed.min())) if len(closed) else self.unresolved
             if not open_.any():
                 break
-            self.arcs, self.cells = self.arcs.take(open_).halved(), np.repeat(self.cells[open_], 2, axis=0)
+            self.arcs, self.cells = self.arcs.chosen(open_).halved(), np.tile(self.cells[open_], (2, 1))
         else:
             self.unresolved = min(self.unresolved, float(self._bounds().min()))
         lower = min(float(np.sqrt(self.unresolved)), self.best)
         return Approach(self.best, lower, self.instant, tuple(int(index) for index in self.cell))
 
-    def _pairs(self, arcs: _Arcs, cells: IntArray) -> tuple[IntArray, IntArray]:
+    def _pairs(self, arcs: CurveParts, cells: IntArray) -> tuple[IntArray, IntArray]:
         """Return arcs and cells that may be nearest to each other, by a tree of the cells' centers."""
         from scipy.spatial import cKDTree
 
         tree = cKDTree(self.grid.center(cells))
-        middle = (arcs.points.min(axis=1) + arcs.points.max(axis=1)) / 2.0
-        radius = np.linalg.norm(arcs.points - middle[:, None], axis=2).max(axis=1)
+        (points,) = arcs.curves
+        middle = (points.min(axis=1) + points.max(axis=1)) / 2.0
+        radius = np.linalg.norm(points - middle[:, None], axis=2).max(axis=1)
         half = float(np.linalg.norm(self.grid.resolution)) / 2.0
         near, _ = tree.query(middle)
         enough = float((near + radius).min())
@@ -169,7 +150,7 @@ class _NearestPairs:
         """Return how far control points are below and above their cell: two arrays (m, n + 1, dim)."""
         low = self.grid.lower + self.grid.resolution * self.cells
         high = self.grid.lower + self.grid.resolution * (self.cells + 1)
-        return low[:, None] - self.arcs.points, self.arcs.points - high[:, None]
+        return low[:, None] - self.arcs.curves[0], self.arcs.curves[0] - high[:, None]
 
     def _bounds(self) -> FloatArray:
         """Return lower bounds of the squared distances, (m,)."""
@@ -188,7 +169,7 @@ class _NearestPairs:
         pair, end = np.unravel_index(int(distance.argmin()), distance.shape)
         if distance[pair, end] < self.best:
             self.best, self.cell = float(distance[pair, end]), self.cells[pair]
-            self.instant = float(self.arcs.start[pair] + end * self.arcs.length[pair])
+            self.instant = float(self.arcs.low[pair] + end * self.arcs.width[pair])
 
 
 FREE_HEIGHT = 1.0
