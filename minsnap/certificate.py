@@ -22,9 +22,8 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import as_knots
-from minsnap.corridors.knot_regions import STORED, Placement, place
+from minsnap.corridors.knot_regions import STORED, Placement, knot_positions, passing, place
 from minsnap.corridors.margins import Margin, nearest_wall
-from minsnap.corridors.passing import knot_positions, passing
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
 from minsnap.native import proved_extrema as native

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from minsnap.basics.arrays import ArrayLike
     from minsnap.corridors.gates import Gate
     from minsnap.corridors.keep_out import Obstacle
-    from minsnap.files.format import Format
+    from minsnap.files.convert import Format
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.path import Path
     from minsnap.trajectory.samples import Samples
@@ -327,7 +327,7 @@ def _passed(path: Path, gates: Mapping[int, Gate] | None) -> dict[str, Any]:
     """Return when, how fast and how far from its edges each gate is passed; nothing without gates."""
     if not gates:
         return {}
-    from minsnap.corridors.passing import numbered_passages
+    from minsnap.corridors.knot_regions import numbered_passages
 
     return {"gates": [asdict(passed) for passed in numbered_passages(cast("Trajectory", path), gates)]}
 

@@ -9,9 +9,9 @@ from .half_spaces import Polytopes as Polytopes
 from .keep_out import Cuboid as Cuboid
 from .keep_out import Cylinder as Cylinder
 from .keep_out import Ellipsoid as Ellipsoid
+from .knot_regions import GatePassage as GatePassage
+from .knot_regions import gate_passages as gate_passages
 from .occupancy_grid import corridor_from_grid as corridor_from_grid
-from .passing import GatePassage as GatePassage
-from .passing import gate_passages as gate_passages
 from .tubes import RoundTube as RoundTube
 from .tubes import Sampled as Sampled
 from .tubes import Tube as Tube

@@ -1,32 +1,91 @@
-"""Conversion between file formats, which are recognised by the ending of the file or by name."""
+"""File formats, recognised by the ending of the file or by name: their description, and conversion between them."""
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from minsnap.basics.checks import check_kind
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import FileName
-from minsnap.errors import FileError
-from minsnap.files.format import Content, Format
-from minsnap.files.formats.pieces import polynomials_of
+from minsnap.errors import FileError, FrameError
+from minsnap.files.formats.pieces import polynomials_of, refit
+from minsnap.files.frames import get_frame
 from minsnap.trajectory.path import Path as Curve
 from minsnap.trajectory.phase import PhasePath
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
+
+Content = Trajectory | Samples
+"""What a file holds, in z-up world axes."""
 
 RATE = 20.0
 """Samples a second of a trajectory where a format or a command wants samples [Hz]."""
 
 RESOLUTION = 1e-3
 """What rounding to three decimals does to a difference [m, m/s, rad]."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """One file format. A module of ``minsnap.files.formats`` adds formats by defining ``FORMATS``.
+
+    Parameters
+    ----------
+    name : str
+        As in ``minsnap convert --to NAME``.
+    holds : {"samples", "polynomials", "either"}
+        What is passed to ``write``.
+    endings : tuple of str
+        Endings that mean this format when a file is written; none where only its name chooses it.
+    write : callable or None
+        ``write(content, path, clobber=)``; returns a sentence on what was lost, or None.
+    reads : tuple of str
+        Endings of the files that ``read`` takes.
+    read : callable or None
+        ``read(path)``.
+    recognises : callable or None
+        Whether a file with such an ending is of this format; None: any is that no other recognises.
+    frame : str
+        Axes that it is written in; empty where they are chosen, so that ``write`` takes ``frame`` too.
+    reads_frame, facts : bool
+        Whether ``read`` takes the frame as well, and ``write`` what else is known of a plan: waypoints, limits, …
+    most_pieces : int or None
+        Polynomials that it holds at most.
+    leaves_out : tuple of str
+        What it does not hold of samples and ``write`` does not name: their fields, ``t`` for a first instant but 0. By
+        default what no polynomials hold.
+    rounding : callable or None
+        ``rounding(trajectory, step)``: what the format's rounding or low degree may do to a difference of two values a
+        step apart, or None where numbers are read back exactly.
+    """
+
+    name: str
+    holds: Literal["samples", "polynomials", "either"]
+    endings: tuple[str, ...] = ()
+    write: Callable[..., Any] | None = None
+    reads: tuple[str, ...] = ()
+    read: Callable[..., Content] | None = None
+    recognises: Callable[[FileName], bool] | None = None
+    frame: str = "enu"
+    reads_frame: bool = False
+    facts: bool = False
+    most_pieces: int | None = None
+    leaves_out: tuple[str, ...] = ("t", "jerk", "snap", "feed_forward", "lead")
+    rounding: Callable[[Trajectory, float], float] | None = None
+
+    def check_frame(self, frame: str) -> None:
+        """Raise FrameError for a frame other than the default if this format has its own."""
+        name = get_frame(frame).name
+        if self.frame and name not in ("enu", self.frame):
+            raise FrameError(f"{self.name} is written in {self.frame}, not in {name}: leave the frame out")
 
 
 @cache
@@ -142,8 +201,6 @@ def write_any(
     elif chosen.holds == "samples" or not isinstance(content, Trajectory):
         content = content.sample(rate)
     if chosen.holds == "polynomials" and isinstance(content, Samples):
-        from minsnap.files.formats.pieces import refit
-
         content = refit(content, chosen.most_pieces)
     how = {"frame": frame} if not chosen.frame else dict(facts or {}) if chosen.facts else {}
     lost = chosen.write(content, path, clobber=clobber, **how)

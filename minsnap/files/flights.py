@@ -12,8 +12,8 @@ import numpy as np
 from minsnap.basics.storage.text import FileName, beginning, read_text
 from minsnap.errors import FileError
 from minsnap.files.autopilot_logs import read_dataflash, read_ulog
+from minsnap.files.convert import Format
 from minsnap.files.flight_log import FlightLog, flight_log
-from minsnap.files.format import Format
 from minsnap.files.setpoint_csv import COLUMNS, read_csv, samples_of
 from minsnap.trajectory.samples import Samples
 

@@ -28,7 +28,7 @@ from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.basics.storage.table import read_table
 from minsnap.basics.storage.text import FileName, beginning, read_text, reading
 from minsnap.errors import FileError, FrameError
-from minsnap.files.format import Format
+from minsnap.files.convert import Format
 from minsnap.files.frames import FRAMES, get_frame, map_samples
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples, column_names

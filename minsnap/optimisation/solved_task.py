@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.knot_regions import Placement
+from minsnap.corridors.knot_regions import Placement, passing
 from minsnap.corridors.margins import Margin, margin_to
-from minsnap.corridors.passing import passing
 from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.task import Task

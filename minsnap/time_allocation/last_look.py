@@ -16,9 +16,8 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Walls
-from minsnap.corridors.knot_regions import STORED, Placement
+from minsnap.corridors.knot_regions import STORED, Placement, passing
 from minsnap.corridors.margins import margin_to
-from minsnap.corridors.passing import passing
 from minsnap.limits.compliance import KEPT, use_from
 from minsnap.limits.compliance import keeps as keeps_limits
 from minsnap.limits.limits import Limits

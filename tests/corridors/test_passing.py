@@ -4,8 +4,7 @@ import pytest
 import minsnap
 from minsnap import Ball, Gate
 from minsnap.corridors.given_waypoints import as_knots
-from minsnap.corridors.knot_regions import place
-from minsnap.corridors.passing import passing
+from minsnap.corridors.knot_regions import passing, place
 from minsnap.trajectory.trajectory import Trajectory
 
 POINTS = np.array([(0, 0, 1), (3, 1, 1), (6, 0, 2)], dtype=float)

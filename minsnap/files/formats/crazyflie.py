@@ -22,7 +22,7 @@ from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.table import number_row
 from minsnap.basics.storage.text import FileName, beginning, read_bytes, read_text, reading
 from minsnap.errors import FileError, FirmwareWarning, MinsnapError
-from minsnap.files.format import Format
+from minsnap.files.convert import Format
 from minsnap.files.formats.bezier_segments import DEGREE, LONGEST, check_range, distance_bounds, packed, unpacked
 from minsnap.files.formats.pieces import check_spatial, from_powers, polynomials_of, position_powers, yaw_powers
 from minsnap.polynomials.bernstein import elevate, powers_to_points

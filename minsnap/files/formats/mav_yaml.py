@@ -14,7 +14,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName, load_yaml, reading
 from minsnap.errors import FileError
-from minsnap.files.format import Format
+from minsnap.files.convert import Format
 from minsnap.files.formats.pieces import from_powers, polynomials_of, position_powers, yaw_powers
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory

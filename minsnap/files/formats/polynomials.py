@@ -22,10 +22,10 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.basics.version import __version__
 from minsnap.certificate import Certificate, certify
 from minsnap.corridors.gates import Gate
+from minsnap.corridors.knot_regions import numbered_passages
 from minsnap.corridors.named_constraints import CONSTRAINTS
-from minsnap.corridors.passing import numbered_passages
 from minsnap.errors import FileError
-from minsnap.files.format import Format
+from minsnap.files.convert import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
 from minsnap.files.request_yaml import besides_rotors, limits_of
 from minsnap.limits.limits import Limits, VehicleLimits

@@ -20,7 +20,7 @@ from minsnap.basics.arrays import FloatArray, NDArray
 from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError
-from minsnap.files.format import Format
+from minsnap.files.convert import Format
 from minsnap.files.frames import map_samples
 from minsnap.trajectory.heading import wrap
 from minsnap.trajectory.samples import Samples

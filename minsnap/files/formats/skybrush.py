@@ -26,7 +26,7 @@ from minsnap.basics.checks import check_positive
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName, read_bytes, reading
 from minsnap.errors import FileError, InputError
-from minsnap.files.format import Format
+from minsnap.files.convert import Format
 from minsnap.files.formats.bezier_segments import LARGEST, distance_bounds, distances_within, packed, unpacked
 from minsnap.files.formats.pieces import check_spatial, polynomials_of
 from minsnap.polynomials.bernstein import basis, differentiate

@@ -18,7 +18,7 @@ from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import FileName, check_size, reading
 from minsnap.errors import FileError
-from minsnap.files.format import Format
+from minsnap.files.convert import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
 from minsnap.files.frames import get_frame, map_samples
 from minsnap.files.setpoint_csv import COLUMNS, GROUPS, LEFT_OUT, columns_of, samples_of

@@ -23,7 +23,7 @@ from minsnap.basics.storage.text import FileName
 from minsnap.certificate import certify
 from minsnap.corridors.boxes import Room
 from minsnap.corridors.gates import Gate, center_of
-from minsnap.corridors.passing import gate_passages
+from minsnap.corridors.knot_regions import gate_passages
 from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
 from minsnap.files.consistency import ConsistencyReport, check_samples
 from minsnap.files.frames import map_samples

@@ -14,8 +14,8 @@ from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
+from minsnap.corridors.knot_regions import GatePassage, numbered_passages
 from minsnap.corridors.margins import nearest_wall
-from minsnap.corridors.passing import GatePassage, numbered_passages
 from minsnap.errors import SolverError, WaypointError
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.limits import Limits

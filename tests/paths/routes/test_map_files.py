@@ -8,7 +8,7 @@ from PIL import Image
 
 from minsnap.errors import CorridorError, FileError
 from minsnap.paths.routes import read_map
-from minsnap.paths.routes.point_clouds import decompress, read_cloud
+from minsnap.paths.routes.map_files import decompress, read_cloud
 
 YAML = (
     "image: {image}\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
