@@ -107,7 +107,7 @@ SITES = [
 ELSEWHERE = {
     ("passage", "_too_narrow", InfeasibleError),
     ("time_search", "unproved_fleet", UnprovedError),
-    ("fleet_planner", "fleet", UnprovedError),
+    ("fleet_planner", "_finished", UnprovedError),
 }
 """Tested in ``routes/test_separation.py``, ``fleet/test_fleet_planner.py`` and ``fleet/test_fleet_last_look.py``."""
 
