@@ -2,8 +2,9 @@
 
 Without ROS it writes the messages into a file. With ROS 2, px4_msgs and PX4's bridge running, ``python
 examples/ros2_node.py --publish`` publishes them: the first setpoint until the vehicle is armed and in offboard mode,
-then the plan, then its end. It stops when the vehicle leaves that mode. Arming and the offboard mode are left to the
-pilot. Positions are those of PX4's local frame: the vehicle should stand below the plan's first point.
+and for 10 s more, in which it climbs there; then the plan, then its end. It stops when the vehicle leaves that mode.
+Arming and the offboard mode are left to the pilot. Positions are those of PX4's local frame: the vehicle must stand
+below the plan's first point. The package ros/minsnap_ros compares the vehicle's position with it, too.
 """
 
 import sys
@@ -15,6 +16,9 @@ import minsnap
 from minsnap.files.formats.robot_messages import offboard_control_mode, px4_setpoints, write_px4
 
 RATE = 20.0
+CLIMB = 10.0
+"""Time for the climb to the first setpoint [s]."""
+
 OFFBOARD, ARMED = 14, 2
 """NAVIGATION_STATE_OFFBOARD and ARMING_STATE_ARMED of px4_msgs/VehicleStatus."""
 
@@ -45,7 +49,7 @@ def publish() -> None:
     )
     modes = node.create_publisher(OffboardControlMode, "/fmu/in/offboard_control_mode", quality)
     setpoints = node.create_publisher(TrajectorySetpoint, "/fmu/in/trajectory_setpoint", quality)
-    state = {"next": 0, "flying": False}
+    state = {"next": -round(CLIMB * RATE), "flying": False}
 
     def heard(status) -> None:
         follows = status.nav_state == OFFBOARD and status.arming_state == ARMED
@@ -55,7 +59,7 @@ def publish() -> None:
 
     def tick() -> None:
         now = node.get_clock().now().nanoseconds // 1000
-        row = messages[state["next"]].copy()
+        row = messages[max(state["next"], 0)].copy()
         row["timestamp"] = now
         modes.publish(OffboardControlMode(**offboard_control_mode(now)))
         setpoints.publish(filled(TrajectorySetpoint(), row))

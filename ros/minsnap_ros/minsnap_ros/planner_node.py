@@ -23,6 +23,7 @@ from minsnap.files.formats.robot_messages import offboard_control_mode, px4_setp
 from minsnap.paths.missions.course import is_course
 from minsnap_ros.flown_plan import FlownPlan
 from minsnap_ros.messages import path_message, position_of, px4_topic, setpoint_message, trajectory_message
+from minsnap_ros.px4_vehicle import RULES, Px4Vehicle
 
 PARAMETERS = {
     "course": "",
@@ -34,14 +35,8 @@ PARAMETERS = {
     "frame_id": "map",
     "px4": True,
 }
-OFFBOARD, ARMED = 14, 2
-"""NAVIGATION_STATE_OFFBOARD and ARMING_STATE_ARMED of px4_msgs/VehicleStatus."""
-
 SLOWEST = 2.0
 """Rate of setpoints below which PX4 leaves the offboard mode [Hz]."""
-
-NEAR = 0.15
-"""How far from the end of a flown plan the next one may begin [m]; ``minsnap stream`` has the same at its start."""
 
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE)
 PX4 = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -58,7 +53,7 @@ class PlannerNode(Node):
         for name, value in PARAMETERS.items():
             self.declare_parameter(name, value)
         self.flown: FlownPlan | None = None
-        self._lock = Lock()
+        self._lock, self._vehicle = Lock(), Px4Vehicle()
         self._trajectories = self.create_publisher(MultiDOFJointTrajectory, "~/trajectory", KEPT)
         self._paths = self.create_publisher(Path, "~/path", KEPT)
         self.create_subscription(Path, "~/waypoints", self.take_waypoints, 1)
@@ -81,7 +76,7 @@ class PlannerNode(Node):
     def _connect_px4(self) -> bool:
         """Publish setpoints where px4_msgs is installed; return whether it is."""
         try:
-            from px4_msgs.msg import OffboardControlMode, TrajectorySetpoint, VehicleStatus
+            from px4_msgs.msg import OffboardControlMode, TrajectorySetpoint, VehicleLocalPosition, VehicleStatus
         except ImportError:
             self.get_logger().info("px4_msgs is not installed: the plan is published, and no setpoints for PX4")
             return False
@@ -93,8 +88,8 @@ class PlannerNode(Node):
         self._modes = self.create_publisher(OffboardControlMode, mode, PX4)
         self._setpoints = self.create_publisher(TrajectorySetpoint, setpoint, PX4)
         own = MutuallyExclusiveCallbackGroup()
-        status = px4_topic("out", VehicleStatus)
-        self.create_subscription(VehicleStatus, status, self.take_status, PX4, callback_group=own)
+        for kind, take in ((VehicleStatus, self.take_status), (VehicleLocalPosition, self.take_position)):
+            self.create_subscription(kind, px4_topic("out", kind), take, PX4, callback_group=own)
         self.create_timer(1.0 / rate, self.send_setpoint, callback_group=own)
         return True
 
@@ -152,7 +147,9 @@ class PlannerNode(Node):
         before, now = self.flown, self._now()
         if self._px4 and before is not None and before.began is not None:
             held = before.at(now)
-            if not (held.over(now) and np.linalg.norm(plan(0.0) - held.state(now).position[0]) <= NEAR):
+            if not (
+                held.over(now) and np.linalg.norm(plan(0.0) - held.state(now).position[0]) <= RULES.settled_distance
+            ):
                 raise minsnap.InputError(
                     "the vehicle flies a plan: change it by the service replan, or plan from its end once it is there"
                 )
@@ -194,20 +191,31 @@ class PlannerNode(Node):
         return same
 
     def take_status(self, status: Any) -> None:
-        """Begin the plan when the vehicle is armed and in offboard mode, and end it when it is not any more."""
-        flown, follows = self.flown, status.nav_state == OFFBOARD and status.arming_state == ARMED
-        if flown is None:
+        """End the plan when the vehicle is not armed and in offboard mode any more."""
+        self._vehicle.take_status(status)
+        flown = self.flown
+        if flown is None or flown.began is None or self._vehicle.follows:
             return
-        if follows and flown.began is None:
-            self._swap(flown, flown.begun(self._now()))
-        elif not follows and flown.began is not None and self._swap(flown, None):
+        if self._swap(flown, None):
             self.get_logger().info("the vehicle left offboard mode or was disarmed: the flight is over, plan again")
+
+    def take_position(self, message: Any) -> None:
+        """Begin the plan when the vehicle is armed, in offboard mode, and at rest where the plan begins."""
+        self._vehicle.take_position(message)
+        flown, now = self.flown, self._now()
+        if flown is not None and flown.began is None and self._vehicle.settled(flown.trajectory(0.0), now):
+            self._swap(flown, flown.begun(now))
 
     def send_setpoint(self) -> None:
         """Send PX4 what is to be flown now."""
         flown = self.flown
         if flown is None:
             return
+        if flown.began is None and not self._vehicle.follows:
+            far = self._vehicle.far(flown.trajectory(0.0))
+            if far:
+                self.get_logger().info(far, throttle_duration_sec=5.0)
+                return
         now = self._now()
         row = px4_setpoints(flown.at(now).state(now))[0]
         microseconds = round(now * 1e6)

@@ -47,6 +47,8 @@ FIELDS: dict[str, dict[str, Any]] = {
     | {"timestamp": 0},
     "px4_msgs.msg.TrajectorySetpoint": dict.fromkeys(("position", "velocity", "acceleration", "jerk"), [0.0] * 3)
     | {"timestamp": 0, "yaw": 0.0, "yawspeed": 0.0},
+    "px4_msgs.msg.VehicleLocalPosition": dict.fromkeys(("xy_valid", "z_valid", "v_xy_valid", "v_z_valid"), True)
+    | dict.fromkeys(("x", "y", "z", "vx", "vy", "vz"), 0.0),
     "px4_msgs.msg.VehicleStatus": {"timestamp": 0, "nav_state": 0, "arming_state": 0},
 }
 TYPES: dict[str, type] = {}
@@ -125,7 +127,7 @@ class Node:
         return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=round(Node.seconds * 1e9)))
 
     def get_logger(self) -> Any:
-        return SimpleNamespace(info=lambda text: None, error=self.errors.append)
+        return SimpleNamespace(info=lambda text, **_: None, error=self.errors.append)
 
     def destroy_node(self) -> None:
         TOPICS.clear()

@@ -202,6 +202,23 @@ def status(nav_state, arming_state):
     return VehicleStatus(nav_state=nav_state, arming_state=arming_state)
 
 
+def position(node, point, **others):
+    """Say where the vehicle is, in ENU."""
+    from px4_msgs.msg import VehicleLocalPosition
+
+    east, north, up = point
+    node.take_position(VehicleLocalPosition(**{"x": north, "y": east, "z": -up} | others))
+
+
+def begin(node):
+    """Let the vehicle follow, and be where the plan begins for long enough."""
+    node.take_status(status(14, 2))
+    for _ in range(2):
+        Node.seconds += 1.1
+        position(node, node.flown.trajectory(0.0).tolist())
+    assert node.flown.began == pytest.approx(Node.seconds, abs=1e-6)
+
+
 @STOOD_IN
 def test_a_node_that_is_told_to_end_ends_without_a_traceback():
     planner_node.main()
@@ -215,26 +232,37 @@ def test_setpoints_slower_than_px4_takes_them_are_refused(started):
 
 
 @STOOD_IN
-def test_setpoints_for_px4_begin_with_the_armed_vehicle_in_offboard_mode(started):
+def test_a_plan_begins_when_the_armed_vehicle_is_at_its_start_in_offboard_mode(started):
     node = started(px4=True, rate=50.0)
     sent = []
     node._setpoints.publish = sent.append
     ((period, tick),) = node.timers
     assert period == pytest.approx(0.02)
-    tick()
-    assert sent == []
-    node.take_waypoints(path_of(WAYPOINTS))
-    plan = node.flown.trajectory
-    for seconds in (1.0, 7.0):
-        Node.seconds = seconds
+    for place in ((0.0, 5.0, 0.0), (0.0, 0.3, 0.0)):
+        position(node, place)
         tick()
-        assert sent[-1].position == pytest.approx([0.0, 0.0, -1.0])
-    for other in (status(4, 2), status(14, 1)):
-        node.take_status(other)
-        assert node.flown.began is None
-    node.take_status(status(14, 2))
+        node.take_waypoints(path_of(WAYPOINTS))
+        tick()
+        assert [one.position for one in sent] == [] if place[1] > 1.0 else [pytest.approx([0.0, 0.0, -1.0])]
+    plan = node.flown.trajectory
+    waiting = [
+        (status(4, 2), (0.0, 0.0, 1.0), {}),
+        (status(14, 1), (0.0, 0.0, 1.0), {}),
+        (status(14, 2), (0.0, 0.0, 0.0), {}),
+        (status(14, 2), (0.0, 0.0, 1.0), {"vz": -0.5}),
+        (status(14, 2), (0.0, 0.0, 1.0), {"xy_valid": False}),
+    ]
+    for said, place, others in waiting:
+        node.take_status(said)
+        for _ in range(3):
+            Node.seconds += 1.0
+            position(node, place, **others)
+        tick()
+        assert node.flown.began is None and sent[-1].position == pytest.approx([0.0, 0.0, -1.0])
+    begin(node)
+    began = node.flown.began
     for later in (0.0, 1.25, plan.duration, plan.duration + 9.0):
-        Node.seconds = 7.0 + later
+        Node.seconds = began + later
         tick()
         east, north, up = plan(min(later, plan.duration))
         assert sent[-1].position == pytest.approx([north, east, -up], abs=1e-5)
@@ -249,11 +277,11 @@ def test_a_plan_that_the_pilot_ended_is_not_flown_again(started, taken):
     sent = []
     node._setpoints.publish = sent.append
     node.take_waypoints(path_of(WAYPOINTS))
-    node.take_status(status(14, 2))
-    Node.seconds += 1.0
+    begin(node)
     node.take_status(status(*taken))
     for state in ((14, 1), (14, 2)):
         node.take_status(status(*state))
+        position(node, WAYPOINTS[0])
         node.send_setpoint()
     assert sent == [] and node.flown is None
 
@@ -262,7 +290,7 @@ def test_a_plan_that_the_pilot_ended_is_not_flown_again(started, taken):
 def test_a_plan_made_in_flight_begins_where_the_vehicle_is_held(started):
     node = started(px4=True)
     node.take_waypoints(path_of(WAYPOINTS))
-    node.take_status(status(14, 2))
+    begin(node)
     first = node.flown
     Node.seconds += 1.0
     node.take_waypoints(path_of(WAYPOINTS))
@@ -279,7 +307,7 @@ def test_a_plan_made_in_flight_begins_where_the_vehicle_is_held(started):
 def test_a_change_that_comes_after_the_pilot_took_over_is_not_flown(started, monkeypatch):
     node = started(px4=True, budget=1.0)
     node.take_waypoints(path_of(WAYPOINTS))
-    node.take_status(status(14, 2))
+    begin(node)
     Node.seconds += 1.0
     real = minsnap.replan
 
