@@ -105,7 +105,7 @@ $(VENV)/made:
 	@touch $@
 
 $(VENV)/installed: $(VENV)/made pyproject.toml constraints.txt
-	@echo "installing minsnap; compiling its native core takes a minute or two"
+	@echo "installing minsnap; compiling its native core takes a few minutes"
 	$(PIP) --editable .
 	@touch $@
 

@@ -182,7 +182,7 @@ def compile_library(target: Path) -> str:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent) as folder:
             sources = sorted(SOURCES.rglob("*.cpp"))
-            _say(f"compiling the native core with {' '.join(compiler)}: {len(sources)} files, a minute or two")
+            _say(f"compiling the native core with {' '.join(compiler)}: {len(sources)} files, a few minutes")
             with ThreadPoolExecutor(_processors()) as pool:
                 objects = list(pool.map(lambda source: _compile(compiler, source, Path(folder)), sources))
             linked = Path(folder) / target.name
