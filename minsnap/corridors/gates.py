@@ -73,7 +73,7 @@ class Ball(ReadOnly):
 class Gate(ReadOnly):
     """A waypoint that is an opening: the curve meets its plane within it.
 
-    A shortest flight touches the plane and turns back where the next waypoint is on this side: give one beyond it.
+    If the next waypoint is on the same side, the shortest flight touches the plane and turns back: add one beyond it.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ class Gate(ReadOnly):
     height : float, optional
         The other side [m]; by default the width.
     up : array_like, shape (3,)
-        The height is measured along it, as far as it lies in the opening's plane. By default z; for a level opening
-        y.
+        Direction of the height; its component in the plane of the opening counts. By default z, or y for a level
+        opening.
     crossing : {0, 1, -1}
         1: flown through along the normal; -1: against it; 0: either way.
     margin : float

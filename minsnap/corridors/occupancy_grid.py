@@ -140,7 +140,7 @@ def corridor_from_grid(
     Parameters
     ----------
     occupancy : array_like, shape (nx, ny) or (nx, ny, nz)
-        0 where free, anything else (unknown, too) where not; the axes are x, y and z.
+        0 is free, any other value (unknown too) is not; the axes are x, y and z.
     resolution : float or array_like, shape (dim,)
         Side of a cell [m].
     path : array_like, shape (m, dim)
@@ -148,7 +148,7 @@ def corridor_from_grid(
     origin : array_like, shape (dim,), optional
         Outer corner of cell (0, 0, 0) [m]; by default zero.
     clearance : float
-        How far the boxes keep from every occupied cell [m]: the vehicle's radius.
+        Least distance of the boxes to occupied cells [m]: the vehicle's radius.
     largest : float
         Longest side that a box may have [m].
 

@@ -206,14 +206,13 @@ def write_csv(
     rate : float
         Samples per second of a path [Hz].
     frame : str
-        Axes of the file: ``"enu"``, ``"ned"`` or another name of :data:`minsnap.files.frames.FRAMES`. One that is not
-        ENU is said by a last column of ones, ``frame_ned``, and noted in ``NAME.csv.meta`` beside it, as a lead of the
-        samples is. ENU is said so too where the path is below ground throughout.
+        Axes of the file: ``"enu"``, ``"ned"`` or another name of :data:`minsnap.files.frames.FRAMES`. Axes other than
+        ENU are named by a last column of ones, ``frame_ned``, and in ``NAME.csv.meta`` beside the file, which also has
+        the lead of the samples. ENU is named if the path is below ground throughout.
     clobber : bool
         False: a destination that exists is an error.
     origin : sequence of 3 float, optional
-        WGS 84 latitude and longitude [degrees] and altitude [m] of the point (0, 0, 0), where they are known; noted
-        beside the file as well.
+        WGS 84 latitude and longitude [degrees] and altitude [m] of the point (0, 0, 0); also in that file.
 
     Raises
     ------
@@ -289,7 +288,7 @@ def read_csv(path: FileName, frame: str | None = None) -> Samples:
         A file with a header: ``t,x,y,z`` and, each wholly or not at all, ``vx,vy,vz``, ``ax,ay,az``, ``yaw``,
         ``yaw_rate`` and ``ffx,ffy,ffz``.
     frame : str or None
-        Axes of the file; None: those that its header or the note beside it says, else ENU.
+        Axes of the file; None: those named by its header or by the file beside it, else ENU.
 
     Returns
     -------

@@ -39,9 +39,9 @@ class LineDistance:
 
 
 def assign(starts: ArrayLike, goals: ArrayLike) -> IntArray:
-    r"""Return which goal each vehicle flies to: the assignment of least sum of squared distances.
+    r"""Assign a goal to each vehicle, with the least sum of squared distances.
 
-    With it no two straight lines flown with one common profile come nearer than
+    Vehicles on straight lines with one common profile then come no nearer to each other than
     the least spacing of starts and goals over :math:`\sqrt{2}` (M. Turpin, N. Michael and V. Kumar, "CAPT",
     IJRR 33, 2014, theorem 3.3), without a downwash.
 

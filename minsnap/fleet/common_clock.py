@@ -24,7 +24,7 @@ class Separation(ReadOnly):
     r"""Least distance of any two vehicles at every instant.
 
     The distance of two vehicles is :math:`\sqrt{\Delta x^2 + \Delta y^2 + (\Delta z / w)^2}` with the downwash w:
-    vehicles above each other are to be w times as far apart as vehicles side by side.
+    vehicles above each other must be w times as far apart as vehicles side by side.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class Separation(ReadOnly):
     downwash : float
         At least 1.
     radii : array_like, shape (vehicles,), optional
-        Of each vehicle [m], in place of ``distance``: a pair is to be apart by the sum of its two.
+        Radius of each vehicle [m], in place of ``distance``: the least distance of a pair is the sum of its radii.
 
     Raises
     ------
@@ -144,23 +144,23 @@ class FleetReport:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fleet(ReadOnly, Sequence[Trajectory]):
-    """Trajectories of several vehicles that start at one instant; who ends before the others stays at its end.
+    """Trajectories of several vehicles that start at one instant; a vehicle that ends early stays at its end.
 
     Parameters
     ----------
     trajectories : sequence of Trajectory or Path
-        One a vehicle, all with three coordinates or all with two.
+        One per vehicle, all with three coordinates or all with two.
     names : sequence of str, optional
         Of the vehicles, each once.
     separation : Separation, optional
-        What they keep, or were planned to keep.
+        Their least distance, or the one that they were planned with.
     report : FleetReport, optional
         How the fleet was planned; None for one made otherwise.
 
     Raises
     ------
     FleetError
-        If there is none, or they do not fit together.
+        If there is no trajectory, or they do not fit together.
     """
 
     trajectories: tuple[Trajectory, ...]

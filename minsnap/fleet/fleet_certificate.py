@@ -249,7 +249,7 @@ def certify_fleet(
     limits : Limits or sequence of Limits, optional
         Limits of all vehicles, or of each.
     room : Room or pair of corners, optional
-        Where all are to be.
+        Room of all vehicles.
     avoid : obstacle or sequence of obstacles, optional
         Cylinders, ellipsoids and cuboids to keep out of.
     reach : float

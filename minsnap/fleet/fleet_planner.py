@@ -53,34 +53,35 @@ def plan_fleet(
 ) -> Fleet:
     """Plan several vehicles that start at one instant and arrive at one instant, apart at every instant.
 
-    Everything that is returned is certified, as ``certify_fleet`` does. Ctrl-C and ``time_limit`` end the search with
+    The fleet is certified by ``certify_fleet``. Ctrl-C and ``time_limit`` end the search with
     the best fleet certified so far.
 
     Parameters
     ----------
     waypoints : array_like, shape (m, n, 3), or sequence of array_like, shape (n_i, 3)
-        Of each vehicle: start and goal, or more [m]. Those between are passed at instants by the length of the way.
+        Waypoints of each vehicle: start and goal, or more [m]. The instants of inner waypoints are in proportion to the
+        length of the path.
     limits : Limits or sequence of Limits, optional
-        Of all, or of each. The shortest time is searched for within them.
+        Limits of all vehicles, or of each. The search minimises the time within them.
     separation : Separation or float, optional
         How far apart any two are to be [m].
     room : Room or pair of corners, optional
-        Where all are to be.
+        Room of all vehicles.
     avoid : obstacle or sequence of obstacles, optional
         Cylinders, ellipsoids and cuboids to keep out of.
     total_time : float, optional
-        Common flight time [s]; by default the shortest within the limits. With it, curves have little snap.
+        Common flight time [s]; by default the shortest within the limits. Curves then have little snap.
     pieces : int or "auto"
         Polynomials of each vehicle.
     start : sequence of mapping, optional
         Of each vehicle, such as ``{"velocity": (1, 0, 0)}``, or None for rest.
     fixed : sequence of Trajectory, optional
-        Vehicles that fly as they do; they come last in the fleet.
+        Trajectories of vehicles that are not planned; they come last in the fleet.
     corridors : sequence of Boxes or None, optional
-        Of each vehicle: a box for each leg between its waypoints.
+        For each vehicle, a box for each leg between its waypoints.
     holds : sequence of array_like, shape (n_i,), or None, optional
-        Of each vehicle: how long it rests at each of its waypoints, at least [s]. ``(2, 0)`` starts two seconds late,
-        ``(0, 1)`` has arrived a second before the end.
+        For each vehicle, the least time at rest at each of its waypoints [s]. ``(2, 0)`` starts two seconds late,
+        ``(0, 1)`` arrives a second before the end.
     yaw : float, "velocity", callable or sequence of these, optional
         Of all vehicles, or of each.
     names : sequence of str, optional
@@ -88,11 +89,11 @@ def plan_fleet(
     polish : float
         Share of the shortest time to spend on curves of less snap, such as 0.05.
     seed : int
-        Of the numbers that decide between equal ways; the same seed gives the same bits, with any number of threads.
+        Seed of the choice between equal ways. The same seed gives the same bits with any number of threads.
     time_limit : float, optional
         Ends the search after this time [s].
     progress : bool or callable, optional
-        True for a line on the terminal, or what is called with each time reached [s] and its least distance [m].
+        True for a line on the terminal; or a function of each time reached [s] and its least distance [m].
     threads : int, optional
         By default as many as processors.
 
@@ -108,7 +109,7 @@ def plan_fleet(
     TimingError
         If neither a time nor limits are set, or the total time is shorter than the way of a vehicle allows.
     UnprovedError
-        If the search ends without a fleet; that there is none is not proved.
+        If the search ends without a fleet. There may be one.
     """
     task = check_task(waypoints, limits, separation, room, avoid, start, fixed, corridors, holds)
     check_seed(seed)

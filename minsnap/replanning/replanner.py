@@ -97,23 +97,23 @@ class Replanner:
     Parameters
     ----------
     limits : Limits, optional
-        Which the shortest plan keeps, where neither durations nor a total time are set.
+        Limits of the shortest plan, which is made where neither durations nor a total time are set.
     corridor : float, Constraint or sequence of Constraint, optional
         As for ``plan``; one per leg ahead.
     room : Room or (lower, upper), optional
-        Contains all legs.
+        Room of all legs.
     vehicle : Quadrotor, optional
-        Whose rotors' limits are kept too (``Limits.of``).
+        Vehicle whose rotor limits are kept too (``Limits.of``).
     yaw : float, "velocity", "tilt", optional
-        Heading of new plans, reached smoothly from the flown one; by default the flown heading at the splice is held,
-        or one per waypoint to :meth:`replan`.
+        Heading of new plans, reached smoothly from the flown one. By default the heading at the splice is held, unless
+        :meth:`replan` gets one per waypoint.
     recover : float
         Distance by which a start may be outside the walls of its leg [m]; the plan then flies back first.
     clearance : float
-        Distance that new plans keep from the walls, where the waypoints and the start have it [m]: walls that are
-        measured anew may then shift by as much, and the plan is still inside.
+        Distance of new plans to the walls, where waypoints and start allow it [m]. The plan then stays inside if walls
+        are measured again and shift by as much.
     horizon : int, optional
-        Number of legs to plan; beyond them the flown plan goes on, or the new one ends at rest there.
+        Number of legs to plan. After them the flown plan continues, or the new one ends at rest.
     degree : int
         7, 9 or 11.
     pieces : int

@@ -190,7 +190,7 @@ def _exponential(phase: FloatArray) -> ComplexArray:
 
 
 def as_polynomials(path: Path, error: float = SHAPE.error) -> Trajectory:
-    r"""Return a shape as a trajectory of degree 7 that differs from it by a distance at most, at every instant.
+    r"""Approximate a shape by a trajectory of degree 7, within a distance at every instant.
 
     Each piece has the shape's position, velocity, acceleration and jerk at both ends, so the trajectory is three times
     continuously differentiable and starts and ends exactly as the shape does. On a piece of duration 2w,

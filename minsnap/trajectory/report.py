@@ -122,7 +122,7 @@ class Report:
     Parameters
     ----------
     solver : str
-        What solved it: ``"banded"`` for the linear system, else the name of the QP solver.
+        ``"banded"`` for the linear system, else the name of the QP solver.
     rounds : int
         QP solves until the curve was proved to be inside all walls; 0 without a QP.
     rows : int
@@ -140,15 +140,15 @@ class Report:
     steps : tuple of Step
         The search for durations, evaluation by evaluation; empty where they were fixed.
     interrupted : bool
-        Whether Ctrl-C (``on_interrupt="return"``), time or work ended that search; the plan is the best until then.
+        Whether Ctrl-C (``on_interrupt="return"``), time or work ended that search with the best plan so far.
     core : str
         Which core solved the problem: ``"native"`` (compiled) or ``"python"``.
     handed_over : str
-        Why the native core left the problem to the Python core; empty where it did not.
+        Why the Python core solved the problem in place of the native core; else empty.
     rungs : tuple of str
-        Names of the fallbacks that were needed, in their order; empty where the first attempt succeeded.
+        Fallbacks that were needed, in their order; empty where the first attempt succeeded.
     notes : tuple of str
-        Sentences about what the request costs and need not.
+        Advice about parts of the request that make the plan slower or dearer without need.
     limits_from : float
         Instant from which the limits hold to the end [s]: 0, but for a start outside of them.
     """

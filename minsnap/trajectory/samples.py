@@ -32,10 +32,10 @@ class Samples(ReadOnly):
     yaw_rate : ndarray, shape (m,), or None
         [rad/s].
     feed_forward : ndarray, shape (m, dim), or None
-        What is to be commanded in addition to the acceleration, to offset drag [m/s^2]; it is no part of the motion.
+        Command in addition to the acceleration, against drag [m/s^2]; not a part of the motion.
     lead : float
-        How much earlier than planned each of them is sent, to offset the delay of a vehicle [s]: what is commanded at
-        ``t`` is meant for ``t + lead`` on the clock on which the first is sent.
+        Time by which setpoints are sent early, against the delay of a vehicle [s]: the setpoint sent at ``t`` is the
+        plan's at ``t + lead``.
     """
 
     t: FloatArray

@@ -64,11 +64,11 @@ class Trajectory(Path):
     how : ReportMaker, optional
         Makes the report of a plan at its first use; a ``Report`` is its own.
     rest_of : (Trajectory, float), optional
-        The curve of which this is the rest, and the instant on its clock at which it begins [s]: it is evaluated with
-        the polynomials of that one. What is left of a piece is stored as control points that lie close together;
-        derivatives of order p from these have the rounding of positions divided by the p-th power of its duration.
+        The curve of which this is the rest, and the instant on its clock at which this begins [s]. The polynomials of
+        that curve are evaluated: the control points of a short rest of a piece lie close together, and derivatives of
+        order p from them would have the rounding of positions divided by the p-th power of its duration.
     checked : bool
-        Whether all of this is known to be right, as of what a core has made; the arrays themselves are kept then.
+        Whether all arguments are known to be valid, as from a core; the arrays are then kept without a copy.
 
     Raises
     ------

@@ -104,7 +104,7 @@ class Mission:
 
 
 def plan_mission(course: Course, **planning: Any) -> Mission:
-    """Plan a course with everything before and after it.
+    """Plan a course, with take-off, holds, laps and landing.
 
     A closed course without holds, take-off and landing is one lap at speed, flown ``laps`` times. Everything else is
     flown from rest to rest between holds, all laps in one plan. With ``takeoff`` the vehicle climbs from the ground to
@@ -124,7 +124,7 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     Raises
     ------
     WaypointError
-        If a plane course is to take off, or a waypoint is malformed.
+        If a course in the plane has a take-off, or a waypoint is malformed.
     InfeasibleError, SolverError
         As :func:`minsnap.plan`.
 
