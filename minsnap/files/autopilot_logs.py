@@ -21,7 +21,7 @@ from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName, check_size, read_bytes, reading
 from minsnap.errors import FileError, InputError
-from minsnap.files.flight_log import BODY, WORLD, FlightLog, InertialLog, flight_log, from_euler, inertial_log
+from minsnap.files.flight_log import BODY, WORLD, FlightLog, InertialLog, flight_log, from_euler, inertial_log, rising
 from minsnap.files.frames import map_samples
 from minsnap.trajectory.samples import Samples
 
@@ -349,7 +349,9 @@ def _columns(reader: Any, types: list[str]) -> dict[str, dict[str, FloatArray]]:
 
 def _table(rows: list[dict[str, Any]]) -> dict[str, FloatArray]:
     names = [name for name, value in rows[0].items() if isinstance(value, (int, float))] if rows else []
-    return {name: np.array([row.get(name, np.nan) for row in rows], dtype=np.float64) for name in names}
+    table = {name: np.array([row.get(name, np.nan) for row in rows], dtype=np.float64) for name in names}
+    kept = rising(table["TimeUS"])
+    return {name: values[kept] for name, values in table.items()}
 
 
 def _tracks(columns: dict[str, dict[str, FloatArray]]) -> tuple[Samples | None, Samples | None]:

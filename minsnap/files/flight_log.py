@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -71,8 +72,10 @@ def inertial_log(
     (t, turns), (force_t, pulls) = _finite(*attitude), _finite(*force)
     turned = quaternions(WORLD @ rotations(turns) @ BODY)
     felt = pulls @ BODY
-    thrust_t, thrust = (None, None) if throttle is None else _finite(throttle[0] - start, throttle[1])
-    return InertialLog(t - start, turned, force_t - start, felt, thrust_t, thrust, hover)
+    known = None if throttle is None else _finite(throttle[0] - start, throttle[1])
+    thrust_t, thrust = known if known is not None and len(known[0]) else (None, None)
+    told = hover if hover is not None and np.isfinite(hover) else None
+    return InertialLog(t - start, turned, force_t - start, felt, thrust_t, thrust, told)
 
 
 def from_euler(roll: FloatArray, pitch: FloatArray, yaw: FloatArray) -> FloatArray:
@@ -91,9 +94,25 @@ def _finite(t: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _good(t: FloatArray, values: FloatArray) -> BoolArray:
     """Tell the rows of finite values at times that rise."""
     good = np.isfinite(t) & np.isfinite(values).reshape(len(t), -1).all(axis=1)
-    latest = np.maximum.accumulate(np.where(good, t, -np.inf))
-    good[1:] &= t[1:] > latest[:-1]
-    return good
+    good[good] = rising(t[good])
+    return np.asarray(good)
+
+
+def rising(t: FloatArray) -> BoolArray:
+    """Tell the most rows whose times rise, shape (m,): a wrong time costs its row, and not all that come after it."""
+    if (np.diff(t) > 0.0).all():
+        return np.ones(len(t), dtype=bool)
+    ends: list[float] = []  # of the rising rows of each number, the least last time, and its row
+    rows: list[int] = []
+    before = []
+    for row, instant in enumerate(t.tolist()):
+        count = bisect_left(ends, instant)
+        before.append(rows[count - 1] if count else -1)
+        ends[count : count + 1], rows[count : count + 1] = [instant], [row]
+    kept, row = np.zeros(len(t), dtype=bool), rows[-1]
+    while row >= 0:
+        kept[row], row = True, before[row]
+    return kept
 
 
 @dataclass(frozen=True, eq=False)

@@ -357,7 +357,7 @@ def _vertical_fit(
     """Return drag along z, the throttle in hover, and the force without thrust and the fit's, zero where not told."""
     w, felt, nothing = air[:, 2], motion.specific_force[:, 2], np.zeros(len(air))
     speed = float(w.std())
-    if motion.throttle is None:
+    if motion.throttle is None or not motion.throttle.mean() > 0.0:
         notes.append("drag along z of the body and the hover throttle are not told: the log has no throttle")
         return AxisDrag(speed), None, nothing, nothing
     thrusts = {lag: _lagged(motion.throttle, lag, motion) for lag in FIT.lags}

@@ -50,6 +50,8 @@ class MatchSettings:
         Extent that such a share needs: less is found anywhere [m].
     drift : float
         Largest difference between the rates of the two clocks.
+    longest : float
+        Setpoints that last longer are none of a flight: a time of the log is wrong [s].
     """
 
     rate: float = 50.0
@@ -60,6 +62,7 @@ class MatchSettings:
     away: float = 0.4
     least_way: float = 0.5
     drift: float = 0.05
+    longest: float = 86400.0
 
 
 MATCH = MatchSettings()
@@ -152,6 +155,8 @@ def find_flights(reference: Samples, setpoints: Samples) -> list[LogFlight]:
     """
     if reference.dim != setpoints.dim:
         raise InputError(f"the file has {reference.dim} coordinates and the log {setpoints.dim}: they must agree")
+    if setpoints.duration > MATCH.longest:
+        raise InputError(f"the log's setpoints last {setpoints.duration:.3g} s: one of its times is wrong")
     refined = [_refined(reference, setpoints, start) for start in _candidates(reference, setpoints)]
     whole = [flight for flight in refined if flight.mismatch <= _tolerance(reference)]
     flights = [_cut(reference, setpoints, flight) for flight in whole] or _begun(reference, setpoints)
@@ -295,6 +300,10 @@ class ComparedFlight:
     def remarks(self) -> list[str]:
         """Return warnings about the validity of the figures, one sentence per warning."""
         sentences = self.comparison.remarks() + ([] if self.place is None else self.place.remarks(self.whole))
+        begin, end = (float(self.comparison.t[k] - self.reference.t[0]) for k in (0, -1))
+        planned = self.whole if self.place is None or self.place.end is None else self.place.end
+        if begin > MATCH.away or end < planned - MATCH.away:
+            sentences.append(f"positions are known from {begin:.2f} to {end:.2f} s alone: that part is compared")
         offset = self.comparison.constant_offset
         if float(np.linalg.norm(offset)) > OFFSET_NOTED:
             words = ", ".join(f"{value:.2f}" for value in offset)

@@ -94,7 +94,7 @@ def learned(
     if not 0.0 <= delay < plan.duration:
         raise InputError(f"the delay is {delay} s: it must be 0 or more, and shorter than the plan")
     error = plan.position - position_at(flown, plan.t)
-    error[in_gaps(plan.t, flown.t)] = 0.0
+    error[in_gaps(plan.t, flown.t) | (plan.t < flown.t[0]) | (plan.t > flown.t[-1])] = 0.0
     step = plan.duration / (len(plan) - 1)
     ahead = interpolated(plan.t + delay, plan.t, error)
     before = sent.position - plan.position

@@ -63,6 +63,19 @@ def test_targets_and_positions_of_the_controller(log):
     np.testing.assert_allclose(read.flight.yaw - read.reference.yaw, np.radians(1), atol=1e-5)
 
 
+@pytest.mark.parametrize(("row", "bit"), [(50, 40), (50, 24)])
+def test_a_time_with_a_wrong_bit_costs_its_row_alone(log, row, bit):
+    """All rows after it used to be dropped without a word."""
+    sound, raw = read_dataflash(log), bytearray(log.read_bytes())
+    start = b"\xa3\x95\x90"
+    place = [k for k in range(len(raw)) if raw.startswith(start, k)][row] + len(start)
+    (stamp,) = struct.unpack_from("<Q", raw, place)
+    struct.pack_into("<Q", raw, place, stamp ^ 1 << bit)
+    log.write_bytes(raw)
+    rest = np.delete(np.arange(200), row)
+    np.testing.assert_allclose(read_dataflash(log).flight.position, sound.flight.position[rest], atol=1e-12)
+
+
 def test_flights_are_loaded_by_their_ending(log):
     assert len(load_flight(log)) == len(load_reference(log)) == 200
 

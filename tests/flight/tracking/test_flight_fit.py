@@ -86,6 +86,18 @@ def test_what_a_flight_does_not_tell_is_said(tmp_path, calm):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("throttle", [0.0, np.nan, -0.5])
+def test_a_throttle_that_pushes_nothing_tells_nothing(tmp_path, calm, throttle):
+    """It was divided by, or there was none left to interpolate."""
+    measured = Measured(*calm)
+    measured.throttle = np.full_like(measured.throttle, throttle)
+    (tmp_path / "a.ulg").write_bytes(ulog_of(measured))
+    found = fit_flight(tmp_path / "a.ulg")
+    assert near(found.axes[0].linear, 0.9) and found.hover is None and found.axes[2].linear is None
+    assert "drag along z of the body and the hover throttle are not told: the log has no throttle" in found.notes
+
+
+@pytest.mark.slow
 def test_drag_is_per_mass_and_a_vehicle_has_it(tmp_path):
     heavy = flown(BodyDrag((1.8, 1.8, 1.8)), mass=2.0)
     (tmp_path / "a.ulg").write_bytes(ulog_of(Measured(*heavy)))

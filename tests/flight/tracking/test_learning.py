@@ -36,10 +36,11 @@ def test_three_flights_take_off_four_fifths(name):
     assert report.ok and report.starts_at_rest and report.ends_at_rest
 
 
-def test_nothing_is_learned_where_samples_are_missing():
-    """A straight line across the gap was corrected as if it had been flown."""
+@pytest.mark.parametrize(("first", "last"), [(3.0, 7.0), (3.0, 99.0), (-1.0, 3.0)])
+def test_nothing_is_learned_where_samples_are_missing(first, last):
+    """A straight line across the gap, or the last place for all that came after it, was corrected as if flown."""
     plan = COURSES["circle"]().sample(20.0)
-    seen = (plan.t < 3.0) | (plan.t > 7.0)
+    seen = (plan.t < first) | (plan.t > last)
     flown = Samples(plan.t[seen], plan.position[seen])
     assert np.abs(learned(plan, plan, flown, 0.0).position - plan.position).max() < 1e-9
 

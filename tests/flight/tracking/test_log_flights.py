@@ -48,6 +48,22 @@ def test_all_flights_are_found_at_their_time(rate):
     assert max(one.mismatch for one in found) < 0.02 and not any(one.shift.any() for one in found)
 
 
+def test_positions_that_end_before_the_setpoints_are_said():
+    setpoints, flown = log_of([9.0])
+    (whole,) = compare_in_log(FILE_IN_AIR, setpoints, flown)
+    (part,) = compare_in_log(FILE_IN_AIR, setpoints, flown[flown.t < 9.0 + 3.0])
+    assert whole.remarks() == [] and "positions are known from 0.0" in part.remarks()[0]
+
+
+def test_setpoints_that_last_for_days_are_those_of_a_wrong_time():
+    """A search through all of them did not end."""
+    setpoints, flown = log_of([9.0])
+    t = setpoints.t.copy()
+    t[-1] += 1e6
+    with pytest.raises(InputError, match="the log's setpoints last 1e.06 s: one of its times is wrong"):
+        compare_in_log(FILE_IN_AIR, Samples(t, setpoints.position), flown)
+
+
 def test_lateness_stays_an_error_and_is_told_apart():
     setpoints, flown = log_of([9.0], rate=1.013, late=0.25, error=(0.0, 0.0, 0.1))
     (one,) = compare_in_log(FILE_IN_AIR, setpoints, flown)
