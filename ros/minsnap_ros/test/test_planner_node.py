@@ -165,16 +165,19 @@ def test_what_cannot_be_published_is_not_flown(started, tmp_path):
     node = started()
     node.take_waypoints(path_of(WAYPOINTS))
     before = node.flown
+    other = path_of(WAYPOINTS)
+    other.header.frame_id = "base_link"
+    node.take_waypoints(other)
+    assert node.flown is before
+    node.take_waypoints(path_of(WAYPOINTS))
+    assert node.flown is not before
+    before = node.flown
     flat = tmp_path / "flat.csv"
     flat.write_text("0,0\n5,0\n5,5\n", encoding="utf-8")
     for values in ({"course": str(flat)}, {"course": ""}, {"rate": -1.0}):
         node.set_parameters([Parameter(name, value=value) for name, value in values.items()])
         assert not node.plan_course(Trigger.Request(), Trigger.Response()).success
         assert node.flown is before
-    other = path_of(WAYPOINTS)
-    other.header.frame_id = "base_link"
-    node.take_waypoints(other)
-    assert node.flown is before
     request = GetPlan.Request()
     request.goal = pose(WAYPOINTS[-1])
     assert node.replan(request, GetPlan.Response()).plan.poses == [] and node.flown is before
