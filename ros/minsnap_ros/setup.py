@@ -1,4 +1,4 @@
-"""Installed by colcon; the library itself by pip: ``pip install minsnap``."""
+"""Installed by colcon; the library itself by pip, see README.md."""
 
 from setuptools import setup
 
