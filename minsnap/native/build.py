@@ -222,6 +222,8 @@ def _said(target: Path) -> Iterator[None]:
     import errno
 
     try:
+        if target.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
         yield
     except OSError as error:
         advice = "compile elsewhere with --output, and name that file in MINSNAP_LIBRARY"

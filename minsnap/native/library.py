@@ -99,7 +99,8 @@ def _why_missing(path: str) -> str:
     lines = STAMP.read_text(encoding="utf-8", errors="replace").splitlines() if STAMP.exists() else []
     left_out = len(lines) > 1 and lines[0] == "-"
     reason = lines[1] if left_out else f"{path} is missing"
-    return f"{reason}: run python -m minsnap.native.build, or install minsnap again"
+    advised = ": " in reason
+    return reason if advised else f"{reason}: run python -m minsnap.native.build, or install minsnap again"
 
 
 def _refuse_cut(path: str) -> None:

@@ -72,6 +72,12 @@ def test_a_folder_that_cannot_be_written_is_said(sources, capsys):
     assert " cannot be written (" in (said := capsys.readouterr().err) and "compile elsewhere with --output" in said
 
 
+def test_a_folder_in_place_of_the_file_is_said_before_anything_is_compiled(sources, tmp_path, capsys):
+    compiler_or_skip()
+    assert build.main(["--output", str(tmp_path)]) == 1
+    assert "cannot be written (" in (said := capsys.readouterr().err) and "compiling" not in said
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no device that is always full")
 def test_a_full_disk_is_said(sources, tmp_path, monkeypatch, capsys):
     compiler = tmp_path / "compiler"

@@ -79,8 +79,9 @@ def cut():
     [
         (b"0123\nc++\n", "_core.bin is missing: run python -m minsnap.native.build"),
         (b"-\nno compiler\n", "no compiler: run python -m minsnap.native.build"),
-        (b"\xff\xfe\n", "_core.bin is missing"),
-        (None, "_core.bin is missing"),
+        (b"-\nc++ failed: name another in CXX\n", "c++ failed: name another in CXX"),
+        (b"\xff\xfe\n", "_core.bin is missing: run"),
+        (None, "_core.bin is missing: run"),
     ],
 )
 def test_why_there_is_no_core_is_said(tmp_path, monkeypatch, stamp, reason):
@@ -89,7 +90,8 @@ def test_why_there_is_no_core_is_said(tmp_path, monkeypatch, stamp, reason):
     monkeypatch.setattr(library, "STAMP", tmp_path / "_core.txt")
     if stamp is not None:
         library.STAMP.write_bytes(stamp)
-    assert reason in library.loaded.__wrapped__().reason
+    said = library.loaded.__wrapped__().reason
+    assert reason in said and said.count(": ") == 1
 
 
 @pytest.mark.skipif(not build.LIBRARY.exists(), reason="there is no native core")
