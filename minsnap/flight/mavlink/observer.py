@@ -15,7 +15,7 @@ from minsnap.errors import FileError
 from minsnap.flight.mavlink.sequence import Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import FIELDS, Setpoint, Setpoints
 from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamStatus
-from minsnap.flight.mavlink.vehicle_messages import Message, VehicleState
+from minsnap.flight.mavlink.vehicle_messages import Message, VehicleState, text_of
 from minsnap.trajectory.samples import column_names
 
 MOTION = tuple(column for field in FIELDS for column in column_names(field))
@@ -155,7 +155,7 @@ class StreamObserver:
         elif kind == "HEARTBEAT":
             self._log.heartbeat(now, vehicle)
         elif kind == "STATUSTEXT":
-            self.say(now, f"vehicle: {message.text}")
+            self.say(now, f"vehicle: {text_of(message)}")
         elif kind == "COMMAND_ACK" and vehicle.refusal is not None and vehicle.refusal.times == _STUBBORN:
             self.say(now, f"the vehicle has refused {vehicle.refusal} {_STUBBORN} times")
 

@@ -141,6 +141,11 @@ _CUSTOM_MODE = 1  # MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 _ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 
 
+def text_of(message: Message) -> str:
+    """Return the text of a STATUSTEXT without control characters, which a terminal would obey."""
+    return "".join(filter(str.isprintable, str(message.text)))
+
+
 @dataclass(frozen=True)
 class Refusal:
     """A command that the vehicle did not accept.
@@ -270,7 +275,7 @@ class VehicleState:
 
     def _warned(self, message: Message) -> tuple[str, ...]:
         """Return the warnings with a new one, or with the rest of one that came in parts."""
-        text = "".join(filter(str.isprintable, str(message.text)))
+        text = text_of(message)
         if getattr(message, "chunk_seq", 0) and self.warnings:
             return (*self.warnings[:-1], (self.warnings[-1] + text)[:_LONGEST])
         return (*(before for before in self.warnings if before != text), text)[-_KEPT:]

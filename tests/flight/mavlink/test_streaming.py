@@ -3,7 +3,7 @@
 import pytest
 from flying import PATH, Flight, patient_rules
 from pilot import fly_until, places, sent, stands_still, streamed
-from standin import POSCTL
+from standin import POSCTL, mavlink
 
 from minsnap.cli.app import exit_status
 from minsnap.errors import FlightError
@@ -178,3 +178,12 @@ def test_a_failure_of_our_own_stops_and_holds(vehicle, clock, failure):
                 flight.result()
         else:
             assert flight.result().reason == "stopped by the user"
+
+
+def test_control_characters_of_a_vehicle_do_not_reach_the_terminal_or_the_log(vehicle, clock, tmp_path):
+    alarm = mavlink.MAVLink_statustext_message(4, b"\x1b[2Jlow\nbattery\x07")
+    vehicle.telemetry = [alarm]
+    with Flight(vehicle, PATH, clock, log=tmp_path / "log.csv") as flight:
+        vehicle.until(lambda v: streamed(v, 1))
+    assert "vehicle: [2Jlowbattery" in flight.events
+    assert not set("\x1b\x07") & set((tmp_path / "log.csv").read_text())
