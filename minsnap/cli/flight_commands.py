@@ -402,6 +402,8 @@ def tune(
         flown = [learn_from(wanted, before, flight, settings)]
     else:
         assert connect is not None
+        for number in range(1, flights + 1):
+            refuse_source(Path(f"{output.with_suffix('')}-{number}.csv"), plan, sent)
         pilot = _Pilot(connect, flying.settings(frame=axes), output, logs, flying.preflight)
         flown = tune_in_flight(wanted, pilot.fly, flights, settings, before)
     write_csv(best_to_fly(flown), output, frame=axes)
@@ -430,23 +432,43 @@ class _Pilot:
         minsnap.write_csv(sent, f"{stem}-{number}.csv", frame=self._how.frame or "enu")
         own = Path(f"{stem}-{number}.log.csv")
         own.unlink(missing_ok=True)
+        before = self._known()
         flown = fly(sent, self._connect, replace(self._how, log=own), None, None, self._preflight, None)
         if not flown.completed:
             raise FlightError(f"flight {number} was not completed: {flown.reason}", report=flown)
         try:
-            return self._newest() if self._logs is not None else self._fetched(stem, number)
+            return self._newest(before) if self._logs is not None else self._fetched(before, f"{stem}-{number}")
         except LinkError as error:
             print(f"minsnap: the log of the stream is used, for {error}", file=sys.stderr)
             return own
 
-    def _newest(self) -> Path:
-        assert self._logs is not None
-        logs = [file for file in self._logs.rglob("*") if file.suffix.lower() in (".ulg", ".bin")]
-        if not logs:
-            raise InputError(f"{self._logs} holds no .ulg and no .bin: --logs is the folder of the autopilot's logs")
-        return max(logs, key=lambda file: file.stat().st_mtime)
+    def _known(self) -> list[Any]:
+        """Return what tells the logs that are there already: files as they are, or the vehicle's own entries."""
+        from minsnap.flight.mavlink.link import Clock, open_link
+        from minsnap.flight.mavlink.parameters import list_logs
 
-    def _fetched(self, stem: Path, number: int) -> Path:
+        if self._logs is not None:
+            return self._files()
+        clock = Clock()
+        with closing(open_link(self._connect, clock)) as link:
+            link.wait_for_vehicle(self._how.wait)
+            return list_logs(link, clock)
+
+    def _files(self) -> list[tuple[int, int, Path]]:
+        """Return when each of the autopilot's logs was written last, its size and its name."""
+        assert self._logs is not None
+        if not self._logs.is_dir():
+            raise InputError(f"{self._logs} is no folder: --logs is that of the autopilot's logs")
+        files = [(file.stat(), file) for file in self._logs.rglob("*") if file.suffix.lower() in (".ulg", ".bin")]
+        return [(stat.st_mtime_ns, stat.st_size, file) for stat, file in files]
+
+    def _newest(self, before: list[Any]) -> Path:
+        fresh = set(self._files()) - set(before)
+        if not fresh:
+            raise LinkError(f"nothing was written to a .ulg or .bin in {self._logs} during the flight")
+        return max(fresh)[2]
+
+    def _fetched(self, before: list[Any], stem: str) -> Path:
         from minsnap.flight.mavlink.link import Clock, open_link
         from minsnap.flight.mavlink.parameters import download_log
         from minsnap.flight.mavlink.vehicle_messages import PX4
@@ -460,6 +482,6 @@ class _Pilot:
                     break
             if link.vehicle.armed:
                 raise LinkError("the vehicle is still armed, and its log is open")
-            place = Path(f"{stem}-{number}{'.ulg' if link.vehicle.autopilot == PX4 else '.bin'}")
-            download_log(link, clock, place)
+            place = Path(f"{stem}{'.ulg' if link.vehicle.autopilot == PX4 else '.bin'}")
+            download_log(link, clock, place, before=before)
             return place

@@ -1,13 +1,16 @@
 """The command that corrects setpoints by what a flight missed, from the flight's log."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from flown_logs import Measured, ulog_of
 
 import minsnap
+from minsnap.cli import flight_commands
 from minsnap.files.autopilot_logs import write_ulog
 from minsnap.flight import CascadeController, compare, simulate
+from minsnap.flight.mavlink.stream_options import StreamOptions
 from minsnap.flight.tracking.log_comparison import simulated_log
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor
@@ -49,3 +52,32 @@ def test_the_next_flight_misses_the_plan_by_half(call, tmp_path):
     for given in (["plan.csv"], ["plan.csv", "1.ulg", "--connect", "udpin:0"]):
         both = call("tune", *given)
         assert both.returncode == 2 and "or --connect to fly: one of them" in both.stderr
+
+
+@pytest.mark.parametrize("writes", [True, False])
+def test_a_log_in_the_folder_counts_if_it_was_written_during_the_flight(monkeypatch, tmp_path, writes):
+    """That of yesterday used to be taken for the flight where the autopilot wrote none."""
+    folder, files = tmp_path / "logs", ("old.ulg", "growing.ulg")
+    folder.mkdir()
+    for name in files:
+        (folder / name).write_bytes(b"before")
+
+    def fly(*_):
+        if writes:
+            (folder / "growing.ulg").write_bytes(b"before and after")
+        return SimpleNamespace(completed=True)
+
+    monkeypatch.setattr(flight_commands, "fly", fly)
+    pilot = flight_commands._Pilot("udpin:0", StreamOptions(), tmp_path / "tuned.csv", folder, False)
+    log = pilot.fly(minsnap.line().sample(20.0), 1)
+    assert log == (folder / "growing.ulg" if writes else tmp_path / "tuned-1.log.csv")
+
+
+def test_what_is_sent_is_not_written_over_the_plan(call, tmp_path):
+    minsnap.write_csv(minsnap.line(), tmp_path / "tuned-2.csv")
+    plan = (tmp_path / "tuned-2.csv").read_bytes()
+    done = call("tune", "tuned-2.csv", "--connect", "udpin:0", "-o", "tuned.csv")
+    assert done.returncode == 2 and "tuned-2.csv" in done.stderr
+    assert (tmp_path / "tuned-2.csv").read_bytes() == plan
+    none = call("tune", "tuned-2.csv", "--connect", "udpin:0", "-o", "other.csv", "--logs", "nowhere")
+    assert none.returncode == 2 and "nowhere is no folder" in none.stderr

@@ -271,7 +271,13 @@ class LogDownload:
 DOWNLOAD = LogDownload()
 
 
-def download_log(link: Link, clock: Clock, path: FileName, progress: Callable[[float], None] = lambda _: None) -> None:
+def download_log(
+    link: Link,
+    clock: Clock,
+    path: FileName,
+    progress: Callable[[float], None] = lambda _: None,
+    before: Iterable[Message] = (),
+) -> None:
     """Fetch the newest log and write it; autopilots refuse while they fly.
 
     Parameters
@@ -284,6 +290,8 @@ def download_log(link: Link, clock: Clock, path: FileName, progress: Callable[[f
         Where to write.
     progress : callable
         Told the share that is there, from 0 to 1.
+    before : iterable of LOG_ENTRY
+        Logs that were there before the flight, as :func:`list_logs` told them: none of them is of it.
 
     Raises
     ------
@@ -292,16 +300,16 @@ def download_log(link: Link, clock: Clock, path: FileName, progress: Callable[[f
     """
     dialect, vehicle = load_dialect(), link.vehicle
     target = (vehicle.system, vehicle.component)
-    entry = _newest(link, clock, dialect.MAVLink_log_request_list_message(*target, 0, 0xFFFF))
+    entry = _newest(list_logs(link, clock), {(old.time_utc, old.size) for old in before})
     content, missing = bytearray(entry.size), set(range(0, entry.size, DOWNLOAD.piece))
     tries = 0
     while missing:
-        first, before = min(missing), len(missing)
+        first, left = min(missing), len(missing)
         count = min(DOWNLOAD.request, entry.size - first)
         link.send(dialect.MAVLink_log_request_data_message(*target, entry.id, first, count))
         _receive(link, clock, entry, content, missing, first + count)
         progress(1.0 - len(missing) * DOWNLOAD.piece / max(entry.size, 1))
-        tries = 0 if len(missing) < before else tries + 1
+        tries = 0 if len(missing) < left else tries + 1
         if tries == DOWNLOAD.tries:
             come = entry.size - len(missing) * DOWNLOAD.piece
             raise LinkError(f"the vehicle stopped sending its log after {come} of {entry.size} bytes")
@@ -309,8 +317,10 @@ def download_log(link: Link, clock: Clock, path: FileName, progress: Callable[[f
     write_file(path, bytes(content))
 
 
-def _newest(link: Link, clock: Clock, request: Message) -> Message:
-    """Return the entry of the newest log."""
+def list_logs(link: Link, clock: Clock) -> list[Message]:
+    """Return what a vehicle tells of its logs, as messages LOG_ENTRY; none where it does not answer."""
+    target = (link.vehicle.system, link.vehicle.component)
+    request = load_dialect().MAVLink_log_request_list_message(*target, 0, 0xFFFF)
     entries: dict[int, Message] = {}
     for _ in range(DOWNLOAD.tries):
         link.send(request)
@@ -323,10 +333,16 @@ def _newest(link: Link, clock: Clock, request: Message) -> Message:
                     entries[message.id], last = message, clock.now()
         if entries:
             break
+    return list(entries.values())
+
+
+def _newest(entries: list[Message], known: set[tuple[int, int]]) -> Message:
+    """Return the entry of the newest log that was not there before, by time and size; numbers may move on."""
     if not entries:
         raise LinkError("the vehicle does not tell of its logs (LOG_REQUEST_LIST): fetch the log by hand")
-    newest = max(entries.values(), key=lambda entry: (entry.time_utc, entry.id))
-    if newest.num_logs == 0 or not 0 < newest.size < DOWNLOAD.largest:
+    fresh = [entry for entry in entries if entry.num_logs and (entry.time_utc, entry.size) not in known]
+    newest = max(fresh, key=lambda entry: (entry.time_utc, entry.id), default=None)
+    if newest is None or not 0 < newest.size < DOWNLOAD.largest:
         raise LinkError("the vehicle has no log of this flight: turn its logging on")
     return newest
 

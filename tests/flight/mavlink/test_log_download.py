@@ -6,7 +6,7 @@ import pytest
 
 from minsnap.errors import LinkError
 from minsnap.flight.mavlink.link import open_link
-from minsnap.flight.mavlink.parameters import DOWNLOAD, download_log
+from minsnap.flight.mavlink.parameters import DOWNLOAD, download_log, list_logs
 
 
 @pytest.fixture
@@ -24,6 +24,17 @@ def test_the_newest_log_arrives_whole_though_pieces_are_lost(vehicle, link, cloc
     download_log(link, clock, tmp_path / "flight.ulg", shares.append)
     assert (tmp_path / "flight.ulg").read_bytes() == vehicle.logs[1]
     assert shares == sorted(shares) and shares[-1] == 1.0 and not vehicle.lost_pieces
+
+
+def test_a_log_that_was_there_before_the_flight_is_not_taken_for_it(vehicle, link, clock, tmp_path):
+    """With its logging off, a vehicle was tuned by a flight of another day."""
+    vehicle.logs = [b"of another day", b"of yesterday"]
+    before = list_logs(link, clock)
+    with pytest.raises(LinkError, match="has no log of this flight"):
+        download_log(link, clock, tmp_path / "none.ulg", before=before)
+    vehicle.logs.insert(0, b"of today")
+    download_log(link, clock, tmp_path / "flight.ulg", before=before)
+    assert (tmp_path / "flight.ulg").read_bytes() == b"of today"
 
 
 def test_a_vehicle_without_logs_and_one_that_stops_sending_are_told(vehicle, link, clock, tmp_path):
