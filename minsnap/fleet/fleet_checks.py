@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -153,16 +154,15 @@ def refuse_meetings(task: FleetTask, pieces: int) -> None:
     if task.separation is None:
         return
     for meeting in passed.values():
-        for place, (one, i) in enumerate(meeting):
-            for two, j in meeting[place + 1 :]:
-                gap = task.separation.flat(task.waypoints[one][i] - task.waypoints[two][j])
-                away = float(np.sqrt((gap**2).sum()))
-                if away < (1.0 - EXACT) * (task.radii[one] + task.radii[two]):
-                    raise FleetError(
-                        f"waypoint {i} of vehicle {one} and waypoint {j} of vehicle {two} are passed at one instant, "
-                        f"{away:.4g} m apart: move one, or give one of the vehicles another waypoint before it",
-                        pair=(one, two),
-                    )
+        for (one, i), (two, j) in combinations(meeting, 2):
+            gap = task.separation.flat(task.waypoints[one][i] - task.waypoints[two][j])
+            away = float(np.sqrt((gap**2).sum()))
+            if away < (1.0 - EXACT) * (task.radii[one] + task.radii[two]):
+                raise FleetError(
+                    f"waypoint {i} of vehicle {one} and waypoint {j} of vehicle {two} are passed at one instant, "
+                    f"{away:.4g} m apart: move one, or give one of the vehicles another waypoint before it",
+                    pair=(one, two),
+                )
 
 
 def _refuse_starts(task: FleetTask) -> None:

@@ -182,25 +182,25 @@ class TimeSearch:
         self.iterations += outcome.iterations
         if outcome.short_by >= settings.short_by or outcome.over_by >= settings.over_by:
             return TimeTried(curves, time, outcome)
-        certified, certificate = self.certify(curves, time)
+        certified = self.certify(curves, time)
         if certified is not None and (self.best is None or certified.time < self.best.time):
             self.best = certified
             if self.told is not None:
-                self.told(certified.time, certificate.least_distance or np.inf)
+                self.told(certified.time, certified.certificate.least_distance or np.inf)
         return TimeTried(curves, time, outcome, certified)
 
-    def certify(self, curves: FloatArray, time: float) -> tuple[Certified | None, FleetCertificate]:
+    def certify(self, curves: FloatArray, time: float) -> Certified | None:
         """Return the curves at the least time at which they keep their limits, if they keep everything else."""
         task = self.task
         held_to = {"separation": task.separation, "room": task.room, "avoid": task.avoid, "threads": self.threads}
         if task.limits is not None and task.free_time:
-            time = self._stretched(curves, time)
+            time *= slowed(flown(curves, time), task.limits) or 1.0
         fleet = Fleet((*flown(curves[: len(task)], time), *task.fixed))  # type: ignore[arg-type]
         certificate = certify_fleet(fleet, **held_to)  # type: ignore[arg-type]
         limited = task.limits is not None and not self._stretches
         kept = certificate.ok and self._inside(curves)
         kept = kept and (not limited or certify_fleet(fleet[: len(task)], limits=task.limits).ok)
-        return (Certified(curves.copy(), time, certificate) if kept else None), certificate
+        return Certified(curves.copy(), time, certificate) if kept else None
 
     @cached_property
     def _stretches(self) -> bool:
@@ -219,11 +219,6 @@ class TimeSearch:
                 if (least < boxes.lower[leg[piece]]).any() or (most > boxes.upper[leg[piece]]).any():
                     return False
         return True
-
-    def _stretched(self, curves: FloatArray, time: float) -> float:
-        """Return the least time at which limits on derivatives are kept."""
-        factor = slowed(flown(curves, time), self.task.limits or ())
-        return time * factor if factor > 0.0 else time
 
     def open(self, seed: int, kind: int, bound: float) -> Certified | None:
         """Find first certified curves from a guess, at ever longer times; None if there are none."""
@@ -263,7 +258,7 @@ class TimeSearch:
             settings = replace(LAST, smoothness=weight, iterations=60, settle=True)
             outcome = search.run(curves, time, self.unit, settings, self.stopped)
             self.iterations += outcome.iterations
-            certified, _ = self.certify(curves, time)
+            certified = self.certify(curves, time)
             if certified is not None and certified.time <= time * (1.0 + 1e-9):
                 return replace(certified, time=time)
         return None

@@ -23,7 +23,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write, check_destination, write_file
-from minsnap.basics.storage.text import FileName, check_size, digest_of, read_text, reading
+from minsnap.basics.storage.text import FileName, digest_of, read_text, reading
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any
 from minsnap.files.formats import crazyflie, skybrush
@@ -149,8 +149,7 @@ def read_skyc(path: FileName) -> SkybrushShow:
     FileError
         If it is none.
     """
-    check_size(path, LARGEST)
-    with reading(path, "a Skybrush show"), zipfile.ZipFile(path) as archive:
+    with reading(path, "a Skybrush show", LARGEST), zipfile.ZipFile(path) as archive:
         show = _load(archive, "show.json")
         settings = [drone["settings"] for drone in show["swarm"]["drones"]]
         if not 1 <= len(settings) <= MOST_DRONES:

@@ -15,7 +15,6 @@ from minsnap.basics.checks import check_number, check_positive
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import FileName, read_text, reading
 from minsnap.errors import FileError, FleetError
-from minsnap.files.waypoints import read_waypoints
 from minsnap.polynomials.bernstein import basis
 
 CAPITALS = 0.72
@@ -77,11 +76,6 @@ def along(lines: list[FloatArray], count: int) -> FloatArray:
     leg = np.minimum(np.searchsorted(ends, place), len(ends) - 1)
     share = 1.0 - (ends[leg] - place) / np.where(lengths[leg] > 0.0, lengths[leg], 1.0)
     return np.asarray(starts[leg] + share[:, None] * np.concatenate(steps)[leg])
-
-
-def points_file(path: FileName) -> FloatArray:
-    """Return the points of a CSV or YAML of waypoints."""
-    return np.asarray(read_waypoints(path).points)
 
 
 def spacing_of(points: FloatArray) -> tuple[float, tuple[int, int]]:

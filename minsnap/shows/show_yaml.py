@@ -14,8 +14,9 @@ from minsnap.basics.schema import BOX, FLAG, NUMBER, TEXT, WHOLE, Key, either, m
 from minsnap.basics.storage.text import FileName, load_yaml, reading
 from minsnap.errors import FileError
 from minsnap.files.request_yaml import LIMITS, limits_of
+from minsnap.files.waypoints import read_waypoints
 from minsnap.fleet.common_clock import Separation
-from minsnap.shows.formations import circle, grid, mesh, points_file, svg, text
+from minsnap.shows.formations import circle, grid, mesh, svg, text
 from minsnap.shows.show import Act, Move, Show
 
 LAYERS = 100
@@ -155,7 +156,7 @@ def _formation(content: dict[str, Any], vehicles: int, place: Path, where: str) 
     if kind == "points":
         return np.array(values).reshape(-1, 3)
     if kind == "file":
-        return points_file(place / values)
+        return read_waypoints(place / values).points
     if "file" in values:
         values = {**values, "file": place / values["file"]}
     try:

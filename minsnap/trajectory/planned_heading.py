@@ -59,11 +59,11 @@ class PlannedHeading(Heading):
 
     Parameters
     ----------
-    trajectory : Trajectory
+    polynomial : Trajectory
         Yaw [rad], dim 1, over the same interval as the path it belongs to; not wrapped.
     """
 
-    trajectory: Trajectory
+    polynomial: Trajectory
     limited_last = True
 
     @classmethod
@@ -86,19 +86,14 @@ class PlannedHeading(Heading):
         points = spline[0] if isinstance(spline, tuple) else _spline(angles, durations, closed, rate)
         return cls(Trajectory(points, durations))
 
-    @property
-    def polynomial(self) -> Trajectory:
-        """The trajectory."""
-        return self.trajectory
-
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
-        inside = np.minimum(as_instants(t), self.trajectory.duration)
-        return np.asarray(self.trajectory(inside, order)[..., 0])
+        inside = np.minimum(as_instants(t), self.polynomial.duration)
+        return np.asarray(self.polynomial(inside, order)[..., 0])
 
     def largest_rate(self, start: float, end: float) -> Largest:
         """Return it from the rate's control points, which keep their digits where little of a piece is left."""
-        yaw = self.trajectory
+        yaw = self.polynomial
         if start <= 0.0 and end >= yaw.duration:
             return yaw.max_norm(1)
         first, last = (min(max(t, 0.0), yaw.duration) for t in (start, end))
@@ -110,7 +105,7 @@ class PlannedHeading(Heading):
     @property
     def largest_jerk(self) -> float:
         """The exact one."""
-        return float(self.trajectory.max_norm(3)[0])
+        return float(self.polynomial.max_norm(3)[0])
 
 
 def chosen_heading(yaw: Yaw, legs: int, closed: bool, limits: Any = None) -> ChosenHeading:

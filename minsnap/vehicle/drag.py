@@ -9,8 +9,8 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly, bounded, numbers, owned, set_fields
-from minsnap.basics.messages import shown
+from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly, owned, set_fields
+from minsnap.basics.checks import check_array
 from minsnap.errors import FitError, OutsideRangeWarning, VehicleError
 
 
@@ -191,10 +191,8 @@ class SumOfDrags:
 
 def coefficients(name: str, values: ArrayLike) -> FloatArray:
     """Return three non-negative finite numbers as a read-only array, or raise VehicleError naming them."""
-    array = numbers(values)
-    if array is None or array.shape != (3,) or not bounded(array).all() or (array < 0).any():
-        raise VehicleError(f"{name} is {shown(values)}: give three numbers along x, y, z of the body, none below 0")
-    return array
+    give = "three numbers along x, y, z of the body, none below 0"
+    return check_array(name, values, ((3,),), give, VehicleError, least=0.0)
 
 
 Range = tuple[float, float]

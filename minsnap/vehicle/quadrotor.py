@@ -31,7 +31,7 @@ from minsnap.basics.arrays import (
 from minsnap.basics.checks import check_array
 from minsnap.basics.messages import SHOWN, shown
 from minsnap.basics.schema import ANYTHING, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
-from minsnap.basics.storage.text import FileName
+from minsnap.basics.storage.text import FileName, load_yaml
 from minsnap.errors import FileError, VehicleError
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, Surface, SurfaceDrag
 
@@ -333,8 +333,6 @@ def read_vehicle(path: FileName) -> Quadrotor:
     VehicleError
         If a field is missing, unknown or not that of a physical vehicle.
     """
-    from minsnap.basics.storage.text import load_yaml
-
     return vehicle_from(load_yaml(path), f"{path}")
 
 

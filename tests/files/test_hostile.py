@@ -136,7 +136,7 @@ def test_no_flipped_byte_of_an_archive_gets_past_its_reader(tmp_path):
         except FileError:
             continue
         assert (found.control_points == PATH.control_points).all() and (found.durations == PATH.durations).all()
-        assert (found.yaw.trajectory.control_points == PATH.yaw.trajectory.control_points).all()
+        assert (found.yaw.polynomial.control_points == PATH.yaw.polynomial.control_points).all()
 
 
 def test_the_longest_names_are_written_and_longer_ones_refused(tmp_path):

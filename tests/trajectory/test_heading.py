@@ -200,5 +200,5 @@ def test_the_spline_through_angles_is_the_same_without_the_native_core(closed):
         rate = 0.0 if closed else 0.7
         if closed:
             angles[-1] = angles[0] - 2.0 * np.pi
-        native = PlannedHeading.through(angles, durations, closed, rate).trajectory.control_points
+        native = PlannedHeading.through(angles, durations, closed, rate).polynomial.control_points
         assert _spline(angles, durations, closed, rate) == pytest.approx(native, rel=0.0, abs=1e-12)

@@ -23,7 +23,7 @@ LARGEST = 1 << 30
 
 
 @contextmanager
-def reading(path: FileName, what: str) -> Iterator[None]:
+def reading(path: FileName, what: str, largest: int | None = None) -> Iterator[None]:
     """Convert any exception of a file reader to a FileError that names the file.
 
     Parameters
@@ -32,12 +32,16 @@ def reading(path: FileName, what: str) -> Iterator[None]:
         The file that is read in the block.
     what : str
         What it should be, for the message: ``"a NumPy archive of numbers"``.
+    largest : int or None
+        Bytes up to which it is read; None of what may be no file, or of any size.
 
     Raises
     ------
     FileError
         In place of any exception of the block but ImportError, which says that a library is missing.
     """
+    if largest is not None:
+        check_size(path, largest)
     check_regular(path)
     try:
         yield
@@ -91,8 +95,7 @@ def read_bytes(path: FileName, largest: int = LARGEST) -> bytes:
     FileError
         If it cannot be read, or is too large.
     """
-    check_size(path, largest)
-    with reading(path, "a file"):
+    with reading(path, "a file", largest):
         return Path(path).read_bytes()
 
 
@@ -147,8 +150,7 @@ def read_text(path: FileName, largest: int = LARGEST) -> str:
     """
     if str(path) == str(STANDARD_INPUT):
         return _standard_input()
-    check_size(path, largest)
-    with reading(path, "a text file"):
+    with reading(path, "a text file", largest):
         return Path(path).read_text(encoding="utf-8-sig")
 
 

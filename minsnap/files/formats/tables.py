@@ -16,7 +16,7 @@ from minsnap.basics.messages import shown
 from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.table import read_archive
-from minsnap.basics.storage.text import FileName, check_size, reading
+from minsnap.basics.storage.text import LARGEST, FileName, reading
 from minsnap.errors import FileError
 from minsnap.files.convert import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
@@ -124,8 +124,7 @@ def read_parquet(path: FileName) -> Samples:
         If pandas or pyarrow is not installed.
     """
     pandas = _pandas()
-    check_size(path)
-    with reading(path, "a Parquet file"):
+    with reading(path, "a Parquet file", LARGEST):
         return checked_samples(from_dataframe(pandas.read_parquet(path, engine="pyarrow")))
 
 

@@ -21,7 +21,7 @@ from minsnap.basics.arrays import SMALLEST, ArrayLike, BoolArray, FloatArray, ND
 from minsnap.basics.checks import check_number, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import FLAG, NUMBER, TEXT, WHOLE, Key, either, from_to, mapping, several, word
-from minsnap.basics.storage.text import FileName, check_size, load_yaml, read_text, reading
+from minsnap.basics.storage.text import LARGEST, FileName, load_yaml, read_bytes, read_text, reading
 from minsnap.errors import CorridorError, FileError
 from minsnap.paths.routes.grid_map import LARGEST_MAP, GridMap
 
@@ -167,8 +167,7 @@ def read_picture(path: FileName) -> NDArray[np.uint8]:
     """
     from PIL import Image
 
-    check_size(path)
-    with reading(path, "a picture in PGM or PNG"), Image.open(path, formats=("PPM", "PNG")) as picture:
+    with reading(path, "a picture in PGM or PNG", LARGEST), Image.open(path, formats=("PPM", "PNG")) as picture:
         if picture.width * picture.height > LARGEST_MAP:
             raise FileError(f"{path} has {picture.width} x {picture.height} pixels: at most {LARGEST_MAP} are read")
         return np.array(picture.convert("L"), dtype=np.uint8)
@@ -278,8 +277,7 @@ def _in_space(path: FileName, ends: ArrayLike) -> FloatArray:
 
 def read_array(path: FileName) -> NDArray[Any]:
     """Return the array of an ``.npy`` file; objects are never loaded."""
-    check_size(path)
-    with reading(path, "an array of numbers"):
+    with reading(path, "an array of numbers", LARGEST):
         cells = np.load(path, allow_pickle=False, mmap_mode="r")
         if not isinstance(cells, np.ndarray):
             raise ValueError("an archive")
@@ -345,9 +343,8 @@ def read_pcd(path: FileName) -> FloatArray:
     FileError
         If it cannot be read, or is not such a file with fields x, y and z.
     """
-    check_size(path)
     with reading(path, "a point cloud in PCD"):
-        header, body = _split(path, Path(path).read_bytes())
+        header, body = _split(path, read_bytes(path))
         layout = _layout(header)
         count = int(header["POINTS"][0])
         if not 0 <= count <= MOST_POINTS or not {"x", "y", "z"} <= set(layout.names or ()):
@@ -393,9 +390,8 @@ def _rows(data: str, body: bytes, layout: np.dtype[Any], count: int) -> Mapping[
 
 
 def _text_rows(body: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, Any]:
-    width = sum(int(np.prod(layout[name].shape)) for name in layout.names or ())
-    values = np.array(body.split(), dtype=np.float64).reshape(count, width)
     places = np.cumsum([0] + [int(np.prod(layout[name].shape)) for name in layout.names or ()])
+    values = np.array(body.split(), dtype=np.float64).reshape(count, places[-1])
     return {name: values[:, place] for name, place in zip(layout.names or (), places, strict=False)}
 
 
@@ -427,9 +423,8 @@ def read_ply(path: FileName) -> FloatArray:
     FileError
         If it cannot be read, or is not such a file whose first element are vertices with x, y and z.
     """
-    check_size(path)
     with reading(path, "a point cloud in PLY"):
-        content = Path(path).read_bytes()
+        content = read_bytes(path)
         end = content.find(END)
         if not content.startswith(b"ply") or end < 0:
             raise FileError(f"{path} is not a point cloud in PLY: it has no header")
