@@ -11,7 +11,9 @@ velocities, the acceleration implied by the positions must be one that can be fl
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -105,9 +107,6 @@ def _assign(margins: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
         leg[i - 1] = leg[i] - moved[i, leg[i]]
     return leg
 
-
-_Column = tuple[str, FloatArray | None]
-_AxisColumns = tuple[tuple[str, FloatArray], _Column, _Column]
 
 LARGEST_ACCELERATION = 100.0
 """Implied acceleration beyond which a step in position is a jump, ten times gravity [m/s^2]."""
@@ -265,29 +264,24 @@ def _wrapped(samples: Samples) -> list[str]:
     ]
 
 
-def _axes(samples: Samples, resolution: float, problems: list[str]) -> list[AxisFigures]:
-    figures = []
-    for i, name in enumerate(axis_names(samples.dim)):
-        speed, acceleration = (None if v is None else v[:, i] for v in (samples.velocity, samples.acceleration))
-        columns = ((name, samples.position[:, i]), (f"v{name}", speed), (f"a{name}", acceleration))
-        figures.append(_axis(columns, samples.t, resolution, problems))
-    if samples.yaw is not None:
-        columns = (("yaw", samples.yaw), ("yaw_rate", samples.yaw_rate), ("", None))
-        figures.append(_axis(columns, samples.t, resolution, problems))
-    return figures
+def _axes(samples: Samples, resolution: float, problems: list[str]) -> Iterator[AxisFigures]:
+    """Yield the figures of each coordinate, and of the yaw where it is known, and record what is wrong."""
+    columns, t = samples.columns(), samples.t
+    for names in (*((axis, f"v{axis}", f"a{axis}") for axis in axis_names(samples.dim)), ("yaw", "yaw_rate", "")):
+        place, speed, acceleration = map(columns.get, names)
+        if place is not None:
+            fastest = np.abs(speed if speed is not None else np.diff(place) / np.diff(t)).max()
+            hardest = None if acceleration is None else float(np.abs(acceleration).max())
+            mismatches = [_mismatch(*pair, columns, t, resolution, problems) for pair in pairwise(names)]
+            lowest, highest = float(place.min()), float(place.max())
+            yield AxisFigures(names[0], lowest, highest, float(fastest), hardest, *mismatches)
 
 
-def _axis(columns: _AxisColumns, t: FloatArray, resolution: float, problems: list[str]) -> AxisFigures:
-    (name, place), (_, speed), (_, acceleration) = columns
-    fastest = np.abs(speed if speed is not None else np.diff(place) / np.diff(t)).max()
-    hardest = None if acceleration is None else float(np.abs(acceleration).max())
-    mismatches = [_mismatch(*pair, t, resolution, problems) for pair in (columns[:2], columns[1:])]
-    return AxisFigures(name, float(place.min()), float(place.max()), float(fastest), hardest, *mismatches)
-
-
-def _mismatch(lower: _Column, upper: _Column, t: FloatArray, resolution: float, problems: list[str]) -> float | None:
+def _mismatch(
+    name: str, derivative: str, columns: Mapping[str, FloatArray], t: FloatArray, resolution: float, problems: list[str]
+) -> float | None:
     """Return by how much slopes are outside the range that the derivative's column allows, and record the worst."""
-    (name, values), (derivative, slopes) = lower, upper
+    values, slopes = columns.get(name), columns.get(derivative)
     if values is None or slopes is None:
         return None
     steps = np.diff(t)

@@ -295,9 +295,9 @@ def _steady(law: PhaseLaw, pieces: int) -> FloatArray:
 def _knots(path: PhasePath, error: float) -> FloatArray:
     law, sizes = path.law, _Sizes.of(path)
     _check(law, sizes, error)
-    pieces = _count(sizes, lambda n: _spinning(law, n), error) if law.ramp > 0.0 else 1
-    spin = np.linspace(0.0, law.spin_time, pieces + 1) if law.ramp > 0.0 else np.zeros(1)
-    down = law.duration - spin[-2::-1] if law.ramp > 0.0 else np.empty(0)
+    pieces = _count(sizes, lambda n: _spinning(law, n), error) if law.ramp > 0.0 else 0
+    spin = np.linspace(0.0, law.spin_time, pieces + 1)
+    down = law.duration - spin[-2::-1]
     if law.duration - 2.0 * law.spin_time <= SHAPE.ramp * law.duration:
         return np.concatenate((spin, down))
     pieces = _count(sizes, lambda n: _steady(law, n), error)
