@@ -26,8 +26,8 @@ from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet, Separation, as_separation
-from minsnap.fleet.fleet_task import FleetTask
-from minsnap.limits.limits import Limits, check_limits
+from minsnap.fleet.fleet_task import FleetTask, limits_of
+from minsnap.limits.limits import Limits
 from minsnap.native import proved_extrema as native
 from minsnap.native.fleet_border import NearPairs, clearances, near_pairs
 from minsnap.time_allocation.last_look import fault_as_one_leg
@@ -54,19 +54,6 @@ class FleetUse:
     def kept(self) -> bool:
         """Whether the limit is kept."""
         return self.use.kept
-
-
-def limits_of(limits: Any, vehicles: int) -> list[Limits]:
-    """Return the limits of each vehicle, from one for all or one each."""
-    if isinstance(limits, Sequence):
-        if len(limits) != vehicles:
-            raise FleetError(f"{len(limits)} limits for {vehicles} vehicles: give one for all, or one each")
-        each = list(limits)
-    else:
-        each = [limits] * vehicles
-    for one in {id(one): one for one in each}.values():
-        check_limits(one)
-    return each
 
 
 def fleet_use(fleet: Fleet, limits: Limits | Sequence[Limits]) -> tuple[FleetUse, ...]:

@@ -20,8 +20,7 @@ from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.common_clock import Fleet, FleetReport, Separation
 from minsnap.fleet.first_guess import PIECES, one_curve
 from minsnap.fleet.fleet_certificate import fleet_fault
-from minsnap.fleet.fleet_checks import check_task, refuse_meetings
-from minsnap.fleet.fleet_task import FleetTask, way_of
+from minsnap.fleet.fleet_task import FleetTask, check_task, refuse_meetings, way_of
 from minsnap.fleet.time_search import LAST, TIMES, WARM, Certified, TimeSearch, flown, unproved_fleet
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.path import Path
