@@ -211,7 +211,7 @@ class Fleet(ReadOnly, Sequence[Trajectory]):
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Return positions or derivatives of all vehicles at instants of any shape: (vehicles,) + t.shape + (dim,)."""
         instants = np.asarray(t, dtype=np.float64)
-        return np.stack([_at(curve, instants, order) for curve in self.trajectories])
+        return np.stack([at_rest_after(curve, instants, order) for curve in self.trajectories])
 
     @cached_property
     def arrays(self) -> FleetArrays:
@@ -236,7 +236,8 @@ def _checked_names(names: Any, count: int) -> tuple[str, ...] | None:
     return entries
 
 
-def _at(curve: Trajectory, instants: FloatArray, order: int) -> FloatArray:
+def at_rest_after(curve: Trajectory, instants: FloatArray, order: int) -> FloatArray:
+    """Return positions or derivatives at instants of any shape; after its end the curve stays there."""
     over = instants > curve.duration
     values = curve(np.minimum(instants, curve.duration), order)
     return np.where(over[..., None], 0.0, values) if order > 0 else values

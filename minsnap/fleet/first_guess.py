@@ -15,6 +15,7 @@ from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import DERIVATIVES
 from minsnap.errors import InfeasibleError, SolverError
 from minsnap.fleet.assignment import line_distance
+from minsnap.fleet.common_clock import at_rest_after
 from minsnap.fleet.fleet_task import FleetTask, knot_shares
 from minsnap.limits.limits import Limits
 from minsnap.planning.planner import plan
@@ -118,14 +119,9 @@ def _through(task: FleetTask, vehicle: int, pieces: int) -> FloatArray:
 
 def frozen(fixed: Path, time: float, pieces: int) -> FloatArray:
     """Return the curve of a vehicle that flies as it does, on the knots of the others: (pieces + 1, 4, 3)."""
-    h = time / pieces
-    instants = knot_shares(pieces) * time
-    curve = fixed.as_trajectory()
-    over = instants > curve.duration
-    held = np.minimum(instants, curve.duration)
-    data = np.stack([curve(held, q) * scale for q, scale in enumerate(powers(h))], axis=1)
-    data[over, 1:] = 0.0
-    return np.asarray(data)
+    curve, instants = fixed.as_trajectory(), knot_shares(pieces) * time
+    scales = enumerate(powers(time / pieces))
+    return np.stack([at_rest_after(curve, instants, order) * scale for order, scale in scales], axis=1)
 
 
 PIECES = 5

@@ -140,12 +140,15 @@ def carried(path: Path, angle: float, medium: Medium) -> Transport:
             break
         width = np.repeat(width[rough] / 2.0, 2)
         start = np.repeat(start[rough], 2) + width * np.tile([0.0, 1.0], int(rough.sum()))
-    order = np.argsort(np.concatenate([part[0] for part in done]), kind="stable")
-    start, width, series = (np.concatenate([part[i] for part in done])[order] for i in (0, 1, 3))
-    below = np.concatenate([part[2] for part in done])[order]
-    return Transport(
-        path, medium, start, width, below, series, angle + _angles(path, medium, start, width, below, series)
-    )
+    start, width, below, series = map(np.concatenate, zip(*done, strict=True))
+    order = np.argsort(start, kind="stable")
+    start, width, below, series = start[order], width[order], below[order], series[order]
+    gain, swap = width * _integral(series, np.ones(len(start))), np.zeros(len(start))
+    index = np.flatnonzero(np.diff(below, prepend=False))  # where the chart changes, by the turn between both
+    if len(index):
+        swap[index] = _between_charts(lift_of(path, medium, start[index])[0], below[index])
+    turned = np.cumsum(swap) + np.concatenate(([0.0], np.cumsum(gain)[:-1]))
+    return Transport(path, medium, start, width, below, series, angle + turned)
 
 
 def _series(
@@ -162,17 +165,6 @@ def _series(
     series = area / (size * np.maximum(size + up, FREE_FALL * size)) @ coefficients.T
     tail = np.abs(series[:, -3:]).max(axis=1) * width
     return below, series, (tail > CARRYING.tail) | ((up / size).min(axis=1) < -CARRYING.turned)
-
-
-def _angles(
-    path: Path, medium: Medium, start: FloatArray, width: FloatArray, below: BoolArray, series: FloatArray
-) -> FloatArray:
-    """Angle at the start of each cell: sums, and where the chart changes the turn between both charts."""
-    gain = width * _integral(series, np.ones(len(start)))
-    swap, index = np.zeros(len(start)), np.flatnonzero(np.diff(below, prepend=False))
-    if len(index):
-        swap[index] = _between_charts(lift_of(path, medium, start[index])[0], below[index])
-    return np.asarray(np.cumsum(swap) + np.concatenate(([0.0], np.cumsum(gain)[:-1])))
 
 
 def lift_of(path: Path, medium: Medium, t: FloatArray, derivatives: int = 0) -> list[FloatArray]:
