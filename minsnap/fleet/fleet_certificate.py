@@ -74,23 +74,16 @@ def _group_use(fleet: Fleet, limits: Limits, vehicles: list[int]) -> list[FleetU
     curves = [fleet[vehicle] for vehicle in vehicles]
     if len(curves) == 1:
         return [FleetUse(vehicles[0], used) for used in limits.utilisation(curves[0])]
-    joined = Trajectory(
-        np.concatenate([curve.control_points for curve in curves]),
-        np.concatenate([curve.durations for curve in curves]),
-    )
-    first = np.cumsum([0, *(len(curve.durations) for curve in curves)])
-    return [_located(used, joined, first, vehicles, curves) for used in limits.utilisation(joined)]
-
-
-def _located(
-    used: Utilisation, joined: Trajectory, first: Any, vehicles: list[int], curves: list[Trajectory]
-) -> FleetUse:
-    """Return a use of joined curves as one of the vehicle whose piece it is."""
-    assert used.leg is not None  # of a trajectory
-    which = int(np.searchsorted(first, used.leg, side="right")) - 1
-    instant = min(max(0.0, used.instant - float(joined.breaks[first[which]])), curves[which].duration)
-    leg = (used.leg - int(first[which])) // curves[which].pieces
-    return FleetUse(vehicles[which], replace(used, leg=leg, instant=instant))
+    points, durations = zip(*((curve.control_points, curve.durations) for curve in curves), strict=True)
+    joined, first = Trajectory(np.concatenate(points), np.concatenate(durations)), np.cumsum([0, *map(len, durations)])
+    uses = []
+    for used in limits.utilisation(joined):
+        assert used.leg is not None  # of a trajectory
+        which = int(np.searchsorted(first, used.leg, side="right")) - 1  # whose piece it is
+        instant = min(max(0.0, used.instant - float(joined.breaks[first[which]])), curves[which].duration)
+        leg = (used.leg - int(first[which])) // curves[which].pieces
+        uses.append(FleetUse(vehicles[which], replace(used, leg=leg, instant=instant)))
+    return uses
 
 
 def room_margins(fleet: Fleet, room: Any) -> FloatArray:

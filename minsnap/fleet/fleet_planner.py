@@ -128,7 +128,11 @@ def _finished(
     task: FleetTask, search: TimeSearch, yaw: Any, names: Any, curves: list[Trajectory], method: str, stopped: str = ""
 ) -> Fleet:
     """Return the curves with headings, and those that were fixed, or raise UnprovedError."""
-    report = _report(search, curves, method, stopped)
+    bounds, duration, slowest = search.task.bounds, curves[0].duration, int(np.argmax(search.task.bounds))
+    report = FleetReport(
+        *(method, duration, float(bounds[slowest]), slowest, search.alone or duration, len(curves[0].durations)),
+        *(search.tried, search.iterations, search.seconds, stopped),
+    )
     headed = (*_headed(task, curves, yaw), *task.fixed)
     fleet = Fleet(headed, None if names is None else tuple(names), task.separation, report)  # type: ignore[arg-type]
     wrong = fleet_fault(task, fleet, search.threads)
@@ -232,15 +236,6 @@ def _headed(task: FleetTask, curves: list[Trajectory], yaw: Any) -> list[Traject
         curve if own is None else curve.with_yaw(chosen_heading(own, 1, False, limit)(curve))
         for curve, own, limit in zip(curves, each, limits, strict=True)
     ]
-
-
-def _report(search: TimeSearch, curves: list[Trajectory], method: str, stopped: str) -> FleetReport:
-    bounds, duration = search.task.bounds, curves[0].duration
-    slowest = int(np.argmax(bounds))
-    return FleetReport(
-        *(method, duration, float(bounds[slowest]), slowest, search.alone or duration, len(curves[0].durations)),
-        *(search.tried, search.iterations, search.seconds, stopped),
-    )
 
 
 def _pieces_of(task: FleetTask, pieces: Any) -> int:

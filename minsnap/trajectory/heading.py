@@ -279,8 +279,9 @@ class TurnedHeading(Heading):
     """
 
     def __init__(self, heading: Heading, turns: int) -> None:
-        self.heading, self.turns, self.medium = heading, turns, heading.medium
-        self.limited_last, self.limited_softly = heading.limited_last, heading.limited_softly
+        self.heading, self.turns = heading, turns
+        for name in "medium limited_last limited_softly axes forward largest_rate rate_limits rule".split():
+            setattr(self, name, getattr(heading, name))  # what whole turns do not change; files say none of a rule
 
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
@@ -293,26 +294,6 @@ class TurnedHeading(Heading):
     def by_rule(self, curve: Any) -> Heading:
         """Return that of the other heading, as many turns away."""
         return TurnedHeading(self.heading.by_rule(curve), self.turns)
-
-    def axes(self, t: FloatArray) -> Any:
-        """Return those of the other heading."""
-        return self.heading.axes(t)
-
-    def forward(self, t: FloatArray) -> Any:
-        """Return those of the other heading."""
-        return self.heading.forward(t)
-
-    def largest_rate(self, start: float, end: float) -> Largest | None:
-        """Return that of the other heading."""
-        return self.heading.largest_rate(start, end)
-
-    def rate_limits(self, most: float, length: float, speed: float) -> list[InstantLimit]:
-        """Return those of the other heading."""
-        return self.heading.rate_limits(most, length, speed)
-
-    def rule(self, curve: Any) -> dict[str, Any] | None:
-        """Return that of the other heading: files say directions by a rule, and no whole turns."""
-        return self.heading.rule(curve)
 
     @property
     def largest_jerk(self) -> float:
