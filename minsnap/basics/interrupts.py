@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM where they would come at a bad time: noted, kept from what is started, or told in order."""
+"""Ctrl-C, SIGTERM and SIGHUP where they would come at a bad time: noted, kept from what is started, told in order."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Any
 
 
@@ -18,12 +18,25 @@ def noted_interrupts(pressed: list[int]) -> AbstractContextManager[None]:
     return _handled(signal.SIGINT, signal.default_int_handler, lambda number, frame: pressed.append(number))
 
 
-def ended_in_order() -> AbstractContextManager[None]:
-    """Let SIGTERM raise SystemExit (143) meanwhile, so that what was begun is removed.
+HANGUP: signal.Signals | None = getattr(signal, "SIGHUP", None)
+"""Of a terminal that is closed; both it and its shell may send it. None where the system has none."""
+
+
+@contextmanager
+def ended_in_order() -> Iterator[None]:
+    """Let the first SIGTERM or SIGHUP raise SystemExit (143, 129) meanwhile, so that what was begun is ended.
 
     As it is in other threads than the main one, and where it has another handler.
     """
-    return _handled(signal.SIGTERM, signal.SIG_DFL, lambda number, frame: sys.exit(128 + number))
+    with ExitStack() as handled:
+        for number in filter(None, (signal.SIGTERM, HANGUP)):
+            handled.enter_context(_handled(number, signal.SIG_DFL, _end))
+        yield
+
+
+def _end(number: int, _: Any) -> None:
+    signal.signal(number, signal.SIG_IGN)  # a second one would stop the end
+    sys.exit(128 + number)
 
 
 @contextmanager

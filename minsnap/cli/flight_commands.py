@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import minsnap
 import minsnap.flight
+from minsnap.basics.interrupts import HANGUP
 from minsnap.basics.storage.atomic import refuse_source
 from minsnap.basics.storage.text import FileName
 from minsnap.cli import options
@@ -225,14 +226,19 @@ def one_of(option: str, value: str, choices: tuple[str, ...]) -> str:
 
 @contextmanager
 def _stopped_by_signals(*stop: Callable[[], None]) -> Iterator[list[Callable[[], None]]]:
-    """Convert Ctrl-C and SIGTERM to a stop that holds; yield what is called then, to which more can be added."""
+    """Convert Ctrl-C, SIGTERM and SIGHUP to a stop that holds; yield what is called then, for more to be added."""
     stops = list(stop)
 
-    def stop_all(*_: Any) -> None:
+    def stop_all(number: int, _: Any) -> None:
+        if number == HANGUP:  # a terminal that is closed may send it twice, and does not insist
+            signal.signal(number, signal.SIG_IGN)
         for each in stops:
             each()
 
-    before = {number: signal.signal(number, stop_all) for number in (signal.SIGINT, signal.SIGTERM)}
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if HANGUP is not None and signal.getsignal(HANGUP) is not signal.SIG_IGN:
+        numbers.append(HANGUP)
+    before = {number: signal.signal(number, stop_all) for number in numbers}
     try:
         yield stops
     finally:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from minsnap.basics.interrupts import ended_in_order
 from minsnap.errors import FileError, FleetError, FlightError, LinkError
 from minsnap.files.formats.crazyflie import MAX_PIECES, compressed, crazyflie_rows
 from minsnap.fleet.common_clock import Fleet
@@ -358,7 +359,8 @@ def upload(
         act_on_each(links, lambda link, i: store(link, contents[i]))
         say(f"{len(links)} memories written and read back, {sum(len(part.content) for part in contents)} bytes")
         if start:
-            _fly(fleet, links, timing or FlightTimes(), places or [None] * len(links), say)
+            with ended_in_order():
+                _fly(fleet, links, timing or FlightTimes(), places or [None] * len(links), say)
     finally:
         for link in links:
             link.close()

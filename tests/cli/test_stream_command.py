@@ -39,7 +39,10 @@ def link(vehicle):
 
 def started(*arguments, stdin=subprocess.DEVNULL):
     command = [*COMMAND, *map(str, arguments)]
-    return subprocess.Popen(command, stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    how = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen(
+        command, stdin=stdin, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL), **how
+    )
 
 
 def test_a_whole_flight_by_itself(process, path, tmp_path):
@@ -88,13 +91,15 @@ def test_enter_lets_go_and_a_bar_is_drawn_on_a_terminal(vehicle, path):
     os.close(theirs)
 
 
-def test_ctrl_c_holds_until_the_mode_is_left(vehicle, path):
+@pytest.mark.parametrize("sent", [[signal.SIGINT], [signal.SIGHUP] * 2])
+def test_ctrl_c_or_a_closed_terminal_holds_until_the_mode_is_left(vehicle, path, sent):
     with started("stream", path, "--connect", link(vehicle), "--trigger", "mode") as running:
         vehicle.until(lambda v: len(v.setpoints) > 42)
         vehicle.enter(OFFBOARD)
         vehicle.until(lambda v: any(m.vx or m.vy for _, m in v.setpoints))
-        running.send_signal(signal.SIGINT)
-        time.sleep(1.0)
+        for number in sent:
+            running.send_signal(number)
+            time.sleep(0.5)
         assert running.poll() is None and not vehicle.failsafes
         vehicle.enter(POSCTL)
         said, _ = running.communicate(timeout=60)

@@ -1,6 +1,7 @@
 """Uploads to stand-ins that speak CRTP over UDP: every byte, lost packets, vehicles that disappear."""
 
 import math
+import signal
 import struct
 from dataclasses import replace
 from types import SimpleNamespace
@@ -191,3 +192,23 @@ def test_cflibs_own_driver_carries_the_same_bytes(monkeypatch):
             upload(pair(), [one.uri, two.uri], start=True, timing=QUICK)
         held.append([(bytes(each.memory), [body for _, body in each.commands]) for each in (one, two)])
     assert held[0] == held[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_request_to_terminate_lands_all(monkeypatch, number):
+    """It used to end the program alone, and the vehicles flew on and hovered where their curves end."""
+    before = signal.signal(number, signal.SIG_DFL)
+
+    def told(line):
+        if line.startswith("started"):
+            signal.raise_signal(number)
+
+    try:
+        with CrtpVehicle() as one, CrtpVehicle() as two:
+            with pytest.raises(SystemExit, match=str(128 + number)):
+                upload(pair(), [one.uri, two.uri], start=True, timing=QUICK, told=told)
+            assert [vehicle.commands[-1][1][0] for vehicle in (one, two)] == [swarm_upload.LAND] * 2
+        assert signal.getsignal(number) is signal.SIG_DFL
+    finally:
+        signal.signal(number, before)
