@@ -144,8 +144,7 @@ def mapping(keys: Mapping[str, Key], said: str, marks: Collection[str] = ()) -> 
 
 def refuse_unknown(where: str, content: Mapping[Any, Any], known: Mapping[str, Any]) -> None:
     """Raise FileError for the first key that is not known, with the one that may be meant."""
-    unknown = next((key for key in content if key not in known), None)
-    if unknown is not None:
+    for unknown in [key for key in content if key not in known][:1]:
         near = get_close_matches(str(unknown), known, 1)
         hint = f"did you mean {near[0]}? " if near else ""
         raise FileError(f"{where}: {shown(unknown)} is not known: {hint}the keys are {', '.join(known)}")

@@ -44,6 +44,7 @@ def test_values_of_a_form_are_read(form, value, read):
         (either(word("auto"), WHOLE), "many", "give one of auto, or a whole number"),
         (mapping({"laps": Key(WHOLE)}, "a mapping"), {"lap": 1}, "'lap' is not known: did you mean laps"),
         (mapping({"laps": Key(WHOLE, needed=True)}, "a mapping"), {}, "here has no laps: give it"),
+        (LIMITS, {None: 1}, "here: None is not known"),
         (LIMITS, {"rotors": {"reserve": 0.1}}, "here: rotors has no vehicle"),
     ],
 )
