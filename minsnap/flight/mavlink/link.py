@@ -20,7 +20,7 @@ import numpy as np
 
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import FileName, read_bytes
-from minsnap.errors import FileError, LinkError, TimingError
+from minsnap.errors import FileError, InputError, LinkError, TimingError
 from minsnap.flight.mavlink._transports import LinkTransport, Peer, open_transport
 from minsnap.flight.mavlink.vehicle_messages import TEXTS, Message, VehicleState, load_dialect
 
@@ -393,9 +393,13 @@ class Link:
 
         Raises
         ------
+        InputError
+            If the timeout is not 0 or more.
         LinkError
             If none comes in time; the sentence says how long, on what address, and who else was heard.
         """
+        if not timeout >= 0.0:
+            raise InputError(f"the wait for a vehicle is {timeout} s: it must be 0 or more")
         deadline = self._clock.now() + timeout
         while not self.vehicle.known:
             if cancelled() or self._clock.now() >= deadline:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from minsnap.basics.arrays import GRAVITY
+from minsnap.basics.checks import check_number
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import LinkError
@@ -203,9 +204,12 @@ def autopilot_limits(autopilot: str, values: Mapping[str, float], drag: float = 
 
     Raises
     ------
+    InputError
+        If the drag is below 0 or not finite.
     LinkError
         If the autopilot is another, or has neither a speed nor a tilt.
     """
+    check_number("the drag", drag, 0.0, math.inf, "it must be 0 or more", unit="1/s")
     if autopilot not in PARAMETERS:
         raise LinkError("the autopilot is neither PX4 nor ArduPilot: its limits are not known")
     limits = _limits_of(_MEANINGS[autopilot], values)

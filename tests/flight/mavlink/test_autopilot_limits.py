@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.errors import LinkError
+from minsnap.errors import InputError, LinkError
 from minsnap.flight import CascadeController, compare, simulate
 from minsnap.flight.mavlink.parameters import autopilot_limits
 from minsnap.flight.mavlink.setpoints import FeedForward
@@ -55,6 +55,12 @@ def test_a_vehicle_that_does_not_answer_has_no_limits():
         autopilot_limits("px4", {})
     with pytest.raises(LinkError, match="neither PX4 nor ArduPilot"):
         autopilot_limits("generic", PX4)
+
+
+@pytest.mark.parametrize("drag", [-1.0, math.nan, math.inf])
+def test_a_drag_that_pushes_or_is_no_number_is_refused(drag):
+    with pytest.raises(InputError, match="the drag is .* 1/s: it must be 0 or more"):
+        autopilot_limits("px4", PX4, drag)
 
 
 def missed(plan, lead=0.15):

@@ -12,7 +12,7 @@ import pytest
 from clocks import SharedClock
 from standin import StandIn, mavutil
 
-from minsnap.errors import FileError, LinkError
+from minsnap.errors import FileError, InputError, LinkError
 from minsnap.flight.mavlink import _transports
 from minsnap.flight.mavlink._transports import LinkTransport, open_transport
 from minsnap.flight.mavlink.link import Clock, Link, open_link, read_signing_key
@@ -181,6 +181,14 @@ def test_no_heartbeat_says_how_long_and_where():
     link = open_link("udpin:127.0.0.1:0", SharedClock())
     with pytest.raises(LinkError, match=r"no heartbeat of a vehicle within 5 s on udpin:127.0.0.1:0$"):
         link.wait_for_vehicle(5.0)
+    link.close()
+
+
+@pytest.mark.parametrize("wait", [-1.0, float("nan")])
+def test_a_wait_that_never_ends_or_is_over_is_refused(wait):
+    link = open_link("udpin:127.0.0.1:0", SharedClock())
+    with pytest.raises(InputError, match="the wait for a vehicle is .* s: it must be 0 or more"):
+        link.wait_for_vehicle(wait)
     link.close()
 
 
