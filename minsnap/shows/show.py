@@ -133,72 +133,7 @@ def ends(curves: Sequence[Trajectory]) -> FloatArray:
     return np.stack([curve.control_points[-1, -1] for curve in curves])
 
 
-Conditions = tuple[Limits, Separation, Any, int]
-"""Limits, separation, corners of the room or None, and seed of every flight."""
-
 Told = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class KeptFlights:
-    """Plans flights, or takes them from a folder where an earlier run has stored them.
-
-    Parameters
-    ----------
-    conditions : tuple
-        What holds for every flight.
-    folder : str or path, optional
-        Where they are stored.
-    progress : bool
-        Show a line on the terminal during a search.
-    """
-
-    conditions: Conditions
-    folder: FileName | None
-    progress: bool
-
-    def between(self, starts: FloatArray, goals: FloatArray, name: str) -> tuple[list[Trajectory], str]:
-        """Return the curves from starts to goals, shape (vehicles, 3), and how they were planned.
-
-        Raises
-        ------
-        UnprovedError
-            If the search ends without any; says in which flight.
-        """
-        if np.abs(goals - starts).max() <= EXACT:
-            return [], "stays"
-        file = None if self.folder is None else Path(self.folder) / f"{self._key(starts, goals)}.npz"
-        if file is not None and file.exists():
-            stored = read_archive(file)
-            return [Trajectory(stored[f"p{i}"], stored[f"d{i}"]) for i in range(len(starts))], "kept"
-        limits, separation, room, seed = self.conditions
-        ways = np.stack([starts, goals], axis=1)
-        try:
-            fleet = plan_fleet(ways, limits, separation, room, seed=seed, progress=self.progress)
-        except MinsnapError as error:
-            error.args = (f"the flight to {name}: {error}",)
-            raise
-        report = fleet.report
-        if report is not None and report.stopped:
-            return list(fleet), f"{report.method}, ended by {report.stopped}"
-        if file is not None:
-            _store(file, list(fleet))
-        return list(fleet), report.method if report else ""
-
-    def _key(self, starts: FloatArray, goals: FloatArray) -> str:
-        """Return a name of the question of a flight."""
-        limits, apart, room, seed = self.conditions
-        corners = None if room is None else [np.asarray(corner).tolist() for corner in room]
-        question = (starts.tolist(), goals.tolist(), repr(limits), *apart.plain.values(), corners, seed)
-        return hashlib.sha256(repr(question).encode()).hexdigest()[:24]
-
-
-def _store(file: Path, curves: list[Trajectory]) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    arrays: dict[str, Any] = {f"p{i}": curve.control_points for i, curve in enumerate(curves)}
-    arrays |= {f"d{i}": curve.durations for i, curve in enumerate(curves)}
-    with atomic_write(file, "wb") as stream:
-        np.savez(stream, **arrays)
 
 
 @dataclass(frozen=True, eq=False)
@@ -369,19 +304,17 @@ def fly(show: Show, kept: FileName | None = None, told: Told | None = None, prog
         If a search ends without a flight; says which.
     """
     show.check()
-    course = _Course(show.home, [], [[] for _ in show.home], told)
-    flights = KeptFlights((show.limits, show.separation, show.room, show.seed), kept, progress)
-    course.add("take-off", *flights.between(course.now, show.above, "take-off"), 0.0)
+    course = _Course(show, kept, progress, told, show.home, [], [[] for _ in show.home])
+    course.fly("take-off", show.above)
     shown = []
     for act in show.acts:
         order = assign(course.now, act.points)
-        there = flights.between(course.now, act.points[order], act.name)
-        shown.append((order, course.add(act.name, *there, act.hold)))
+        shown.append((order, course.fly(act.name, act.points[order], act.hold)))
         for move in act.moves:
             course.add(f"{act.name} moves", _checked(moved(move, course.now, show.limits), show, act.name), "move", 0.0)
     order = _return(show, course.now)
-    course.add("return", *flights.between(course.now, show.above[order], "return"), 0.0)
-    end = course.add("landing", *flights.between(course.now, show.home[order], "landing"), 0.0).end
+    course.fly("return", show.above[order])
+    end = course.fly("landing", show.home[order]).end
     fleet = Fleet(tuple(_joined(part) for part in course.parts), None, show.separation)
     lights = tuple(_lights(show, shown, end, vehicle) for vehicle in range(len(show.home)))
     return FlownShow(fleet, lights, tuple(course.stages))
@@ -389,12 +322,51 @@ def fly(show: Show, kept: FileName | None = None, told: Told | None = None, prog
 
 @dataclass(eq=False)
 class _Course:
-    """Flights one after the other: where the vehicles are, and what they have flown."""
+    """Flights one after the other: where the vehicles are, and what they have flown.
 
+    A flight is planned, or taken from the folder ``kept``, where an earlier run has stored it.
+    """
+
+    show: Show
+    kept: FileName | None
+    progress: bool
+    told: Told | None
     now: FloatArray
     stages: list[Stage]
     parts: list[list[Trajectory]]
-    told: Told | None
+
+    def fly(self, name: str, goals: FloatArray, hold: float = 0.0) -> Stage:
+        """Fly to goals, shape (vehicles, 3), and hold, and return the stage; see ``add``."""
+        return self.add(name, *self._flight(name, goals), hold)
+
+    def _flight(self, name: str, goals: FloatArray) -> tuple[list[Trajectory], str]:
+        """Return the curves to goals, and how they were planned; an UnprovedError says of which flight it is."""
+        if np.abs(goals - self.now).max() <= EXACT:
+            return [], "stays"
+        show, file = self.show, None if self.kept is None else Path(self.kept) / f"{self._key(goals)}.npz"
+        if file is not None and file.exists():
+            stored = read_archive(file)
+            return [Trajectory(stored[f"p{i}"], stored[f"d{i}"]) for i in range(len(goals))], "kept"
+        ways = np.stack([self.now, goals], axis=1)
+        try:
+            fleet = plan_fleet(ways, show.limits, show.separation, show.room, seed=show.seed, progress=self.progress)
+        except MinsnapError as error:
+            error.args = (f"the flight to {name}: {error}",)
+            raise
+        report = fleet.report
+        if report is not None and report.stopped:
+            return list(fleet), f"{report.method}, ended by {report.stopped}"
+        if file is not None:
+            _store(file, list(fleet))
+        return list(fleet), report.method if report else ""
+
+    def _key(self, goals: FloatArray) -> str:
+        """Return a name of the question of a flight."""
+        show = self.show
+        corners = None if show.room is None else [np.asarray(corner).tolist() for corner in show.room]
+        apart = show.separation.plain.values()
+        question = (self.now.tolist(), goals.tolist(), repr(show.limits), *apart, corners, show.seed)
+        return hashlib.sha256(repr(question).encode()).hexdigest()[:24]
 
     def add(self, name: str, curves: list[Trajectory], method: str, hold: float) -> Stage:
         """Fly and hold, and return the stage; without curves all stay where they are."""
@@ -408,6 +380,14 @@ class _Course:
         if self.told is not None:
             self.told(f"{name}: {arrival - start:.2f} s ({method})")
         return self.stages[-1]
+
+
+def _store(file: Path, curves: list[Trajectory]) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    arrays: dict[str, Any] = {f"p{i}": curve.control_points for i, curve in enumerate(curves)}
+    arrays |= {f"d{i}": curve.durations for i, curve in enumerate(curves)}
+    with atomic_write(file, "wb") as stream:
+        np.savez(stream, **arrays)
 
 
 def _return(show: Show, now: FloatArray) -> IntArray:

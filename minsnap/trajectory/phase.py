@@ -241,27 +241,22 @@ def as_polynomials(path: Path, error: float = SHAPE.error) -> Trajectory:
     return curve.with_yaw(path.yaw.by_rule(curve))
 
 
-@dataclass(frozen=True, eq=False)
-class _Sizes:
-    """Upper bounds of what a path is made of: of each harmonic, of the drift [m/rad], of rounding [m]."""
+def _error_bound(path: PhasePath) -> tuple[Callable[[FloatArray], float], float]:
+    r"""Return what bounds the distance over pieces, and how much of it is rounding [m].
 
-    harmonics: FloatArray
-    drift: float
-    rounding: float
+    It takes bounds :math:`|\varphi^{(j)}| w^j / j!` of the phase, shape (9, pieces). ``|Re(a exp(ix))|`` is at most the
+    spectral norm of the real and the imaginary part of a.
+    """
+    sizes = np.array([np.linalg.norm(np.stack([a.real, a.imag]), 2) for a in path.harmonics])
+    drift, turns = float(np.linalg.norm(path.drift)), np.arange(1, len(sizes) + 1) * path.law.angle
+    extent = float(np.linalg.norm(path.center)) + drift * path.law.angle + float(sizes @ (1.0 + turns))
+    rounding, sizes, drift = SHAPE.roundings * extent, sizes * (1.0 + 1e-12), drift * (1.0 + 1e-12)
 
-    @classmethod
-    def of(cls, path: PhasePath) -> _Sizes:
-        """``|Re(a exp(ix))|`` is at most the spectral norm of the real and the imaginary part of a."""
-        harmonics = np.array([np.linalg.norm(np.stack([a.real, a.imag]), 2) for a in path.harmonics])
-        drift = float(np.linalg.norm(path.drift))
-        turns = np.arange(1, len(harmonics) + 1) * path.law.angle
-        size = float(np.linalg.norm(path.center)) + drift * path.law.angle + float(harmonics @ (1.0 + turns))
-        return cls(harmonics * (1.0 + 1e-12), drift * (1.0 + 1e-12), SHAPE.roundings * size)
+    def bound(phase: FloatArray) -> float:
+        waves = [size * _majorant(k * phase) for k, size in enumerate(sizes, 1)]
+        return float(np.max(drift * phase[SHAPE.orders] + sum(waves))) + rounding
 
-    def bound(self, phase: FloatArray) -> float:
-        r"""Largest distance over pieces, from bounds :math:`|\varphi^{(j)}| w^j / j!` of shape (9, pieces)."""
-        waves = [size * _majorant(k * phase) for k, size in enumerate(self.harmonics, 1)]
-        return float(np.max(self.drift * phase[SHAPE.orders] + sum(waves))) + self.rounding
+    return bound, rounding
 
 
 def _majorant(phase: FloatArray) -> FloatArray:
@@ -293,14 +288,14 @@ def _steady(law: PhaseLaw, pieces: int) -> FloatArray:
 
 
 def _knots(path: PhasePath, error: float) -> FloatArray:
-    law, sizes = path.law, _Sizes.of(path)
-    _check(law, sizes, error)
-    pieces = _count(sizes, lambda n: _spinning(law, n), error) if law.ramp > 0.0 else 0
+    law, (bound, rounding) = path.law, _error_bound(path)
+    _check(law, rounding, error)
+    pieces = _count(lambda n: bound(_spinning(law, n)), error) if law.ramp > 0.0 else 0
     spin = np.linspace(0.0, law.spin_time, pieces + 1)
     down = law.duration - spin[-2::-1]
     if law.duration - 2.0 * law.spin_time <= SHAPE.ramp * law.duration:
         return np.concatenate((spin, down))
-    pieces = _count(sizes, lambda n: _steady(law, n), error)
+    pieces = _count(lambda n: bound(_steady(law, n)), error)
     return np.concatenate((spin, np.linspace(law.spin_time, _slowing(law), pieces + 1)[1:], down))
 
 
@@ -312,25 +307,25 @@ def _slowing(law: PhaseLaw) -> float:
     return last
 
 
-def _check(law: PhaseLaw, sizes: _Sizes, error: float) -> None:
-    if sizes.rounding >= error:
-        raise ShapeError(f"an error of {error:g} m is not more than rounding, {sizes.rounding:.2g} m: allow more")
+def _check(law: PhaseLaw, rounding: float, error: float) -> None:
+    if rounding >= error:
+        raise ShapeError(f"an error of {error:g} m is not more than rounding, {rounding:.2g} m: allow more")
     if 0.0 < law.spin_time < SHAPE.ramp * law.duration:
         raise ShapeError(
             f"a spin-up of {law.spin_time:.2g} s is too short for polynomials: give ramp=0 or a longer one"
         )
 
 
-def _count(sizes: _Sizes, phase: Callable[[int], FloatArray], error: float) -> int:
+def _count(bound: Callable[[int], float], error: float) -> int:
     """Return the number of pieces from which on the bound is at most the error."""
     low, high = 0, 1
-    while sizes.bound(phase(high)) > error:
+    while bound(high) > error:
         low, high = high, 2 * high
         if high > SHAPE.pieces:
             raise ShapeError(f"an error of {error:g} m takes more than {SHAPE.pieces} polynomials: allow more")
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (middle, high) if sizes.bound(phase(middle)) > error else (low, middle)
+        low, high = (middle, high) if bound(middle) > error else (low, middle)
     return high
 
 
