@@ -189,10 +189,7 @@ def _regions(knots: Knots, closed: bool) -> dict[int, KnotRegion]:
 
 
 def _from_sets(
-    constraints: Sequence[Constraint],
-    first: FloatArray | None,
-    last: FloatArray | None,
-    closed: bool,
+    constraints: Sequence[Constraint], first: FloatArray | None, last: FloatArray | None, closed: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Nominal points and offsets, from the overlaps of the first constraint that provides them."""
     sets = next((entry for entry in constraints if hasattr(entry, "passages")), None)

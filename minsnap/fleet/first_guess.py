@@ -163,7 +163,8 @@ def _straight(task: FleetTask, total_time: float | None, polish: float, pieces: 
 
     The profile is the curve of one vehicle on a line whose limits are the strictest of all, in units of their ways.
     """
-    if task.through or not task.free_time or task.avoid or task.corridors or len(task) < 2:
+    through = any(len(points) > 2 for points in task.waypoints)
+    if through or not task.free_time or task.avoid or task.corridors or len(task) < 2:
         return None
     if task.separation is not None and not line_distance(task.starts, task.goals, task.separation).apart:
         return None

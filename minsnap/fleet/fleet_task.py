@@ -101,11 +101,6 @@ class FleetTask:
         own = self.holds[vehicle] if self.holds else None
         return np.zeros(len(self.waypoints[vehicle])) if own is None else own
 
-    @property
-    def through(self) -> bool:
-        """Whether some vehicle has waypoints between its first and its last."""
-        return any(len(points) > 2 for points in self.waypoints)
-
     @cached_property
     def radii(self) -> FloatArray:
         """Half the separation of each vehicle, the fixed ones last [m]."""

@@ -318,11 +318,7 @@ def tilt_rate(acceleration: ArrayLike, jerk: ArrayLike, gravity: float = GRAVITY
 
 
 def body_rates(
-    acceleration: ArrayLike,
-    jerk: ArrayLike,
-    yaw: ArrayLike = 0.0,
-    yaw_rate: ArrayLike = 0.0,
-    gravity: float = GRAVITY,
+    acceleration: ArrayLike, jerk: ArrayLike, yaw: ArrayLike = 0.0, yaw_rate: ArrayLike = 0.0, gravity: float = GRAVITY
 ) -> FloatArray:
     """Return the body rates of a motion without drag.
 

@@ -290,12 +290,7 @@ def _states(vehicle: Quadrotor, motion: attitude.FlatMotion) -> FlatStates:
 
 
 def flatness_of(
-    vehicle: Quadrotor,
-    path: Path,
-    t: ArrayLike,
-    *,
-    wind: ArrayLike = (0.0, 0.0, 0.0),
-    drag: BodyDrag | None = None,
+    vehicle: Quadrotor, path: Path, t: ArrayLike, *, wind: ArrayLike = (0.0, 0.0, 0.0), drag: BodyDrag | None = None
 ) -> FlatStates:
     """Return states and inputs of a quadrotor along a path.
 

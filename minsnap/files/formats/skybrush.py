@@ -266,10 +266,9 @@ def cubic_segments(trajectory: Trajectory, tolerance: float = CUBIC.tolerance) -
     return CubicSegments(breaks, held.points, scale, float(distance_bounds(held.trajectory(), trajectory)[0]))
 
 
-def worst_distance(reach: float, tolerance: float = CUBIC.tolerance) -> float:
+def worst_distance(reach: float) -> float:
     """Return how far cubics may be from curves that stay within half as far again as ``reach`` of the origin [m]."""
-    scale = _scale(np.array([1.5 * reach]))
-    return float(tolerance + np.sqrt(3.0) * 0.5e-3 * scale)
+    return float(CUBIC.tolerance + np.sqrt(3.0) * 0.5e-3 * _scale(np.array([1.5 * reach])))
 
 
 def _whole(breaks: FloatArray) -> _Integers:
@@ -322,10 +321,9 @@ def _scale(points: FloatArray) -> int:
 
 def _straightened(points: _Integers) -> _Integers:
     """Put the control points of segments that are lines, but for rounding, where those of a line are."""
-    ends = points[:, [0, -1]]
-    thirds = np.stack([2 * ends[:, 0] + ends[:, 1], ends[:, 0] + 2 * ends[:, 1]], axis=1) / 3.0
-    straight = np.asarray(np.abs(points[:, 1:3] - thirds).max(axis=(1, 2)) <= 0.75)
-    return np.where(straight[:, None, None], np.round(_lines(ends)).astype(np.int64), points)
+    lines = _lines(points[:, [0, -1]])
+    straight = np.abs(points - lines).max(axis=(1, 2), keepdims=True) <= 0.75
+    return np.where(straight, np.round(lines).astype(np.int64), points)
 
 
 def _lines(ends: _Integers) -> FloatArray:

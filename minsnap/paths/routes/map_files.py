@@ -284,7 +284,6 @@ def read_array(path: FileName) -> NDArray[Any]:
         return cells
 
 
-KINDS = {"F": "f", "I": "i", "U": "u"}
 MOST_POINTS = 100_000_000
 
 
@@ -371,7 +370,7 @@ def _layout(header: Mapping[str, list[str]]) -> np.dtype[Any]:
     """Return the type of a point; fields of several numbers are kept, those without a name get one."""
     names = [name if name != "_" else f"_{i}" for i, name in enumerate(header["FIELDS"])]
     counts = [int(count) for count in header.get("COUNT", ["1"] * len(names))]
-    kinds = [f"<{KINDS[kind]}{int(size)}" for kind, size in zip(header["TYPE"], header["SIZE"], strict=True)]
+    kinds = [f"<{kind.lower()}{int(size)}" for kind, size in zip(header["TYPE"], header["SIZE"], strict=True)]
     fields = zip(names, kinds, counts, strict=True)
     return np.dtype([(name, kind, (count,)) if count > 1 else (name, kind) for name, kind, count in fields])
 
