@@ -91,12 +91,9 @@ def _unknown(called: str, name: str, known: frozenset[str], moved: Mapping[str, 
 
 def aligned(rows: Sequence[Sequence[str]]) -> str:
     """Return rows of text as aligned columns: the first column left-aligned, the others right-aligned."""
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = []
-    for row in rows:
-        cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
-        lines.append("  ".join(cells).rstrip())
-    return "\n".join(lines)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    cells = ([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])] for row in rows)
+    return "\n".join("  ".join(row).rstrip() for row in cells)
 
 
 def labelled(lines: Iterable[tuple[str, Any]]) -> str:

@@ -8,7 +8,7 @@ marching method and Bernstein basis polynomial", ICRA 2018); the next one starts
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import permutations, product
+from itertools import pairwise, permutations, product
 
 import numpy as np
 
@@ -291,10 +291,8 @@ def visited(shape: IntArray, points: FloatArray, size: FloatArray, corner: Float
             f"point {index} of the path, {point_text(points[index])} m, is outside the grid, which reaches from "
             f"{point_text(corner)} to {point_text(corner + size * shape)} m: cut the path"
         )
-    parts = [np.floor(scaled[:1])]
-    for start, end in zip(scaled[:-1], scaled[1:], strict=True):
-        parts.append(np.floor(_middles(start, end)))
-    cells = np.minimum(np.concatenate([*parts, np.floor(scaled[-1:])]), shape - 1).astype(np.intp)
+    way = [scaled[:1], *(_middles(start, end) for start, end in pairwise(scaled)), scaled[-1:]]
+    cells = np.minimum(np.floor(np.concatenate(way)), shape - 1).astype(np.intp)
     return np.asarray(cells[np.concatenate(([True], (np.diff(cells, axis=0) != 0).any(axis=1)))])
 
 

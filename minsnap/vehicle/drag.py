@@ -245,7 +245,10 @@ class Surface:
         OutsideRangeWarning
             If a value lies outside the measured range.
         """
-        columns = self._columns(values)
+        wrong = sorted(set(values) ^ set(self.variables))
+        if wrong:
+            raise FitError(f"{self.name} takes {', '.join(self.variables)}: check {', '.join(wrong)}")
+        columns = [np.asarray(values[name], dtype=np.float64) for name in self.variables]
         for name, column in zip(self.variables, columns, strict=True):
             warn_outside(self.name, name, column, self.measured.get(name))
         return np.asarray(self.terms(*columns) @ self.coefficients)
@@ -258,12 +261,6 @@ class Surface:
             for term in self.exponents
         ]
         return np.stack(powers, axis=-1)
-
-    def _columns(self, values: dict[str, ArrayLike]) -> list[FloatArray]:
-        wrong = sorted(set(values) ^ set(self.variables))
-        if wrong:
-            raise FitError(f"{self.name} takes {', '.join(self.variables)}: check {', '.join(wrong)}")
-        return [np.asarray(values[name], dtype=np.float64) for name in self.variables]
 
 
 @dataclass(frozen=True, eq=False)

@@ -215,8 +215,8 @@ class Course:
         return lap + (self.laps - 1) * again
 
 
-def section_request(stops: Sequence[Stop], course: Course, closed: bool) -> PlanRequest:
-    """Return the question of :func:`minsnap.plan` for stops that are flown without a pause between.
+def section_request(stops: Sequence[Stop], course: Course, closed: bool) -> tuple[PlanRequest, list[int]]:
+    """Return the question of :func:`minsnap.plan` for stops flown without a pause between, and the knot of each stop.
 
     Ends of an open section are points: the vehicle rests there. A gate that is passed straight becomes three.
     """
@@ -224,22 +224,24 @@ def section_request(stops: Sequence[Stop], course: Course, closed: bool) -> Plan
         raise WaypointError("the first gate of a closed lap cannot be passed straight: begin the lap at another one")
     places: list[Any] = []
     balls: list[float] = []
-    straight: list[tuple[int, Gate]] = []
+    knots: list[int] = []
+    walls: list[Constraint] = []
     for index, stop in enumerate(stops):
         inner = closed or 0 < index < len(stops) - 1
         if stop.gate is not None and inner and stop.straight:
-            straight.append((len(places), stop.gate))
+            walls += _straight_passage(len(places), stop.gate)
+            knots.append(len(places) + 1)
             step = stop.gate.crossing * stop.straight * stop.gate.normal
             places += [stop.gate.moved(-step), stop.gate, stop.gate.moved(step)]
             balls += [0.0] * 3
             continue
+        knots.append(len(places))
         places.append(stop.place if inner else stop.center)
         balls.append(stop.ball if inner else 0.0)
     if closed:
         places[-1] = places[0]
-    straight_parts = [part for knot, gate in straight for part in _straight_passage(knot, gate)]
     tolerance = Ball(balls) if any(balls) else course.tolerance or None
-    return course.request(*straight_parts, waypoints=places, closed=closed, waypoint_tolerance=tolerance)
+    return course.request(*walls, waypoints=places, closed=closed, waypoint_tolerance=tolerance), knots
 
 
 def _straight_passage(knot: int, gate: Gate) -> list[Constraint]:
@@ -248,16 +250,6 @@ def _straight_passage(knot: int, gate: Gate) -> list[Constraint]:
     legs, leaning = (knot, knot + 1), sides - LEAN * gate.crossing * gate.normal
     prism = HalfSpaces(sides, offsets + sides @ gate.center, legs)
     return [prism, HalfSpaces(leaning, np.zeros(len(sides)), legs, order=1)]
-
-
-def knots_of(stops: Sequence[Stop]) -> list[int]:
-    """Return the knot of each stop of an open section, as :func:`section_request` places them."""
-    knots, knot = [], 0
-    for index, stop in enumerate(stops):
-        inner = bool(stop.straight) and 0 < index < len(stops) - 1
-        knots.append(knot + inner)
-        knot += 3 if inner else 1
-    return knots
 
 
 MOST_TURNED = 2.0 * pi

@@ -20,7 +20,7 @@ from minsnap.errors import SolverError, WaypointError
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ORDINARY
-from minsnap.paths.missions.course import Course, Stop, knots_of, section_request
+from minsnap.paths.missions.course import Course, Stop, section_request
 from minsnap.planning.planner import plan
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.trajectory.planned_heading import chosen_heading
@@ -228,7 +228,7 @@ def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
         knots = curve(curve.leg_breaks[:: curve.legs // legs])
         return [_Flown(curve, (("course", 0.0),), _walls([course.boxes], knots), legs)]
     if course.periodic and not on_ground:
-        request = section_request([*course.stops, course.stops[0]], course, closed=True)
+        request, _ = section_request([*course.stops, course.stops[0]], course, closed=True)
         lap, kept = plan(**request.arguments() | planning), _walls(request.corridor or (), request.waypoints)
         return [_Flown(lap, ((f"lap {n}", 0.0),), kept, request.legs) for n in range(1, course.laps + 1)]
     return _sections(course, planning)
@@ -283,11 +283,10 @@ def _run(course: Course, stop: Stop, where: Any, side: float, name: str) -> list
 def _section(section: list[tuple[str, Stop]], course: Course, planning: dict[str, Any]) -> _Flown:
     """Plan a section, and name its parts."""
     stops = [stop for _, stop in section]
-    request = section_request(stops, course, closed=False)
+    request, knots = section_request(stops, course, closed=False)
     curve = plan(**request.arguments() | planning)
     flown = _Flown(curve, (), _walls(request.corridor or (), request.waypoints), request.legs)
-    times = flown.passed[knots_of(stops)]
-    names = [(name, float(t)) for (name, _), t in zip(section[:-1], times, strict=False)]
+    names = [(name, float(t)) for (name, _), t in zip(section[:-1], flown.passed[knots], strict=False)]
     kept = [entry for i, entry in enumerate(names) if i == 0 or entry[0] != names[i - 1][0]]
     return replace(flown, names=tuple(kept))
 
