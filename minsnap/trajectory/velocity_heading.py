@@ -204,6 +204,7 @@ def turns_of(table: HeadingTable, most: float) -> Turns:
             turned = float(table.angle[until] - table.angle[since])
             pieces.append(_Piece(float(table.t[since]), (0.0, 0.0, 0.0), turned, follows=True))
         pieces += _through(table, *holds[number]) if number < len(holds) else []
+    # A hold that begins with the path ends where the velocity is then followed, or was fast first.
     first = 0 if pieces[0].follows else ends[2] if ends[2] < size else int(np.argmax(table.fast))
     before = sum(piece.angle for piece in pieces[1:2] if not (pieces[0].follows or piece.follows))
     angles = np.cumsum([float(table.angle[first]) - before, *(piece.angle for piece in pieces[:-1])])
