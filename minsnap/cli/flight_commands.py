@@ -132,17 +132,17 @@ def fly_fleet(
 
     fleet, clock = minsnap.shows.read_fleet(folder), Clock()
     names = [fleet.name(vehicle) for vehicle in range(len(fleet))]
-    ways = zip(links_of(connect, len(fleet)), systems_of(system, len(fleet)), fleet, strict=True)
+    ways = zip(names, links_of(connect, len(fleet)), systems_of(system, len(fleet)), fleet, strict=True)
     if preflight:
         _check_apart(fleet)
     each = [replace(settings, log=_log_of(settings.log, name)) for name in names]
     tables = [prepare(curve, how) for curve, how in zip(fleet, each, strict=True)]
     links: list[Link] = []
     with ExitStack() as opened:
-        for address, number, curve in ways:
+        for name, address, number, curve in ways:
             links.append(opened.enter_context(closing(open_link(address, clock, system=number, signing_key=key))))
             if preflight:
-                _check(links[-1], clock, curve, settings)
+                _check(links[-1], clock, curve, settings, f"{name}: ")
         with Companion() as beside:
             one_by_one = threading.Lock()
 
@@ -193,8 +193,10 @@ def _log_of(log: FileName | None, name: str) -> Path | None:
     return None if log is None else Path(log).with_name(f"{Path(log).stem}-{name}{Path(log).suffix}")
 
 
-def _check(link: Link, clock: Clock, source: Path | Samples | Trajectory, settings: StreamOptions) -> None:
-    """Say what of a vehicle does not fit the flight; refuse it if something must end it."""
+def _check(
+    link: Link, clock: Clock, source: Path | Samples | Trajectory, settings: StreamOptions, who: str = ""
+) -> None:
+    """Say what of a vehicle, of a fleet with its name, does not fit the flight; refuse it if something must end it."""
     from minsnap.flight.mavlink.offboard import sampled
     from minsnap.flight.mavlink.preflight import check_vehicle
     from minsnap.flight.mavlink.setpoints import vehicle_frame
@@ -206,10 +208,10 @@ def _check(link: Link, clock: Clock, source: Path | Samples | Trajectory, settin
     findings = check_vehicle(link, clock, autopilot, stated, vehicle_frame(frame), settings)
     wrong = [finding for finding in findings if finding.problem is not None]
     for finding in wrong:
-        print(f"preflight: {finding.name}: {finding.problem}", file=sys.stderr)
+        print(f"preflight: {who}{finding.name}: {finding.problem}", file=sys.stderr)
     grave = next((finding for finding in wrong if finding.grave), None)
     if grave is not None:
-        raise FlightError(f"not flown: {grave.problem}; nothing was sent (--no-preflight flies all the same)")
+        raise FlightError(f"not flown: {who}{grave.problem}; nothing was sent (--no-preflight flies all the same)")
 
 
 def trigger_of(name: str) -> str | Callable[[], bool]:

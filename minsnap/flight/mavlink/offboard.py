@@ -299,9 +299,10 @@ class Orders:
             return {"finish": True}
         if kind == "stop":
             return self._stopped()
-        places = _places(order)
+        ways = _ways(order)
+        places = [place for way in ways for place in way]
         points = np.array(list(map(center_of, places)))
-        yaw = None if "yaw" not in order else np.atleast_1d(order["yaw"])
+        yaw = None if "yaw" not in order else _headings(order["yaw"], ways)
         return self._changed(points, yaw, [place for place in places if isinstance(place, Gate)])
 
     def _stopped(self) -> dict[str, Any]:
@@ -417,20 +418,28 @@ def _finite(content: Any) -> Any:
     return None if isinstance(content, float) and not math.isfinite(content) else content
 
 
-def _places(order: dict[str, Any]) -> list[Any]:
-    """Return points and gates in the order of the flight; a gate that is passed straight has points around it."""
+def _ways(order: dict[str, Any]) -> list[list[Any]]:
+    """Return the place of each entry, in the order of the flight; a gate that is passed straight has points around."""
     entries = [order["goal"]] if "goal" in order else order["waypoints"]
     if not isinstance(entries, list) or not entries:
         raise InputError(f"waypoints are {shown(entries)}: give a list of points and gates, one at least")
-    places: list[Any] = []
+    ways: list[list[Any]] = []
     for index, entry in enumerate(entries):
         stop = stop_of(f"waypoint {index}", entry)
         if stop.straight and stop.gate is not None:
             step = stop.gate.crossing * stop.straight * stop.gate.normal
-            places += [stop.center - step, stop.place, stop.center + step]
+            ways.append([stop.center - step, stop.place, stop.center + step])
         else:
-            places.append(stop.place)
-    return places
+            ways.append([stop.place])
+    return ways
+
+
+def _headings(yaw: Any, ways: Sequence[Sequence[Any]]) -> Any:
+    """Return the heading at each place, from one for each entry."""
+    given = np.atleast_1d(yaw)
+    if given.shape != (len(ways),):
+        raise InputError(f"yaw is {shown(yaw)}: give one angle [rad] for each of the {len(ways)} waypoints")
+    return np.repeat(given, [len(way) for way in ways])
 
 
 def _passes(curve: Trajectory, points: FloatArray) -> bool:

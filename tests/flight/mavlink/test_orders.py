@@ -89,6 +89,13 @@ def test_a_stop_comes_to_rest_within_the_limits(flight, order):
     assert order({"goal": [6.0, 2.0, 1.5]}, 1.5)["ok"]
 
 
+def test_a_gate_that_is_passed_straight_has_one_heading(flight, order):
+    """Three were asked for, one for each of the points that it was made of."""
+    said = order({"waypoints": [GATE | {"straight": 0.4}, [5.0, 2.0, 1.5]], "yaw": [0.3, 0.6]}, 1.0)
+    assert said["ok"], said
+    assert flight.table[10**6].yaw == pytest.approx(np.pi / 2 - 0.6)
+
+
 def test_gates_are_passed_in_their_direction(order):
     said = order({"waypoints": [GATE | {"straight": 0.4}, [5.0, 2.0, 1.5]]}, 1.0)
     assert said["gates"] == [pytest.approx(said["gates"][0] | {"gate": 0, "clearance": 0.5})]
@@ -107,6 +114,7 @@ def test_gates_are_passed_in_their_direction(order):
         ({"waypoints": 7}, "one at least"),
         ({"goal": [3.0, 9.0]}, "coordinates"),
         ({"goal": [1, 0, 1], "yaw": "north"}, "yaw"),
+        ({"goal": [1, 0, 1], "yaw": [1, 2]}, "yaw is [1, 2]: give one angle [rad] for each of the 1 waypoints"),
         ({"goal": [1, 0, -1]}, "room"),
         ({"goal": [1, 0, 1], "waypoints": [[2, 0, 1]]}, "give one of goal, waypoints, stop and finish"),
         ({"finish": True, "goal": [1, 0, 1]}, "give one of goal, waypoints, stop and finish"),
