@@ -322,6 +322,9 @@ class OrderOptions:
     def listening(self, file: Path, trigger: str) -> Listening | None:
         """Plan the course that is flown until something else is ordered; None where nobody listens."""
         if not self.listen:
+            given = next((f"--{name}" for name in ("room", "port") if getattr(self, name) is not None), None)
+            if given is not None:
+                raise InputError(f"{given} is of orders in flight: give --listen with it")
             return None
         import numpy as np
 

@@ -141,6 +141,9 @@ def test_refusals_have_their_status_and_sentence(call, path, vehicle):
     assert slow.returncode == 2 and "1.5 Hz is too slow: PX4 needs at least 2 setpoints per second" in slow.stderr
     heard = call("stream", path, "--connect", "udpin:0", "--listen")
     assert heard.returncode == 2 and "is no course" in heard.stderr
+    for option, value in (("--room", "0,0,0,1,1,1"), ("--port", "9")):
+        alone = call("stream", path, "--connect", "udpin:0", option, value)
+        assert alone.returncode == 2 and f"{option} is of orders in flight: give --listen with it" in alone.stderr
     odd = call("stream", path, "--connect", "udpin:0", "--trigger", "shout")
     assert odd.returncode == 2 and "choose enter, mode or now" in odd.stderr
     assert vehicle.setpoints == []
