@@ -39,6 +39,8 @@ class LearningSettings:
         Of Q [Hz]: faster errors are left to the vehicle's own loops, which are slower than this.
     largest : float
         Largest correction of a setpoint's position [m]; what asks for more is no error of tracking.
+    lost : float
+        A place farther from the plan than this is none of a flight of it, but a wrong number in the log [m].
     ramp : float
         Over which corrections vanish at both ends, so that a path from rest to rest stays one [s].
 
@@ -51,6 +53,7 @@ class LearningSettings:
     gain: float = 0.8
     cutoff: float = 0.6
     largest: float = 2.0
+    lost: float = 50.0
     ramp: float = 1.0
 
     def __post_init__(self) -> None:
@@ -95,6 +98,7 @@ def learned(
         raise InputError(f"the delay is {delay} s: it must be 0 or more, and shorter than the plan")
     error = plan.position - position_at(flown, plan.t)
     error[in_gaps(plan.t, flown.t) | (plan.t < flown.t[0]) | (plan.t > flown.t[-1])] = 0.0
+    error = _bounded(error, settings.largest / settings.gain)
     step = plan.duration / (len(plan) - 1)
     ahead = interpolated(plan.t + delay, plan.t, error)
     before = sent.position - plan.position
@@ -170,7 +174,7 @@ def learn_from(plan: Samples, sent: Samples, log: FileName, settings: LearningSe
     Raises
     ------
     InputError
-        If the file is no log, or the flight was stopped or lies elsewhere than the plan.
+        If the file is no log, or the flight was stopped, lies elsewhere than the plan, or was nowhere near it once.
     """
     log_read = load_log(log)
     if log_read is None or log_read.reference is None or log_read.flight is None:
@@ -178,9 +182,12 @@ def learn_from(plan: Samples, sent: Samples, log: FileName, settings: LearningSe
     last = compare_in_log(sent, log_read.reference, log_read.flight)[-1]
     if last.place is not None and (last.place.end is not None or last.place.shift.any()):
         raise InputError(f"{last.remarks()[0]}: tune learns from a whole flight where the plan lies")
-    delay = last.comparison.delay
+    flown, delay = ComparedFlight(compare(plan, last.flight), plan, last.flight, last.place), last.comparison.delay
+    settings = settings or LearningSettings()
+    if flown.comparison.max_error > settings.lost:
+        where = f"{flown.comparison.max_error:.3g} m from the plan at {flown.comparison.worst_instant:.2f} s"
+        raise InputError(f"{log} has the vehicle {where}: a position in it is wrong")
     after = learned(plan, sent, last.flight, max(0.0, delay), settings)
-    flown = ComparedFlight(compare(plan, last.flight), plan, last.flight, last.place)
     return TunedFlight(sent, flown, delay, after, Path(log))
 
 

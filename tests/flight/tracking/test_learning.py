@@ -45,6 +45,15 @@ def test_nothing_is_learned_where_samples_are_missing(first, last):
     assert np.abs(learned(plan, plan, flown, 0.0).position - plan.position).max() < 1e-9
 
 
+def test_one_wrong_position_makes_no_step_in_the_setpoints():
+    """One of 1e30 m, a flipped bit of a log, moved two seconds of them by 2 m, from one to the next."""
+    plan = COURSES["circle"]().sample(20.0)
+    place = plan.position.copy()
+    place[60] = 1e30
+    moved = learned(plan, plan, Samples(plan.t, place), 0.3).position - plan.position
+    assert np.linalg.norm(np.diff(moved, axis=0), axis=1).max() < 0.1
+
+
 def test_a_flight_without_error_changes_nothing_and_a_large_one_is_bounded():
     plan = COURSES["circle"]().sample(20.0)
     same = learned(plan, plan, Samples(plan.t, plan.position, plan.velocity), 0.3)

@@ -1,6 +1,7 @@
 """Tuning over flights: each misses less, a worse one ends it, and the page shows them side by side."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -10,7 +11,7 @@ from minsnap.files.autopilot_logs import write_ulog
 from minsnap.flight import CascadeController, simulate
 from minsnap.flight.tracking.log_comparison import simulated_log
 from minsnap.flight.tracking.tracking_plot import leg_instants, write_flight_page
-from minsnap.flight.tracking.tuning import best_to_fly, tune_in_flight
+from minsnap.flight.tracking.tuning import best_to_fly, learn_from, tune_in_flight
 from minsnap.vehicle import Quadrotor
 
 VEHICLE = Quadrotor.px4_sih()
@@ -61,6 +62,20 @@ def test_a_flight_that_misses_more_ends_it_and_the_best_is_kept(plan, tmp_path):
     assert best_to_fly(flown) is pilot.sent[0]
     with pytest.raises(InputError, match="fly at least once"):
         tune_in_flight(plan, pilot.fly, 0)
+
+
+@pytest.mark.slow
+def test_a_log_with_a_wrong_position_is_not_learned_from(plan, tmp_path):
+    """Its delay was taken for 1.4 s, and all setpoints were corrected by it."""
+    flight = simulate(VEHICLE, CascadeController(), plan, duration=plan.duration + 1.0)
+    log = simulated_log(VEHICLE, flight, plan)
+    position = log.flight.position.copy()
+    position[len(position) // 2, 0] = 1e30
+    write_ulog(replace(log, flight=replace(log.flight, position=position)), tmp_path / "1.ulg")
+    with pytest.raises(
+        InputError, match=r"1.ulg has the vehicle 1e.30 m from the plan at .* a position in it is wrong"
+    ):
+        learn_from(plan, plan, tmp_path / "1.ulg")
 
 
 def test_legs_lie_between_waypoints_or_where_the_plan_slows_down(plan):
