@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Callable
 from contextlib import closing
+from functools import partial
+from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +23,8 @@ from minsnap.errors import FileError, LinkError
 if TYPE_CHECKING:
     from minsnap.flight.mavlink.preflight import Finding
     from minsnap.flight.mocap import RelayReport
+    from minsnap.limits.limits import Limits
+    from minsnap.vehicle.quadrotor import Quadrotor
 
 
 @command()
@@ -105,26 +110,32 @@ def limits(
     """
     from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.parameters import PARAMETERS, Parameters, autopilot_limits
+    from minsnap.flight.mavlink.setpoints import FeedForward
     from minsnap.flight.mavlink.vehicle_messages import get_autopilot
 
-    lean, clock = drag if vehicle is None else _drag_of(vehicle), Clock()
+    given, clock = FeedForward(drag, None if vehicle is None else vehicle_of(vehicle)), Clock()
     with closing(open_link(connect, clock)) as link:
         stack = get_autopilot(autopilot, link.wait_for_vehicle(wait)).name
         parameters = Parameters(link, clock).read(PARAMETERS.get(stack, ()))
-    values = autopilot_limits(stack, {name: each.value for name, each in parameters.items()}, lean).given()
+    within = partial(autopilot_limits, stack, {name: each.value for name, each in parameters.items()})
+    values = (within(drag) if given.vehicle is None else _with_drag_of(given.vehicle, within)).given()
     text = "limits:\n" + "".join(f"  {name}: {value:g}\n" for name, value in values.items())
     if output is not None:
         write_file(output, text)
     print(as_json(values) if json else text.rstrip())
 
 
-def _drag_of(name: str) -> float:
-    """Return the greatest level drag of a vehicle over its mass, at 1 m/s [1/s]."""
+def _with_drag_of(craft: Quadrotor, within: Callable[[float], Limits]) -> Limits:
+    """Return the limits for the drag over mass [1/s] that a vehicle has at the greatest speed that they leave to it."""
     import numpy as np
 
-    craft = vehicle_of(name)
-    force = craft.drag.force(np.eye(3)[:2])
-    return float(np.abs(force).max()) / craft.mass
+    def lean(speed: float) -> float:
+        return float(np.abs(craft.drag.force(speed * np.eye(3)[:2])).max()) / (craft.mass * speed)
+
+    speed = within(0.0).horizontal_speed or 1.0
+    for _ in range(30):  # halves the distance, in the exponent, to the speed that leaves itself
+        speed = sqrt(speed * (within(lean(speed)).horizontal_speed or 1.0))
+    return within(lean(speed))
 
 
 @command()

@@ -1,9 +1,12 @@
 """The command that reads limits from a vehicle, in a file that plan takes."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from standin import StandIn
+
+from minsnap.vehicle import BodyDrag, Quadrotor
 
 PARAMETERS = {"MPC_XY_VEL_MAX": 12.0, "MPC_TILTMAX_AIR": 45.0, "MC_YAWRATE_MAX": 200.0}
 
@@ -16,7 +19,13 @@ def test_limits_are_printed_and_planned_with(call, tmp_path):
         assert done.returncode == 0, done.stderr
         assert "horizontal_speed: 4.9" in done.stdout
         told = json.loads(call("limits", "--connect", link, "--drag", 1.0, "--json").stdout)
+        craft = replace(Quadrotor.px4_sih(), mass=2.0, drag=BodyDrag((0.0, 0.0, 0.0), (0.2, 0.1, 0.1)))
+        craft.to_yaml(tmp_path / "blunt.yaml")
+        blunt = json.loads(call("limits", "--connect", link, "--vehicle", "blunt.yaml", "--json").stdout)
+        both = call("limits", "--connect", link, "--vehicle", "blunt.yaml", "--drag", 1.0)
+    assert both.returncode == 2 and "exclude each other" in both.stderr
     assert told["horizontal_speed"] == 4.903
+    assert 0.1 * blunt["horizontal_speed"] ** 2 == pytest.approx(0.5 * 9.80665, rel=2e-3), "of its drag at that speed"
     course = tmp_path / "course.yaml"
     course.write_text(course.read_text() + "waypoints: [[0, 0, 2], [30, 0, 2], [30, 20, 2]]\n")
     planned = call("plan", "course.yaml", "-o", "path.csv", "--json")
