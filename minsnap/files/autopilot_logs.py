@@ -207,12 +207,9 @@ def _flown(flight: Samples) -> list[Topic]:
 
 
 def _felt(inertial: InertialLog) -> list[Topic]:
-    from scipy.spatial.transform import Rotation
+    from minsnap.vehicle.attitude import quaternions, rotations
 
-    from minsnap.vehicle.attitude import rotations
-
-    turns = WORLD.T @ rotations(inertial.quaternion) @ BODY
-    quaternion = np.roll(Rotation.from_matrix(turns).as_quat(), 1, axis=1)
+    quaternion = quaternions(WORLD.T @ rotations(inertial.quaternion) @ BODY)
     topics = [
         ("vehicle_attitude", "float[4] q;", inertial.attitude_t, quaternion),
         ("sensor_combined", "float[3] accelerometer_m_s2;", inertial.force_t, inertial.specific_force @ BODY),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import cos, inf, pi, radians, sin, tan
 from pathlib import Path
 from typing import Any
@@ -193,18 +193,18 @@ class Course:
         """Waypoints and gates of one lap, as :func:`minsnap.plot.plot_path` draws them."""
         return [stop.place for stop in self.stops]
 
-    def request(self, *walls: Constraint, **fields: Any) -> PlanRequest:
+    def request(self, *walls: Constraint, **others: Any) -> PlanRequest:
         """Return the question of a part of the course, within its limits, its boxes, its tube and more walls."""
         own: list[Constraint] = [self.boxes] if self.boxes else []
         own += [] if self.tube is None else [Tube(np.array(self.tube))]
         ruled = isinstance(self.yaw, (str, Velocity, LookAt)) or is_number(self.yaw)
         yaw = self.yaw if ruled else None  # others are for the whole flight
         how = {"degree": self.degree, "pieces": self.pieces, "avoid": self.avoid}
-        return PlanRequest(**fields, **how, limits=self.bounds, corridor=[*own, *walls] or None, yaw=yaw)
+        return PlanRequest(**others, **how, limits=self.bounds, corridor=[*own, *walls] or None, yaw=yaw)
 
-    def changed(self, **fields: Any) -> Course:
+    def changed(self, **others: Any) -> Course:
         """Return the course with other fields."""
-        return replace(self, **fields)
+        return replace(self, **others)
 
     def sequence(self) -> list[Stop]:
         """Return the stops in the order of the flight, all laps, with the first one again at the end of each lap."""
@@ -363,12 +363,10 @@ def _course(where: str, content: Mapping[str, Any], path: Path) -> Course:
     balls = balls if isinstance(balls, tuple) else (balls,) * len(entries)
     named = [f"{where}: {key} {i}" for key in ("waypoints", "gates") for i in range(len(content.get(key, ())))]
     stops = [_stop(name, entry, ball, margin) for name, entry, ball in zip(named, entries, balls, strict=True)]
-    ends = ("start", "end", "takeoff", "land")
-    optional = ("closed", "laps", "tube", "tolerance", "yaw", "degree", "pieces", "avoid", *ends)
-    values = {key: content[key] for key in optional if key in content}
+    values = {field.name: content[field.name] for field in fields(Course) if field.name in content}
     boxes = Boxes(**content["boxes"]) if "boxes" in content else None
-    limits = _limits(path.parent, content)
-    return Course(tuple(stops), limits=limits, boxes=boxes, name=content.get("name", path.stem), **values)
+    own = {"limits": _limits(path.parent, content), "boxes": boxes}
+    return Course(tuple(stops), **{"name": path.stem} | values | own)
 
 
 def stop_of(where: str, content: Any) -> Stop:
