@@ -350,7 +350,8 @@ def _faults_alone(task: FleetTask, vehicle: int, curve: Trajectory, duration: fl
     short = curve.breaks[knots[:, 1]] - curve.breaks[knots[:, 0]] < holds - EXACT * curve.duration
     if short.any():
         yield f"it does not rest at waypoint {int(short.argmax())} for {holds[short.argmax()]:.9g} s"
-    for leg in () if boxes is None else _outside_of(boxes, curve, knots):
+    legs = np.repeat(np.arange(len(knots) - 1), np.diff(knots[:, 0]))
+    for leg in () if boxes is None else legs_left(boxes, curve, legs, EXACT):
         yield f"it leaves the box of leg {leg}"
 
 
@@ -371,12 +372,12 @@ def passed_knots(curve: Trajectory, points: FloatArray) -> IntArray | None:
     return np.array([*knots, (arrives, len(resting))]) if (places[-1] == points[-1]).all() else None
 
 
-def _outside_of(boxes: Boxes, curve: Trajectory, knots: IntArray) -> Iterator[int]:
-    """Yield legs in which a curve is not proved to be inside of their box."""
-    for leg in range(len(knots) - 1):
-        least, most = extent_of(curve.control_points[knots[leg, 0] : knots[leg + 1, 0]])
-        if (least < boxes.lower[leg] - EXACT).any() or (most > boxes.upper[leg] + EXACT).any():
-            yield leg
+def legs_left(boxes: Boxes, curve: Trajectory, leg: IntArray, slack: float = 0.0) -> list[int]:
+    """Return the legs of pieces that are not proved to be inside of their boxes; ``leg`` of each piece, (pieces,)."""
+    ends = [extent_of(points[None]) for points in curve.control_points[: len(leg)]]
+    low, high = (np.stack(end) for end in zip(*ends, strict=True))
+    outside = (low < boxes.lower[leg] - slack) | (high > boxes.upper[leg] + slack)
+    return [int(number) for number in leg[outside.any(axis=1)]]
 
 
 def _broken_limit(task: FleetTask, fleet: Fleet) -> str | None:

@@ -20,7 +20,7 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import UnprovedError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.first_guess import frozen, guess, powers
-from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, extent_of
+from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, legs_left
 from minsnap.fleet.fleet_task import FleetTask, knot_shares
 from minsnap.limits.limits import Limits
 from minsnap.native.joint_fleet import FleetSearch, Outcome, Settings
@@ -211,12 +211,9 @@ class TimeSearch:
     def _inside(self, curves: FloatArray) -> bool:
         """Whether vehicles with corridors are proved to be inside of them."""
         for vehicle, boxes in enumerate(self.task.corridors):
-            if boxes is None:
-                continue
-            curve, leg = flown(curves[vehicle : vehicle + 1], 1.0)[0], self.task.legs_of(vehicle, self.pieces)
-            for piece, points in enumerate(curve.control_points):
-                least, most = extent_of(points[None])
-                if (least < boxes.lower[leg[piece]]).any() or (most > boxes.upper[leg[piece]]).any():
+            if boxes is not None:
+                curve, leg = flown(curves[vehicle : vehicle + 1], 1.0)[0], self.task.legs_of(vehicle, self.pieces)
+                if legs_left(boxes, curve, leg):
                     return False
         return True
 
