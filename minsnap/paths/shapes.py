@@ -420,12 +420,17 @@ def rectangle(
     first = _check_count("start corner", start_corner, 0, 3)
     steps = np.arange(4 * turns + 1) * (-1 if check_switch("clockwise", clockwise) else 1)
     waypoints = corners[(first + steps) % 4]
-    if total_time is None and durations is None and limits is None and not is_priced(options):
-        from minsnap.limits.ordinary import ordinary_limits
-
-        limits = ordinary_limits()
     times = {"total_time": total_time, "durations": durations, "limits": limits}
-    return _plan(waypoints, corridor=corridor, **times, **options)
+    return _plan(waypoints, corridor=corridor, **timed(times | options))
+
+
+def timed(planning: dict[str, Any]) -> dict[str, Any]:
+    """Return arguments of a plan, with ordinary limits where nothing among them says how fast it is flown."""
+    if is_priced(planning) or any(planning.get(name) is not None for name in ("durations", "total_time", "limits")):
+        return planning
+    from minsnap.limits.ordinary import ordinary_limits
+
+    return planning | {"limits": ordinary_limits()}
 
 
 def leg_durations(waypoints: FloatArray) -> FloatArray:

@@ -22,14 +22,13 @@ from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.occupancy_grid import GridCorridor
 from minsnap.errors import CorridorError, WaypointError
 from minsnap.limits.limits import Limits
-from minsnap.limits.ordinary import ordinary_limits
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import Reading, array_map, read_map
 from minsnap.paths.routes.passage import end_point, find_passage
+from minsnap.paths.shapes import timed
 from minsnap.planning.planner import plan
 from minsnap.polynomials.bernstein import multiply
 from minsnap.polynomials.extrema import CurveParts
-from minsnap.time_allocation.search_options import is_priced
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
@@ -307,7 +306,7 @@ def plan_through(
         raise WaypointError("start and goal are one point, or have different numbers of coordinates: give two points")
     passage = find_passage(read, ends[0][: read.dim], ends[1][: read.dim], radius)
     corridor, way = _lifted(passage, *ends)
-    timing = _timed(planning)
+    timing = timed(planning)
     curve = plan(None, corridor=corridor, start={"position": ends[0]}, end={"position": ends[1]}, **timing)
     return Route(curve, corridor, way, read, radius, nearest_cell(curve, read), timing.get("limits"))
 
@@ -337,11 +336,3 @@ def _lifted(corridor: GridCorridor, start: FloatArray, goal: FloatArray) -> tupl
     sides = [np.pad(side, ((0, 0), (0, 1)), constant_values=z) for side, z in ((boxes.lower, low), (boxes.upper, high))]
     lifted = np.column_stack((points, np.linspace(start[2], goal[2], len(points))))
     return Boxes(*sides), read_only(lifted)
-
-
-def _timed(planning: dict[str, Any]) -> dict[str, Any]:
-    """Return arguments of a plan with limits, if neither times nor limits are among them."""
-    names = {name for name, value in planning.items() if value is not None}
-    if names & {"durations", "total_time", "limits"} or is_priced(planning):
-        return planning
-    return planning | {"limits": ordinary_limits()}
