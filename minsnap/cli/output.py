@@ -327,9 +327,9 @@ def _passed(path: Path, gates: Mapping[int, Gate] | None) -> dict[str, Any]:
     """Return when, how fast and how far from its edges each gate is passed; nothing without gates."""
     if not gates:
         return {}
-    from minsnap.corridors.knot_regions import numbered_passages
+    from minsnap.corridors.knot_regions import gate_passages
 
-    return {"gates": [asdict(passed) for passed in numbered_passages(cast("Trajectory", path), gates)]}
+    return {"gates": [asdict(passed) for passed in gate_passages(cast("Trajectory", path), gates)]}
 
 
 def check_figure(plot: FilePath | None, view: str | None, colour_by: str | None = None) -> None:

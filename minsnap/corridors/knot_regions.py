@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -297,36 +297,31 @@ class GatePassage:
     clearance: float
 
 
-def gate_passages(trajectory: Trajectory, gates: Iterable[Gate], within: float = 1e-6) -> tuple[GatePassage, ...]:
+def gate_passages(
+    trajectory: Trajectory, gates: Iterable[Gate] | Mapping[int, Gate], within: float = 1e-6
+) -> tuple[GatePassage, ...]:
     """Return the passages of gates, in the order of the flight: those of a plan are where its legs meet.
 
     Parameters
     ----------
     trajectory : Trajectory
         A plan through the gates, any number of laps.
-    gates : iterable of Gate
-        Other waypoints are left out before.
+    gates : iterable of Gate, or mapping of int to Gate
+        Other waypoints are left out before. A mapping gives them numbers of their own, such as those of waypoints.
     within : float
         Distance from a gate's plane and opening at which a place counts as in it, over the path's extent.
     """
+    numbered = gates.items() if isinstance(gates, Mapping) else enumerate(gates)
     instants = trajectory.leg_breaks
     places, speeds = trajectory(instants), np.linalg.norm(trajectory(instants, 1), axis=1)
     reach = within * max(1.0, float(np.ptp(places, axis=0).max()))
     passages = []
-    for index, gate in enumerate(gates):
+    for number, gate in numbered:
         clear = clearances(gate, places, reach)
         for knot in np.flatnonzero(clear > -reach):
-            passages.append(
-                GatePassage(index, float(instants[knot]), float(speeds[knot]), max(float(clear[knot]), 0.0))
-            )
+            figures = float(instants[knot]), float(speeds[knot]), max(float(clear[knot]), 0.0)
+            passages.append(GatePassage(number, *figures))
     return tuple(sorted(passages, key=lambda passage: passage.instant))
-
-
-def numbered_passages(trajectory: Trajectory, gates: Mapping[int, Gate]) -> tuple[GatePassage, ...]:
-    """Return the passages of gates that have numbers of their own, such as their places among waypoints."""
-    numbers = list(gates)
-    passages = gate_passages(trajectory, gates.values())
-    return tuple(replace(passed, gate=numbers[passed.gate]) for passed in passages)
 
 
 def clearances(gate: Gate, places: FloatArray, reach: float) -> FloatArray:

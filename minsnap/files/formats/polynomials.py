@@ -22,7 +22,7 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.basics.version import __version__
 from minsnap.certificate import Certificate, certify
 from minsnap.corridors.gates import Gate
-from minsnap.corridors.knot_regions import numbered_passages
+from minsnap.corridors.knot_regions import gate_passages
 from minsnap.corridors.named_constraints import CONSTRAINTS
 from minsnap.errors import FileError
 from minsnap.files.convert import Format
@@ -171,7 +171,7 @@ def _description(plan: PlanFile) -> dict[str, Any]:
         "limits": None if limits is None else _limits(limits),
         "certificate": {name: getattr(certificate, name) for name in names}
         | {"limits": [asdict(used) for used in certificate.utilisation]}
-        | {"gates": [asdict(passed) for passed in numbered_passages(trajectory, plan.gates)]},
+        | {"gates": [asdict(passed) for passed in gate_passages(trajectory, plan.gates)]},
     }
 
 

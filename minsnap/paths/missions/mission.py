@@ -14,7 +14,7 @@ from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
-from minsnap.corridors.knot_regions import GatePassage, numbered_passages
+from minsnap.corridors.knot_regions import GatePassage, gate_passages
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import SolverError, WaypointError
 from minsnap.limits.compliance import keeps, most_used
@@ -100,7 +100,7 @@ class Mission:
 
     def gate_passages(self) -> tuple[GatePassage, ...]:
         """Return when, how fast and how far from its edges each gate is passed; by its number among the stops."""
-        return numbered_passages(self.trajectory, self.gates)
+        return gate_passages(self.trajectory, self.gates)
 
 
 def plan_mission(course: Course, **planning: Any) -> Mission:
