@@ -55,7 +55,7 @@ class RoutePanel:
         view.when_clicked(self.choose)
         self._request: PlanRequest | None = None
         self._rows = InputRows(gui.add_folder("Waypoints [m]"), self._row)
-        self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), self._choose)
+        self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), self.choose)
         gui.add_button_group("Order", ORDER).on_click(self._reorder)
         self._gate, gated = gui.add_checkbox("Gate", False), lambda request: self._opening(request) is not None
         bind(self._gate, gated, self._at(edits.with_gate))

@@ -83,8 +83,17 @@ class Studio(Page):
         return self._folder.path
 
     def edit(self, change: Change, subject: str = "", held: bool = False) -> None:
-        """Change the scene; what is refused is shown on the page."""
-        self.attempt(lambda: self._working.edit(change, subject, held))
+        """Change the scene; what is refused is shown on the page, whose inputs follow the document again."""
+
+        def change_it() -> None:
+            try:
+                self._working.edit(change, subject, held)
+            except Exception:
+                with self._lock:
+                    self._show(self._shown)
+                raise
+
+        self.attempt(change_it)
 
     def pause(self) -> None:
         """End a drag: what follows is undone on its own."""

@@ -10,7 +10,7 @@ import pytest
 
 from minsnap.studio import Studio
 from minsnap.studio.documents import example_scene
-from minsnap.studio.edits import with_boxes, with_room
+from minsnap.studio.edits import set_limit, with_boxes, with_room, with_time
 
 viser = pytest.importorskip("viser")
 
@@ -43,6 +43,15 @@ def send(studio, *messages, until):
     return until()
 
 
+CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    **{"position": (-9.0, 0.0, 5.0), "look_at": (0.0, 0.0, 1.0), "up_direction": (0.0, 0.0, 1.0)},
+    **{"fov": 1.0, "near": 0.1, "far": 100.0, "image_height": 600, "image_width": 1200},
+}
+"""What a page sends first: viser counts it from then on."""
+
+
 def drag(name, *positions):
     """Return the messages of a drag of a handle through positions."""
     ends = {"name": name, "owner": ""}
@@ -61,6 +70,20 @@ def test_a_dragged_waypoint_is_planned_and_the_drag_is_one_step(studio):
     assert studio.trajectory(studio.trajectory.leg_breaks)[1] == pytest.approx([8.2, 0.3, 1.2])
     studio.undo()
     assert studio.request == EXAMPLE
+
+
+def test_an_input_follows_the_document_again_where_its_edit_is_refused(studio):
+    studio.edit(lambda request: with_time(request, "limits", (), {"speed": 3.0}))
+    [(speed, _)] = [(box, shown) for box, shown in studio._time._inputs._bound if box.label == "speed [m/s]"]
+    speed.value = False  # as a browser sets it before the edit is refused
+    studio.edit(lambda request: set_limit(request, "speed", None))
+    assert speed.value is True and studio.request.limits == (("speed", 3.0),)
+
+
+def test_a_waypoint_that_is_not_there_is_not_chosen(studio):
+    field = studio._route._chosen
+    update = {"type": "GuiUpdateMessage", "uuid": field._impl.uuid, "updates": {"value": 99}}
+    assert send(studio, CAMERA, update, until=lambda: field.value == len(EXAMPLE.waypoints) - 1)
 
 
 def test_a_dragged_face_moves_its_wall_alone(studio):
