@@ -12,7 +12,7 @@ from minsnap.errors import FlightError, LinkError
 from minsnap.flight.crtp_link import channel_of, open_link
 from minsnap.flight.swarm_upload import FlightTimes, Volleys, planned_ways, start_group, upload, upload_of
 
-VOLLEYS = Volleys(hearing=0.1)
+VOLLEYS = Volleys(hearing=0.5)
 QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01, VOLLEYS, climb=inf, travel=inf, sink=inf)
 START = struct.pack("<BBBBBBf", 13, 1, 0, 0, 0, 1, 1.0)
 
