@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.atomic import atomic_write, write_file
@@ -53,13 +54,12 @@ def claimed(folder: Path, spec: Spec, made_with: dict[str, str], resume: bool) -
     """
     began = {"name": spec.name(), "spec": spec.identity(), "made_with": made_with}
     _make(folder, resume)
-    path = folder / SPEC
-    if not path.exists():
-        other = next(folder.glob("*.parquet"), None)
-        if other is not None:
-            raise FileError(f"{folder} holds {other.name}, which no batch has written: give another folder")
-        write_file(path, json.dumps(began, indent=1) + "\n")
-    with _locked(path, folder):
+    path, other = folder / SPEC, next(folder.glob("*.parquet"), None)
+    if other is not None and not path.exists():
+        raise FileError(f"{folder} holds {other.name}, which no batch has written: give another folder")
+    with _locked(path, folder) as file:
+        if other is None and not path.stat().st_size:  # a file moved to its place has no lock
+            _begin(file, json.dumps(began, indent=1) + "\n")
         _compare(folder, _begun(path), began)
         _remove_parts(folder)
         try:
@@ -92,17 +92,27 @@ def _make(folder: Path, resume: bool) -> None:
         raise FileError(f"{folder} is not empty: give a new folder, or leave out --no-resume")
 
 
+def _begin(file: BinaryIO, text: str) -> None:
+    """Write what a folder is begun with, or leave the file empty."""
+    try:
+        file.write(text.encode())
+        os.fsync(file.fileno())
+    except OSError as error:
+        file.truncate(0)
+        raise FileError(f"{file.name} cannot be written: {error.strerror}") from error
+
+
 @contextmanager
-def _locked(path: Path, folder: Path) -> Iterator[None]:
+def _locked(path: Path, folder: Path) -> Iterator[BinaryIO]:
     """Hold a lock that the system gives up when this process ends, however it ends."""
     import fcntl
 
-    with open(path, "r+b") as file:
+    with open(path, "a+b", buffering=0) as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise BatchError(f"another run writes into {folder}: wait for it, or end it") from None
-        yield
+        yield file
 
 
 def _compare(folder: Path, known: Any, began: dict[str, Any]) -> None:

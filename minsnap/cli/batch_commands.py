@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
+from minsnap.basics.checks import check_number
 from minsnap.basics.messages import labelled
 from minsnap.basics.progress import ProgressLine
 from minsnap.cli import options
@@ -54,6 +55,7 @@ def batch(
 
     if format not in ("parquet", "lerobot"):
         raise InputError(f"--format is {format!r}: it must be parquet or lerobot")
+    check_number("--rate", rate, 1, 1000, "give a whole number of frames a second, 1 to 1000", whole=True)
     specification, folder = read_spec(spec), output / "_plans" if format == "lerobot" else output
     how: Any = {"workers": workers, "scheduler": scheduler, "problem_timeout": problem_timeout, "resume": resume}
     line = BatchLine(specification.count, sys.stderr)

@@ -124,10 +124,14 @@ def test_a_damaged_part_is_made_anew(whole, there, tmp_path, manifest):
     assert (folder / "_manifest.json").read_bytes() == (whole / "_manifest.json").read_bytes()
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", "3", '{"name": 3}', '{"name": "x", "spec": [], "made_with": {}}'])
+@pytest.mark.parametrize("text", ["{", "[]", "3", '{"name": 3}', '{"name": "x", "spec": [], "made_with": {}}'])
 def test_a_damaged_specification_is_one_sentence(tmp_path, text):
     (tmp_path / "_spec.json").write_text(text)
     with pytest.raises(FileError, match=r"_spec\.json is damaged, .* give another folder"):
+        run_batch(walks(), tmp_path)
+    (tmp_path / "_spec.json").write_text("")  # as a run that was killed as it began leaves it, but without files
+    (tmp_path / "part-00000.parquet").write_bytes(b"")
+    with pytest.raises(FileError, match=r"_spec\.json is damaged"):
         run_batch(walks(), tmp_path)
     with pytest.raises(FileError, match="the folder of a dataset has no name"):
         run_batch(walks(), "")

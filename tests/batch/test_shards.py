@@ -1,13 +1,17 @@
 """Writing of one file: its rows pass through in groups, so that memory does not grow with the file."""
 
 import weakref
+from pathlib import Path
 
 import numpy as np
 import pyarrow
 import pytest
+from batches import walks
 
 from minsnap.batch import folder
 from minsnap.batch.columns import record_batch
+from minsnap.batch.folder import claimed, made_with
+from minsnap.errors import BatchError
 
 PART = 256
 """Rows that a process answers with at a time."""
@@ -41,3 +45,12 @@ def test_a_file_of_any_length_takes_the_memory_of_one_group(rows, tmp_path):
     assert short[0] == long[0] <= folder.GROUP_ROWS // PART + 1
     assert 0 < long[1] <= 1.2 * short[1]
     assert pyarrow.parquet.ParquetFile(tmp_path / "12.parquet").metadata.num_rows == 12 * folder.GROUP_ROWS
+
+
+def test_of_runs_that_begin_at_once_one_is_kept_out(tmp_path, monkeypatch):
+    """Each looked before the other wrote what the folder is begun with, and both wrote datasets into it."""
+    with claimed(tmp_path, walks(), made_with(), True), monkeypatch.context() as late:
+        late.setattr(Path, "exists", lambda path: False)
+        with pytest.raises(BatchError, match="another run writes into"):
+            with claimed(tmp_path, walks(), made_with(), True):
+                pass

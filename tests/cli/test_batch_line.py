@@ -61,3 +61,10 @@ def test_after_a_hundred_rows_it_says_once_how_long_all_will_take(clock):
         clock[0] += 5.0
         add({"done": 40})
     assert stream.getvalue().splitlines()[-1] == "about 2 min for 1000 problems, by the first 160"
+
+
+def test_a_rate_that_no_episode_has_is_refused_before_anything_is_planned(call, tmp_path):
+    (tmp_path / "walks.yaml").write_text("{generator: walks, count: 3}")
+    done = call("batch", "walks.yaml", "-o", "walks", "--format", "lerobot", "--rate", "0")
+    assert done.returncode == 2 and "--rate is 0: give a whole number of frames a second" in done.stderr
+    assert not (tmp_path / "walks").exists()
