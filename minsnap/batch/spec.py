@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.messages import shown
 from minsnap.basics.optional_packages import optional
 from minsnap.basics.schema import NUMBER, TEXT, WHOLE, Form, Key, either, from_to, mapping, several, word

@@ -15,12 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, NDArray, ReadOnly, lengths_of, numbers, read_only
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import DEGREES
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly, bounded, numbers, set_fields
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import FleetError

@@ -14,12 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_threads
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes, Room, as_room

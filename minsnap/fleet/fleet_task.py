@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import combinations
 from math import cos, inf, sin
 from typing import Any
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray, numbers
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_state, check_waypoints, point_text
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT

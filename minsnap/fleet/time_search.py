@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import islice
 from math import sqrt
 from time import process_time
@@ -16,6 +15,7 @@ from time import process_time
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import UnprovedError
 from minsnap.fleet.common_clock import Fleet

@@ -5,13 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import degrees, pi, radians
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, FloatArray, set_fields
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_positive, is_number
 from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.basics.messages import explains_names, shown

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError
 from minsnap.limits.utilisation import leg_at, used_at

@@ -16,12 +16,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cache, cached_property
+from functools import cache
 from math import comb, lcm, perm
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.deadline import WORK
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.native.corridor import LeastSlack

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.native.corridor import Give
 from minsnap.native.status import Status

@@ -13,12 +13,13 @@ or on the position of the origin.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray, set_fields
+from minsnap.basics.cached import cached_property
 from minsnap.polynomials.bernstein import (
     basis,
     derivative_basis_map,

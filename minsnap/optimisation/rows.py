@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.linear_rows import rows_on_pieces

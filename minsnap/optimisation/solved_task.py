@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.corridors.knot_regions import Placement, passing
 from minsnap.corridors.margins import Margin, margin_to
 from minsnap.optimisation.optimum import Optimum

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, lengths_of
+from minsnap.basics.cached import cached_property
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import KnotRegion

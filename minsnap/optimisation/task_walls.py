@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.reduced_qp import ReducedProblem

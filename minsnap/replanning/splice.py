@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_positive, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.limits.compliance import kept_from

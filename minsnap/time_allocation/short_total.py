@@ -18,13 +18,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
 from math import factorial, inf, isfinite, sqrt
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.tolerances import EXACT
 from minsnap.optimisation.task import Task
 

@@ -23,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cache, partial
 from itertools import chain
 from math import prod
 from typing import Any
@@ -31,6 +31,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import WORK, LateError
 from minsnap.basics.limit_kinds import KIND

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from math import comb
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray, bounded, numbers, set_fields
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_array
 from minsnap.errors import YawError
 from minsnap.native.shortest_time import InstantKind, InstantLimit

@@ -21,12 +21,13 @@ the same formula is used after half a turn about x, so that the attitude is regu
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.cached import cached_property
 from minsnap.errors import YawError
 from minsnap.trajectory.heading import Heading, Largest, RuledHeading, nearest_turn
 from minsnap.trajectory.instants import parted_instants

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from math import perm
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly, read_only
+from minsnap.basics.cached import cached_property
 from minsnap.errors import InputError, IntervalError, MinsnapError
 from minsnap.native.plan_batches import many_values
 from minsnap.polynomials.bernstein import careful_differences, ends_to_highest, gram_root

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, set_fields
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_positive
 from minsnap.errors import YawError
 from minsnap.native.shortest_time import InstantKind, InstantLimit

@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, OwnsArrays, read_only
+from minsnap.basics.cached import cached_property
 from minsnap.errors import ThrustError, VehicleError
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path

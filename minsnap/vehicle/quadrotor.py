@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ from minsnap.basics.arrays import (
     read_only,
     set_fields,
 )
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_array
 from minsnap.basics.messages import SHOWN, shown
 from minsnap.basics.schema import ANYTHING, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
