@@ -36,6 +36,9 @@ from minsnap.vehicle.quadrotor import VEHICLES, preset_of
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}")
 """Names of files: letters, digits, blanks, dots, dashes; no separators, no leading dot."""
 
+SAME = 1e-3
+"""Share of the greatest of a plan below which a derivative at an end is the rounding of its file."""
+
 
 class WorkingFolder:
     """A folder with files of plain names.
@@ -293,12 +296,32 @@ def _of_plan(path: FileName) -> PlanRequest:
 
     stored = read_polynomials(path)
     scene = scene_of(stored.trajectory, stored.waypoints, stored.corridor, stored.limits)
-    scene = replace(scene, yaw=_heading(stored.trajectory))
+    scene = replace(scene, yaw=_heading(stored.trajectory), closed=_is_lap(stored.trajectory))
     if stored.waypoints is None or not stored.gates:
         return scene
     centers = {number: tuple(gate.center.tolist()) for number, gate in stored.gates.items()}
     points = tuple(centers.get(number, point) for number, point in enumerate(scene.waypoints))
     return replace(scene, waypoints=points, openings=tuple(Opening.of(*item) for item in stored.gates.items()))
+
+
+def _is_lap(curve: Trajectory) -> bool:
+    """Return whether a plan ends in the motion that it begins with; False from rest to rest.
+
+    Raises
+    ------
+    WaypointError
+        If it begins or ends in another motion.
+    """
+    start, end = curve.states(np.array([0.0, curve.duration]), curve.cost_order)
+    extent = np.ptp(curve.control_points, axis=(0, 1)).max()
+    rounding = SAME * np.array([[extent], *([curve.max_norm(order)[0]] for order in range(1, len(start)))])
+    if (np.abs([start[1:], end[1:]]) <= rounding[1:]).all():
+        return False
+    if (np.abs(start - end) <= rounding).all():
+        return True
+    raise WaypointError(
+        "the plan begins or ends in motion: the studio plans from rest to rest, or laps; minsnap plot shows this one"
+    )
 
 
 def _heading(curve: Trajectory) -> float | str | tuple[float, ...] | None:

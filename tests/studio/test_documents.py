@@ -8,6 +8,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError, WaypointError
+from minsnap.files.convert import write_any
 from minsnap.files.request_yaml import read_request
 from minsnap.studio import documents
 from minsnap.studio.documents import WorkingFolder
@@ -48,6 +49,27 @@ def test_a_plan_in_every_wall_within_the_rotors_is_the_same_scene_when_opened(tm
     planned = list(planned_in_stages(scene, None, lambda: False))[-1]
     documents.save_as("plan (JSON)", BenchState(scene, planned), tmp_path / "a.json")
     assert replace(documents.open_scene(tmp_path / "a.json"), durations=None) == scene
+
+
+CORNERS = [(0, 0, 1), (3, 0, 1), (3, 2, 1.5), (0, 2, 1)]
+
+
+def test_a_plan_of_a_lap_is_opened_as_one(tmp_path):
+    lap = minsnap.plan([*CORNERS, CORNERS[0]], limits=minsnap.Limits(speed=2.0, acceleration=4.0), closed=True)
+    write_any(lap, tmp_path / "lap.json")
+    assert lap.max_norm(1)[0] > 1.0 and np.linalg.norm(lap(0.0, 1)) > 0.5
+    opened = documents.open_scene(tmp_path / "lap.json")
+    assert opened.closed and opened.legs == 4
+    write_any(minsnap.plan(CORNERS, total_time=9.0), tmp_path / "rests.json")
+    assert not documents.open_scene(tmp_path / "rests.json").closed
+
+
+def test_a_plan_that_begins_or_ends_in_motion_is_not_opened_as_one_at_rest(tmp_path):
+    moving = minsnap.plan(CORNERS, [2.0, 2.0, 2.0], start={"velocity": (0.5, 0, 0)})
+    for curve in (moving, moving.reversed()):
+        write_any(curve, tmp_path / "moving.json")
+        with pytest.raises(WaypointError, match="begins or ends in motion"):
+            documents.open_scene(tmp_path / "moving.json")
 
 
 def test_a_plan_of_another_scene_is_not_saved(tmp_path, planned):
