@@ -84,9 +84,10 @@ def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -
         # Finer parts cost a search of twice the size each: they are for ways that coarser ones miss.
         if best is not None:
             return _improved(best, attempt, timing.due)
+    give = "or more room" if timing.limits is None else "more room, or more time"  # which changes no path by itself
     raise UnprovedError(
         f"no way around the obstacles was found; without them the path is {-depth:.3g} m inside obstacle {which} at "
-        f"{instant:.4g} s: give a waypoint beside it, more room, or more time"
+        f"{instant:.4g} s: give a waypoint beside it, {give}"
     )
 
 
