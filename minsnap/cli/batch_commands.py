@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
-from minsnap.basics.checks import check_number
 from minsnap.basics.messages import labelled
 from minsnap.basics.progress import ProgressLine
 from minsnap.cli import options
@@ -50,6 +49,7 @@ def batch(
     The same command continues a run that was killed. The files have the same bytes for every number of workers. A
     problem that fails is a row with its status and the reason.
     """
+    from minsnap.basics.checks import check_number
     from minsnap.batch.run import run_batch
     from minsnap.batch.spec import read_spec
 
