@@ -90,8 +90,12 @@ def compare(
     climb and landing do not count, and the vehicle's delay counts as an error. Setpoints that were sent ahead (--lead,
     or as the file or the log of the stream says) are compared at their planned instants.
     """
+    from minsnap.basics.checks import check_positive
+
     options.check_corridor(corridor, waypoints)
     check_figure(plot, view)
+    if max_speed is not None:
+        check_positive("--max-speed", max_speed, "m/s", InputError)
     compared = matching.compared(reference, flights)
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in compared.items()}
     if plot is not None:

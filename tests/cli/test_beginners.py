@@ -47,6 +47,7 @@ MISTAKES = [
     ("plan w.csv --corridor 0.3,0.3,0.3", "for 2 legs of 3 axes: give one"),
     ("plan w.csv --time 0", "--time is 0.0: it must be positive"),
     ("plan w.csv --max-speed 0", "it must be a positive number"),
+    ("compare w.csv w.csv --max-speed nan", "it must be a positive number"),
     ("plan w.csv --max-speed 3m/s", "not a valid float"),
     ("plan w.csv --max-tilt 95", "95 degrees: it must be below 90"),
     ("plan w.csv --yaw north", "it takes degrees, velocity or tilt"),
