@@ -68,3 +68,14 @@ def test_a_rate_that_no_episode_has_is_refused_before_anything_is_planned(call, 
     done = call("batch", "walks.yaml", "-o", "walks", "--format", "lerobot", "--rate", "0")
     assert done.returncode == 2 and "--rate is 0: give a whole number of frames a second" in done.stderr
     assert not (tmp_path / "walks").exists()
+
+
+@pytest.mark.slow
+def test_two_formats_of_a_dataset_are_not_mixed_in_a_folder(call, tmp_path):
+    (tmp_path / "walks.yaml").write_text("{generator: walks, count: 3}")
+    for first, other in (("parquet", "lerobot"), ("lerobot", "parquet")):
+        asked = "batch", "walks.yaml", "--workers", "1", "-o", first, "--format"
+        assert call(*asked, first).returncode == 0
+        done = call(*asked, other)
+        assert done.returncode == 2 and f"{first} holds a dataset of another format" in done.stderr
+        assert call(*asked, first).returncode == 0
