@@ -82,6 +82,13 @@ def test_limits_that_a_search_tightened_are_no_room_inside_them():
 
 
 @pytest.mark.slow
+def test_a_price_of_time_has_a_plan_where_limits_bound_nothing():
+    """Cubics have no snap to be limited: in the durations that were tried, none was flown as fast as that allows."""
+    _, kind, said, _ = outcome(490007964)
+    assert kind == "planned", said
+
+
+@pytest.mark.slow
 def test_a_yaw_in_time_is_measured_again_where_a_curve_is_flown_more_slowly():
     """Rotors broke their limit on the slower curve; what was tried in its place takes 7.2 s."""
     asked, _ = question(401674)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -158,7 +158,8 @@ def plans_for(
         try:
             solved = solve(bounded, durations, effort=effort)
             if limits is not None and bounded.still and not exact:
-                return flown_fastest(solved, limits, task.walls, search)
+                with suppress(UnlimitedError) if timing.time_weight is not None else nullcontext():
+                    return flown_fastest(solved, limits, task.walls, search)
         except (InfeasibleRowsError, SolverError):
             return None
         return timed(solved, search) if limits is None or keeps(limits, solved.flown) else None
