@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,17 +31,22 @@ class GridMap(ReadOnly):
         Outer corner of cell (0, 0, 0) [m]; by default zero.
     name : str
         What messages call it.
+    altitudes : array_like, shape (2,), optional
+        From which altitude to which a map in space may be flown through [m], the layers of both included; by default
+        all of it. Cells above and below are kept away from like any others.
 
     Raises
     ------
     CorridorError
-        If there are no cells, too many, or not 2 or 3 axes, or a side is not positive.
+        If there are no cells, too many, or not 2 or 3 axes, or a side is not positive; or if altitudes are no two
+        numbers in order, of a plane map, or of no layer.
     """
 
     occupied: BoolArray
     resolution: FloatArray
     origin: FloatArray | None = None
     name: str = "the map"
+    altitudes: FloatArray | None = None
 
     def __post_init__(self) -> None:
         cells = np.asarray(self.occupied)
@@ -56,6 +61,8 @@ class GridMap(ReadOnly):
         start = np.zeros(cells.ndim) if self.origin is None else self.origin
         corner = check_array(f"the origin of {self.name}", start, ((cells.ndim,),), give, CorridorError)
         set_fields(self, occupied=cells.copy(), resolution=sides, origin=corner)
+        if self.altitudes is not None:
+            self._check_altitudes(self.altitudes)
 
     @property
     def dim(self) -> int:
@@ -98,23 +105,32 @@ class GridMap(ReadOnly):
         sides = ", ".join(f"{axis_name(i)} from {low:.4g} to {high:.4g} m" for i, (low, high) in enumerate(pairs))
         return f"{sides}, {' x '.join(map(str, self.occupied.shape))} cells"
 
-    def between(self, low: float, high: float) -> GridMap:
-        """Return the layers of a map in space that reach from one altitude to another [m], those of both included.
+    @property
+    def layers(self) -> tuple[int, int]:
+        """First cell along the last axis that may be flown through, and the one behind the last."""
+        low, high = (-np.inf, np.inf) if self.altitudes is None else self.altitudes
+        count, side, bottom = self.occupied.shape[-1], self.resolution[-1], self.lower[-1]
+        first = np.clip(np.floor((low - bottom) / side + EXACT), 0, count)
+        return int(first), int(np.clip(np.ceil((high - bottom) / side - EXACT), 0, count))
 
-        Raises
-        ------
-        CorridorError
-            If the map is plane, or has no layer there.
-        """
+    def flown(self, cells: BoolArray) -> BoolArray:
+        """Return some cells of the map without those above and below the altitudes."""
+        kept = np.zeros_like(cells)
+        kept[..., slice(*self.layers)] = cells[..., slice(*self.layers)]
+        return kept
+
+    def _check_altitudes(self, altitudes: ArrayLike) -> None:
         if self.dim != 3:
             raise CorridorError(f"{self.name} is plane: altitudes are those of a map in space")
-        side = float(self.resolution[2])
-        first = max(int(np.floor((low - self.lower[2]) / side + EXACT)), 0)
-        last = min(int(np.ceil((high - self.lower[2]) / side - EXACT)), self.occupied.shape[2])
-        if not first < last:
-            raise CorridorError(f"the altitudes {low:g} to {high:g} m are not in {self.name}: {self.extent_text()}")
-        corner = self.lower + np.array([0.0, 0.0, first * side])
-        return replace(self, occupied=self.occupied[:, :, first:last], origin=corner)
+        pair = numbers(altitudes)
+        if pair is None or pair.shape != (2,) or not pair[0] < pair[1]:
+            raise CorridorError(f"the altitudes are {shown(altitudes)}: give two numbers, the lower one first [m]")
+        set_fields(self, altitudes=pair)
+        first, behind = self.layers
+        if not first < behind:
+            raise CorridorError(
+                f"the altitudes {pair[0]:g} to {pair[1]:g} m are not in {self.name}: {self.extent_text()}"
+            )
 
 
 def _sides(name: str, resolution: ArrayLike, dim: int) -> FloatArray:

@@ -122,7 +122,8 @@ def read_map_yaml(path: FileName, how: Reading) -> GridMap:
 
     Probabilities are (255 - value) / 255, or value / 255 with ``negate``. In the modes trinary (the default) and scale,
     a cell is occupied above ``occupied_thresh``, free below ``free_thresh``, and unknown between; in raw, values are
-    percentages and those above 100 unknown. A threshold of ``how`` takes precedence over both.
+    percentages and those above 100 unknown. What is not opaque is unknown. A threshold of ``how`` takes precedence over
+    both.
 
     Raises
     ------
@@ -157,8 +158,11 @@ def read_map_entries(path: FileName) -> dict[str, Any]:
     return content
 
 
-def read_picture(path: FileName) -> NDArray[np.uint8]:
-    """Return the grey values of a picture, rows from top to bottom: (rows, columns); -1 where it is transparent.
+def read_picture(path: FileName) -> NDArray[np.float32]:
+    """Return the grey values of a picture, 0 to 255, rows from top to bottom: (rows, columns).
+
+    Those of colours are the mean of red, green and blue, as map_server takes them; where the picture is not opaque,
+    they are not a number.
 
     Raises
     ------
@@ -170,16 +174,24 @@ def read_picture(path: FileName) -> NDArray[np.uint8]:
     with reading(path, "a picture in PGM or PNG", LARGEST), Image.open(path, formats=("PPM", "PNG")) as picture:
         if picture.width * picture.height > LARGEST_MAP:
             raise FileError(f"{path} has {picture.width} x {picture.height} pixels: at most {LARGEST_MAP} are read")
-        return np.array(picture.convert("L"), dtype=np.uint8)
+        if picture.mode == "F":
+            raise FileError(f"{path} holds floating-point numbers: a map has whole grey values")
+        if picture.mode.startswith("I"):  # of 16 bits
+            return np.asarray(picture, dtype=np.float32) * np.float32(255.0 / 65535.0)
+        if picture.mode in ("1", "L") and "transparency" not in picture.info:
+            return np.array(picture.convert("L"), dtype=np.float32)
+        channels = np.asarray(picture.convert("RGBA"))
+        grey = channels[..., :3].sum(axis=2, dtype=np.float32) / np.float32(3.0)
+        return np.where(channels[..., 3] == 255, grey, np.float32(np.nan))
 
 
 def _probability(
-    picture: NDArray[np.uint8], content: Mapping[str, Any], bounds: tuple[float, float], banded: bool
+    values: NDArray[np.float32], content: Mapping[str, Any], bounds: tuple[float, float], banded: bool
 ) -> NDArray[np.float32]:
-    """Return probabilities, with -1 where a cell is unknown."""
-    values = picture.astype(np.float32)
+    """Return probabilities; those of unknown cells are below 0 or not a number."""
     if content.get("mode", "trinary") == "raw":
-        return np.where(values <= 100, values / np.float32(100.0), np.float32(-1.0))
+        percent = np.round(values)
+        return np.where(percent <= 100, percent / np.float32(100.0), np.float32(-1.0))
     chance = (values if content.get("negate", 0) else 255.0 - values) / np.float32(255.0)
     if not banded:
         return np.asarray(chance)

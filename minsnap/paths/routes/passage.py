@@ -125,14 +125,14 @@ def widest(gap: FloatArray, open_: BoolArray, start: IntArray, goal: IntArray) -
     gap : ndarray
         Distance of each cell to the nearest occupied one [m].
     open_ : ndarray of bool
-        Cells that are not occupied.
+        Cells that are not occupied and may be flown through.
     start, goal : ndarray, shape (dim,)
         Cells.
     """
     if not _linked(open_, start, goal):
         return None
     values = np.unique(gap[open_ & (gap <= min(gap[tuple(start)], gap[tuple(goal)]))])
-    passable = bisect(range(1, len(values)), 0, key=lambda i: not _linked(gap >= values[i], start, goal))
+    passable = bisect(range(1, len(values)), 0, key=lambda i: not _linked(open_ & (gap >= values[i]), start, goal))
     return float(values[passable])
 
 
@@ -174,7 +174,7 @@ class Barrier:
         border = np.zeros(self.reached.shape, dtype=np.bool_)
         border[tuple(self.border.T)] = True
         parted = self.reached[tuple(self.start)] and not self.reached[tuple(self.goal)]
-        closed = bool((border | self.reached)[beside(self.reached)].all())
+        closed = bool((border | self.reached)[self.grid.flown(beside(self.reached))].all())
         blocked = bool(self.grid.occupied[tuple(self.near.T)].all())
         apart = np.unique(np.abs(self.border - self.near), axis=0)
         return bool(parted) and closed and blocked and all(map(self._too_near, apart.tolist()))
@@ -199,7 +199,7 @@ def barrier(grid: GridMap, free: BoolArray, clearance: float, start: IntArray, g
 
     part, _ = label(free)
     reached = part == part[tuple(start)]
-    border = np.argwhere(beside(reached))
+    border = np.argwhere(grid.flown(beside(reached)))
     return Barrier(grid, clearance, start, goal, reached, border, _nearest_cells(grid, border))
 
 
@@ -236,14 +236,16 @@ def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: 
     """
     for point, name in ((start, "start"), (goal, "goal")):
         _check_inside(grid, point, name)
-    free = ~grown(grid.occupied, clearance, grid.resolution)
+    free = grid.flown(~grown(grid.occupied, clearance, grid.resolution))
     for point, name in ((start, "start"), (goal, "goal")):
         if not free[tuple(grid.cell(point))]:
             raise _too_near(grid, point, name, clearance)
-    way = shortest_way(free, grid.resolution, grid.cell(start), grid.cell(goal))
+    below = np.array([0] * (grid.dim - 1) + [grid.layers[0]])
+    ends = grid.cell(start) - below, grid.cell(goal) - below
+    way = shortest_way(free[..., slice(*grid.layers)], grid.resolution, *ends)
     if way is None:
         raise _too_narrow(grid, free, start, goal, clearance)
-    points = np.vstack((start, grid.center(way), goal))
+    points = np.vstack((start, grid.center(way + below), goal))
     return boxes_along(free, grid.resolution, grid.lower, points, clearance)
 
 
@@ -265,10 +267,12 @@ def _check_inside(grid: GridMap, point: FloatArray, name: str) -> None:
 
 
 def _too_near(grid: GridMap, point: FloatArray, name: str, clearance: float) -> WaypointError:
-    distance, cell = _nearest(grid, point)
     place = f"the {name} {point_text(point)} m, cell {point_text(grid.cell(point))},"
     if grid.occupied[tuple(grid.cell(point))]:
         return WaypointError(f"{place} is in an occupied cell: move it to a free one")
+    if not grid.flown(np.ones_like(grid.occupied))[tuple(grid.cell(point))]:
+        return WaypointError(f"{place} is outside the altitudes to fly through: move it, or change them")
+    distance, cell = _nearest(grid, point)
     near = f"{place} is {distance:.3g} m from the occupied cell at {grid.spot(cell)}"
     if distance < clearance:
         return WaypointError(
@@ -285,7 +289,7 @@ def _too_narrow(
 ) -> InfeasibleError:
     """Return the sentence on the widest way there is."""
     ends = grid.cell(start), grid.cell(goal)
-    open_, gap = ~grid.occupied, gaps(grid.occupied, grid.resolution)
+    open_, gap = grid.flown(~grid.occupied), gaps(grid.occupied, grid.resolution)
     most = widest(gap, open_, *ends)
     lead = f"no way leads from {point_text(start)} m to {point_text(goal)} m"
     if most is None:

@@ -9,7 +9,7 @@ distance at an end agree: both errors fall with the square of the length.
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -265,7 +265,8 @@ def plan_through(
     resolution, origin, threshold, unknown
         As :func:`minsnap.routes.read_map` takes them, for files and arrays.
     altitudes : (float, float), optional
-        Lowest and highest altitude of cells that may be flown through, in a map in space [m].
+        Lowest and highest altitude of cells that may be flown through, in a map in space [m]; the clearance holds to
+        the cells above and below, too.
     **planning
         Further arguments of :func:`minsnap.plan`: ``limits``, ``total_time``, ``yaw``, ``pieces``, … Within 3 m/s and
         6 m/s^2 in the shortest time unless a time or limits are set.
@@ -300,7 +301,7 @@ def plan_through(
     reading = {"resolution": resolution, "origin": origin, "threshold": threshold, "unknown": unknown}
     read = _as_map(grid, reading, [start, goal], radius)
     if altitudes is not None:
-        read = read.between(*altitudes)
+        read = replace(read, altitudes=altitudes)  # type: ignore[arg-type]
     ends = [end_point(point, read.dim, name) for point, name in ((start, "start"), (goal, "goal"))]
     if ends[0].shape != ends[1].shape or (ends[0] == ends[1]).all():
         raise WaypointError("start and goal are one point, or have different numbers of coordinates: give two points")

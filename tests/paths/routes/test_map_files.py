@@ -38,6 +38,22 @@ def test_a_text_picture_is_the_same_as_a_binary_one(tmp_path):
     assert np.array_equal(read_map(tmp_path / "text.yaml").occupied, read_map(map_server(tmp_path)).occupied)
 
 
+@pytest.mark.parametrize(
+    ("pixels", "cells"),
+    [
+        (np.array([[0, 100, 200, 254]], dtype=np.uint16) * 257, "#??."),
+        (np.array([[300, 30000, 65535]], dtype=np.uint16), "#?."),
+        (np.array([[[255, 255, 0], [0, 255, 255], [255, 0, 0], [255] * 3]], dtype=np.uint8), "??#."),
+        (np.array([[[255, 0], [255, 128], [255, 255], [0, 255]]], dtype=np.uint8), "??.#"),
+    ],
+    ids=["16 bits", "16 bits, all but black", "colours", "not opaque"],
+)
+def test_pictures_of_other_kinds_are_read_as_map_server_reads_them(tmp_path, pixels, cells):
+    file = map_server(tmp_path, pixels, name="map.png")
+    assert read_map(file).occupied.ravel().tolist() == [cell != "." for cell in cells]
+    assert read_map(file, unknown="free").occupied.ravel().tolist() == [cell == "#" for cell in cells]
+
+
 def test_unknown_cells_and_thresholds_are_choices(tmp_path):
     file = map_server(tmp_path)
     free = read_map(file, unknown="free").occupied.T[::-1]

@@ -68,6 +68,19 @@ def test_walls_in_space_are_passed_above_unless_altitudes_forbid_it():
     assert min(over.distance, around.distance) >= 0.15 - 1e-9
 
 
+def test_what_is_above_and_below_the_altitudes_is_kept_away_from():
+    cells = np.zeros((40, 20, 30), dtype=bool)
+    cells[10:30, :, 8] = True  # a table, whose top is at 0.9 m
+    ends = (0.5, 1.0, 1.05), (3.5, 1.0, 1.05)
+    found = plan_through(cells, *ends, clearance=0.4, resolution=0.1, altitudes=(1.0, np.inf), total_time=20.0)
+    assert 0.4 - 1e-9 <= found.distance < 1.0
+    with pytest.raises(InfeasibleError, match="too narrow") as refused:
+        plan_through(cells, *ends, clearance=0.4, resolution=0.1, altitudes=(1.0, 1.2))
+    assert refused.value.verify() and refused.value.smallest_width == pytest.approx(0.2)
+    with pytest.raises(WaypointError, match="outside the altitudes"):
+        plan_through(cells, *ends, clearance=0.4, resolution=0.1, altitudes=(1.2, 2.0))
+
+
 def test_origin_and_sides_of_cells_are_those_of_the_world():
     grid = GridMap(CELLS.astype(bool), (0.1, 0.2), (-5.0, 2.0))
     found = plan_through(grid, (-4.0, 4.0), (4.0, 16.0), clearance=0.25)
@@ -122,12 +135,15 @@ def test_the_narrowest_place_is_the_hole_and_not_where_the_way_passes_along_a_wa
         ({"clearance": -1}, CorridorError, "the clearance is -1"),
         ({"unknown": "maybe"}, CorridorError, "unknown cells count as 'occupied' or 'free'"),
         ({"altitudes": (0, 1)}, CorridorError, "is plane"),
+        ({"grid": CELLS[:, :, None], "altitudes": (np.nan, 1)}, CorridorError, "give two numbers"),
+        ({"grid": CELLS[:, :, None], "altitudes": (2, 1)}, CorridorError, "the lower one first"),
+        ({"grid": CELLS[:, :, None], "altitudes": (2, 3)}, CorridorError, "2 to 3 m are not in the map"),
     ],
 )
 def test_what_cannot_be_flown_is_refused_in_metres_and_cells(arguments, error, message):
-    asked = {"start": START, "goal": GOAL, "resolution": 0.1, "clearance": 0.3, "total_time": 20.0} | arguments
+    asked = {"grid": CELLS, "start": START, "goal": GOAL, "resolution": 0.1, "clearance": 0.3, "total_time": 20.0}
     with pytest.raises(error, match=message):
-        plan_through(CELLS, **asked)
+        plan_through(**asked | arguments)
 
 
 def test_a_large_map_in_space_is_crossed():
