@@ -220,9 +220,10 @@ def fly_course(course: Course, planning: Planning, destination: Destination, not
     mission = minsnap.plan_mission(flown, **arguments)
     took = 1e3 * (perf_counter() - began)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
-    figures = {"parts": parts} | _beside(flown, arguments, mission, took)
+    figures: dict[str, Any] = {"parts": parts, "interrupted": "yes" if mission.interrupted else None}
+    figures |= {} if mission.interrupted else _beside(flown, arguments, mission, took)
     how |= {"limits": mission.limits, "further": figures, "gates": mission.gates}
-    how["note"] = "; ".join(filter(None, (note, _other_vehicle(mission, destination))))
+    how["note"] = "; ".join(filter(None, (*mission.notes, note, _other_vehicle(mission, destination))))
     how["draw"] = lambda **view: minsnap.plot.plot_mission(mission, **view)
     destination.deliver(mission.trajectory, mission.corridor or None, **how)
 

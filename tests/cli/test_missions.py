@@ -50,6 +50,15 @@ def test_gates_of_three_shapes_keep_their_margin_and_say_when_they_are_passed(ca
     )
 
 
+def test_the_summary_warns_of_what_is_not_limited_and_says_that_the_search_was_cut_short(call, write):
+    limits = "{tilt: 0.08, acceleration: null, speed: null}"
+    write(f"waypoints: [[0,0,1],[10,0,1],[10,5,1]]\npieces: 3\nlimits: {limits}\nland: true\n")
+    said = json.loads(call("plan", "course.yaml", "--json").stdout)
+    assert "the acceleration is not limited and reaches" in said["note"] and said["interrupted"] is None
+    cut = json.loads(call("plan", "course.yaml", "--max-speed", "2", "--time-limit", "1e-6", "--json").stdout)
+    assert cut["interrupted"] == "yes" and cut["note"] is None
+
+
 @pytest.mark.parametrize("laps", [2, 3])
 def test_a_standing_start_is_of_all_laps(call, write, laps):
     """It was of one lap, so that laps from rest seemed quicker than flying ones."""

@@ -18,12 +18,14 @@ from minsnap.corridors.knot_regions import GatePassage, gate_passages
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import SolverError, WaypointError
 from minsnap.limits.compliance import keeps, most_used
+from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ORDINARY
 from minsnap.paths.missions.course import Course, Stop, section_request
 from minsnap.planning.planner import plan
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.trajectory.planned_heading import chosen_heading
+from minsnap.trajectory.report import unlimited_notes
 from minsnap.trajectory.trajectory import Trajectory, concatenate
 
 
@@ -85,6 +87,8 @@ class Mission:
         What holds for all parts.
     corridor : tuple of HalfSpaces
         The walls that positions stay inside, on the legs of the trajectory: boxes, or tube and straight gates.
+    interrupted : bool
+        Whether the search for one of the parts was cut short, and its best plan until then taken.
     """
 
     trajectory: Trajectory
@@ -92,6 +96,13 @@ class Mission:
     course: Course
     limits: Limits
     corridor: tuple[HalfSpaces, ...] = ()
+    interrupted: bool = False
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is far from ordinary, as the report of a plan says it."""
+        fixed = fixed_yaw_notes(self.limits, self.trajectory) if self.course.yaw is None else ()
+        return fixed + unlimited_notes(self.trajectory, self.limits.given())
 
     @property
     def gates(self) -> dict[int, Gate]:
@@ -139,6 +150,7 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     check_kind("the course", course, Course, "a Course")
     course = course.changed(**{name: planning.pop(name) for name in ("degree", "pieces", "avoid") if name in planning})
     flown = _flown(course, planning)
+    interrupted = any(part.curve.report is not None and part.curve.report.interrupted for part in flown)
     if course.takeoff is not False:
         first = flown[0].curve
         ground = _ground(first, 0.0, course.takeoff)
@@ -150,7 +162,7 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     flown, curve = _within_limits(course, flown, _headed(course, flown))
     walls = _corridor(curve, flown)
     _look_at(curve, walls, planning.get("continuity"), len(flown) > 1)
-    return Mission(curve, _parts(flown), course, course.bounds, walls)
+    return Mission(curve, _parts(flown), course, course.bounds, walls, interrupted)
 
 
 @dataclass(frozen=True, eq=False)
