@@ -185,6 +185,9 @@ def _fleet_text(certificate: FleetCertificate) -> str:
 
 def _verdict(certificate: FleetCertificate) -> str:
     near = certificate.closest
+    if certificate.jump is not None:
+        vehicle, instant, jump = certificate.jump
+        return f"problem: {certificate.fleet.name(vehicle)} jumps by {jump:.3g} m at {instant:.4g} s"
     if near is None:
         return "one vehicle: there is no pair"
     nearest = f"{certificate.fleet.names_of(near.pair)} come within {near.distance:.4f} m at {near.instant:.2f} s"
@@ -196,7 +199,7 @@ def _fleet_json(certificate: FleetCertificate) -> str:
     fleet = certificate.fleet
     facts = {"ok": certificate.ok, "vehicles": [fleet.name(i) for i in range(len(fleet))], "duration": fleet.duration}
     least = {name: getattr(certificate, name) for name in ("least_distance", "pair", "instant")}
-    return as_json(facts | least | {"nearest": near})
+    return as_json(facts | least | {"nearest": near, "jump": certificate.jump})
 
 
 @command()

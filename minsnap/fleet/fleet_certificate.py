@@ -150,7 +150,7 @@ class FleetCertificate:
     ----------
     ok : bool
         All conditions hold: separations and limits to ``EXACT`` of themselves, clearances and the room to
-        ``EXACT`` [m].
+        ``EXACT`` [m]; and no vehicle jumps.
     closest : NearPair or None
         The pair that comes nearest to its separation; None for one vehicle.
     nearest : tuple of NearPair
@@ -192,6 +192,11 @@ class FleetCertificate:
     def instant(self) -> float | None:
         """When [s]."""
         return None if self.closest is None else self.closest.instant
+
+    @cached_property
+    def jump(self) -> tuple[int, float, float] | None:
+        """The greatest step in position over 1 cm: vehicle, instant [s] and distance [m]; None without one."""
+        return _greatest_jump(self.fleet)
 
     @cached_property
     def room_margin(self) -> float | None:
@@ -259,7 +264,8 @@ def certify_fleet(
         all(pair.share >= 1.0 - EXACT for pair in pairs[:1])
         and all(used.kept for used in use)
         and (margins is None or bool((margins >= -EXACT).all()))
-        and (clear is None or bool((clear >= -EXACT).all())),
+        and (clear is None or bool((clear >= -EXACT).all()))
+        and _greatest_jump(flown) is None,
         pairs[0] if pairs else None,
         tuple(pair for pair in pairs if pair.share < reach),
         use,
@@ -275,6 +281,16 @@ def _listed(fleet: Any) -> tuple[Any, ...]:
     if not isinstance(fleet, Sequence):
         raise FleetError(f"certify_fleet takes a Fleet or a list of trajectories, not {type(fleet).__name__}")
     return tuple(fleet)
+
+
+def _greatest_jump(fleet: Fleet, least: float = 0.01) -> tuple[int, float, float] | None:
+    """Return vehicle, instant and size of the greatest step in position [m]; numbers of few digits make small ones."""
+    steps = [np.linalg.norm(curve.control_points[1:, 0] - curve.control_points[:-1, -1], axis=1) for curve in fleet]
+    vehicle = int(np.argmax([each.max(initial=0.0) for each in steps]))
+    if steps[vehicle].max(initial=0.0) <= least:
+        return None
+    knot = int(steps[vehicle].argmax())
+    return vehicle, float(fleet[vehicle].breaks[knot + 1]), float(steps[vehicle][knot])
 
 
 def _nearest(fleet: Fleet, separation: Separation, reach: float, threads: int) -> tuple[NearPair, ...]:
@@ -398,6 +414,9 @@ def _fault_together(certificate: FleetCertificate) -> str:
         return f"vehicle {int(np.argmin(certificate.room_margins))} leaves the room by {-certificate.room_margin:.3g} m"  # type: ignore[arg-type]
     if certificate.clearance is not None and certificate.clearance < -EXACT:
         return f"vehicle {int(np.argmin(certificate.clearances))} is {-certificate.clearance:.3g} m inside an obstacle"  # type: ignore[arg-type]
+    if certificate.jump is not None:
+        vehicle, instant, distance = certificate.jump
+        return f"vehicle {vehicle} jumps by {distance:.3g} m at {instant:.4g} s"
     return (
         f"vehicles {certificate.pair} come as near as {certificate.least_distance:.9g} m at {certificate.instant:.4g} s"
     )

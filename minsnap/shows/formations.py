@@ -27,7 +27,7 @@ DRAWN = 40
 def grid(vehicles: int, spacing: float, height: float = 0.0, columns: int | None = None) -> FloatArray:
     """Return rows of a level grid around the origin, row by row; as square as possible by default."""
     count, spacing = _count(vehicles), check_positive("the spacing of a grid", spacing, "m", FleetError)
-    wide = int(np.ceil(np.sqrt(count))) if columns is None else _count(columns)
+    wide = int(np.ceil(np.sqrt(count))) if columns is None else _count(columns, "columns")
     rows, places = np.divmod(np.arange(count), wide)
     plane = np.stack([places, rows], axis=1) * spacing
     return np.column_stack([plane - (plane.min(axis=0) + plane.max(axis=0)) / 2.0, np.full(count, float(height))])
@@ -87,9 +87,9 @@ def spacing_of(points: FloatArray) -> tuple[float, tuple[int, int]]:
     return float(distance[first, 1]), (first, int(other[first, 1]))
 
 
-def _count(value: Any) -> int:
+def _count(value: Any, what: str = "vehicles") -> int:
     give = "give a whole number from 1 to 100000"
-    return int(check_number("the number of vehicles", value, 1, 100_000, give, FleetError, whole=True))
+    return int(check_number(f"the number of {what}", value, 1, 100_000, give, FleetError, whole=True))
 
 
 def mesh(vehicles: int, file: FileName, size: float, height: float = 0.0) -> FloatArray:

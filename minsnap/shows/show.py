@@ -18,16 +18,17 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.basics.checks import LONGEST
+from minsnap.basics.checks import LONGEST, point_text
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import FileName
 from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.boxes import Room
 from minsnap.errors import FleetError, MinsnapError
 from minsnap.files.formats.skybrush import Lights
 from minsnap.fleet.assignment import assign
 from minsnap.fleet.common_clock import Fleet, Separation
-from minsnap.fleet.fleet_certificate import certify_fleet
+from minsnap.fleet.fleet_certificate import certify_fleet, extent_of
 from minsnap.fleet.fleet_planner import plan_fleet
 from minsnap.fleet.fleet_task import table_of
 from minsnap.fleet.time_search import slowed
@@ -70,8 +71,13 @@ def moved(move: Move, points: FloatArray, limits: Limits) -> list[Trajectory]:
     Raises
     ------
     FleetError
-        If it does not keep the limits in its seconds.
+        If it does not keep the limits in its seconds, or its way does not begin at the center.
     """
+    if move.along is not None and move.along[:1].any():
+        raise FleetError(
+            f"the way of a move begins at {point_text(move.along[0])}: it is counted from the center of the formation, "
+            "so begin it at (0, 0, 0)"
+        )
     way = None if move.along is None else plan(move.along, total_time=1.0)
     count = max(LEAST_PIECES, ceil(abs(move.turn) / PIECE))
     breaks = np.union1d(np.linspace(0.0, 1.0, count + 1), [] if way is None else way.breaks[1:-1])
@@ -343,13 +349,14 @@ class _Course:
         """Return the curves to goals, and how they were planned; an UnprovedError says of which flight it is."""
         if np.abs(goals - self.now).max() <= EXACT:
             return [], "stays"
-        show, file = self.show, None if self.kept is None else Path(self.kept) / f"{self._key(goals)}.npz"
+        show, room = self.show, self._room(goals)
+        file = None if self.kept is None else Path(self.kept) / f"{self._key(goals, room)}.npz"
         if file is not None and file.exists():
             stored = read_archive(file)
             return [Trajectory(stored[f"p{i}"], stored[f"d{i}"]) for i in range(len(goals))], "kept"
         ways = np.stack([self.now, goals], axis=1)
         try:
-            fleet = plan_fleet(ways, show.limits, show.separation, show.room, seed=show.seed, progress=self.progress)
+            fleet = plan_fleet(ways, show.limits, show.separation, room, seed=show.seed, progress=self.progress)
         except MinsnapError as error:
             error.args = (f"the flight to {name}: {error}",)
             raise
@@ -360,10 +367,15 @@ class _Course:
             _store(file, list(fleet))
         return list(fleet), report.method if report else ""
 
-    def _key(self, goals: FloatArray) -> str:
+    def _room(self, goals: FloatArray) -> Room:
+        """Return the room of a flight: nobody goes around another below its lowest point and the end of the climb."""
+        lower, upper = self.show.room or (np.full(3, -np.inf), np.full(3, np.inf))
+        floor = min(float(places[:, 2].min()) for places in (self.now, goals, self.show.above))
+        return Room(np.maximum(lower, (-np.inf, -np.inf, floor)), upper)
+
+    def _key(self, goals: FloatArray, room: Room) -> str:
         """Return a name of the question of a flight."""
-        show = self.show
-        corners = None if show.room is None else [np.asarray(corner).tolist() for corner in show.room]
+        show, corners = self.show, [corner.tolist() for corner in (room.lower, room.upper)]
         apart = show.separation.plain.values()
         question = (self.now.tolist(), goals.tolist(), repr(show.limits), *apart, corners, show.seed)
         return hashlib.sha256(repr(question).encode()).hexdigest()[:24]
@@ -401,9 +413,12 @@ def _return(show: Show, now: FloatArray) -> IntArray:
 
 
 def _checked(curves: list[Trajectory], show: Show, name: str) -> list[Trajectory]:
-    """Return the curves of a move, or raise FleetError where they come too near or leave the room."""
+    """Return the curves of a move, or raise FleetError where they come too near, leave the room or go underground."""
     if not curves:
         return curves
+    below = float(show.home[:, 2].min()) - min(float(extent_of(curve.control_points)[0][2]) for curve in curves)
+    if below > EXACT:
+        raise FleetError(f"a move of {name!r} goes {below:.3g} m below the lowest home: raise the act, or move it less")
     certificate = certify_fleet(curves, show.separation, room=show.room)
     near = certificate.closest
     if near is not None and near.share < 1.0 - EXACT:

@@ -144,8 +144,10 @@ def _move(content: dict[str, Any], where: str) -> Move:
     scale, seconds = content.get("scale", 1.0), content.get("seconds")
     if not scale > 0.0 or (seconds is not None and not seconds > 0.0):
         raise FileError(f"a move of {where} has scale {scale:g} and seconds {shown(seconds)}: give positive numbers")
-    way = np.array(content["along"]) if "along" in content else None
-    return Move(float(np.radians(content.get("turn", 0.0))), scale, way, seconds)
+    turn, way = content.get("turn", 0.0), np.array(content["along"]) if "along" in content else None
+    if not abs(turn) <= 36_000:
+        raise FileError(f"a move of {where} turns by {turn:g} degrees: give 36000 at most, 100 turns")
+    return Move(float(np.radians(turn)), scale, way, seconds)
 
 
 def _formation(content: dict[str, Any], vehicles: int, place: Path, where: str) -> FloatArray:

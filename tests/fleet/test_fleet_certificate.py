@@ -153,6 +153,18 @@ def test_bad_input_is_one_sentence(arguments, sentence):
         minsnap.certify_fleet(**{"fleet": [line, line], "separation": 0.1, **arguments})
 
 
+def test_a_vehicle_that_jumps_does_not_fly():
+    """A show whose formation began to move beside its place was called proved."""
+    still = minsnap.plan([(0.0, 5.0, 1.0), (4.0, 5.0, 1.0)], total_time=4.0)
+    one, two = (minsnap.plan([(x, 0.0, 1.0), (x + 1.0, 0.0, 1.0)], total_time=4.0) for x in (0.0, 1.5))
+    jumping = minsnap.Trajectory(
+        np.concatenate((one.control_points, two.control_points)), np.concatenate((one.durations, two.durations))
+    )
+    certificate = minsnap.certify_fleet([still, jumping], minsnap.Separation(1.0))
+    assert not certificate.ok and certificate.jump == pytest.approx((1, 4.0, 0.5))
+    assert minsnap.certify_fleet([still], minsnap.Separation(1.0)).jump is None
+
+
 @pytest.mark.parametrize(
     "make",
     [

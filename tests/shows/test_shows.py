@@ -222,6 +222,16 @@ def test_a_flight_that_is_refused_is_named(show_file):
         fly(read_show(show_file))
 
 
+def test_nobody_goes_around_another_underground():
+    """Vehicles that return crosswise at 0.4 m dived to -0.3 m."""
+    home, low = grid(9, 1.0), grid(9, 1.0, 0.4)
+    act = Act("low", low, moves=(Move(np.pi),))
+    show = Show(home, (act,), minsnap.Separation(0.8), minsnap.Limits(speed=2, acceleration=3), take_off=0.4)
+    flown = fly(show)
+    assert flown.stages[-2].method == "joint"
+    assert minsnap.certify_fleet(flown.fleet, room=((-9, -9, 0), (9, 9, 9))).ok
+
+
 SHAPES = {
     "path": ('<path d="M0 0 H4 v2 h-4 z"/>', 12.0),
     "curves": ('<path d="M1,0 A1,1 0 0 1 -1,0 A1 1 0 0 1 1 0Z"/>', 2.0 * np.pi),
@@ -359,8 +369,11 @@ def test_shows_climb_in_layers_move_and_land_anywhere(tmp_path):
     [
         ("scale: 0.1", "vehicles . and . come within .* shrink it less"),
         ("along: [[0, 0, 0], [90, 0, 0]]", "leaves the room by"),
+        ("along: [[0, 0, 0], [0, 0, -7]]", "goes 1 m below the lowest home"),
+        ("along: [[1, 0, 0], [2, 0, 0]]", r"begins at \(1, 0, 0\): it is counted from the center"),
         ("scale: -1", "positive"),
         ("spin: 1", "spin"),
+        ("turn: 1e9", "turns by 1e.09 degrees: give 36000 at most"),
     ],
 )
 def test_moves_that_cannot_be_are_said_in_a_sentence(tmp_path, change, sentence):
