@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from minsnap.basics.checks import check_able, check_kind, check_number, is_numbe
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import progress_line
 from minsnap.errors import DivergenceError, TimingError
-from minsnap.flight.simulation.controllers import Command, Controller, Pilot, vector
+from minsnap.flight.simulation.controllers import Controller, Pilot, Reference, Vector, vector
 from minsnap.flight.simulation.flight_inputs import (
     ConstantWind,
     ReferenceTable,
@@ -170,84 +169,66 @@ def simulate(
     if not (is_number(length) and length > 0):
         raise TimingError(f"the flight lasts {shown(length)} s: give a duration above 0")
     check_steps(length, step)
-    count = max(round(length / step), 1) + 1
-    parts = (controller.pilot(vehicle, step), table, StateEstimator(sensors, step, count), wind.sample(count, step))
-    run = _Run(vehicle, *parts, step)
+    count = max(round(length / step), 1)
+    t, air = step * np.arange(count + 1.0), wind.sample(count + 1, step)
+    setpoints = [table.rows[row] for row in table.index(t, setpoint_delay).tolist()]
+    pilot, observer = controller.pilot(vehicle, step), StateEstimator(sensors, step, count + 1)
+    log, reason, states = (
+        [],
+        "",
+        _states(vehicle, table, pilot, observer, zip(setpoints, air.tolist(), strict=True), step),
+    )
     with progress_line(progress, "flying", lambda line: line.show) as watch:
-        reason = run.fly(setpoint_delay, watch)
-    flight = run.flight(path)
+        try:
+            for index, state in zip(range(count + 1), states, strict=False):
+                log.append(state)
+                if watch is not None and (index % max(1, count // 100) == 0 or index == count):
+                    watch(index / count)
+        except _OutOfBoundsError as error:
+            reason = str(error)
+    position, velocity, quaternion, rates, speeds, cut = np.split(np.array(log), [3, 6, 10, 13, 17], axis=1)
+    t, air, saturated = t[: len(log)], air[: len(log)], cut[:, 0] > 0.0
+    flight = Flight(t, position, velocity, quaternion, rates, speeds, air, saturated, table.at(t, path))
     if reason:
         message = f"the simulation diverged at t = {flight.duration:.3f} s: {reason}; what was flown until then is kept"
         raise DivergenceError(message, instant=flight.duration, flight=flight)
     return flight
 
 
-class _Run:
-    """State of one simulated flight in progress."""
+class _OutOfBoundsError(Exception):
+    """Says which bound of flight the vehicle has left."""
 
-    def __init__(
-        self,
-        vehicle: Quadrotor,
-        pilot: Pilot,
-        table: ReferenceTable,
-        observer: StateEstimator,
-        wind: FloatArray,
-        step: float,
-    ) -> None:
-        self._body, self._pilot, self._observer = RigidBody(vehicle), pilot, observer
-        self._table, self._wind, self._step, self._count = table, wind, step, len(wind) - 1
-        self._lag = _lags(vehicle.motor_time_constant, step)
-        self._limits = (vehicle.rotor_speed_min, vehicle.rotor_speed_max)
-        self._log: list[list[float]] = []
-        self._saturated: list[bool] = []
 
-    def fly(self, delay: float, progress: Callable[[float], None] | None) -> str | None:
-        """Simulate to the end, with setpoints that come late [s]; return the reason of an end before, or None."""
-        rows, order = self._table.rows, self._table.index(self._instants(self._count + 1), delay).tolist()
-        wind, every = self._wind.tolist(), max(1, self._count // 100)
-        state, speeds = self._start()
-        for index in range(self._count + 1):
-            command = self._pilot.command(self._observer.estimate(state), rows[order[index]])
-            self._log.append([*state, *speeds])
-            self._saturated.append(command.saturated)
-            if index < self._count:
-                state, speeds, reason = self._step_on(state, speeds, command, wind[index], rows[order[index]].position)
-                if reason:
-                    return reason
-            if progress is not None and (index % every == 0 or index == self._count):
-                progress(index / self._count)
-        return None
-
-    def _start(self) -> tuple[list[float], list[float]]:
-        samples, states = self._table.samples, self._table.states
-        velocity = np.zeros(3) if samples.velocity is None else samples.velocity[0]
-        parts = (samples.position[0], velocity, states.quaternion[0], states.body_rates[0])
-        speeds = np.clip(states.rotor_speed[0], *self._limits)
-        return np.concatenate(parts).tolist(), speeds.tolist()
-
-    def _step_on(
-        self, state: list[float], speeds: list[float], command: Command, wind: list[float], goal: Any
-    ) -> tuple[list[float], list[float], str | None]:
-        """Return state and rotor speeds one step later, and the reason if the simulation must stop there."""
-        commanded, (half, whole) = command.rotor_speed, self._lag
-        middle = [goal_speed + half * (speed - goal_speed) for goal_speed, speed in zip(commanded, speeds, strict=True)]
-        end = [goal_speed + whole * (speed - goal_speed) for goal_speed, speed in zip(commanded, speeds, strict=True)]
-        first = commanded if whole == 0.0 else speeds
+def _states(
+    vehicle: Quadrotor,
+    table: ReferenceTable,
+    pilot: Pilot,
+    observer: StateEstimator,
+    inputs: Iterable[tuple[Reference, list[float]]],
+    step: float,
+) -> Iterator[list[float]]:
+    """Yield the state, rotor speeds and whether these are saturated, for every setpoint and wind, a step [s] apart."""
+    body, (half, whole) = RigidBody(vehicle), _lags(vehicle.motor_time_constant, step)
+    state, speeds = _start(vehicle, table)
+    for setpoint, wind in inputs:
+        command = pilot.command(observer.estimate(state), setpoint)
+        yield [*state, *speeds, command.saturated]
+        gaps = [(goal, speed - goal) for goal, speed in zip(command.rotor_speed, speeds, strict=True)]
+        middle, end = ([goal + left * gap for goal, gap in gaps] for left in (half, whole))
+        first = command.rotor_speed if whole == 0.0 else speeds
         try:
-            moved = self._body.advance(state, (first, middle, end), wind, self._step)
+            state, speeds = body.advance(state, (first, middle, end), wind, step), end
         except OverflowError:
-            return state, speeds, "numbers overflowed"
-        return moved, end, _broken(moved, goal)
+            raise _OutOfBoundsError("numbers overflowed") from None
+        _check_bounds(state, setpoint.position)
 
-    def flight(self, path: Path | Samples) -> Flight:
-        """Return the part of the flight simulated so far."""
-        log, t = np.array(self._log), self._instants(len(self._log))
-        position, velocity, quaternion, rates, speeds = np.split(log, [3, 6, 10, 13], axis=1)
-        wind, saturated = self._wind[: len(log)].copy(), np.array(self._saturated)
-        return Flight(t, position, velocity, quaternion, rates, speeds, wind, saturated, self._table.at(t, path))
 
-    def _instants(self, count: int) -> FloatArray:
-        return np.asarray(np.arange(count) * self._step, dtype=np.float64)
+def _start(vehicle: Quadrotor, table: ReferenceTable) -> tuple[list[float], list[float]]:
+    samples, states = table.samples, table.states
+    velocity = np.zeros(3) if samples.velocity is None else samples.velocity[0]
+    parts = (samples.position[0], velocity, states.quaternion[0], states.body_rates[0])
+    speeds = np.clip(states.rotor_speed[0], vehicle.rotor_speed_min, vehicle.rotor_speed_max)
+    return np.concatenate(parts).tolist(), speeds.tolist()
 
 
 def _lags(time_constant: float, step: float) -> tuple[float, float]:
@@ -257,14 +238,13 @@ def _lags(time_constant: float, step: float) -> tuple[float, float]:
     return math.exp(-0.5 * step / time_constant), math.exp(-step / time_constant)
 
 
-def _broken(state: list[float], goal: Any) -> str | None:
-    """Return the name of the bound that a state exceeds, or None."""
+def _check_bounds(state: list[float], goal: Vector) -> None:
+    """Raise an error that names the bound that a state exceeds."""
     away = math.dist(state[0:3], goal) if all(map(math.isfinite, state)) else math.nan
     values = (away, math.hypot(*state[3:6]), math.hypot(*state[10:13]))
     for (name, bound, unit), value in zip(_BOUNDS, values, strict=True):
         if not value <= bound:
-            return f"the {name} passed {bound:g} {unit}"
-    return None
+            raise _OutOfBoundsError(f"the {name} passed {bound:g} {unit}")
 
 
 _INSIDE = 1e-9
