@@ -19,16 +19,7 @@ from typing import Annotated, Any, NoReturn, TypeVar, get_args, get_type_hints
 import typer
 from typer.core import TyperCommand
 
-from minsnap.errors import (
-    BatchError,
-    DivergenceError,
-    FileError,
-    FlightError,
-    InfeasibleError,
-    MinsnapError,
-    SolverError,
-    ThrustError,
-)
+from minsnap import errors
 
 COMMANDS = {
     **dict.fromkeys(("rect", "line", "circle", "helix", "eight"), "shape_commands"),
@@ -43,7 +34,8 @@ COMMANDS = {
 }
 """Commands in the order of the help, and the modules that register them with :data:`app` when they are imported."""
 
-UNMET = (InfeasibleError, SolverError, FlightError, ThrustError, DivergenceError, BatchError)
+UNMET: tuple[type[Exception], ...] = (errors.InfeasibleError, errors.SolverError, errors.FlightError)
+UNMET += (errors.ThrustError, errors.DivergenceError, errors.BatchError)
 """Errors that mean that the request cannot be met: exit status 1. All others mean bad input: 2."""
 
 app = typer.Typer(
@@ -163,15 +155,15 @@ def fail(message: str, status: int) -> NoReturn:
     sys.exit(status)
 
 
-def exit_status(error: MinsnapError) -> int:
+def exit_status(error: errors.MinsnapError) -> int:
     """Return the exit status of an error: 1 where the request cannot be met, 2 for bad input."""
     return 1 if isinstance(error, UNMET) else 2
 
 
 def _leave(error: Exception, words: list[str]) -> NoReturn:
     """Convert an exception to its message and exit status; an unexpected one keeps its traceback."""
-    if isinstance(error, MinsnapError):
-        sentence = str(error) if isinstance(error, FileError) else in_options(str(error), words)
+    if isinstance(error, errors.MinsnapError):
+        sentence = str(error) if isinstance(error, errors.FileError) else in_options(str(error), words)
         fail(f"{sentence} [{error.code}]", exit_status(error))
     if isinstance(error, BrokenPipeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # so that nothing is flushed into it at exit

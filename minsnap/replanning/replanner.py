@@ -24,6 +24,7 @@ from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.planning.planner import plan
+from minsnap.replanning import horizon
 from minsnap.replanning.course_ahead import (
     CourseAhead,
     all_limits,
@@ -34,25 +35,7 @@ from minsnap.replanning.course_ahead import (
     replan_heading,
     waypoint_angles,
 )
-from minsnap.replanning.horizon import (
-    Aim,
-    Better,
-    Near,
-    NotShorterError,
-    after_first_leg,
-    as_smooth,
-    flown_on,
-    joined_with,
-    moved_inwards,
-    near,
-    part_of,
-    rest_within,
-    room_beside,
-    search_ahead,
-    search_back,
-    seen_joined,
-    within,
-)
+from minsnap.replanning.horizon import Aim, Better, Near, NotShorterError
 from minsnap.replanning.memory import UNCHANGED, Change, Memory, Takes, due_of, leg_start_of
 from minsnap.replanning.splice import Splice, ends_at_rest, has_angles, splice_of, spliced, through_angles
 from minsnap.replanning.stopping import Stopping
@@ -265,7 +248,7 @@ class Replanner:
         if chosen is None and standing is not None and standing is not rest:
             chosen, reason = Better(standing), "" if call.aim.compares(standing) else reason
         if chosen is not None:
-            free = room_beside(chosen.curve, task.walls, self._clearance)[1]
+            free = horizon.room_beside(chosen.curve, task.walls, self._clearance)[1]
         change = self._change(call, chosen, stops, safe, reason)
         guess = None if better is None or chosen is not None else better.curve
         start = leg_start_of(splice, memory)
@@ -319,16 +302,21 @@ class Replanner:
         And whether it touches none of them.
         """
         rest, task = call.splice.rest, call.course.task
-        if rest is None or rest.legs != task.legs or call.course.outside or not rest_within(call.splice, self._limits):
+        if (
+            rest is None
+            or rest.legs != task.legs
+            or call.course.outside
+            or not horizon.rest_within(call.splice, self._limits)
+        ):
             return -inf, False
-        return room_beside(rest, task.walls, self._clearance)
+        return horizon.room_beside(rest, task.walls, self._clearance)
 
     def _with_angles(self, call: _Call, rest: Trajectory) -> Trajectory | None:
         """Return a rest with the requested headings at the waypoints; None where it does not keep the limits so."""
         if has_angles(rest, call.angles):
             return rest
         turned = self._finish(call, call.splice)(rest)
-        return turned if within(turned, self._limits) else None
+        return turned if horizon.within(turned, self._limits) else None
 
     def _unchanged(self, call: _Call, rest: Trajectory, free: bool) -> str:
         """Say that a certified rest was planned for the same: by memory, its durations or its use of limits; or "".
@@ -375,36 +363,40 @@ class Replanner:
         task = replace(call.course.task, deadline=call.deadline, explained=False)
         if call.course.outside:
             part = self._part(task, aim, None, None)
-            return search_back(part.task, part.aim, self._finish(call, splice), seconds)
+            return horizon.search_back(part.task, part.aim, self._finish(call, splice), seconds)
         known = None if self._memory is None else self._memory.first_guess(splice, task.legs)
         # A polynomial over the little that is left of a leg loses digits (see horizon.py): that part is flown on.
-        guess, end = known or splice.rest, flown_on(splice, task, self._limits)
+        guess, end = known or splice.rest, horizon.flown_on(splice, task, self._limits)
         end = end if end is not None and has_angles(end.left, call.angles) else None
         later = None if end is None else aim.after(end.left.duration)
         if end is None or later is None:
             part = self._part(task, aim, rest, guess)
             better = self._search(part, self._finish(call, splice), seconds, standing)
-            return better if part.tail is None else seen_joined(better, as_smooth(task, splice.flown), aim)
-        later_legs = part_of(task, 1, task.legs, {1: end.state})
-        part = self._part(later_legs, later, after_first_leg(rest), after_first_leg(guess))
-        better = self._search(part, self._finish(call, end.after, 1), seconds, after_first_leg(standing))
+            return (
+                better if part.tail is None else horizon.seen_joined(better, horizon.as_smooth(task, splice.flown), aim)
+            )
+        later_legs = horizon.part_of(task, 1, task.legs, {1: end.state})
+        part = self._part(later_legs, later, horizon.after_first_leg(rest), horizon.after_first_leg(guess))
+        better = self._search(part, self._finish(call, end.after, 1), seconds, horizon.after_first_leg(standing))
         starts = (start and start + end.left.duration for start in (better.limits_from, better.inside_from))
-        return seen_joined(Better(end.before(better.curve), *starts), as_smooth(task, splice.flown), aim)
+        return horizon.seen_joined(
+            Better(end.before(better.curve), *starts), horizon.as_smooth(task, splice.flown), aim
+        )
 
     def _part(self, task: Task, aim: Aim, rest: Trajectory | None, guess: Trajectory | None) -> Near:
         """Return the legs of the horizon, with the clearance from their walls."""
-        walls = moved_inwards(task.walls, task.waypoints, self._clearance)
-        return near(replace(task, walls=walls), aim, self._horizon, rest, guess)
+        walls = horizon.moved_inwards(task.walls, task.waypoints, self._clearance)
+        return horizon.near(replace(task, walls=walls), aim, self._horizon, rest, guess)
 
     def _search(self, part: Near, finish: AttachHeading, seconds: float, standing: Trajectory | None) -> Better:
         """Search the legs of the horizon; for less time than they take in a rest that stands, where that goes on."""
         goes_on = standing is not None and (part.tail is not None or standing.legs == part.task.legs)
         flown = float(standing.leg_breaks[part.task.legs]) if standing is not None and goes_on else inf
-        better = search_ahead(part.task, part.aim, finish, part.guess, seconds, flown)
+        better = horizon.search_ahead(part.task, part.aim, finish, part.guess, seconds, flown)
         if part.tail is None:
             return better
-        curve = joined_with(better.curve, part.tail, finish)
-        if not within(curve, self._limits, better.limits_from):
+        curve = horizon.joined_with(better.curve, part.tail, finish)
+        if not horizon.within(curve, self._limits, better.limits_from):
             raise SolverError("what is flown beyond the horizon exceeds the limits with the new headings")
         return replace(better, curve=curve)
 

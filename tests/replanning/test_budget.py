@@ -104,7 +104,7 @@ def test_a_stop_that_took_long_to_find_aside_does_not_make_later_budgets_too_sho
     with monkeypatch.context() as patch:
         patch.setattr(Stopping, "braking", lambda self: None)
         patch.setattr(Stopping, "aside", found_late)
-        patch.setattr(replanner_module, "rest_within", lambda *_: False)
+        patch.setattr(replanner_module.horizon, "rest_within", lambda *_: False)
         replanner.replan(flown, 0.3, POINTS[1:], 0.5)
     assert now[0] == 0.3
     assert replanner.replan(flown, 0.3, POINTS[1:], 0.1).stop is not None

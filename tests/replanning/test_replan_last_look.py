@@ -91,14 +91,14 @@ def test_a_leg_that_is_flown_on_joins_what_follows(flown, monkeypatch, order, se
 
 def test_the_flown_legs_beyond_the_horizon_join_the_new_ones(flown, monkeypatch):
     assert not replanned(flown, horizon=2).kept
-    join = replanner_module.joined_with
+    join = replanner_module.horizon.joined_with
 
     def apart(curve, tail, finish):
         points = tail.control_points.copy()
         points[0, 3] += 1e-3
         return join(curve, tail.changed(control_points=points), finish)
 
-    monkeypatch.setattr(replanner_module, "joined_with", apart)
+    monkeypatch.setattr(replanner_module.horizon, "joined_with", apart)
     kept = replanned(flown, horizon=2)
     assert kept.kept and "continuous up to order 2, and 3 was asked for" in kept.reason, kept.reason
 

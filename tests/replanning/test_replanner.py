@@ -103,7 +103,7 @@ def test_what_is_found_is_taken_only_if_it_is_better_than_the_rest(flown, monkey
     rest, faster = splice_of(flown, 0.1, 0.5, 4).rest, Limits(speed=4.0, acceleration=9.0)
     for factor, kept in ((1.01, True), (1.0, True), (0.99, False)):
         curve = minsnap.Trajectory(rest.control_points, factor * rest.durations, rest.yaw)
-        monkeypatch.setattr(replanner_module, "search_ahead", lambda *_, found=curve: Better(found))
+        monkeypatch.setattr(replanner_module.horizon, "search_ahead", lambda *_, found=curve: Better(found))
         change = Replanner(faster, boxes, clock=still).replan(flown, 0.1, points, 0.5, **AMPLE)
         assert change.kept is kept
         assert change.reason == ("nothing better was found" if kept else "")
@@ -115,7 +115,7 @@ def found_late(*_):
 
 def test_a_search_that_is_out_of_time_says_so_by_the_budget(flown, monkeypatch):
     _, points, boxes = ahead(flown, 0.6)
-    monkeypatch.setattr(replanner_module, "search_ahead", found_late)
+    monkeypatch.setattr(replanner_module.horizon, "search_ahead", found_late)
     change = Replanner(Limits(speed=4.0, acceleration=9.0), boxes, clock=still).replan(flown, 0.1, points, 0.5, **AMPLE)
     assert change.kept
     assert change.reason == "the budget of 0.5 s was over before anything better was found"
@@ -126,7 +126,7 @@ def found_none(*_):
 
 
 def test_a_rest_that_leaves_the_walls_as_they_are_now_is_not_certified(flown, monkeypatch):
-    monkeypatch.setattr(replanner_module, "search_ahead", found_none)
+    monkeypatch.setattr(replanner_module.horizon, "search_ahead", found_none)
     passed, points, boxes = ahead(flown, 0.5)
     t = np.linspace(flown.leg_breaks[-2], flown.duration, 500)
     aside = np.abs(flown(t)[:, 1] - 1.0).max()
@@ -400,7 +400,7 @@ def test_walls_that_a_plan_does_not_touch_may_shift_for_a_while_without_a_search
     """Once a search has found nothing better, until a wall comes near or a share of the flight has passed."""
     points, limits = np.array([(0.0, 0, 1), (4, 0, 1), (8, 1, 1), (12, 0, 1)]), Limits(speed=3.0, acceleration=6.0)
     searches, shifts = [], count()
-    monkeypatch.setattr(replanner_module, "search_ahead", lambda *a: (searches.append(1), search_ahead(*a))[1])
+    monkeypatch.setattr(replanner_module.horizon, "search_ahead", lambda *a: (searches.append(1), search_ahead(*a))[1])
     replanner, flown = Replanner(limits, clearance=0.1, clock=still), minsnap.plan(points, limits=limits)
     lower, upper = np.minimum(points[:-1], points[1:]), np.maximum(points[:-1], points[1:])
 
