@@ -57,7 +57,7 @@ class Stop:
     place : ndarray, shape (2,) or (3,), or Gate
         [m].
     ball : float
-        Radius within which the point is passed [m]; 0: exactly.
+        Radius within which a point is passed [m]; 0: exactly.
     hold : float
         How long the vehicle stays there, at rest [s].
     straight : float
@@ -78,6 +78,10 @@ class Stop:
         for name in ("ball", "hold", "straight"):
             what, give = f"{name} of a waypoint", "give a number, 0 or more"
             check_number(what, getattr(self, name), 0.0, inf, give, WaypointError)
+        if self.ball and self.gate is not None:
+            raise WaypointError(
+                "a gate is passed anywhere in its opening: leave out the ball, or make the gate smaller"
+            )
         if self.straight and not (self.gate and self.gate.crossing):
             raise WaypointError("only a gate with a crossing, 1 or -1, is passed straight: give both, or leave it out")
 
@@ -257,7 +261,6 @@ MOST_TURNED = 2.0 * pi
 
 LENGTH = Key(NUMBER, "[m]")
 PASSED = {
-    "ball": Key(NUMBER, "radius within which the point is passed [m]"),
     "hold": Key(NUMBER, "time at rest there [s]"),
     "straight": Key(NUMBER, "how far before and behind a gate the path stays in the prism over its opening [m]"),
 }
@@ -284,7 +287,14 @@ GATE = mapping(
     marks=("center", "corners"),
 )
 ENTRY = mapping(
-    {"x": Key(NUMBER, needed=True), "y": Key(NUMBER, needed=True), "z": LENGTH} | PASSED, "a mapping of x, y and z"
+    {
+        "x": Key(NUMBER, needed=True),
+        "y": Key(NUMBER, needed=True),
+        "z": LENGTH,
+        "ball": Key(NUMBER, "radius within which the point is passed [m]"),
+    }
+    | PASSED,
+    "a mapping of x, y and z",
 )
 STOP = either(POINT, GATE, ENTRY)
 GROUND = either(FLAG, several(NUMBER, "where on the ground, [x, y, z]", 3, 3))
@@ -381,7 +391,7 @@ def _stop(where: str, entry: Any, ball: float, margin: float) -> Stop:
     if GATE.fits(entry):
         return Stop(_gate(where, {"margin": margin} | entry), **options)
     point = np.array([entry[axis] for axis in "xyz" if axis in entry])
-    return Stop(point, **{"ball": ball} | options)
+    return Stop(point, entry.get("ball", ball), **options)
 
 
 def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
@@ -395,6 +405,8 @@ def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
         raise FileError(
             f"{where}: a gate has a center, a width or a radius, and one of normal, heading and heading_deg"
         )
+    if "radius" in entry and entry.keys() & {"height", "up"}:
+        raise FileError(f"{where}: a gate with a radius is round: leave out its height and up, or give a width")
     made = Gate.circle if "radius" in entry else Gate
     values = how | {name: entry[name] for name in ("center", "radius", "width", "height", "up") if name in entry}
     if directions[0] == "normal":

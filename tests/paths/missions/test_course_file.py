@@ -88,6 +88,8 @@ def test_courses_of_the_benchmarks_are_read(file):
             r"boxes is \[\[0, 0, 1\], .*give their corners as lower and upper",
         ),
         (("x: 8", "x: .nan"), "waypoints 2: x"),
+        (("heading_deg: 0", "heading_deg: 0, ball: 0.3"), "waypoints 1: 'ball' is not known: the keys are center"),
+        (("width: 1.0", "radius: 0.5"), "waypoints 1: a gate with a radius is round: leave out its height and up"),
     ],
 )
 def test_a_file_that_is_wrong_is_refused_with_its_place(write, change, message):

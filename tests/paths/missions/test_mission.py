@@ -151,6 +151,7 @@ def test_a_heading_along_the_velocity_is_that_of_the_whole():
         (lambda: Course(YARD, tolerance=0.2), "a tolerance around all waypoints, or balls around some"),
         (lambda: Stop((0, 0, 1), hold=-1.0), "hold of a waypoint is -1.0"),
         (lambda: Stop((0, 0, 1), straight=1.0), "only a gate with a crossing"),
+        (lambda: Stop(GATE, ball=0.2), "a gate is passed anywhere in its opening"),
         (
             lambda: plan_mission(Course((Stop((0, 0)), Stop((1, 1))), takeoff=True)),
             "need waypoints of three coordinates",
