@@ -21,7 +21,7 @@ from minsnap.basics.storage.atomic import refuse_source
 from minsnap.basics.storage.text import FileName
 from minsnap.cli import options
 from minsnap.cli.app import command
-from minsnap.errors import FlightError, InputError, LinkError
+from minsnap.errors import FileError, FlightError, InputError, LinkError
 
 if TYPE_CHECKING:
     from minsnap.cli.companion import Listening
@@ -438,7 +438,9 @@ class _Pilot:
         self._logs, self._preflight = logs, preflight
 
     def fly(self, sent: Samples, number: int) -> Path:
-        """Fly, and return the autopilot's log, or that of the stream where there is none."""
+        """Fly, and return the autopilot's log, or that of the stream where there is none that can be read."""
+        from minsnap.flight.tracking.tuning import flight_in
+
         stem = self._output.with_suffix("")
         minsnap.write_csv(sent, f"{stem}-{number}.csv", frame=self._how.frame or "enu")
         own = Path(f"{stem}-{number}.log.csv")
@@ -448,10 +450,12 @@ class _Pilot:
         if not flown.completed:
             raise FlightError(f"flight {number} was not completed: {flown.reason}", report=flown)
         try:
-            return self._newest(before) if self._logs is not None else self._fetched(before, f"{stem}-{number}")
-        except LinkError as error:
+            log = self._newest(before) if self._logs is not None else self._fetched(before, f"{stem}-{number}")
+            flight_in(log)
+        except (LinkError, FileError, InputError, ImportError) as error:
             print(f"minsnap: the log of the stream is used, for {error}", file=sys.stderr)
             return own
+        return log
 
     def _known(self) -> list[Any]:
         """Return what tells the logs that are there already: files as they are, or the vehicle's own entries."""

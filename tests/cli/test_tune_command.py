@@ -9,6 +9,7 @@ from flown_logs import Measured, ulog_of
 import minsnap
 from minsnap.cli import flight_commands
 from minsnap.files.autopilot_logs import write_ulog
+from minsnap.files.flight_log import FlightLog
 from minsnap.flight import CascadeController, compare, simulate
 from minsnap.flight.mavlink.stream_options import StreamOptions
 from minsnap.flight.tracking.log_comparison import simulated_log
@@ -54,23 +55,27 @@ def test_the_next_flight_misses_the_plan_by_half(call, tmp_path):
         assert both.returncode == 2 and "or --connect to fly: one of them" in both.stderr
 
 
-@pytest.mark.parametrize("writes", [True, False])
+@pytest.mark.parametrize("writes", ["log", "damaged", None])
 def test_a_log_in_the_folder_counts_if_it_was_written_during_the_flight(monkeypatch, tmp_path, writes):
-    """That of yesterday used to be taken for the flight where the autopilot wrote none."""
+    """That of yesterday used to be taken for the flight where the autopilot wrote none; one unread ended it all."""
+    plan = minsnap.line().sample(20.0)
     folder, files = tmp_path / "logs", ("old.ulg", "growing.ulg")
     folder.mkdir()
     for name in files:
         (folder / name).write_bytes(b"before")
 
     def fly(*_):
-        if writes:
+        if writes == "log":
+            (folder / "growing.ulg").unlink()
+            write_ulog(FlightLog(plan, plan, 0.0), folder / "growing.ulg")
+        elif writes:
             (folder / "growing.ulg").write_bytes(b"before and after")
         return SimpleNamespace(completed=True)
 
     monkeypatch.setattr(flight_commands, "fly", fly)
     pilot = flight_commands._Pilot("udpin:0", StreamOptions(), tmp_path / "tuned.csv", folder, False)
-    log = pilot.fly(minsnap.line().sample(20.0), 1)
-    assert log == (folder / "growing.ulg" if writes else tmp_path / "tuned-1.log.csv")
+    log = pilot.fly(plan, 1)
+    assert log == (folder / "growing.ulg" if writes == "log" else tmp_path / "tuned-1.log.csv")
 
 
 def test_what_is_sent_is_not_written_over_the_plan(call, tmp_path):

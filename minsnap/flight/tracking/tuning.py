@@ -176,10 +176,7 @@ def learn_from(plan: Samples, sent: Samples, log: FileName, settings: LearningSe
     InputError
         If the file is no log, or the flight was stopped, lies elsewhere than the plan, or was nowhere near it once.
     """
-    log_read = load_log(log)
-    if log_read is None or log_read.reference is None or log_read.flight is None:
-        raise InputError(f"{log} is no log with setpoints and positions: give a .ulg, a .bin or a log of stream")
-    last = compare_in_log(sent, log_read.reference, log_read.flight)[-1]
+    last = compare_in_log(sent, *flight_in(log))[-1]
     if last.place is not None and (last.place.end is not None or last.place.shift.any()):
         raise InputError(f"{last.remarks()[0]}: tune learns from a whole flight where the plan lies")
     flown, delay = ComparedFlight(compare(plan, last.flight), plan, last.flight, last.place), last.comparison.delay
@@ -189,6 +186,14 @@ def learn_from(plan: Samples, sent: Samples, log: FileName, settings: LearningSe
         raise InputError(f"{log} has the vehicle {where}: a position in it is wrong")
     after = learned(plan, sent, last.flight, max(0.0, delay), settings)
     return TunedFlight(sent, flown, delay, after, Path(log))
+
+
+def flight_in(log: FileName) -> tuple[Samples, Samples]:
+    """Return the setpoints and the positions of a log; FileError or InputError where it does not have both."""
+    read = load_log(log)
+    if read is None or read.reference is None or read.flight is None:
+        raise InputError(f"{log} is no log with setpoints and positions: give a .ulg, a .bin or a log of stream")
+    return read.reference, read.flight
 
 
 def tune_in_flight(
