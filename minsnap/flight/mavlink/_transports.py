@@ -75,6 +75,8 @@ class SerialPort(LinkTransport):
 
     def __init__(self, device: str, baud: int) -> None:
         self.address = f"serial:{device}:{baud}"
+        if baud < 1:  # which would hang up the line
+            raise LinkError(f"cannot open {self.address}: give a baud rate, such as 57600", address=self.address)
         serial = optional("serial", "serial ports need pyserial", "mavlink")
         try:
             self._port = serial.Serial(device, baud, timeout=0, write_timeout=0)

@@ -61,6 +61,14 @@ def test_a_device_that_does_not_exist():
         open_transport("serial:/dev/nothing:57600")
 
 
+def test_a_baud_rate_that_hangs_up_is_refused():
+    ours, theirs = os.openpty()
+    with pytest.raises(LinkError, match=":0: give a baud rate"):
+        open_transport(f"serial:{os.ttyname(theirs)}:0")
+    os.close(ours)
+    os.close(theirs)
+
+
 def test_a_serial_port_carries_bytes_both_ways():
     ours, theirs = os.openpty()
     port = open_transport(f"{os.ttyname(theirs)},57600")
