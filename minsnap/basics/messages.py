@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import re
 import reprlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -39,6 +40,15 @@ class _Shortened(reprlib.Repr):
 def shown(value: Any) -> str:
     """Return a value as shortened text for a message; fast also for large values."""
     return _Shortened().repr(value)[: 2 * SHOWN]
+
+
+def finite(content: Any) -> Any:
+    """Return mappings, lists and tuples of plain values with None for numbers that are not finite: JSON has none."""
+    if isinstance(content, Mapping):
+        return {name: finite(value) for name, value in content.items()}
+    if isinstance(content, (list, tuple)):
+        return [finite(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content
 
 
 Called = TypeVar("Called", bound=Callable[..., Any])

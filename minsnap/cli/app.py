@@ -106,6 +106,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     words = sys.argv[1:] if arguments is None else list(arguments)
     load_commands(words[0] if words else "")
     _open_closed()
+    os.environ["MPLBACKEND"] = "agg"  # figures are written into files, whatever window the environment asks for
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a superscript must not raise on a terminal that lacks it
@@ -194,12 +195,13 @@ def in_options(sentence: str, words: Sequence[str] = ()) -> str:
 
     A word that is also plain English, such as "corridor", is left as it is where no value follows. Where the words of
     the command line name a plan file, its keys ``time_limit`` and ``split: distance`` are told as it says them, unless
-    an option says them in their place.
+    an option says them in their place; so is every word for which their command has no option.
     """
     alone = [word for before, word in pairwise(words) if "-" not in (before[:1], word[:1])]  # not what an option takes
     in_file = words[:1] == ["plan"] and any(word.lower().endswith((".yaml", ".yml")) for word in alone)
-    typed = {word.split("=")[0] for word in words}
-    options = {name: option for name, option in ARGUMENTS.items() if not in_file or option in typed}
+    typed, able = {word.split("=")[0] for word in words}, _options_of(words)
+    said = {name: option for name, option in ARGUMENTS.items() if not in_file or option in typed}
+    options = {name: option for name, option in said.items() if able is None or option.split()[-1] in able}
 
     def with_value(match: re.Match[str]) -> str:
         name, value = match[1], match[2].strip("'")
@@ -210,6 +212,12 @@ def in_options(sentence: str, words: Sequence[str] = ()) -> str:
         return options[name] if value in ("", "True") else f"{options[name]} {value}"
 
     return _NAMED.sub(lambda match: options.get(match[1], match[1]), _GIVEN.sub(with_value, sentence))
+
+
+def _options_of(words: Sequence[str]) -> set[str] | None:
+    """Return the options of the command that words name; None where they name none that is loaded."""
+    command = _built(len(app.registered_commands)).commands.get(words[0]) if words else None
+    return None if command is None else {option for each in command.params for option in each.opts}
 
 
 Command = TypeVar("Command", bound=Callable[..., Any])

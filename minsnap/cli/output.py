@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import minsnap
 from minsnap.basics.limit_kinds import KIND, KINDS
-from minsnap.basics.messages import labelled
+from minsnap.basics.messages import finite, labelled
 from minsnap.basics.storage.atomic import check_destination
 from minsnap.cli import options
 from minsnap.errors import FileError, InputError
@@ -127,8 +127,8 @@ def _parts(parts: Any) -> str:
 
 
 def as_json(figures: Mapping[str, Any]) -> str:
-    """Return the figures as one JSON object; missing ones are null."""
-    return json.dumps(dict(figures), indent=2)
+    """Return the figures as one JSON object; those that are missing or not finite are null."""
+    return json.dumps(finite(dict(figures)), indent=2, allow_nan=False)
 
 
 def _of_plan(path: Trajectory) -> dict[str, Any]:
@@ -223,6 +223,8 @@ class Destination:
             raise FileError("standard output is closed: give the name of a file to write")
         if self._other is not None:
             self._other.check_frame(self.frame)
+            if self._other.holds != "samples" and self.rate != Destination.rate:
+                raise InputError(f"{self.output} holds polynomials: --rate is of files of setpoints; leave it out")
         if not self._offsets:
             return
         options.feed_forward_of(self)

@@ -1,6 +1,7 @@
 """What -o writes: the format of its ending, and every command reads it again."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -116,3 +117,25 @@ def test_the_home_of_a_mission_stays_with_the_setpoints(call, tmp_path, words):
     done = call("plan", "m.plan", "-o", "m.csv", *words)
     assert done.returncode == 0 and "leaves out of the mission: hold (2 times)" in done.stdout, done.stderr
     assert json.loads(call("check", "m.csv", "--json").stdout)["origin"] == home
+
+
+@pytest.mark.parametrize("file", ["r.json", "r.npz", "r.traj"])
+def test_a_rate_of_polynomials_is_refused(call, tmp_path, file):
+    """It was taken, and nothing was sampled at it."""
+    done = call(*RECT, "-o", file, "--rate", "50")
+    assert done.returncode == 2 and "--rate is of files of setpoints" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_figures_that_are_not_finite_are_null_in_json(call, tmp_path):
+    (tmp_path / "one").mkdir()
+    call("line", "-o", "one/traj0.json")
+    done = call("check", "one", "--separation", "1", "--json")
+    assert done.returncode == 0, done.stderr
+    figures = json.loads(done.stdout, parse_constant=pytest.fail)
+    assert figures["least_distance"] is None and figures["ok"] is True
+
+
+def test_figures_are_drawn_whatever_window_the_environment_asks_for(process, tmp_path):
+    done = process(*RECT, "--plot", "r.png", env={**os.environ, "MPLBACKEND": "nonsense"})
+    assert done.returncode == 0 and (tmp_path / "r.png").exists(), done.stderr

@@ -143,3 +143,10 @@ def test_a_lap_with_durations_needs_that_of_its_last_leg(call):
     run = call("plan", "w.csv", "--closed")
     assert run.returncode == 2 and "append the first waypoint" in run.stderr
     assert call("plan", "w.csv", "--closed", "--time", "12").returncode == 0
+
+
+def test_a_word_stays_where_the_command_has_no_such_option(call):
+    """The fields of stream were listed as position, ..., --yaw-rate."""
+    minsnap.write_csv(minsnap.line(), "line.csv")
+    done = call("stream", "line.csv", "--connect", "udpin:0", "--fields", "speed")
+    assert done.returncode == 2 and "velocity, acceleration, yaw, yaw_rate [" in done.stderr

@@ -9,7 +9,6 @@ flown; ``"yaw"`` beside them is one heading for each [rad]. ``"stop"`` leads to 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -18,7 +17,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.messages import shown
+from minsnap.basics.messages import finite, shown
 from minsnap.basics.storage.text import FileName
 from minsnap.certificate import certify
 from minsnap.corridors.boxes import Room
@@ -407,15 +406,7 @@ def _kind_of(order: dict[str, Any]) -> str:
 
 def _line(named: dict[str, Any], reply: dict[str, Any]) -> str:
     """Return an answer as a line of JSON; a number that is not finite is null, as JSON has none."""
-    return json.dumps({**named, **_finite(reply)}, allow_nan=False)
-
-
-def _finite(content: Any) -> Any:
-    if isinstance(content, dict):
-        return {name: _finite(value) for name, value in content.items()}
-    if isinstance(content, list):
-        return [_finite(value) for value in content]
-    return None if isinstance(content, float) and not math.isfinite(content) else content
+    return json.dumps({**named, **finite(reply)}, allow_nan=False)
 
 
 def _ways(order: dict[str, Any]) -> list[list[Any]]:
