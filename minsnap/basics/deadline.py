@@ -93,6 +93,11 @@ class Work:
     worth: float = inf
     done: float = 0.0
 
+    @property
+    def enough(self) -> float:
+        """Work from which on what was found is not improved any more."""
+        return 0.5 * self.worth
+
 
 class Stopwatch:
     """Time on a clock since a start [s], without what other programs took of the processor meanwhile.
@@ -169,7 +174,7 @@ class Deadline:
     @property
     def unspent(self) -> float:
         """Work that is left until what was found is not improved any more."""
-        return 0.5 * self.work.worth - self.work.done
+        return self.work.enough - self.work.done
 
     @property
     def left_of_work(self) -> float:

@@ -14,7 +14,7 @@ from minsnap.native.library import loaded
 
 R = TypeVar("R", bound="Record")
 
-POLL = CFUNCTYPE(c_int64, c_double, c_int64)
+POLL = CFUNCTYPE(c_int64)
 """Called during a search; not 0 ends it."""
 
 NUMBERS = {"float64": c_double, "int32": c_int32, "int64": c_int64, "poll": POLL}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from math import prod
+from math import inf, prod
 from typing import Any
 
 import numpy as np
@@ -149,25 +149,51 @@ class ShortestCurve:
     knots: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 0)))
 
 
-def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int], bool]) -> ShortestCurve | None:
-    """Search for the shortest time; None where the native core is not in use, or does not take the question.
+@dataclass(frozen=True, eq=False)
+class Watch:
+    """When a search ends, and who is told of its iterations.
 
     Parameters
     ----------
-    question : ShortestQuestion
-    poll : callable
-        Called before every iteration with the total time [s], whether Ctrl-C was pressed since the search began, and
-        the number of rows; True ends the search. What it raises is raised here.
+    tell : callable
+        Called every few milliseconds and at the end with the total times of the iterations since it was called last
+        [s], the work so far, and whether Ctrl-C was pressed; True ends the search. What it raises is raised on.
+    live : bool
+        Whether it is called before every iteration instead.
+    room : int
+        Iterations after which it is called in any case.
+    row_work, iteration_work : float
+        Work of an iteration: for each row, and besides.
+    work, worth : float
+        Work on the question before the search, and beyond which it ends.
+    longest, vanishing : float
+        Longest total time of searches before [s], and the share of the longest of all below which it ends.
     """
+
+    tell: Callable[[list[float], float, bool], bool]
+    live: bool = False
+    room: int = 256
+    row_work: float = 0.0
+    iteration_work: float = 0.0
+    work: float = 0.0
+    worth: float = inf
+    longest: float = 0.0
+    vanishing: float = 0.0
+
+
+def search_shortest(question: ShortestQuestion, watch: Watch) -> ShortestCurve | None:
+    """Search for the shortest time; None where the native core is not in use, or does not take the question."""
     raised: list[BaseException] = []
     pressed: list[int] = []
-    told: list[bool] = []
+    totals = np.empty(watch.room)
 
-    def polled(total: float, rows: int) -> int:
+    def tell() -> bool:
+        new, answer.told = totals[: answer.told].tolist(), 0
+        return watch.tell(new, answer.work, bool(pressed))
+
+    def polled() -> int:
         try:
-            if pressed:
-                told.append(True)
-            return poll(total, bool(pressed), rows)
+            return bool(tell())
         except BaseException as error:  # noqa: BLE001 - carried through the native core
             raised.append(error)
             return 1
@@ -182,14 +208,16 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool, int
         np.empty((most, 2 * half, dim + more)),
         np.empty((most + 1, half, dim + more)),
     )
-    answer = ShortestAnswer(durations=durations, points=points, knots=knots)
-    request = _request(question, more, POLL(polled))
+    answer = ShortestAnswer(
+        work=watch.work, longest=watch.longest, totals=totals, durations=durations, points=points, knots=knots
+    )
+    request = _request(question, more)
+    request.put(**{name: getattr(watch, name) for name in _WATCHED}, poll=POLL(polled))
     with noted_interrupts(pressed):
         status = Status(_SEARCH(request, answer))
     if raised:
         raise raised[0]
-    if pressed and not told:
-        raise KeyboardInterrupt
+    tell()
     if status not in (Status.DONE, Status.SPENT, Status.NO_PROGRESS):
         return None
     count = answer.pieces * (waypoints - 1)
@@ -203,7 +231,11 @@ _TAKEN = ("closed", "moving", "timed", "rough", "worthwhile", "inwards", "tighte
 """What a request takes over from a question as it is."""
 
 
-def _request(question: ShortestQuestion, more: int, poll: object) -> ShortestRequest:
+_WATCHED = ("live", "room", "row_work", "iteration_work", "worth", "vanishing")
+"""The same of a watch."""
+
+
+def _request(question: ShortestQuestion, more: int) -> ShortestRequest:
     """Return the request, with some more coordinates that are zero."""
 
     def wide(values: Any) -> Any:
@@ -226,7 +258,6 @@ def _request(question: ShortestQuestion, more: int, poll: object) -> ShortestReq
         turned=_turned(question.turned, more),
         cones=sets,
         momentary=limits,
-        poll=poll,
     )
     if guess is not None:
         request.put(guessed=guess.pieces, slower=guess.slower, guess_knots=wide(guess.knots))

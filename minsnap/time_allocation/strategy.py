@@ -40,7 +40,7 @@ from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.native.library import NativeCoreError, core, describe
-from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion, search_shortest
+from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion, Watch, search_shortest
 from minsnap.optimisation.native_solve import in_pieces
 from minsnap.optimisation.optimum import NO_KNOTS, InfeasibleRowsError, Optimum
 from minsnap.optimisation.solve import Effort, solve
@@ -448,23 +448,35 @@ class Strategy:
 
     def _searched(self, question: ShortestQuestion) -> ShortestCurve | None:
         pieces = self.task.legs * prod(question.parts) * (1 if question.guess is None else question.guess.pieces)
-        self.blocks = WORK.block * pieces * ((self.task.half - 1) * self.task.dim) ** 3
-        answer = search_shortest(question, self.polled)
+        blocks = WORK.block * pieces * ((self.task.half - 1) * self.task.dim) ** 3
+        live, work = self.timing.progress is not None or self.deadline.due < np.inf, self.deadline.work
+        watch = Watch(
+            self._told,
+            live,
+            row_work=self.price,
+            iteration_work=blocks,
+            work=work.done,
+            worth=work.enough,
+            longest=self.longest,
+            vanishing=SETTINGS.vanishing,
+        )
+        answer = search_shortest(question, watch)
         self.task.deadline.resume()  # the search has its own end
         return answer
 
-    def polled(self, total: float, pressed: bool, rows: int) -> bool:
-        """Tell of an iteration, and say whether the search must end: late, or by Ctrl-C."""
-        self.longest = max(self.longest, total)
-        if total < SETTINGS.vanishing * self.longest:
-            raise nothing_limits(list(self.limits.given()))
+    def _told(self, totals: list[float], work: float, pressed: bool) -> bool:
+        """Tell of iterations, and say whether the search must end: late, or by Ctrl-C."""
+        self.deadline.work.done = work
         try:
-            self.log.add(total, total)
+            for total in totals:
+                self.longest = max(self.longest, total)
+                if total < SETTINGS.vanishing * self.longest:
+                    raise nothing_limits(list(self.limits.given()))
+                self.log.add(total, total)
             if pressed:
                 raise KeyboardInterrupt
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
-        self.deadline.spend(self.price * rows + self.blocks)
         if self.ended is None and self.deadline.passed:
             self.ended = self.deadline.error()
         return self.ended is not None

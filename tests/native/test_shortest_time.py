@@ -7,7 +7,7 @@ import pytest
 
 from minsnap import Limits
 from minsnap.native.library import core, using
-from minsnap.native.shortest_time import search_shortest
+from minsnap.native.shortest_time import Watch, search_shortest
 from minsnap.planning.planner import task_of
 from minsnap.planning.request import PlanRequest
 from minsnap.time_allocation.shortest_question import question_of
@@ -22,8 +22,7 @@ def question(points=CORNERS, limits=None, pieces=1, closed=False):
     return question_of(task, limits or Limits(speed=3.0, acceleration=6.0), False)
 
 
-def go_on(total, pressed, rows):
-    return False
+go_on = Watch(lambda *_: False)
 
 
 @pytest.mark.parametrize("pieces", [1, 3])
@@ -64,14 +63,32 @@ def test_turning_and_moving_a_course_changes_nothing():
 
 def test_a_poll_ends_the_search_and_what_it_raises_is_raised():
     told = []
-    stopped = search_shortest(question(), lambda total, *_: told.append(total) or len(told) == 3)
+    stopped = search_shortest(question(), Watch(lambda totals, *_: told.extend(totals) or len(told) == 3, live=True))
     assert stopped.stopped and len(told) == 3
 
-    def broken(total, pressed, rows):
+    def broken(*_):
         raise ZeroDivisionError("of the caller")
 
     with pytest.raises(ZeroDivisionError, match="of the caller"):
-        search_shortest(question(), broken)
+        search_shortest(question(), Watch(broken, live=True))
+
+
+def test_all_iterations_and_their_work_are_told_whether_one_by_one_or_together():
+    told = {}
+    for live in (True, False):
+        heard = []
+        watch = Watch(lambda *new, heard=heard: heard.append(new), live, 4, 1e-4, 0.5, work=7.0)
+        found = search_shortest(question(), watch)
+        totals = [total for new, _, _ in heard for total in new]
+        told[live] = totals, heard[-1][1], found.durations.tolist()
+    assert told[True] == told[False] and told[True][1] > 7.0 + 0.5 * len(told[True][0])
+
+
+def test_a_search_ends_after_its_work_or_where_the_time_vanishes():
+    told = []
+    spent = search_shortest(question(), Watch(lambda new, *_: told.extend(new), iteration_work=1.0, worth=4.5))
+    assert spent.stopped and len(told) == 5
+    assert search_shortest(question(), Watch(lambda *_: False, longest=1e9, vanishing=1e-6)).stopped
 
 
 def test_what_is_malformed_or_unknown_is_not_answered():

@@ -13,7 +13,7 @@ struct MomentaryLimit {
     const double *parameters;
 };
 
-using Poll = std::int64_t (*)(double, std::int64_t);  // called with the total time [s] and the number of rows; not 0 ends the search
+using Poll = std::int64_t (*)();  // reads the totals of the answer, and sets their count to 0; what is not 0 ends the search
 
 struct ShortestRequest {
     std::int64_t half, dim, legs, closed, groups, limits;
@@ -37,12 +37,20 @@ struct ShortestRequest {
     const double *turned;             // (legs + 1, dim, dim) columns are the axes of a waypoint's position, zeros for the world's; or null
     const WallsRecord *cones;         // (groups,)
     const MomentaryLimit *momentary;  // (limits,)
+    double row_work, iteration_work;  // of an iteration: for each row, and besides
+    double worth;                     // work of a question beyond which its search ends
+    double vanishing;                 // share of the longest total below which a search ends
+    std::int64_t room;                // for totals
+    std::int64_t live;                // whether it is polled before every iteration
     Poll poll;
 };
 
 struct ShortestAnswer {
     std::int64_t pieces, iterations;  // per leg; of all stages
     double total, wall, limit;        // [s]; largest excess of walls and of limits at peaks, in widths
+    double work, longest;             // of the question so far: work, and its longest total [s]; set before and after
+    std::int64_t told;                // how many of `totals` were not read
+    double *totals;                   // (room,) of iterations [s]
     double *durations;                // room for (legs * product of parts,) [s]
     double *points;                   // room for (pieces, 2 half, dim) control points [m]
     double *knots;                    // room for (pieces + 1, half, dim) derivatives [m/s^order]

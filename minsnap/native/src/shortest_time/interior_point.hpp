@@ -6,6 +6,7 @@
 
 #include "shortest_time/leaks.hpp"
 #include "shortest_time/newton.hpp"
+#include "shortest_time/watch.hpp"
 
 namespace minsnap {
 
@@ -41,9 +42,8 @@ public:
     Rows<S> rows;
     TimeObjective<S> objective;
     std::int64_t iterations = 0;
-    std::int64_t (*poll)(double, std::int64_t) = nullptr;
 
-    explicit InteriorPoint(const Instants<S::half, S::instants> &tables) : rows(tables) {}
+    InteriorPoint(const Instants<S::half, S::instants> &tables, Watch &watch) : rows(tables), watch_(watch) {}
 
     [[nodiscard]] bool allocate(int most) {
         return chain.allocate(most) && trial_.allocate(most) && objective.ratio.allocate(most) && newton_.allocate(most) &&
@@ -96,8 +96,7 @@ public:
         int shortened = 0, failed = 0, lost = 0, stalled = 0, grown = 0;
         filter_.clear();
         for (int iteration = 0; iteration < Settings::iterations; ++iteration, ++iterations) {
-            const double total = chain.total();
-            if (poll != nullptr && poll(total, rows.count) != 0) return StageEnd::stopped;
+            if (watch_.ends(chain.total(), rows.count)) return StageEnd::stopped;
             weigh();
             newton_.assemble(chain, rows, objective, states_, {multiplier_.data(), outer_.data(), gradient_.data()});
             if (shortened == 0) damping /= Settings::damping_change;
@@ -387,6 +386,7 @@ private:
     Chain<S> trial_;
     NewtonSystem<S> newton_;
     Filter filter_;
+    Watch &watch_;
     Buffer<PieceState<S>> first_states_, second_states_;
     PieceState<S> *states_ = nullptr, *trial_states_ = nullptr;  // at the chain and at what is tried
     double smooth_ = 0.0;                                        // the smooth objective at the chain

@@ -12,7 +12,8 @@ class ShortestTime {
 public:
     using Settings = ShortestSettings;
 
-    ShortestTime(const ShortestRequest &request, const Instants<S::half, S::instants> &tables) : request_(request), point_(tables) {}
+    ShortestTime(const ShortestRequest &request, const Instants<S::half, S::instants> &tables, Watch &watch)
+        : request_(request), point_(tables, watch) {}
 
     Status run(ShortestAnswer &answer) {
         std::int64_t most = request_.legs;
@@ -21,7 +22,6 @@ public:
         const int pieces = static_cast<int>(most);
         if (!point_.allocate(pieces) || !best_.allocate(pieces)) return Status::no_memory;
         if (!point_.rows.build(request_) || !point_.rows.floor.allocate(pieces)) return Status::no_memory;
-        point_.poll = request_.poll;
         begin();
         return finished(stages(), answer);
     }
@@ -204,7 +204,8 @@ private:
 template <int half, int dim, int count>
 Status search(const ShortestRequest &request, ShortestAnswer &answer) {
     static const Instants<half, count> tables;
-    return ShortestTime<Shape<half, dim, count>>(request, tables).run(answer);
+    Watch watch(request, answer);
+    return ShortestTime<Shape<half, dim, count>>(request, tables, watch).run(answer);
 }
 
 }  // namespace minsnap
