@@ -11,6 +11,7 @@ nanosecond later than the one before is, so that none is lost.
 from __future__ import annotations
 
 import base64
+import hashlib
 import json
 import zipfile
 from collections.abc import Callable, Sequence
@@ -57,12 +58,17 @@ class SkybrushShow:
     ----------
     fleet : Fleet
         On the show's clock.
-    lights : tuple of Lights or None
-        Of each vehicle.
+    programmes : tuple of bytes
+        Of the lights of each vehicle.
     """
 
     fleet: Fleet
-    lights: tuple[Lamp, ...]
+    programmes: tuple[bytes, ...]
+
+    @property
+    def lights(self) -> tuple[Lamp, ...]:
+        """Lights of each vehicle; raises FileError if a programme has a command that is not read."""
+        return tuple(map(skybrush.lights_of, self.programmes))
 
 
 def write_skyc(
@@ -156,9 +162,9 @@ def read_skyc(path: FileName) -> SkybrushShow:
             raise FileError(f"{path} has {len(settings)} vehicles: a show has 1 to {MOST_DRONES}")
         curves = [_curve(_resolved(archive, entry["trajectory"])) for entry in settings]
         found = [_resolved(archive, entry.get("lights")) for entry in settings]
-        lamps = [skybrush.lights_of(base64.b64decode(each["data"])) if each else None for each in found]
+        programmes = tuple(base64.b64decode(each["data"]) if each else b"" for each in found)
     names = tuple(str(entry.get("name") or f"drone {i + 1}") for i, entry in enumerate(settings))
-    return SkybrushShow(Fleet(tuple(curves), names if len(set(names)) == len(names) else None), tuple(lamps))
+    return SkybrushShow(Fleet(tuple(curves), names if len(set(names)) == len(names) else None), programmes)
 
 
 def _load(archive: zipfile.ZipFile, name: str) -> Any:
@@ -175,11 +181,13 @@ def _resolved(archive: zipfile.ZipFile, entry: Any) -> Any:
 
 
 def _curve(entry: Any) -> Trajectory:
-    """Return the trajectory of its points, with its wait before take-off."""
+    """Return the trajectory of its points, with its wait before take-off and the first of them."""
     points = entry["points"]
     pieces: list[FloatArray] = []
-    before = np.array(points[0][1], dtype=np.float64)
-    wait = float(entry.get("takeoffTime") or 0.0)
+    before = np.array(points[0][1], dtype=np.float64).reshape(3)
+    wait = float(entry.get("takeoffTime") or 0.0) + float(points[0][0])
+    if not wait >= 0.0:
+        raise FileError(f"a vehicle of a show has its first point at {wait:g} s: shows begin at 0")
     durations = np.diff([float(point[0]) for point in points])
     for _, end, between in points[1:]:
         if len(between) > MOST_BETWEEN:
@@ -197,8 +205,8 @@ MOST_ADDRESSES = 255
 """Vehicles that an address can tell apart."""
 
 
-def write_crazyswarm(fleet: Fleet, folder: Path, *, clobber: bool = True) -> tuple[Path, Path]:
-    """Write ``crazyflies.yaml`` (fileversion 3) and ``fly.py`` for trajectories ``traj0.csv``, ``traj1.csv``, ...
+def crazyswarm_files(fleet: Fleet) -> dict[str, str]:
+    """Return ``crazyflies.yaml`` (fileversion 3) and ``fly.py`` for trajectories ``traj0.csv``, ``traj1.csv``, ...
 
     A vehicle stands below the start of its trajectory. The script climbs straight up to it; trajectories that begin on
     the ground take off themselves.
@@ -217,45 +225,39 @@ def write_crazyswarm(fleet: Fleet, folder: Path, *, clobber: bool = True) -> tup
         robots += "    type: cf21  # see robot_types\n"
     yaws = [float(curve.yaw(np.zeros(1))[0]) for curve in fleet]
     values = {"robots": robots, "heights": [height for *_, height in starts], "yaws": yaws, "duration": fleet.duration}
-    files = folder / "crazyflies.yaml", folder / "fly.py"
-    for file in files:
-        template = Path(__file__).with_name("crazyswarm2") / f"{file.name}.txt"
-        write_file(file, template.read_text(encoding="utf-8").format(**values), clobber=clobber)
-    return files
+    templates = Path(__file__).with_name("crazyswarm2")
+    names = ("crazyflies.yaml", "fly.py")
+    return {name: (templates / f"{name}.txt").read_text(encoding="utf-8").format(**values) for name in names}
 
 
 MARK, MANIFEST = "minsnap fleet", "manifest.json"
 ENDINGS = (".csv", ".skyb", ".traj", ".json", ".npz")
 """Of files of one vehicle, in folders without a manifest."""
 
-Writer = Callable[[Trajectory, Path, Lamp, bool], float]
-"""Writes a vehicle's trajectory and lights, clobbers or does not, and returns the proved distance of the file [m]."""
+Maker = Callable[[Trajectory, Lamp], tuple[str | bytes, float]]
+"""Returns the content of a vehicle's file, of its trajectory and lights, and its proved distance to these [m]."""
 
 
-def _write_csv(most: int | None) -> Writer:
-    def write(curve: Trajectory, file: Path, lamp: Lamp, clobber: bool) -> float:
-        crazyflie.write_crazyflie(curve, file, max_pieces=most, clobber=clobber)
-        return 0.0
-
-    return write
+def _make_csv(most: int | None) -> Maker:
+    return lambda curve, lamp: (crazyflie.crazyflie_text(curve, most), 0.0)
 
 
-def _write_skyb(curve: Trajectory, file: Path, lamp: Lamp, clobber: bool) -> float:
-    return skybrush.write_skybrush(curve, file, lamp, clobber=clobber).distance
+def _make_skyb(curve: Trajectory, lamp: Lamp) -> tuple[bytes, float]:
+    segments = skybrush.cubic_segments(curve)
+    return skybrush.skybrush_bytes(segments, lamp), segments.distance
 
 
-def _write_traj(curve: Trajectory, file: Path, lamp: Lamp, clobber: bool) -> float:
-    crazyflie.write_compressed(curve, file, clobber=clobber)
-    return crazyflie.rounding_bounds(curve).position
+def _make_traj(curve: Trajectory, lamp: Lamp) -> tuple[bytes, float]:
+    return crazyflie.compressed(curve), crazyflie.rounding_bounds(curve).position
 
 
-FOLDERS: dict[str, tuple[str, Writer]] = {
-    "csv": (".csv", _write_csv(None)),
-    "crazyswarm2": (".csv", _write_csv(crazyflie.MAX_PIECES)),
-    "skyb": (".skyb", _write_skyb),
-    "traj": (".traj", _write_traj),
+FOLDERS: dict[str, tuple[str, Maker]] = {
+    "csv": (".csv", _make_csv(None)),
+    "crazyswarm2": (".csv", _make_csv(crazyflie.MAX_PIECES)),
+    "skyb": (".skyb", _make_skyb),
+    "traj": (".traj", _make_traj),
 }
-"""Folders with one file a vehicle: its ending, and what writes it."""
+"""Folders with one file a vehicle: its ending, and what makes its content."""
 
 KINDS = (*FOLDERS, "skyc")
 EXACT_KINDS = ("csv", "crazyswarm2")
@@ -314,19 +316,23 @@ def write_fleet(
         raise FileError(f"files of fleets hold 3 coordinates, and the fleet has {fleet.dim}")
     if kind == "skyc":
         return WrittenFleet(kind, (Path(path),), write_skyc(fleet, path, lights, clobber=clobber))
-    folder = Path(path)
+    (ending, make), folder, lamps = FOLDERS[kind], Path(path), lamps_of(fleet, lights)
+    made = [make(*each) for each in zip(fleet, lamps, strict=True)]  # all of them before anything is written
+    files = {folder / f"traj{i}{ending}": content for i, (content, _) in enumerate(made)}
+    beside = crazyswarm_files(fleet) if kind == "crazyswarm2" else {}
+    further: dict[Path, str | bytes] = {folder / name: content for name, content in beside.items()}
+    manifest = folder / MANIFEST
     folder.mkdir(parents=True, exist_ok=True)
-    check_destination(folder / MANIFEST, clobber=clobber)
-    ending, write = FOLDERS[kind]
+    for file in (manifest, *files, *further):
+        check_destination(file, clobber=clobber)
     former = _unchanged(folder, ending)
-    files, lamps = [folder / f"traj{i}{ending}" for i in range(len(fleet))], lamps_of(fleet, lights)
-    lost = [write(*each, clobber) for each in zip(fleet, files, lamps, strict=True)]
-    further = write_crazyswarm(fleet, folder, clobber=clobber) if kind == "crazyswarm2" else ()
-    manifest = _write_manifest(fleet, folder, kind, files, further)
+    write_file(manifest, _manifest(fleet, kind, files, further))  # first: what was cut short is refused by it
+    for file, content in (files | further).items():
+        write_file(file, content, clobber=clobber)
     for file in former - {*files, *further}:
         with suppress(OSError):
             file.unlink()
-    return WrittenFleet(kind, (*files, *further, manifest), max(lost))
+    return WrittenFleet(kind, (*files, *further, manifest), max(distance for _, distance in made))
 
 
 def _unchanged(folder: Path, ending: str) -> set[Path]:
@@ -341,17 +347,20 @@ def _unchanged(folder: Path, ending: str) -> set[Path]:
         return set()
 
 
-def _write_manifest(fleet: Fleet, folder: Path, kind: str, files: Sequence[Path], further: Sequence[Path]) -> Path:
-    rows = [
-        {"name": fleet.name(i), "file": file.name, "duration": fleet[i].duration, "sha256": digest_of(file)}
-        for i, file in enumerate(files)
+def _manifest(fleet: Fleet, kind: str, files: dict[Path, str | bytes], further: dict[Path, str | bytes]) -> str:
+    """Return the manifest of files with these contents: those of the vehicles, and those beside them."""
+    vehicles = [
+        {"name": fleet.name(i), "file": file.name, "duration": fleet[i].duration, "sha256": _sha256(content)}
+        for i, (file, content) in enumerate(files.items())
     ]
-    beside = [{"file": file.name, "sha256": digest_of(file)} for file in further]
+    beside = [{"file": file.name, "sha256": _sha256(content)} for file, content in further.items()]
     separation = None if fleet.separation is None else fleet.separation.plain
     content = {"format": MARK, "version": 1, "kind": kind, "frame": "enu", "units": "m, s, rad"}
-    text = json.dumps({**content, "separation": separation, "vehicles": rows, "further": beside}, indent=1) + "\n"
-    write_file(folder / MANIFEST, text)
-    return folder / MANIFEST
+    return json.dumps({**content, "separation": separation, "vehicles": vehicles, "further": beside}, indent=1) + "\n"
+
+
+def _sha256(content: str | bytes) -> str:
+    return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
 
 
 def is_fleet(path: FileName) -> bool:

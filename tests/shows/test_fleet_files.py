@@ -1,5 +1,6 @@
 """Fleets in files: read back, certified as they are in the file, and refused where they are not what they say."""
 
+import base64
 import hashlib
 import json
 import runpy
@@ -12,6 +13,7 @@ import pytest
 import yaml
 
 import minsnap
+from minsnap.basics.storage.atomic import write_file
 from minsnap.cli.app import main
 from minsnap.errors import FileError
 from minsnap.files.convert import write_any
@@ -98,6 +100,48 @@ def test_waits_quadratics_and_entries_in_place_are_read(tmp_path):
         archive.writestr("show.json", json.dumps(show))
     path = read_fleet(tmp_path / "a.skyc")[0]
     assert path(2.0) == pytest.approx([0, 0, 0]) and path(4.0) == pytest.approx([1.0, 1.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("first", "takeoff", "starts"), [(1, 3, 4.0), (1, None, 1.0), (-1, 3, 2.0), (0, -3, None), (0, float("nan"), None)]
+)
+def test_a_show_begins_when_its_points_say(tmp_path, first, takeoff, starts):
+    """The instant of the first point was left out, and a negative one of the take-off: another motion was proved."""
+    trajectory = {"version": 1, "points": [[first, [0, 0, 0], []], [5, [2, 0, 0], []]], "takeoffTime": takeoff}
+    lights = {"version": 1, "data": base64.b64encode(bytes([17, 0])).decode()}
+    drones = [{"type": "generic", "settings": {"trajectory": trajectory, "lights": lights}}]
+    with zipfile.ZipFile(tmp_path / "a.skyc", "w") as archive:
+        archive.writestr("show.json", json.dumps({"version": 1, "swarm": {"drones": drones}}))
+    if starts is None:
+        with pytest.raises(FileError, match="has its first point at"):
+            read_fleet(tmp_path / "a.skyc")
+        return
+    path = read_fleet(tmp_path / "a.skyc")[0]
+    assert path(starts - 1e-6) == pytest.approx([0, 0, 0]) and path(starts + 0.1)[0] > 0.0
+    with pytest.raises(FileError, match="command 17"):
+        _ = read_skyc(tmp_path / "a.skyc").lights
+
+
+@pytest.mark.parametrize("kind", ["crazyswarm2", "skyb", "traj"])
+def test_no_part_of_a_fleet_passes_for_one(tmp_path, kind, monkeypatch):
+    """Files of the vehicles before one that did not fit stayed, without a manifest, and were uploaded."""
+    far = minsnap.plan([(0, 9, 1), *((i, 9, 1 + i % 2) for i in range(1, 5000, 125))], np.full(40, 200.0))
+    with pytest.raises(FileError):
+        write_fleet(minsnap.Fleet((*crossing(), far)), tmp_path / "folder", kind)
+    assert not (tmp_path / "folder").exists()
+    written = []
+
+    def killed(path, content, **how):
+        if len(written) == 2:
+            raise KeyboardInterrupt
+        written.append(path)
+        write_file(path, content, **how)
+
+    monkeypatch.setattr("minsnap.shows.fleet_files.write_file", killed)
+    with pytest.raises(KeyboardInterrupt):
+        write_fleet(crossing(), tmp_path / "folder", kind)
+    with pytest.raises(FileError, match=r"traj1\.\w+ is missing"):
+        read_fleet(tmp_path / "folder")
 
 
 def test_a_crazyswarm_folder_names_its_robots(tmp_path):

@@ -247,9 +247,13 @@ def write_crazyflie(
     YawError
         If its heading is no polynomial.
     """
-    rows = crazyflie_rows(polynomials_of(trajectory, max_pieces)[0], max_pieces)
-    lines = [COLUMNS, *([repr(value) for value in row] for row in rows.tolist())]
-    write_file(path, "".join(",".join(line) + "\n" for line in lines), clobber=clobber)
+    write_file(path, crazyflie_text(polynomials_of(trajectory, max_pieces)[0], max_pieces), clobber=clobber)
+
+
+def crazyflie_text(trajectory: Trajectory, max_pieces: int | None = MAX_PIECES) -> str:
+    """Return the content of the file; raises as :func:`write_crazyflie`."""
+    lines = [COLUMNS, *([repr(value) for value in row] for row in crazyflie_rows(trajectory, max_pieces).tolist())]
+    return "".join(",".join(line) + "\n" for line in lines)
 
 
 def crazyflie_rows(trajectory: Trajectory, max_pieces: int | None = MAX_PIECES) -> FloatArray:

@@ -10,7 +10,8 @@ the start, and segments (``bezier_segments``); block 2 the lights. World axes: x
 left, z up. Only lines and cubics are written: degree 7 is played, but its take-off and landing are computed wrongly.
 
 Of lights, a command is a byte and its arguments; a duration is a varint of 20 ms. Written are 0 end, 2 sleep d, 4 set
-colour r g b d, 8 fade to colour r g b d; loops (12 begin n, 13 end) are read too. No programme is one zero byte.
+colour r g b d, 8 fade to colour r g b d. Read too are 1 nothing, 3 wait until d, 5 to 7 and 9 to 11 set and fade to a
+gray (one byte), black and white, and loops (12 begin n, 13 end). No programme is one zero byte.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 
@@ -36,7 +38,13 @@ from minsnap.trajectory.trajectory import Trajectory
 TICK = 0.02
 """Unit of time [s]."""
 
-END, SLEEP, SET, FADE, LOOP, LOOP_END = 0, 2, 4, 8, 12, 13
+
+class LightCommand(IntEnum):
+    """Of a programme of lights."""
+
+    END, NOTHING, SLEEP, UNTIL, SET, FADE, LOOP, LOOP_END = 0, 1, 2, 3, 4, 8, 12, 13
+
+
 MOST_COMMANDS = 100_000
 """Commands that a programme runs at most, loops included."""
 
@@ -93,17 +101,22 @@ class Lights(ReadOnly):
 def light_bytes(lights: Lights | None) -> bytes:
     """Return the programme of lights; instants are rounded to 20 ms, and the roundings do not add up."""
     if lights is None or not len(lights.instants):
-        return bytes([END])
+        return bytes([LightCommand.END])
     ticks = np.diff(np.round(lights.instants / TICK).astype(int), prepend=0).tolist()
     colours = [bytes(row) for row in np.round(lights.colours).astype(np.uint8).tolist()]
     programme, now = b"", bytes(3)
     for wait, colour, fades in zip(ticks, colours, lights.fades.tolist(), strict=True):
         if fades:
-            programme += bytes([FADE]) + colour + _varint(wait)
+            programme += bytes([LightCommand.FADE]) + colour + _varint(wait)
         else:
-            programme += (bytes([SET]) + now + _varint(wait) if wait else b"") + bytes([SET]) + colour + _varint(0)
+            programme += (
+                (bytes([LightCommand.SET]) + now + _varint(wait) if wait else b"")
+                + bytes([LightCommand.SET])
+                + colour
+                + _varint(0)
+            )
         now = colour
-    return programme + bytes([END])
+    return programme + bytes([LightCommand.END])
 
 
 def lights_of(programme: bytes) -> Lights | None:
@@ -114,13 +127,15 @@ def lights_of(programme: bytes) -> Lights | None:
     FileError
         If it is cut off, or has a command other than those of this module.
     """
-    clock, keys, commands = 0, [], list(_commands(programme))
-    for command, colour, ticks in commands:
-        if command == FADE or (command == SET and ticks == 0):
-            keys.append((clock + ticks, colour, command == FADE))
-        elif command == SET:
+    clock, keys = 0, []
+    now: tuple[int, tuple[int, ...], bool] = (0, (0, 0, 0), False)
+    for command, colour, ticks in _commands(programme):
+        if command == LightCommand.FADE:  # it begins now, not at the colour before
+            keys += [(clock, now[1], False)] * (now[0] < clock) + [(clock + ticks, colour, True)]
+        elif command == LightCommand.SET:
             keys.append((clock, colour, False))
-        clock += ticks
+        now = keys[-1] if keys else now
+        clock = max(clock, ticks) if command == LightCommand.UNTIL else clock + ticks
     if not keys:
         return None
     instants, colours, fades = zip(*keys, strict=True)
@@ -132,27 +147,34 @@ def _commands(programme: bytes) -> list[tuple[int, tuple[int, ...], int]]:
     commands: list[tuple[int, tuple[int, ...], int]] = []
     offset, steps = 0, 0
     loops: list[list[int]] = []
-    while offset < len(programme) and programme[offset] != END:
+    while offset < len(programme) and programme[offset] != LightCommand.END:
         command = programme[offset]
         offset, steps = offset + 1, steps + 1
-        if command in (SET, FADE, SLEEP):
-            count = 0 if command == SLEEP else 3
-            colour = tuple(programme[offset : offset + count])
+        if command in (LightCommand.SLEEP, LightCommand.UNTIL):
+            ticks, offset = _read_varint(programme, offset)
+            commands.append((command, (), ticks))
+        elif LightCommand.SET <= command < LightCommand.LOOP:  # of each four: a colour, a gray, black, white
+            count = (3, 1, 0, 0)[command % 4]
+            colour = tuple(programme[offset : offset + count]) or (0 if command % 4 == 2 else 255,)
             ticks, offset = _read_varint(programme, offset + count)
-            commands.append((command, colour, ticks))
-        elif command == LOOP and offset < len(programme):
+            commands.append(
+                (
+                    LightCommand.SET if command < LightCommand.FADE else LightCommand.FADE,
+                    colour * (3 // len(colour)),
+                    ticks,
+                )
+            )
+        elif command == LightCommand.LOOP and offset < len(programme):
             loops.append([offset + 1, programme[offset] - 1])
             offset += 1
-        elif command == LOOP_END and loops:
+        elif command == LightCommand.LOOP_END and loops:
             if loops[-1][1] > 0:
                 loops[-1][1] -= 1
                 offset = loops[-1][0]
             else:
                 loops.pop()
-        else:
-            raise FileError(
-                f"a programme of lights has command {command}, which is not read: 0, 2, 4, 8, 12 and 13 are"
-            )
+        elif command != LightCommand.NOTHING:
+            raise FileError(f"a programme of lights has command {command}, which is not read: 0 to 13 are")
         if steps > MOST_COMMANDS:  # loops in loops that do nothing count too
             raise FileError(f"a programme of lights runs more than {MOST_COMMANDS} commands")
     return commands
@@ -358,11 +380,17 @@ class SkybrushFile:
     Parameters
     ----------
     trajectory : Trajectory
-    lights : Lights or None
+    programme : bytes
+        Of its lights.
     """
 
     trajectory: Trajectory
-    lights: Lights | None = None
+    programme: bytes = b""
+
+    @property
+    def lights(self) -> Lights | None:
+        """Its lights; raises as :func:`lights_of`. The trajectory is read whatever they are."""
+        return lights_of(self.programme)
 
 
 def skybrush_bytes(segments: CubicSegments, lights: Lights | None = None) -> bytes:
@@ -418,7 +446,7 @@ def read_skybrush(path: FileName) -> SkybrushFile:
 
 
 def parsed(content: bytes, where: str = "the show") -> SkybrushFile:
-    """Return the curve and the lights in the bytes of a file; ``where`` names it in messages."""
+    """Return what is in the bytes of a file; ``where`` names it in messages."""
     if content[:4] != MARK or content[4] not in (1, VERSION):
         raise FileError(f"{where} is not a binary Skybrush show of version 1 or 2")
     offset = 5
@@ -435,8 +463,7 @@ def parsed(content: bytes, where: str = "the show") -> SkybrushFile:
     if not len(milliseconds):
         raise FileError(f"the trajectory of {where} has no segments")
     values = points[:, :3].transpose(0, 2, 1) * ((body[0] & UNIT_BITS) / 1e3)
-    lights = lights_of(blocks[LIGHTS]) if LIGHTS in blocks else None
-    return SkybrushFile(Trajectory(values, milliseconds / 1e3), lights)
+    return SkybrushFile(Trajectory(values, milliseconds / 1e3), blocks.get(LIGHTS, b""))
 
 
 def _segment(milliseconds: int, points: NDArray[np.int64]) -> bytes:

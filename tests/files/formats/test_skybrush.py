@@ -164,6 +164,13 @@ def test_loops_of_lights_are_played():
         lights_of(bytes([4, 1, 2, 3]))
 
 
+def test_grays_black_white_and_waits_are_read():
+    """Files of Skybrush's own tools hold them; their separation could not be checked for it."""
+    lights = lights_of(bytes([1, 7, 5, 5, 90, 5, 3, 20, 10, 5, 9, 60, 5, 6, 0, 0]))
+    assert lights(np.array([0.05, 0.15, 0.35, 0.45, 0.55, 0.65]))[:, 1] == pytest.approx([255, 90, 90, 45, 30, 0])
+    assert lights(0.55) == pytest.approx([30, 30, 30])
+
+
 @pytest.mark.parametrize("speed", [0.5, 3.0, 12.0])
 def test_what_was_written_is_consistent_and_a_corner_is_not(tmp_path, speed):
     """Velocities that step by what whole millimetres are in a short segment were called wrong."""
