@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import check_kind
+from minsnap.basics.checks import check_kind, point_text
+from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Gate, center_of
@@ -22,6 +23,7 @@ from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ORDINARY
 from minsnap.paths.missions.course import Course, Stop, section_request
+from minsnap.planning.around import deepest
 from minsnap.planning.planner import plan
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.trajectory.planned_heading import chosen_heading
@@ -135,7 +137,8 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     Raises
     ------
     WaypointError
-        If a course in the plane has a take-off, or a waypoint is malformed.
+        If a course in the plane has a take-off, take-off or landing goes through an obstacle, or a waypoint is
+        malformed.
     InfeasibleError, SolverError
         As :func:`minsnap.plan`.
 
@@ -154,11 +157,11 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     if course.takeoff is not False:
         first = flown[0].curve
         ground = _ground(first, 0.0, course.takeoff)
-        flown = [_Flown(_vertical(ground, first(0.0), course, AROUND.climb), (("take-off", 0.0),)), *flown]
+        flown = [_vertical("take-off", ground, first(0.0), course, AROUND.climb), *flown]
     if course.land is not False:
         last = flown[-1].curve
         ground, end = _ground(last, last.duration, course.land), last(last.duration)
-        flown.append(_Flown(_vertical(end, ground, course, AROUND.landing), (("landing", 0.0),)))
+        flown.append(_vertical("landing", end, ground, course, AROUND.landing))
     flown, curve = _within_limits(course, flown, _headed(course, flown))
     walls = _corridor(curve, flown)
     _look_at(curve, walls, planning.get("continuity"), len(flown) > 1)
@@ -335,12 +338,20 @@ def _ground(curve: Trajectory, t: float, where: Any) -> FloatArray:
     return ground
 
 
-def _vertical(start: FloatArray, goal: FloatArray, course: Course, speed: float) -> Trajectory:
+def _vertical(name: str, start: FloatArray, goal: FloatArray, course: Course, speed: float) -> _Flown:
     """Plan a climb or a descent from rest to rest, slower than the limits and than a speed."""
     limits = course.bounds
     slow = min(speed, limits.speed or speed)
     gentle = min(AROUND.gentle, limits.acceleration or AROUND.gentle)
-    return plan([start, goal], limits=replace(limits, speed=slow, acceleration=gentle), degree=course.degree)
+    curve = plan([start, goal], limits=replace(limits, speed=slow, acceleration=gentle), degree=course.degree)
+    obstacles = course.request(waypoints=[start, goal]).obstacles
+    clear, instant, which = deepest(curve, obstacles) if obstacles else (0.0, 0.0, 0)
+    if clear < -EXACT:
+        raise WaypointError(
+            f"the {name} is straight, and it is {-clear:.3g} m inside obstacle {which} at "
+            f"{point_text(curve(instant))} m: begin or end the course beside it, or say where the ground is"
+        )
+    return _Flown(curve, ((name, 0.0),))
 
 
 def _headed(course: Course, flown: Sequence[_Flown]) -> Trajectory:

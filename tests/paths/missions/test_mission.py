@@ -157,6 +157,14 @@ def test_a_heading_along_the_velocity_is_that_of_the_whole():
             "need waypoints of three coordinates",
         ),
         (
+            lambda: plan_mission(Course(YARD, takeoff=True, avoid=(("cuboid", (-1, -1, 0.4, 1, 1, 0.8)),))),
+            r"the take-off is straight, and it is 0.2 m inside obstacle 0 at \(0, 0, 0.6\) m",
+        ),
+        (
+            lambda: plan_mission(Course(YARD[2:], land=True, avoid=(("cylinder", (4, 5, 0.5, 0, 1)),))),
+            "the landing is straight, and it is 0.5 m inside obstacle 0",
+        ),
+        (
             lambda: plan_mission(Course(YARD[2:], takeoff=(0, 0, 9.0))),
             "the ground at 9 m is not below the course at 2 m",
         ),
