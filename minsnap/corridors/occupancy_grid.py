@@ -284,13 +284,14 @@ def visited(shape: IntArray, points: FloatArray, size: FloatArray, corner: Float
         If a point is outside the grid.
     """
     scaled = (points - corner) / size
-    outside = ((scaled < 0.0) | (scaled > shape)).any(axis=1)
+    outside = ((scaled < -EXACT) | (scaled > shape + EXACT)).any(axis=1)
     if outside.any():
         index = int(np.argmax(outside))
         raise CorridorError(
             f"point {index} of the path, {point_text(points[index])} m, is outside the grid, which reaches from "
             f"{point_text(corner)} to {point_text(corner + size * shape)} m: cut the path"
         )
+    scaled = np.clip(scaled, 0.0, shape)
     way = [scaled[:1], *(_middles(start, end) for start, end in pairwise(scaled)), scaled[-1:]]
     cells = np.minimum(np.floor(np.concatenate(way)), shape - 1).astype(np.intp)
     return np.asarray(cells[np.concatenate(([True], (np.diff(cells, axis=0) != 0).any(axis=1)))])

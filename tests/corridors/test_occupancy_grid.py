@@ -33,6 +33,13 @@ def test_boxes_are_free_and_lead_from_start_to_end():
         found.waypoints[0] = 0.0
 
 
+@pytest.mark.parametrize("cells", range(5, 60))
+def test_a_path_may_end_on_the_border_whatever_rounding_makes_of_it(cells):
+    border = 0.26 + 0.3 * cells
+    found = corridor_from_grid(np.zeros((cells, 2)), 0.3, [(0.26, 0.0), (border, 0.6)], origin=(0.26, 0.0))
+    assert len(found.boxes) == 1 and found.boxes.upper[0] == pytest.approx([border, 0.6])
+
+
 def test_boxes_cannot_grow_any_further():
     found = corridor_from_grid(GRID, 0.1, PATH)
     for cells in covered(found.boxes, GRID.shape, 0.1):
