@@ -337,9 +337,12 @@ def route(
     The path keeps a distance from all occupied cells. Without --time and limits, the time is the shortest found within
     3 m/s and 6 m/s^2. Exit status 1 if no way is wide enough.
     """
+    from minsnap.paths.routes.map_files import files_of
     from minsnap.paths.routes.plan_route import plan_through
     from minsnap.planning.request import plan_arguments
 
+    for written in (destination.output, destination.plot):
+        refuse_source(written, *files_of(map_file))
     ends = parse_point("--start", start), parse_point("--goal", goal)
     arguments = reading.arguments() | timing.arguments() | destination.search
     through = partial(plan_through, _source(map_file, reading.transpose), *ends)

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from minsnap.cli.plan_commands import joined_points
 from minsnap.files.setpoint_csv import read_csv
@@ -32,6 +33,19 @@ def test_one_command_leads_from_a_map_to_setpoints_and_a_figure(call, folder):
     found = read_csv("route.csv")
     assert found.position[0] == pytest.approx([1, 1, 0]) and found.position[-1] == pytest.approx([9, 7, 0])
     assert call("check", "route.csv").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("map_file", "written"),
+    [("map.npy", ("-o", "map.npy")), ("map.yaml", ("-o", "map.yaml")), ("map.yaml", ("--plot", "map.png"))],
+)
+def test_the_files_of_the_map_are_not_replaced(call, folder, map_file, written):
+    Image.fromarray(np.full((80, 100), 254, dtype=np.uint8)).save(folder / "map.png")
+    (folder / "map.yaml").write_text("image: map.png\nresolution: 0.1\norigin: [0, 0, 0]\n")
+    kept = {file: file.read_bytes() for file in folder.iterdir()}
+    done = call("route", map_file, *WAY[4:], *(WAY[2:4] if map_file == "map.npy" else ()), *written)
+    assert done.returncode == 2 and f"{written[1]} is the file that is read" in done.stderr
+    assert {file: file.read_bytes() for file in folder.iterdir()} == kept
 
 
 def test_altitudes_a_time_and_a_plan_as_a_file(call, folder):

@@ -158,6 +158,19 @@ def read_map_entries(path: FileName) -> dict[str, Any]:
     return content
 
 
+def files_of(path: FileName) -> tuple[Path, ...]:
+    """Return the files that a map is read from: itself, and the picture that a map_server YAML file names.
+
+    Raises
+    ------
+    FileError
+        If such a YAML file cannot be read.
+    """
+    file = Path(path)
+    described = file.suffix.lower() in (".yaml", ".yml")
+    return (file, file.parent / read_map_entries(file)["image"]) if described else (file,)
+
+
 def read_picture(path: FileName) -> NDArray[np.float32]:
     """Return the grey values of a picture, 0 to 255, rows from top to bottom: (rows, columns).
 
@@ -251,13 +264,13 @@ def read_map(
         if resolution is not None or origin is not None:
             raise CorridorError(f"{path} says its resolution and origin: leave them out")
         return read_map_yaml(path, how)
+    if ending not in ENDINGS:
+        raise FileError(f"{path} is no map: give one that ends in {', '.join(ENDINGS)}")
     side = _needed(path, resolution)
     if ending in CLOUDS:
         if origin is not None or threshold is not None:
             raise CorridorError(f"{path} is a point cloud: it has its own coordinates and no probabilities")
         return cloud_map(read_cloud(path), side, _in_space(path, ends), clearance, Path(path).name)
-    if ending != ".npy":
-        raise FileError(f"{path} is no map: give one that ends in {', '.join(ENDINGS)}")
     return array_map(read_array(path), side, origin, how, Path(path).name)
 
 

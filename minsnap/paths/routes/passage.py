@@ -293,8 +293,9 @@ def _too_narrow(
     most = widest(gap, open_, *ends)
     lead = f"no way leads from {point_text(start)} m to {point_text(goal)} m"
     if most is None:
+        altitudes = "" if grid.altitudes is None else " and the altitudes"
         return InfeasibleError(
-            f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells",
+            f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells{altitudes}",
             contradiction=barrier(grid, free, clearance, *ends),
         )
     way = shortest_way(open_ & (gap >= most), grid.resolution, *ends, avoided=gap <= most)
