@@ -134,7 +134,7 @@ def fly_fleet(
     names = [fleet.name(vehicle) for vehicle in range(len(fleet))]
     ways = zip(names, links_of(connect, len(fleet)), systems_of(system, len(fleet)), fleet, strict=True)
     if preflight:
-        _check_apart(fleet)
+        check_apart(fleet)
     each = [replace(settings, log=_log_of(settings.log, name)) for name in names]
     tables = [prepare(curve, how) for curve, how in zip(fleet, each, strict=True)]
     links: list[Link] = []
@@ -179,14 +179,15 @@ def systems_of(system: str | None, count: int) -> list[int | None]:
     return list(map(int, ids))
 
 
-def _check_apart(fleet: Fleet) -> None:
-    """Refuse a fleet whose vehicles do not keep the separation that its files ask for."""
+def check_apart(fleet: Fleet) -> None:
+    """Refuse a fleet whose vehicles jump, or do not keep the separation that its files ask for."""
+    from minsnap.fleet.fleet_certificate import fault_together
+
     if fleet.separation is None:
         print("preflight: the files do not say how far apart the vehicles must be", file=sys.stderr)
-        return
-    certificate = minsnap.certify_fleet(fleet, fleet.separation)
+    certificate = minsnap.certify_fleet(fleet)
     if not certificate.ok:
-        raise FlightError(f"not flown: two vehicles come within {certificate.least_distance:.3f} m; nothing was sent")
+        raise FlightError(f"not flown: {fault_together(certificate)}; nothing was sent")
 
 
 def _log_of(log: FileName | None, name: str) -> Path | None:

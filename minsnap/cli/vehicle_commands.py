@@ -189,6 +189,7 @@ def upload(
     Each memory is read back; nothing takes off before all agree. It flies with --start only. Ctrl-C, or a vehicle that
     does not answer, lands all vehicles in place.
     """
+    from minsnap.cli.flight_commands import check_apart
     from minsnap.flight import swarm_upload
     from minsnap.flight.swarm_upload import COMPRESSED, planned_ways
 
@@ -201,6 +202,8 @@ def upload(
             print(f"{address}: {part.pieces} pieces, {len(part.content)} bytes, {form}")
         print(f"start: {planned_ways(uris)}")
         return 0
+    if start:
+        check_apart(fleet)
     swarm_upload.upload(
         fleet,
         uris,

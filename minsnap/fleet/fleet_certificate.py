@@ -347,7 +347,7 @@ def fleet_fault(task: FleetTask, fleet: Fleet, threads: int) -> str | None:
         if wrong is not None:
             return f"vehicle {vehicle}: {wrong}"
     together = certify_fleet(fleet, task.separation, None, task.room, task.avoid, threads=threads)
-    return _broken_limit(task, fleet) or (None if together.ok else _fault_together(together))
+    return _broken_limit(task, fleet) or (None if together.ok else fault_together(together))
 
 
 def _faults_alone(task: FleetTask, vehicle: int, curve: Trajectory, duration: float) -> Iterator[str]:
@@ -409,7 +409,8 @@ def _broken_limit(task: FleetTask, fleet: Fleet) -> str | None:
     return None
 
 
-def _fault_together(certificate: FleetCertificate) -> str:
+def fault_together(certificate: FleetCertificate) -> str:
+    """Return what a certificate that is not ``ok`` says, but for limits."""
     if certificate.room_margin is not None and certificate.room_margin < -EXACT:
         return f"vehicle {int(np.argmin(certificate.room_margins))} leaves the room by {-certificate.room_margin:.3g} m"  # type: ignore[arg-type]
     if certificate.clearance is not None and certificate.clearance < -EXACT:

@@ -1,6 +1,7 @@
 """Uploads to stand-ins that speak CRTP over UDP: every byte, lost packets, vehicles that disappear."""
 
 import math
+import re
 import signal
 import struct
 from dataclasses import replace
@@ -178,6 +179,24 @@ def test_the_command_says_what_it_would_write_or_writes_it(tmp_path, capsys):
     with pytest.raises(SystemExit) as left:
         main(["upload", str(tmp_path / "folder"), "--uri", "udp://127.0.0.1:9"])
     assert left.value.code == 2 and "1 addresses for 2 vehicles" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("vehicles", "separation", "sentence"),
+    [((0, 1), 1.5, r"vehicles \(0, 1\) come as near as 0\.898"), ((2,), None, "vehicle 0 jumps by 3.24 m at 0.2 s")],
+)
+def test_a_fleet_that_comes_too_near_or_jumps_is_not_flown(tmp_path, capsys, vehicles, separation, sentence):
+    one, two = pair()
+    jumping = minsnap.Trajectory(np.concatenate((one.control_points, one.control_points + 2)), [0.1] * 4)
+    fleet = minsnap.Fleet(tuple((one, two, jumping)[i] for i in vehicles))
+    apart = None if separation is None else minsnap.Separation(separation)
+    write_fleet(replace(fleet, separation=apart), tmp_path / "folder", "crazyswarm2")
+    with CrtpVehicle() as here, CrtpVehicle() as there:
+        addresses = [f"--uri={each.uri}" for each in (here, there)[: len(fleet)]]
+        with pytest.raises(SystemExit) as left:
+            main(["upload", str(tmp_path / "folder"), *addresses, "--start"])
+        assert left.value.code == 1 and not any(here.memory) and not there.commands
+    assert re.search(sentence, capsys.readouterr().err)
 
 
 def test_cflibs_own_driver_carries_the_same_bytes(monkeypatch):
