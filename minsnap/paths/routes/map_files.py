@@ -495,11 +495,11 @@ def read_cloud(path: FileName) -> FloatArray:
 
 def read_xyz(path: FileName) -> FloatArray:
     """Return the points of a text file with x, y, z first in every row; further columns and # comments are left out."""
-    lines = [line.split("#")[0].replace(",", " ").split() for line in read_text(path).splitlines()]
-    rows = [line[:3] for line in lines if line]
+    lines = [line.split("#")[0].strip() for line in read_text(path).splitlines()]
+    rows = [line.split("," if "," in line else None)[:3] for line in lines if line]  # a comma is no decimal point
     if any(len(row) < 3 for row in rows):
         raise FileError(f"{path}: a row has fewer than three numbers: every row is x y z")
-    with reading(path, "a list of points, x y z in every row"):
+    with reading(path, "a list of points, x y z in every row, with a point for decimals"):
         return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
 

@@ -169,6 +169,14 @@ def test_a_damaged_cloud_is_refused_in_one_sentence(tmp_path, name):
             assert name in str(error) and "\n" not in str(error)
 
 
+@pytest.mark.parametrize("row", ["1,5 2,5 3,0", "1,5;2,5;3,0", "1;2;3", "1 2"])
+def test_text_with_decimal_commas_is_no_cloud(tmp_path, row):
+    """The first was read as (1, 5, 2)."""
+    (tmp_path / "cloud.xyz").write_text(f"{row}\n")
+    with pytest.raises(FileError, match="x,? y,? z"):
+        read_cloud(tmp_path / "cloud.xyz")
+
+
 def test_lzf_repeats_what_it_has_just_written():
     assert decompress(bytes([0, 65, 0x60, 0]), 6) == b"AAAAAA"
     assert decompress(bytes([1, 65, 66, 0xE0, 3, 1]), 14) == b"AB" * 7
