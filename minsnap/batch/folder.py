@@ -23,6 +23,9 @@ from minsnap.native.library import core
 SPEC, MANIFEST, DATASHEET, DIGESTS = "_spec.json", "_manifest.json", "_datasheet", "_sha256"
 """Names that begin with an underscore are no data to whoever reads a folder of Parquet files."""
 
+EPISODES = "meta/info.json"
+"""What marks a folder of episodes."""
+
 
 GROUP_ROWS = 1024
 """Rows of a row group, which are in memory at once."""
@@ -47,12 +50,13 @@ def claimed(folder: Path, spec: Spec, made_with: dict[str, str], resume: bool) -
     Raises
     ------
     FileError
-        If the folder is that of another batch, was begun by another version, must not be there yet, or holds other
-        Parquet files.
+        If the folder is that of another batch, was begun by another version, must not be there yet, holds other
+        Parquet files or episodes, or cannot be written to.
     BatchError
         If another run writes into it.
     """
     began = {"name": spec.name(), "spec": spec.identity(), "made_with": made_with}
+    refuse_mixed(folder, EPISODES)
     _make(folder, resume)
     path, other = folder / SPEC, next(folder.glob("*.parquet"), None)
     if other is not None and not path.exists():
@@ -66,6 +70,12 @@ def claimed(folder: Path, spec: Spec, made_with: dict[str, str], resume: bool) -
             yield
         finally:
             _remove_parts(folder)
+
+
+def refuse_mixed(folder: Path, mark: str) -> None:
+    """Raise FileError where a folder has the file that marks a dataset of another format."""
+    if (folder / mark).exists():
+        raise FileError(f"{folder} holds a dataset of another format ({mark}): give another folder")
 
 
 def _remove_parts(folder: Path) -> None:
@@ -107,7 +117,11 @@ def _locked(path: Path, folder: Path) -> Iterator[BinaryIO]:
     """Hold a lock that the system gives up when this process ends, however it ends."""
     import fcntl
 
-    with open(path, "a+b", buffering=0) as file:
+    try:
+        opened = open(path, "a+b", buffering=0)  # noqa: SIM115
+    except OSError as error:
+        raise FileError(f"{folder} is no folder that can be written to: {error.strerror}") from error
+    with opened as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

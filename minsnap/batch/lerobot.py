@@ -18,6 +18,7 @@ from minsnap.basics.checks import check_number
 from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.basics.storage.text import FileName
 from minsnap.batch.columns import planned_curves
+from minsnap.batch.folder import SPEC, refuse_mixed
 from minsnap.batch.spec import pyarrow_parquet
 from minsnap.errors import FileError
 from minsnap.trajectory.trajectory import Trajectory
@@ -55,11 +56,12 @@ def export_lerobot(plans: FileName, folder: FileName, fps: int = 20) -> int:
     Raises
     ------
     FileError
-        If no problem was planned, or a file cannot be written.
+        If no problem was planned, the folder is that of a batch, or a file cannot be written.
     InputError
         If ``fps`` is no whole number from 1 to 1000.
     """
     check_number("fps", fps, 1, 1000, "give a whole number of frames a second, 1 to 1000", whole=True)
+    refuse_mixed(Path(folder), SPEC)
     root, episodes, ranges = Path(folder), Episodes(), _Ranges()
     parts = sorted(Path(plans).glob("part-*.parquet"))
     for number, part in enumerate(parts):

@@ -50,15 +50,14 @@ def batch(
     problem that fails is a row with its status and the reason.
     """
     from minsnap.basics.checks import check_number
-    from minsnap.batch.folder import SPEC
+    from minsnap.batch.folder import SPEC, refuse_mixed
     from minsnap.batch.run import run_batch
     from minsnap.batch.spec import read_spec
 
-    marks = {"parquet": "meta/info.json", "lerobot": SPEC}  # files of a dataset of the other format
-    if format not in marks:
+    if format not in ("parquet", "lerobot"):
         raise InputError(f"--format is {format!r}: it must be parquet or lerobot")
-    if (output / marks[format]).exists():
-        raise InputError(f"{output} holds a dataset of another format ({marks[format]}): give another folder")
+    if format == "lerobot":
+        refuse_mixed(output, SPEC)  # before anything is planned
     check_number("--rate", rate, 1, 1000, "give a whole number of frames a second, 1 to 1000", whole=True)
     specification, folder = read_spec(spec), output / "_plans" if format == "lerobot" else output
     how: Any = {"workers": workers, "scheduler": scheduler, "problem_timeout": problem_timeout, "resume": resume}

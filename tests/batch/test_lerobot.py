@@ -7,9 +7,10 @@ import pandas
 import pytest
 from batches import walks
 
-from minsnap.batch import export_lerobot, trajectory_of
+from minsnap.batch import export_lerobot, run_batch, trajectory_of
 from minsnap.batch.columns import parquet_writer, record_batch
 from minsnap.batch.dataset_rows import planned_row, stopped_row
+from minsnap.batch.folder import SPEC
 from minsnap.errors import FileError, InputError
 
 
@@ -60,6 +61,24 @@ def test_tasks_are_indexed_by_their_sentence(tmp_path):
     plans(tmp_path / "plans", [planned_row(walks(), 0)])
     export_lerobot(tmp_path / "plans", tmp_path)
     assert pandas.read_parquet(tmp_path / "meta/tasks.parquet").index.tolist() == ["fly through the waypoints"]
+
+
+def test_a_folder_holds_one_format(tmp_path):
+    """The check was in the command alone."""
+    plans(tmp_path / "plans", [planned_row(walks(), 0)])
+    export_lerobot(tmp_path / "plans", tmp_path / "episodes")
+    with pytest.raises(FileError, match="another format"):
+        run_batch(walks(), tmp_path / "episodes", workers=1)
+    (tmp_path / "plans" / SPEC).write_text("{}")
+    with pytest.raises(FileError, match="another format"):
+        export_lerobot(tmp_path / "plans", tmp_path / "plans")
+
+
+def test_a_folder_that_cannot_be_written_to_is_a_sentence(tmp_path):
+    """That of a complete batch on a disk that only reads was an OSError with the name of a file inside."""
+    (tmp_path / SPEC).mkdir()
+    with pytest.raises(FileError, match="is no folder that can be written to"):
+        run_batch(walks(), tmp_path, workers=1)
 
 
 def test_nothing_planned_is_no_dataset(tmp_path):
