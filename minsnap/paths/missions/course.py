@@ -123,7 +123,8 @@ class Course:
     tolerance : float
         Half-width of the boxes around inner waypoints [m].
     yaw : float, str, sequence or None
-        As :func:`minsnap.plan` takes it.
+        As :func:`minsnap.plan` takes it; a sequence has an angle for each waypoint of the whole flight, take-off,
+        landing, all laps and the points beside straight gates among them.
     takeoff, land : sequence of float, bool
         Whether, or from and to where [m], the vehicle takes off and lands; True: at an altitude of 0 below where the
         course begins and ends.
@@ -155,6 +156,8 @@ class Course:
     def __post_init__(self) -> None:
         if not isinstance(self.stops, (tuple, list)) or not all(isinstance(stop, Stop) for stop in self.stops):
             raise WaypointError(f"the stops are {shown(self.stops)}: give a tuple of Stop")
+        if isinstance(self.yaw, (list, np.ndarray)):
+            set_fields(self, yaw=tuple(np.asarray(self.yaw).tolist()))
         check_switch("closed", self.closed)
         if self.closed and len(self.stops) > 2 and self.stops[-1].is_at(self.stops[0]):
             set_fields(self, stops=self.stops[:-1])

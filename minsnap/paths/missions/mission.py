@@ -17,7 +17,7 @@ from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.knot_regions import GatePassage, gate_passages
 from minsnap.corridors.margins import nearest_wall
-from minsnap.errors import SolverError, WaypointError
+from minsnap.errors import SolverError, WaypointError, YawError
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
@@ -357,8 +357,12 @@ def _vertical(name: str, start: FloatArray, goal: FloatArray, course: Course, sp
 def _headed(course: Course, flown: Sequence[_Flown]) -> Trajectory:
     """Join the parts, and give the whole its heading."""
     joined = concatenate([part.curve for part in flown])
-    limits = course.bounds
-    heading = chosen_heading(course.yaw, joined.legs, False, limits)
+    if isinstance(course.yaw, tuple) and len(course.yaw) != joined.legs + 1:
+        raise YawError(
+            f"yaw has {len(course.yaw)} angles: give one, or {joined.legs + 1}, one for each waypoint of the whole "
+            "flight with its take-off, its landing, all laps and the points beside straight gates"
+        )
+    heading = chosen_heading(course.yaw, joined.legs, False, course.bounds)
     return joined.with_yaw(heading(joined))
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap import Course, Gate, Limits, Stop, plan_mission
-from minsnap.errors import WaypointError
+from minsnap.errors import WaypointError, YawError
 
 LIMITS = Limits(speed=4.0, acceleration=6.0)
 GATE = Gate((5, 0, 1.5), (1, 0, 0), 1.0, 0.8, crossing=1)
@@ -233,3 +233,14 @@ def test_laps_keep_out_of_obstacles_and_are_told_apart_by_their_waypoints():
         assert curve(part.start) == pytest.approx([0, 0, 1], abs=1e-6)
     assert [part.name for part in (first, second, landing)] == ["lap 1", "lap 2", "landing"]
     assert minsnap.certify(curve, corridor=mission.corridor, limits=limits).ok
+
+
+def test_a_list_of_angles_counts_the_whole_flight_and_is_the_course_s_own():
+    """It was told of five waypoints beside three stops, and changed with the array that was given."""
+    angles, stops = np.array([0.0, 0.5, 1.0]), tuple(map(Stop, [(0, 0, 1), (4, 0, 1), (4, 4, 1)]))
+    course = Course(stops, yaw=angles, limits=LIMITS)
+    angles[1] = 9.0
+    mission = plan_mission(course)
+    assert mission.trajectory.yaw(mission.trajectory.leg_breaks) == pytest.approx([0.0, 0.5, 1.0])
+    with pytest.raises(YawError, match="3 angles: give one, or 5, one for each waypoint of the whole flight"):
+        plan_mission(course.changed(takeoff=True, land=True))
