@@ -33,18 +33,19 @@ class Matching:
 
     def compared(self, reference: Path, paths: list[Path]) -> dict[str, ComparedFlight]:
         """Read and compare all files; damage in a log is reported on standard error."""
-        from minsnap.files.convert import read_samples
+        from minsnap.files.convert import frame_for, read_samples
         from minsnap.files.flights import ENDINGS, load_reference
 
         sent, flights_by_name = self.sent or [], {}
         with told_warnings():
-            wanted = (load_reference if reference.suffix.lower() in ENDINGS else read_samples)(reference, self.frame)
+            read = load_reference if reference.suffix.lower() in ENDINGS else read_samples
+            wanted = read(reference, frame_for(reference, self.frame))
             wanted = wanted if self.lead is None else replace(wanted, lead=self.lead)
             if sent and len(sent) != len(paths):
                 count = f"{len(sent)} times beside {len(paths)} flights"
                 raise InputError(f"--sent stands {count}: write it once a flight, in their order")
             for index, path in enumerate(paths):
-                commanded = read_samples(sent[index], self.frame) if sent else None
+                commanded = read_samples(sent[index], frame_for(sent[index], self.frame)) if sent else None
                 flights = self._flights(wanted, commanded, path, reference)
                 for number, one in enumerate(flights, 1):
                     flights_by_name[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one

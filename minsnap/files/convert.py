@@ -106,7 +106,7 @@ def read_any(path: FileName, frame: str | None = None) -> Content:
     path : str or path
         .csv (setpoints, or a Crazyflie's), .json, .yaml, .npz, .traj, .skyb, .parquet, .ulg or .bin.
     frame : str or None
-        Of a setpoint CSV; None: as it says itself, ENU unless it does.
+        Of a setpoint CSV or a table; None: as it says itself, ENU unless it does.
 
     Returns
     -------
@@ -117,10 +117,21 @@ def read_any(path: FileName, frame: str | None = None) -> Content:
     ------
     FileError
         If the ending is not known or the file is bad.
+    FrameError
+        If a frame is given for a format that has its own, or one that the file contradicts.
     """
     chosen = _reader(path)
     assert chosen.read is not None
-    return chosen.read(path, frame) if chosen.reads_frame else chosen.read(path)
+    if chosen.reads_frame:
+        return chosen.read(path, frame)
+    if frame is not None:
+        raise FrameError(f"{path} holds {chosen.name}, which have their own axes: leave the frame {shown(frame)} out")
+    return chosen.read(path)
+
+
+def frame_for(path: FileName, frame: str | None) -> str | None:
+    """Return a frame that is for several files as it is for this one: None where its format has its own."""
+    return frame if _reader(path).reads_frame else None
 
 
 def _reader(path: FileName) -> Format:

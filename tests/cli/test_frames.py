@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.files.convert import write_any
+from minsnap.flight.mavlink.offboard import prepare
+from minsnap.flight.mavlink.stream_options import StreamOptions
 
 POINTS = "x,y,z,yaw\n0,0,-1,0\n4,0,-1,0.5\n4,3,-2,1\n"
 
@@ -87,3 +90,14 @@ def test_latitudes_name_the_way_by_a_mission(call, tmp_path, header):
     run = call("plan", "a.csv")
     assert run.returncode == 2 and "latitudes and longitudes" in run.stderr and ".plan" in run.stderr
     assert "origin" in run.stderr
+
+
+def test_a_frame_beside_two_files_is_of_the_one_that_has_none(call, tmp_path):
+    minsnap.write_csv(minsnap.line(), tmp_path / "flown.csv", frame="ned")
+    write_any(minsnap.line(), tmp_path / "plan.json")
+    done = call("compare", "plan.json", "flown.csv", "--frame", "ned", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["flown.csv"]["rmse_3d"] < 1e-6
+    assert prepare(tmp_path / "plan.json", StreamOptions(frame="flu")).frame == "frd"
+    done = call("check", "plan.json", "--frame", "ned")
+    assert done.returncode == 2 and "plan.json holds polynomials, which have their own axes" in done.stderr

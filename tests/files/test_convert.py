@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.errors import FileError
+from minsnap.errors import FileError, FrameError
 from minsnap.files.convert import formats, read_any, write_any
 from minsnap.files.formats.pieces import refit
+from minsnap.files.formats.tables import to_dataframe
 from minsnap.trajectory.samples import ARRAYS, Samples
 
 NAMES = {"setpoints": "a.csv", "crazyflie": "cf.csv", "mav": "a.yaml", "npz": "a.npz", "parquet": "a.parquet",
@@ -32,6 +33,26 @@ def test_there_and_on_to_another(tmp_path, first, second):
     count = min(len(back), len(expected)) - 1
     assert count >= len(expected) - 2
     np.testing.assert_allclose(back.position[:count], expected.position[:count], atol=3e-3)
+
+
+@pytest.mark.parametrize("name", ["a.json", "a.npz"])
+def test_a_frame_beside_a_file_that_has_its_own_is_refused(tmp_path, name):
+    """It was ignored."""
+    write_any(PLAN, tmp_path / name)
+    with pytest.raises(FrameError, match="have their own axes: leave the frame 'ned' out"):
+        read_any(tmp_path / name, "ned")
+
+
+def test_a_table_of_another_program_is_read_in_the_frame_that_is_given(tmp_path):
+    """A frame beside Parquet was ignored, and rows in NED were read as ENU."""
+    table, plan = to_dataframe(PLAN.sample(20.0), "ned"), PLAN.sample(20.0)
+    write_any(PLAN, tmp_path / "own.parquet", frame="ned")
+    table.attrs.clear()
+    table.to_parquet(tmp_path / "other.parquet")
+    for name, frame in (("own", None), ("own", "ned"), ("other", "ned")):
+        np.testing.assert_allclose(read_any(tmp_path / f"{name}.parquet", frame).position, plan.position, atol=1e-12)
+    with pytest.raises(FileError, match="is in ned, as it says, not in enu"):
+        read_any(tmp_path / "own.parquet", "enu")
 
 
 ENDINGS = [

@@ -17,7 +17,7 @@ from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import LARGEST, FileName, reading
-from minsnap.errors import FileError
+from minsnap.errors import FileError, FrameError
 from minsnap.files.convert import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
 from minsnap.files.frames import get_frame, map_samples
@@ -113,19 +113,23 @@ def write_parquet(samples: Samples, path: FileName, frame: str = "enu", *, clobb
         table.to_parquet(file, engine="pyarrow", index=False)
 
 
-def read_parquet(path: FileName) -> Samples:
-    """Read such a file, or any Parquet file with its columns.
+def read_parquet(path: FileName, frame: str | None = None) -> Samples:
+    """Read such a file, or any Parquet file with its columns; in a frame, by default ENU, unless it names its own.
 
     Raises
     ------
     FileError
-        If it cannot be read or lacks columns.
+        If it cannot be read, lacks columns, or names another frame than the one that is given.
     ImportError
         If pandas or pyarrow is not installed.
     """
     pandas = _pandas()
     with reading(path, "a Parquet file", LARGEST):
-        return checked_samples(from_dataframe(pandas.read_parquet(path, engine="pyarrow")))
+        table = pandas.read_parquet(path, engine="pyarrow")
+        wanted = None if frame is None else get_frame(frame).name
+        if table.attrs.setdefault("frame", wanted or "enu") != wanted is not None:
+            raise FrameError(f"{path} is in {table.attrs['frame']}, as it says, not in {wanted}: leave the frame out")
+        return checked_samples(from_dataframe(table))
 
 
 def _pandas() -> Any:
@@ -203,5 +207,5 @@ def _heading(arrays: dict[str, FloatArray]) -> dict[str, Any]:
 _PARQUET = ((".parquet",), write_parquet, (".parquet",), read_parquet)
 FORMATS = (
     Format("npz", "either", (".npz",), write_npz, (".npz",), read_npz, leaves_out=()),
-    Format("parquet", "samples", *_PARQUET, frame="", leaves_out=LEFT_OUT),
+    Format("parquet", "samples", *_PARQUET, frame="", reads_frame=True, leaves_out=LEFT_OUT),
 )

@@ -129,9 +129,10 @@ def sampled(source: Samples | Path | FileName, options: StreamOptions) -> tuple[
     rate = 20.0 if options.rate is None else options.rate
     if isinstance(source, (Samples, Path)):
         return source.sample(rate), options.frame or "enu"
-    from minsnap.files.convert import read_samples
+    from minsnap.files.convert import frame_for, read_samples
 
-    return read_samples(source, options.frame, rate), frame_of(source, options.frame) or "enu"
+    own = frame_for(source, options.frame)  # of other formats it is the vehicle's alone
+    return read_samples(source, own, rate), frame_of(source, options.frame) or "enu"
 
 
 def stream_together(
