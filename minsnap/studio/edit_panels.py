@@ -28,8 +28,13 @@ from minsnap.vehicle.quadrotor import VEHICLES, named_vehicle
 HEADINGS = ("fixed", "per waypoint", "velocity", "tilt")
 """Ways to give the heading."""
 
-ORDER = ("Add", "Delete", "↑", "↓")
-"""What can be done with a waypoint."""
+ORDER: dict[str, tuple[Callable[[PlanRequest, int], PlanRequest], int]] = {
+    "Add": (edits.insert_waypoint, 1),
+    "Delete": (edits.delete_waypoint, 0),
+    "↑": (partial(edits.move_in_order, step=-1), -1),
+    "↓": (partial(edits.move_in_order, step=1), 1),
+}
+"""What can be done with the chosen waypoint, and how far after it the one is that is chosen then."""
 
 
 NARROWEST, WIDEST = 0.01, 3.0
@@ -53,10 +58,9 @@ class RoutePanel:
         self._inputs, self._view, self._gates = inputs, view, gates
         gui, bind = inputs.gui, inputs.bind
         view.when_clicked(self.choose)
-        self._request: PlanRequest | None = None
         self._rows = InputRows(gui.add_folder("Waypoints [m]"), self._row)
         self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), self.choose)
-        gui.add_button_group("Order", ORDER).on_click(self._reorder)
+        gui.add_button_group("Order", tuple(ORDER)).on_click(self._reordered)
         self._gate, gated = gui.add_checkbox("Gate", False), lambda request: self._opening(request) is not None
         bind(self._gate, gated, self._at(edits.with_gate))
         self._size = gui.add_vector2("Width, height [m]", (1.0, 1.0), min=(0.05, 0.05), step=0.05, visible=False)
@@ -71,7 +75,7 @@ class RoutePanel:
 
     def show(self, state: BenchState) -> None:
         """Show the waypoints and the heading of the document."""
-        self._request = request = state.request
+        self._inputs.request = request = state.request
         self._rows.show(request.waypoints)
         self._turns.show([round(degrees(angle), 9) for angle in request.turns])
         self.choose(self._index)
@@ -85,29 +89,22 @@ class RoutePanel:
         move = lambda request, place: edits.move_waypoint(request, index, place)  # noqa: E731
         return (self._inputs.edits(point, move, f"waypoint {index}"),)
 
-    async def _reorder(self, event: Any) -> None:
-        if event.client_id is None:
-            return
-        index, what = self._index, event.target.value
-        change = {
-            ORDER[0]: lambda request: edits.insert_waypoint(request, _within(request, index)),
-            ORDER[1]: lambda request: edits.delete_waypoint(request, _within(request, index)),
-            ORDER[2]: lambda request: edits.move_in_order(request, _within(request, index), -1),
-            ORDER[3]: lambda request: edits.move_in_order(request, _within(request, index), 1),
-        }[what]
-        self._inputs.editor.edit(change)
-        self.choose(index + {ORDER[0]: 1, ORDER[2]: -1, ORDER[3]: 1}.get(what, 0))
+    async def _reordered(self, event: Any) -> None:
+        if event.client_id is not None:
+            self.reorder(event.target.value)
+
+    def reorder(self, what: str) -> None:
+        """Do one of :data:`ORDER` with the chosen waypoint."""
+        index, (change, step) = self._index, ORDER[what]
+        self._inputs.editor.edit(lambda request: change(request, _within(request, index)))
+        self.choose(index + step)
 
     def choose(self, index: int) -> None:
         """Choose the waypoint that buttons and keys act on."""
         follow(self._chosen, min(max(index, 0), len(self._rows.handles) - 1))
-        self._choose(self._index)
-
-    def _choose(self, index: int) -> None:
-        self._view.choose(index)
-        self._gates.choose(index)
-        if self._request is not None:
-            self._inputs.show(self._request)
+        self._view.choose(self._index)
+        self._gates.choose(self._index)
+        self._inputs.show()
 
     def _at(self, change: Callable[[PlanRequest, int, Any], PlanRequest]) -> Callable[[PlanRequest, Any], PlanRequest]:
         """Return an edit of the chosen waypoint as one of the request."""
@@ -120,11 +117,6 @@ class RoutePanel:
     def _size_of_gate(self, request: PlanRequest) -> tuple[float, ...] | None:
         gate = self._opening(request)
         return None if gate is None else tuple(edits.size_of(np.array(gate.corners)).round(6).tolist())
-
-    def delete(self) -> None:
-        """Delete the chosen waypoint."""
-        index = self._index
-        self._inputs.editor.edit(lambda request: edits.delete_waypoint(request, _within(request, index)))
 
     def _turn(self, index: int) -> tuple[Any]:
         def change(request: PlanRequest, angle: float) -> PlanRequest:
@@ -172,7 +164,6 @@ class CorridorPanel:
 
     def __init__(self, inputs: Inputs, view: WallView) -> None:
         self._inputs, self._view, gui = inputs, view, inputs.gui
-        self._request: PlanRequest | None = None
         self._checkbox("Corridor: a tube around each leg", "corridor", edits.with_tube)
         self._rows = InputRows(gui.add_folder("Half-width per leg [m]"), self._row)
         self._checkbox("Corridor: a box around each leg", "boxes", edits.with_boxes)
@@ -184,7 +175,7 @@ class CorridorPanel:
 
     def show(self, state: BenchState) -> None:
         """Show the walls of the document, and beside its leg why one is too narrow."""
-        self._request = request = state.request
+        request = state.request
         self._rows.show(request.corridor or ())
         for leg, (_, note) in enumerate(self._rows.handles):
             note.visible = bool(state.refusal) and state.leg == leg
@@ -210,8 +201,7 @@ class CorridorPanel:
 
     def _choose(self, which: str) -> None:
         self._view.choose(which)
-        if self._request is not None:
-            self._inputs.show(self._request)
+        self._inputs.show()
 
     def _corner(self, side: int, request: PlanRequest) -> Any:
         return edits.named_boxes(request).get(self._faces.value, (None, None))[side]

@@ -177,6 +177,7 @@ class Inputs:
 
     def __init__(self, gui: Any, editor: Editor) -> None:
         self.gui, self.editor = gui, editor
+        self.request: PlanRequest | None = None
         self._bound: list[tuple[Any, Shown]] = []
 
     def edits(self, handle: Any, change: ValueChange, subject: str = "") -> Any:
@@ -188,8 +189,11 @@ class Inputs:
         self._bound.append((handle, shown))
         return self.edits(handle, change, subject)
 
-    def show(self, request: PlanRequest) -> None:
-        """Give all inputs the values of the document."""
+    def show(self, request: PlanRequest | None = None) -> None:
+        """Give all inputs the values of the document; without one, those of the last one anew."""
+        self.request = request = request or self.request
+        if request is None:
+            return
         for handle, shown in self._bound:
             value = shown(request)
             handle.visible = value is not None

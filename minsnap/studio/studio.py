@@ -6,6 +6,7 @@ import os
 import sys
 import webbrowser
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -148,7 +149,7 @@ class Studio(Page):
             ("Undo", "Z", "cmd/ctrl", self.undo),
             ("Redo", "Y", "cmd/ctrl", self.redo),
             ("Redo (Shift)", "Z", "cmd/ctrl+shift", self.redo),
-            ("Delete the waypoint", "delete", None, self._route.delete),
+            ("Delete the waypoint", "delete", None, partial(self._route.reorder, "Delete")),
         )
 
     def _show(self, state: BenchState) -> None:
