@@ -227,16 +227,13 @@ class ChangeableFlight(Protocol):
     @property
     def now(self) -> float | None:
         """Instant on the clock of the trajectory that is flown [s]; None unless it is flying."""
-        ...
 
     @property
     def began(self) -> float:
         """Instant of the flight at which that trajectory has its time 0 [s]."""
-        ...
 
     def change(self, change: Change) -> Trajectory:
         """Fly a change from its splice on; return what is flown from then on."""
-        ...
 
     def stop(self) -> None:
         """Stop and hold."""

@@ -52,7 +52,6 @@ class Pilot(Protocol):
 
     def command(self, estimate: Estimate, reference: Reference) -> Command:
         """Return the commanded rotor speeds, one step after the previous call."""
-        ...
 
 
 class Controller(Protocol):
@@ -60,7 +59,6 @@ class Controller(Protocol):
 
     def pilot(self, vehicle: Quadrotor, step: float) -> Pilot:
         """Return the running controller for a vehicle, to be called every ``step`` seconds."""
-        ...
 
 
 class Command(NamedTuple):

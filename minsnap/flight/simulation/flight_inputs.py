@@ -171,7 +171,6 @@ class Wind(Protocol):
 
     def sample(self, count: int, step: float) -> FloatArray:
         """Return the wind at instants 0, step, 2 step, …, shape (count, 3) [m/s]."""
-        ...
 
 
 @dataclass(frozen=True)

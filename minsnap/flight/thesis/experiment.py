@@ -223,17 +223,15 @@ def drag_model(name: str, vehicle: Quadrotor) -> Drag:
     VehicleError
         If the name is not known, or the model was measured on another vehicle.
     """
+    if name not in MODELS:
+        raise VehicleError(f"no model of compensation is called {name!r}: choose from {', '.join(MODELS)}")
     if name == "exact":
         return vehicle.drag
-    if name in MODELS and vehicle.name != MEASURED:
+    if vehicle.name != MEASURED:
         raise VehicleError(
             f"the {name} model was measured on the {MEASURED}, not on {vehicle.name or 'this vehicle'}: use 'exact'"
         )
-    if name == "consistent":
-        return consistent_parasitic_drag()
-    if name == "published":
-        return published_drag("linear")
-    raise VehicleError(f"no model of compensation is called {name!r}: choose from {', '.join(MODELS)}")
+    return consistent_parasitic_drag() if name == "consistent" else published_drag("linear")
 
 
 def run_experiment(
