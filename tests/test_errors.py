@@ -1,6 +1,8 @@
 """The errors: one family, exported, with every attribute declared where a reader finds it."""
 
 import ast
+import copy
+import pickle
 import re
 from pathlib import Path
 
@@ -73,3 +75,19 @@ def test_attributes_are_none_unless_given():
     assert errors.InfeasibleError("a sentence").smallest_width is None
     assert errors.InfeasibleError("a sentence", smallest_width=0.2).smallest_width == 0.2
     assert str(errors.InfeasibleError("a sentence", leg=2)) == "a sentence"
+
+
+REFUSED = {
+    "walls": {"durations": [2.0, 2.0], "corridor": 0.01, "continuity": 6, "pieces": 1},
+    "lengths": {"total_time": 0.1, "limits": minsnap.Limits(speed=3.0)},
+    "pins": {"total_time": 4.0, "degree": 3, "continuity": 2, "pins": {1: {"velocity": (0.0, 0.0, 1.0)}}},
+}
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_an_error_passes_from_process_to_process_with_its_proof(kind):
+    with pytest.raises(minsnap.InfeasibleError) as caught:
+        minsnap.plan([(0, 0, 1), (4, 0, 1), (4, 3, 1)], **REFUSED[kind])
+    for twin in (pickle.loads(pickle.dumps(caught.value)), copy.deepcopy(caught.value)):
+        assert type(twin) is type(caught.value) and str(twin) == str(caught.value)
+        assert vars(twin).keys() == vars(caught.value).keys() and twin.contradiction.verify()
