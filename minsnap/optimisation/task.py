@@ -86,7 +86,7 @@ class Task:
     finish: AttachHeading = as_it_is
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out what gives a curve its yaw, a function of one call, so that errors with their proofs are pickled."""
+        """Leave out what gives a curve its yaw, a function of one call: errors with their proofs are pickled."""
         return vars(self) | {"finish": as_it_is}
 
     @property
