@@ -17,7 +17,16 @@ from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
 from minsnap.cli.output import Destination, on_terminal
-from minsnap.cli.planning import GAIN, Planning, TimingOptions, altitudes_of, gain, gain_of_auto_pieces, standing
+from minsnap.cli.planning import (
+    GAIN,
+    Planning,
+    TimingOptions,
+    altitudes_of,
+    gain,
+    gain_of_auto_pieces,
+    limits_of,
+    standing,
+)
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
@@ -212,6 +221,8 @@ def fly_course(course: Course, planning: Planning, destination: Destination, not
     if refused:
         option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
         raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
+    if "limits" in named:  # they choose the time of a course, a yaw rate alone among them
+        named["limits"] = limits_of(planning)
     arguments = plan_arguments({"yaw": course.yaw} | named | destination.search)
     own = {"limits": "limits", "yaw": "yaw", "tube": "corridor"}
     chosen = {name: arguments.pop(argument, None) for name, argument in own.items()}

@@ -59,6 +59,12 @@ def test_the_summary_warns_of_what_is_not_limited_and_says_that_the_search_was_c
     assert cut["interrupted"] == "yes" and cut["note"] is None
 
 
+def test_a_limit_on_the_yaw_rate_leaves_a_course_its_others(call, write):
+    write("waypoints: [[0, 0, 1], [4, 0, 1], [4, 3, 1]]\nland: true\n")
+    said = json.loads(call("plan", "course.yaml", "--yaw", "velocity", "--max-yaw-rate", "1", "--json").stdout)
+    assert {used["name"]: used["limit"] for used in said["limits"]} == {"speed": 3, "acceleration": 6, "yaw_rate": 1}
+
+
 @pytest.mark.parametrize("laps", [2, 3])
 def test_a_standing_start_is_of_all_laps(call, write, laps):
     """It was of one lap, so that laps from rest seemed quicker than flying ones."""

@@ -335,15 +335,35 @@ def is_course(path: FileName, wanted: bool = True) -> bool:
     """Whether a file describes a course: YAML with more than waypoints, headings and durations, and no request.
 
     Points with ``limits`` alone may be either, and are a course where one is wanted.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read, or has keys that only a course has and others that only a request has.
     """
     if Path(path).suffix.lower() not in (".yaml", ".yml"):
         return False
     content = load_yaml(path)
     if request_yaml.is_request(content):
+        _refuse_both(f"{path}", content)
         return False
     keys = content if isinstance(content, dict) else {"waypoints": content}
     plain = {"waypoints", *request_yaml.PLAIN, *(() if wanted else ("limits",))}
     return not keys.keys() <= plain or not request_yaml.has_points(keys.get("waypoints"))
+
+
+def _refuse_both(where: str, content: Mapping[str, Any]) -> None:
+    """Raise FileError for a request that has keys of a course, too."""
+    entries = content["waypoints"] if isinstance(content.get("waypoints"), list) else []
+    inner = {key for entry in entries if isinstance(entry, dict) for key in entry} - {*"xyz"}
+    courses, requests = COURSE.json["properties"].keys(), request_yaml.REQUEST.json["properties"].keys()
+    of_course = [key for key in content if key in courses - requests]
+    of_course += [key for key in (*GATE.json["properties"], *ENTRY.json["properties"]) if key in inner]
+    of_plan = [key for key in content if key in request_yaml.FURTHER.keys() - courses]
+    if of_course and of_plan:
+        raise FileError(
+            f"{where}: {of_course[0]!r} is for a course, and {of_plan[0]!r} for a plan through waypoints: leave out one"
+        )
 
 
 def read_course(path: FileName) -> Course:

@@ -58,6 +58,19 @@ def test_waypoint_files_are_no_courses(write):
     assert is_course(write("- {x: 0, y: 0, hold: 1}\n- [1, 1]\n", "c.yaml")) and is_course(write(TEXT))
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("laps: 2\ntotal_time: 10\n", "'laps' is for a course, and 'total_time' for a plan through waypoints"),
+        ("- {x: 2, y: 0, z: 1, hold: 1}\ncorridor: 0.4\n", "'hold' is for a course, and 'corridor' for a plan"),
+    ],
+)
+def test_a_file_that_is_half_a_course_is_refused_by_its_keys(write, text, message):
+    """It was said to need a list of waypoints, which it had."""
+    with pytest.raises(FileError, match=message):
+        is_course(write(f"waypoints:\n- [0, 0, 1]\n- [1, 1, 1]\n{text}"))
+
+
 @pytest.mark.parametrize("file", sorted((Path(__file__).parents[3] / "benchmarks" / "courses").glob("*.yaml")), ids=str)
 def test_courses_of_the_benchmarks_are_read(file):
     course = minsnap.read_course(file)
