@@ -24,7 +24,7 @@ from minsnap.cli.planning import (
     altitudes_of,
     gain,
     gain_of_auto_pieces,
-    limits_of,
+    limits_over,
     standing,
 )
 from minsnap.errors import FrameError, InputError
@@ -74,6 +74,8 @@ def plan(
         return
     read, chosen = _in_frame(read_request(file), file, from_frame), _chosen(planning)
     chosen.pop("corridor", None)
+    if "limits" in chosen:
+        chosen["limits"] = limits_over(read.bounds, planning, read.durations is not None or read.total_time is not None)
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
     request = _with_corridor(_closed(read, file, searched) if closed else read, planning)
     if "split" in chosen and not searched and request.total_time is None and not request.limits:
@@ -221,8 +223,8 @@ def fly_course(course: Course, planning: Planning, destination: Destination, not
     if refused:
         option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
         raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
-    if "limits" in named:  # they choose the time of a course, a yaw rate alone among them
-        named["limits"] = limits_of(planning)
+    if "limits" in named:
+        named["limits"] = limits_over(course.bounds, planning)
     arguments = plan_arguments({"yaw": course.yaw} | named | destination.search)
     own = {"limits": "limits", "yaw": "yaw", "tube": "corridor"}
     chosen = {name: arguments.pop(argument, None) for name, argument in own.items()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, make_dataclass
+from dataclasses import dataclass, make_dataclass, replace
 from math import radians
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -85,6 +85,30 @@ def limits_of(planning: Any) -> minsnap.Limits | None:
     if not kept:
         raise InputError("--no-limit leaves no limit: name one, such as --max-jerk, or give --time")
     return minsnap.Limits(**kept)
+
+
+def limits_over(own: Limits | None, planning: Any, timed: bool = False) -> Limits | None:
+    """Return the limits of the options with those of a file that they neither name nor take off.
+
+    Parameters
+    ----------
+    own : Limits or None
+        Of the file.
+    planning : Planning
+        The options.
+    timed : bool
+        Whether the file has a time, so that the ordinary limits do not hold in it.
+    """
+    chosen: Limits | None = planning.limits
+    if own is None or chosen is None:
+        return chosen
+    from minsnap.limits.ordinary import ORDINARY
+
+    named, off = options.limit_values(planning), options.taken_off(planning.no_limit)
+    filled = {*(ORDINARY if timed else ()), *(["tilt"] if "acceleration" in off else [])}
+    values: dict[str, Any] = {name: getattr(chosen, name) for name in filled if getattr(own, name) is None}
+    values = {} if own.max_thrust is not None else values
+    return replace(own, **values | {name: None for name in off if name in ORDINARY} | named)
 
 
 def altitudes_of(planning: Any, points: Any) -> dict[str, Any]:

@@ -59,6 +59,25 @@ def test_the_summary_warns_of_what_is_not_limited_and_says_that_the_search_was_c
     assert cut["interrupted"] == "yes" and cut["note"] is None
 
 
+def test_limits_of_options_are_in_place_of_those_that_they_name_alone(call, write):
+    """All limits of the file went, its vehicle's too: from 1 m/s to 3 m/s because more acceleration was allowed."""
+
+    def limits(text, *options):
+        write(f"waypoints: [[0, 0, 1], [4, 0, 1], [4, 3, 1]]\n{text}")
+        said = json.loads(call("plan", "course.yaml", *options, "--json").stdout)
+        return {used["name"]: used["limit"] for used in said["limits"]}
+
+    slow = limits("land: true\nvehicle: crazyflie\nlimits: {speed: 1, jerk: 30}\n", "--max-acceleration", "20")
+    assert slow["speed"] == 1 and slow["jerk"] == 30 and slow["acceleration"] == 20 and "rotor_thrust" in slow
+    for text in ("land: true\n", ""):
+        kept = limits(text + "limits: {speed: 1, jerk: 30}\n", "--max-speed", "2", "--no-limit", "acceleration")
+        assert kept == {"speed": 2, "jerk": 30, "tilt": pytest.approx(np.pi / 4)}
+    timed = limits("total_time: 20\nlimits: {jerk: 30}\n", "--max-speed", "2")
+    assert timed == {"speed": 2, "acceleration": 6, "jerk": 30}
+    held = limits("limits: {jerk: 30}\n", "--max-speed", "2", "--time", "20")
+    assert held == {"speed": 2, "acceleration": 6, "jerk": 30}
+
+
 def test_a_limit_on_the_yaw_rate_leaves_a_course_its_others(call, write):
     write("waypoints: [[0, 0, 1], [4, 0, 1], [4, 3, 1]]\nland: true\n")
     said = json.loads(call("plan", "course.yaml", "--yaw", "velocity", "--max-yaw-rate", "1", "--json").stdout)
