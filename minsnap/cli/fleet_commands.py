@@ -14,7 +14,7 @@ import typer
 
 import minsnap
 from minsnap.basics.messages import labelled
-from minsnap.basics.storage.atomic import check_destination
+from minsnap.basics.storage.atomic import check_destination, refuse_source
 from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.output import on_terminal
@@ -59,7 +59,9 @@ def fleet(
     described = read_show(show)
     if output.is_file():
         raise FileError(f"{output} is a file: give the name of a folder")
-    for page in filter(None, (report, animate)):
+    pages = list(filter(None, (report, animate)))
+    for page in pages:
+        refuse_source(page, show)
         if page.parent.resolve() != output.resolve():
             check_destination(page, clobber=not no_clobber)
     lost = worst_distance(described.reach) if to not in EXACT_KINDS else 0.0
@@ -70,6 +72,8 @@ def fleet(
     place = output / "show.skyc" if to == "skyc" else output
     named = replace(flown.fleet, separation=described.separation)
     written = write_fleet(named, place, to, flown.lights, clobber=not no_clobber)
+    for page in pages:
+        refuse_source(page, *written.files)
     certificates = _certified(described, flown.fleet, read_fleet(place))
     safety = SafetyReport(show.stem, *certificates, written.distance, flown.stages, written.files)
     if report is not None:

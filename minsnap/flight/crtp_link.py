@@ -37,8 +37,10 @@ class UdpLink:
         self.name = uri
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
+            if not place.hostname or not place.port:
+                raise ValueError("give udp://HOST:PORT")
             self._socket.connect((place.hostname, place.port))
-        except (OSError, TypeError, ValueError) as error:
+        except (OSError, ValueError) as error:
             self._socket.close()
             raise LinkError(f"{uri} cannot be reached: {error}") from error
 

@@ -216,6 +216,15 @@ def test_the_folder_of_a_show_is_no_file(show_file, capsys):
     assert "is a file: give the name of a folder" in capsys.readouterr().err
 
 
+def test_a_report_replaces_neither_the_show_nor_its_files(show_file, tmp_path, capsys):
+    """The page took the place of the show, or of the files that it had proved."""
+    show_file.write_text(SHOW.partition("  - {name: wheel")[0])
+    for page in (show_file, tmp_path / "out" / "traj1.csv", tmp_path / "out" / "manifest.json"):
+        assert run("fleet", show_file, "-o", tmp_path / "out", "--report", page) == 2
+        assert f"{page} is the file that is read" in capsys.readouterr().err
+    assert len(read_fleet(tmp_path / "out")) == 6 and len(read_show(show_file).acts) == 1
+
+
 def test_a_flight_that_is_refused_is_named(show_file):
     show_file.write_text(SHOW.replace("room: [[-6, -6, 0], [6, 6, 12]]", "room: [[-6, -6, 0], [6, 6, 4.5]]"))
     with pytest.raises(FleetError, match=r"^the flight to ring: .*outside of the room"):

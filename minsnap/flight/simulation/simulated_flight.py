@@ -190,7 +190,7 @@ def simulate(
     t, air, saturated = t[: len(log)], air[: len(log)], cut[:, 0] > 0.0
     flight = Flight(t, position, velocity, quaternion, rates, speeds, air, saturated, table.at(t, path))
     if reason:
-        message = f"the simulation diverged at t = {flight.duration:.3f} s: {reason}; what was flown until then is kept"
+        message = f"the simulation diverged at t = {flight.duration:.3f} s: {reason}"
         raise DivergenceError(message, instant=flight.duration, flight=flight)
     return flight
 

@@ -164,6 +164,12 @@ def test_addresses_must_fit_the_vehicles():
         uploads(pair(), ["udp://127.0.0.1:1"] * 2)
 
 
+@pytest.mark.parametrize("uri", ["udp://", "udp://127.0.0.1", "udp://127.0.0.1:70000", "udp://:5"])
+def test_an_address_without_host_or_port_is_said_in_a_sentence(uri):
+    with pytest.raises(LinkError, match=r"cannot be reached: (give udp://HOST:PORT|Port out of range)"):
+        crtp_link.open_link(uri)
+
+
 def test_the_command_says_what_it_would_write_or_writes_it(tmp_path, capsys):
     write_fleet(pair(), tmp_path / "folder", "crazyswarm2")
     with pytest.raises(SystemExit) as left:
