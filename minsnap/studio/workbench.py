@@ -320,8 +320,6 @@ class BenchState:
         Why the document cannot be planned; empty where it can.
     leg : int or None
         The leg that it is about.
-    smallest_width : float or None
-        The smallest half-width of that leg that would do [m].
     ghost : Trajectory or None
         The plan before the last edit.
     """
@@ -331,7 +329,6 @@ class BenchState:
     searching: bool = False
     refusal: str = ""
     leg: int | None = None
-    smallest_width: float | None = None
     ghost: Trajectory | None = None
 
     @property
@@ -441,8 +438,8 @@ class Workbench:
         with self.lock:
             now = self._state
             if request == now.request:
-                leg, width = getattr(error, "leg", None), getattr(error, "smallest_width", None)
-                self._show(BenchState(request, now.planned, False, f"{error}", leg, width, now.ghost))
+                leg = getattr(error, "leg", None)
+                self._show(BenchState(request, now.planned, False, f"{error}", leg, now.ghost))
 
     def _show(self, state: BenchState) -> None:
         self._state = state
