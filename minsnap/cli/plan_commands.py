@@ -30,6 +30,10 @@ from minsnap.cli.planning import (
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from minsnap.corridors.keep_out import Obstacle
+    from minsnap.limits.limits import Limits
     from minsnap.paths.missions.course import Course
     from minsnap.paths.missions.mission import Mission
     from minsnap.planning.request import PlanRequest
@@ -74,8 +78,8 @@ def plan(
         return
     read, chosen = _in_frame(read_request(file), file, from_frame), _chosen(planning)
     chosen.pop("corridor", None)
-    if "limits" in chosen:
-        chosen["limits"] = limits_over(read.bounds, planning, read.durations is not None or read.total_time is not None)
+    timed = read.durations is not None or read.total_time is not None
+    chosen = _beside_those_of(read.bounds, read.obstacles, chosen, planning, timed)
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
     request = _with_corridor(_closed(read, file, searched) if closed else read, planning)
     if "split" in chosen and not searched and request.total_time is None and not request.limits:
@@ -173,6 +177,22 @@ def _chosen(planning: Planning) -> dict[str, Any]:
     return {name: value for name, value in planning.arguments().items() if value != defaults.get(name)}
 
 
+def _beside_those_of(
+    limits: Limits | None,
+    obstacles: Sequence[Obstacle],
+    chosen: dict[str, Any],
+    planning: Planning,
+    timed: bool = False,
+) -> dict[str, Any]:
+    """Return the chosen arguments, with the limits of a file that no option names, and with its obstacles."""
+    own: dict[str, Any] = {}
+    if "limits" in chosen:
+        own["limits"] = limits_over(limits, planning, timed)
+    if "avoid" in chosen:
+        own["avoid"] = [*obstacles, *chosen["avoid"]]
+    return chosen | own
+
+
 def _fastest(request: PlanRequest) -> bool:
     """Whether the shortest time within limits is searched for as usual, with one polynomial per leg."""
     timed = request.durations is not None or request.total_time is not None or request.continuity is not None
@@ -223,8 +243,7 @@ def fly_course(course: Course, planning: Planning, destination: Destination, not
     if refused:
         option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
         raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
-    if "limits" in named:
-        named["limits"] = limits_over(course.bounds, planning)
+    named = _beside_those_of(course.bounds, course.obstacles, named, planning)
     arguments = plan_arguments({"yaw": course.yaw} | named | destination.search)
     own = {"limits": "limits", "yaw": "yaw", "tube": "corridor"}
     chosen = {name: arguments.pop(argument, None) for name, argument in own.items()}

@@ -78,6 +78,16 @@ def test_limits_of_options_are_in_place_of_those_that_they_name_alone(call, writ
     assert held == {"speed": 2, "acceleration": 6, "jerk": 30}
 
 
+@pytest.mark.parametrize("kind", ["", "laps: 1\n"], ids=["plan", "course"])
+def test_obstacles_of_options_are_beside_those_of_the_file(call, write, kind):
+    write(f"waypoints: [[0, 0, 1], [6, 0, 1]]\nlimits: {{speed: 2}}\navoid: [{{cylinder: [2, 0.1, 0.5]}}]\n{kind}")
+    done = call("plan", "course.yaml", "--avoid", "4,-0.1,0.5", "-o", "a.csv")
+    assert done.returncode == 0, done.stderr
+    place = minsnap.read_csv("a.csv").position[:, :2]
+    for center in ((2, 0.1), (4, -0.1)):
+        assert np.linalg.norm(place - center, axis=1).min() >= 0.5 - 1e-6
+
+
 def test_a_limit_on_the_yaw_rate_leaves_a_course_its_others(call, write):
     write("waypoints: [[0, 0, 1], [4, 0, 1], [4, 3, 1]]\nland: true\n")
     said = json.loads(call("plan", "course.yaml", "--yaw", "velocity", "--max-yaw-rate", "1", "--json").stdout)

@@ -31,6 +31,7 @@ from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
+from minsnap.corridors.keep_out import Obstacle
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import FileError, WaypointError
 from minsnap.files import request_yaml
@@ -199,6 +200,11 @@ class Course:
     def points(self) -> list[FloatArray | Gate]:
         """Waypoints and gates of one lap, as :func:`minsnap.plot.plot_path` draws them."""
         return [stop.place for stop in self.stops]
+
+    @property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """What the course keeps out of."""
+        return PlanRequest((), avoid=self.avoid).obstacles
 
     def request(self, *walls: Constraint, **others: Any) -> PlanRequest:
         """Return the question of a part of the course, within its limits, its boxes, its tube and more walls."""

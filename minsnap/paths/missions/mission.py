@@ -344,7 +344,7 @@ def _vertical(name: str, start: FloatArray, goal: FloatArray, course: Course, sp
     slow = min(speed, limits.speed or speed)
     gentle = min(AROUND.gentle, limits.acceleration or AROUND.gentle)
     curve = plan([start, goal], limits=replace(limits, speed=slow, acceleration=gentle), degree=course.degree)
-    obstacles = course.request(waypoints=[start, goal]).obstacles
+    obstacles = course.obstacles
     clear, instant, which = deepest(curve, obstacles) if obstacles else (0.0, 0.0, 0)
     if clear < -EXACT:
         raise WaypointError(
