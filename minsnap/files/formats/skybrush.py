@@ -459,9 +459,11 @@ def parsed(content: bytes, where: str = "the show") -> SkybrushFile:
         raise FileError(f"{where} has no trajectory")
     body = blocks[TRAJECTORY]
     start = struct.unpack_from("<4h", body, 1)
-    milliseconds, points, _ = unpacked(body[9:], start)
+    milliseconds, points, length = unpacked(body[9:], start)
     if not len(milliseconds):
         raise FileError(f"the trajectory of {where} has no segments")
+    if length < len(body) - 9:
+        raise FileError(f"the trajectory of {where} has a segment of 0 ms before its end")
     values = points[:, :3].transpose(0, 2, 1) * ((body[0] & UNIT_BITS) / 1e3)
     return SkybrushFile(Trajectory(values, milliseconds / 1e3), blocks.get(LIGHTS, b""))
 

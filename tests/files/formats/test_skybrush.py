@@ -17,6 +17,7 @@ from minsnap.files.formats.skybrush import (
     cubic_segments,
     light_bytes,
     lights_of,
+    parsed,
     read_skybrush,
     skybrush_bytes,
     write_skybrush,
@@ -108,8 +109,6 @@ def test_degree_7_quadratic_lines_and_the_retired_bit_are_read():
 
 
 def read_of(content):
-    from minsnap.files.formats.skybrush import parsed
-
     return parsed(content).trajectory
 
 
@@ -140,6 +139,14 @@ def test_published_trajectories_are_read_as_they_are_played_and_packed_as_they_w
         controls = piece[:, [0, -1]] if line else piece
         rows.append(packed(int(duration), controls, np.where(still, 0, 1 if line else 3)))
     assert b"".join(rows) == body[9:]
+
+
+def test_a_trajectory_does_not_end_before_its_block():
+    """What lies behind a segment of 0 ms was left out without a word."""
+    lines = [struct.pack("<BHh", 1, milliseconds, x) for milliseconds, x in ((1000, 500), (0, 600), (1000, 700))]
+    body = struct.pack("<B4h", 1, 0, 0, 0, 0) + b"".join(lines)
+    with pytest.raises(FileError, match="has a segment of 0 ms before its end"):
+        parsed(b"skyb\x01" + struct.pack("<BH", 1, len(body)) + body)
 
 
 def test_lights_are_read_as_written():
