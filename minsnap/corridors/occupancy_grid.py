@@ -13,7 +13,7 @@ from itertools import pairwise, permutations, product
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, numbers, read_only
-from minsnap.basics.checks import check_array, check_distance, check_waypoints, point_text
+from minsnap.basics.checks import check_array, check_distance, check_positive, check_waypoints, point_text
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.corridors.boxes import Boxes
@@ -150,7 +150,7 @@ def corridor_from_grid(
     clearance : float
         Least distance of the boxes to occupied cells [m]: the vehicle's radius.
     largest : float
-        Longest side that a box may have [m].
+        Longest side that a box may have [m]; two cells are always allowed.
 
     Returns
     -------
@@ -172,7 +172,9 @@ def corridor_from_grid(
     if points.shape[1] != taken.ndim:
         raise CorridorError(f"the path has {points.shape[1]} coordinates and the grid {taken.ndim} axes")
     margin = check_distance("the clearance", clearance, CorridorError)
-    return boxes_along(~grown(taken, margin, size), size, corner, points, margin, largest)
+    endless = isinstance(largest, float) and largest == np.inf
+    side = np.inf if endless else check_positive("the longest side", largest, "m", CorridorError)
+    return boxes_along(~grown(taken, margin, size), size, corner, points, margin, side)
 
 
 def boxes_along(

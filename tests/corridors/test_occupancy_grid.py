@@ -171,6 +171,9 @@ def test_visited_cells_are_those_that_fine_sampling_finds():
         ({"path": [(0.5, 0.5), (1.5, 0.5)]}, r"an occupied cell at \(1.05, 0.55\) m, cell \(10, 5\)"),
         ({"path": [(0.5, 0.5, 0.5), (1.5, 0.5, 0.5)]}, "the path has 3 coordinates and the grid 2 axes"),
         ({"clearance": -1.0}, "the clearance is -1.0"),
+        ({"largest": -1.0}, "the longest side is -1.0: it must be a positive number"),
+        ({"largest": np.nan}, "the longest side is nan"),
+        ({"largest": "wide"}, "the longest side is 'wide'"),
         ({"clearance": 0.2}, "nearer than 0.2 m to an occupied one: leave 0.1 m, a cell, more than the clearance"),
     ],
 )
