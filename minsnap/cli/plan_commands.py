@@ -64,12 +64,13 @@ def plan(
     again, with its corridor and limits.
     """
     from minsnap.files.formats.polynomials import is_polynomials
-    from minsnap.files.request_yaml import read_request
+    from minsnap.files.request_yaml import read_request, vehicle_files
 
     refuse_source(destination.output, file)
     if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
         _deliver_again(file, planning, destination, closed or bool(laps) or takeoff or land or from_frame is not None)
         return
+    refuse_source(destination.output, *vehicle_files(file))
     course = _course(file, closed, laps, takeoff, land)
     if course is not None:
         if from_frame not in (None, "enu"):

@@ -183,6 +183,17 @@ SHARED = {name: FURTHER[name] for name in ("limits", "closed", "avoid", "degree"
 """Keys that courses have too; theirs of the name ``boxes`` is a mapping."""
 
 
+def vehicle_files(path: FileName) -> tuple[Path, ...]:
+    """Return the files of vehicles that a YAML file names beside it, for its rotors or for its course."""
+    content = load_yaml(path) if Path(path).suffix.lower() in (".yaml", ".yml") else None
+    if not isinstance(content, dict):
+        return ()
+    limits = content.get("limits")
+    rotors = limits.get("rotors") if isinstance(limits, dict) else None
+    named = [content.get("vehicle"), rotors.get("vehicle") if isinstance(rotors, dict) else None]
+    return tuple(Path(path).parent / name for name in named if isinstance(name, str))
+
+
 def is_request(content: Any) -> bool:
     """Whether the content of a YAML file says how to plan, as the studio writes it, with a key that no course has.
 

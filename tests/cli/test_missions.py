@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.vehicle import Quadrotor
 
 
 @pytest.fixture
@@ -86,6 +87,17 @@ def test_obstacles_of_options_are_beside_those_of_the_file(call, write, kind):
     place = minsnap.read_csv("a.csv").position[:, :2]
     for center in ((2, 0.1), (4, -0.1)):
         assert np.linalg.norm(place - center, axis=1).min() >= 0.5 - 1e-6
+
+
+@pytest.mark.parametrize("named", ["vehicle: racer.yaml", "limits: {rotors: {vehicle: racer.yaml}}"])
+def test_the_file_of_the_vehicle_is_not_replaced(call, write, named):
+    write(f"waypoints: [[0, 0, 1], [6, 0, 1]]\n{named}\n")
+    racer = write("", "racer.yaml")
+    Quadrotor.dji_f330().to_yaml(racer)
+    kept = racer.read_bytes()
+    done = call("plan", "course.yaml", "-o", "racer.yaml")
+    assert done.returncode == 2 and "racer.yaml is the file that is read" in done.stderr
+    assert racer.read_bytes() == kept
 
 
 def test_a_limit_on_the_yaw_rate_leaves_a_course_its_others(call, write):
