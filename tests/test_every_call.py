@@ -1,5 +1,8 @@
 """No exception but the library's leaves a public call: draws over the values of its arguments that hold every pair."""
 
+import importlib
+import inspect
+import pickle
 import warnings
 from dataclasses import fields
 from itertools import combinations
@@ -10,6 +13,7 @@ import numpy as np
 import pytest
 
 import minsnap
+import minsnap.vehicle
 from minsnap import (
     Ball,
     Boxes,
@@ -262,3 +266,39 @@ def test_a_mission_with_a_hold_joins_as_smoothly_as_rest_is_given():
     stops = tuple(Stop(place, hold=hold) for place, hold in (((0, 0, 1), 0.0), ((3, 1, 1), 1.0), ((4, 3, 1), 0.0)))
     mission = minsnap.plan_mission(Course(stops, limits=WIDE), continuity=4, pieces=2)
     assert minsnap.certify(mission.trajectory, limits=WIDE).continuity >= 3
+
+
+def public_calls(package):
+    """Return the functions and classes of a package by name, each with how many arguments it needs."""
+    module = minsnap.routes if package == "routes" else importlib.import_module(f"minsnap.{package}")
+    named = {name: getattr(module, name) for name in module.__all__}
+    named = {name: called for name, called in named.items() if inspect.isfunction(called) or inspect.isclass(called)}
+    kinds = inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD
+    counts = {
+        name: sum(p.default is p.empty and p.kind in kinds for p in inspect.signature(called).parameters.values())
+        for name, called in named.items()
+    }
+    return {name: (called, max(counts[name], 1)) for name, called in named.items()}
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("package", ["corridors", "fleet", "flight", "plot", "routes", "shows", "vehicle"])
+def test_things_of_another_kind_are_refused_by_every_public_call(package, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = []
+    for name, (called, count) in public_calls(package).items():
+        for other in (*ODD, None, b"x", [None], CURVE, WIDE, POINTS[0], POINTS):
+            try:
+                called(*[other] * count)
+            except (MinsnapError, TypeError) as refused:
+                assert "\n" not in str(refused), (name, other)
+            except Exception as error:  # that is what is looked for
+                found.append((name, other, type(error).__name__, str(error)[:100]))
+    assert not found, found
+
+
+def test_a_call_of_a_package_names_the_argument_of_another_kind():
+    with pytest.raises(InputError, match=r"^plot_mission takes Mission for mission, not Trajectory\("):
+        minsnap.plot.plot_mission(CURVE)
+    twin = pickle.loads(pickle.dumps(minsnap.vehicle.tilt))
+    assert twin is minsnap.vehicle.tilt and twin([0.0, 0.0, 0.0]) == 0.0

@@ -24,6 +24,7 @@ import numpy as np
 
 from minsnap.basics.arrays import GRAVITY as GRAVITY
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray
+from minsnap.errors import InputError
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.tilt_heading import FREE_FALL
 
@@ -347,8 +348,10 @@ def body_rates(
 
 
 def spatial(vectors: ArrayLike) -> FloatArray:
-    """Return vectors of shape (..., 3): three components unchanged, two components extended with a zero."""
+    """Return vectors of shape (..., 3): three components unchanged, fewer extended with zeros, or InputError."""
     array = np.asarray(vectors, dtype=np.float64)
+    if array.ndim == 0 or array.shape[-1] not in (1, 2, 3):
+        raise InputError(f"vectors have up to three components, and this has shape {array.shape}")
     if array.shape[-1] == 3:
         return array
     return np.concatenate([array, np.zeros((*array.shape[:-1], 3 - array.shape[-1]))], axis=-1)

@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.storage.text import FileName
-from minsnap.errors import MinsnapError
+from minsnap.errors import InputError, MinsnapError
 from minsnap.flight.tracking.comparison import position_at
 from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight
 from minsnap.flight.tracking.log_comparison import ComparedFlight
@@ -84,6 +84,8 @@ def _panels(pairs: Pairs, view: str, rows: int, size: tuple[float, float], wante
     """Draw the curves in a view, at equal scales, and return the figure with panels against time to the right."""
     from minsnap.plot.shown_figure import ShownFigure
 
+    if not pairs:
+        raise InputError("there are no flights to draw: give at least one")
     dim = next(iter(pairs.values()))[0].dim
     chosen = view_coordinates(view, dim)
     figure = ShownFigure(figsize=size, layout="constrained")

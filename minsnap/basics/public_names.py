@@ -1,0 +1,113 @@
+"""The public names of a package: loaded when they are first used, and told in a sentence what they do not take."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache, wraps
+from typing import Any
+
+import lazy_loader
+
+Loaded = tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]
+
+
+def public_names(package: str, file: str) -> Loaded:
+    """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package, from the stub beside its file.
+
+    A call of what it loads raises InputError where it would fail in Python's own way because an argument is not of the
+    kind of its annotation.
+    """
+    load, names, public = lazy_loader.attach_stub(package, file)
+
+    def loaded(name: str) -> Any:
+        found = load(name)
+        own = str(getattr(found, "__module__", "")).startswith("minsnap.")
+        if own and callable(found):
+            found = vars(sys.modules[package])[name] = _checked(found)
+        return found
+
+    return loaded, names, public
+
+
+@cache
+def _checked(called: Any) -> Any:
+    """Return a function, or a class with its initialiser, that refuses what it cannot take."""
+    target = vars(called).get("__init__") if inspect.isclass(called) else called
+    if not inspect.isfunction(target) or hasattr(target, "refuses"):
+        return called
+
+    @wraps(target)
+    def checked(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return target(*args, **kwargs)
+        except (AttributeError, LookupError, OverflowError, ValueError) as error:
+            from minsnap.errors import InputError, MinsnapError
+
+            other = None if isinstance(error, MinsnapError) else _of_other_kind(target, args, kwargs)
+            if other is None:
+                raise
+            raise InputError(f"{called.__name__} takes {other}") from None
+
+    checked.refuses = True  # type: ignore[attr-defined]
+    if inspect.isclass(called):
+        type.__setattr__(called, "__init__", checked)
+        return called
+    setattr(sys.modules[called.__module__], called.__name__, checked)  # where a pickle finds it
+    return checked
+
+
+def _of_other_kind(target: Callable[..., Any], args: Any, kwargs: Any) -> str | None:
+    """Say which argument is not of the kind of its annotation; None where all may be."""
+    from minsnap.basics.messages import shown
+
+    for name, value in inspect.signature(target).bind(*args, **kwargs).arguments.items():
+        annotation = target.__annotations__.get(name, "Any")
+        if not _may_be(value, annotation):
+            return f"{annotation} for {name}, not {shown(value)}"
+    return None
+
+
+def _may_be(value: Any, annotation: str) -> bool:
+    """Whether a value, with its elements, may be of the kinds that an annotation names."""
+    outer = annotation
+    while "[" in outer:
+        outer = re.sub(r"\[[^\[\]]*\]", "", outer)
+    if "ArrayLike" in outer and _is_numeric(value):
+        return True
+    elements = value if isinstance(value, list | tuple) else ()
+    inner = tuple(_kinds(f"{annotation} Iterable"))
+    return isinstance(value, tuple(_kinds(outer))) and all(isinstance(one, inner) for one in elements)
+
+
+def _is_numeric(value: Any) -> bool:
+    import numpy as np
+
+    try:
+        return value is not None and np.asarray(value, dtype=np.float64) is not None
+    except (TypeError, ValueError, OverflowError):
+        return False
+
+
+def _kinds(annotation: str) -> Iterator[type]:
+    """Yield the classes that an annotation names; object where it may be any."""
+    import builtins
+    from numbers import Real
+
+    import numpy as np
+
+    forms: dict[str, tuple[Any, ...]] = {
+        "None": (type(None),),
+        "float": (Real,),
+        "ArrayLike": (),
+        "Mapping": (Mapping,),
+    }
+    forms |= {"FloatArray": (np.ndarray,), "Sequence": (list, tuple, np.ndarray), "Iterable": (Iterable,)}
+    forms |= {"Callable": (Callable,)}
+    homes = (builtins, *(module for name, module in sys.modules.items() if name.startswith("minsnap.")))
+    for name in set(re.findall(r"[A-Za-z_]\w*", annotation)):
+        kind = next((vars(home)[name] for home in homes if name in vars(home)), object)
+        known = inspect.isclass(kind) and not getattr(kind, "_is_protocol", False)
+        yield from forms.get(name, (kind if known else object,))
