@@ -197,7 +197,10 @@ def _solved_one_by_one(many: ManyProblems, gradients: bool) -> Trajectories:
 
     def slopes(index: int) -> Slopes:
         curve = answers[index]
-        return many.slopes(index, curve) if isinstance(curve, Trajectory) else Slopes.unknown(0, many.batch.dim)
+        if isinstance(curve, Trajectory):
+            return many.slopes(index, curve)
+        first, last = many.batch.offsets[index : index + 2].tolist()
+        return Slopes.unknown(last - first, many.batch.dim)
 
     answers = many.all_alone()
     with ThreadPoolExecutor(many.workers) as pool:
@@ -211,6 +214,6 @@ def _solved_one_by_one(many: ManyProblems, gradients: bool) -> Trajectories:
     errors = tuple(None if isinstance(f, Trajectory) else f for f in answers)
     reports = [blank if c is None or c.how is None else c.how for c in curves]
     walls = many.corridors is not None
-    known = Gradients.of_plans(each, many.batch.dim, walls, offsets) if gradients else None
+    known = Gradients.of_plans(each, many.batch.dim, walls) if gradients else None
     pieces = {index: c.pieces for index, c in enumerate(curves) if c is not None and c.pieces > 1}
     return Trajectories(points, durations, breaks, offsets, errors, reports, many.workers, known, pieces)

@@ -81,10 +81,11 @@ class Gradients(ReadOnly):
         return cls(durations, waypoints, corridor, offsets)
 
     @classmethod
-    def of_plans(cls, each: Sequence[Slopes], dim: int, walls: bool, offsets: IntArray) -> Gradients:
+    def of_plans(cls, each: Sequence[Slopes], dim: int, walls: bool) -> Gradients:
         """Return the gradients of plans that were made one by one, with walls or without any."""
         durations, widths = (np.concatenate([np.zeros(0), *(one[k] for one in each)]) for k in (0, 2))
         waypoints = np.concatenate([np.zeros((0, dim)), *(one.waypoints for one in each)])
+        offsets = np.asarray(np.cumsum([0, *(len(one.durations) for one in each)]))
         return cls(durations, waypoints, widths if walls else None, offsets)
 
 
