@@ -12,10 +12,12 @@ from minsnap.errors import SolverError
 Clock = Callable[[], float]
 """Reads a monotonic clock [s]."""
 
-LATE = "time_limit has passed without a certified plan: give more time, or loosen a limit"
+LATE = "time_limit has passed without a certified plan: give more time, or loosen limits or walls"
 
-
-SPENT = "no plan was certified within the work that a question is worth: loosen a limit, or give a time_limit for more"
+SPENT = (
+    "no plan was certified within the work that a question is worth: "
+    "loosen limits or walls, or give a time_limit for more"
+)
 
 
 @dataclass(frozen=True)

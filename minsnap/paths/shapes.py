@@ -97,6 +97,9 @@ class Shape(PhasePath):
     def within(self, limits: Limits) -> Shape:
         """Return the same shape flown as fast as limits allow: one of them is just reached, none exceeded.
 
+        This holds for the polynomials of :meth:`as_trajectory`. The acceleration of the formula differs from theirs by
+        up to 0.02 %, and by more where the spin-up is only some micrometres long.
+
         Raises
         ------
         LimitError
