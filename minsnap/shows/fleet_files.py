@@ -13,6 +13,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 import zipfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -390,10 +391,15 @@ def read_fleet(path: FileName) -> Fleet:
     if (place / MANIFEST).exists():
         with reading(place / MANIFEST, "the manifest of a fleet"):
             return _listed(place, json.loads(read_text(place / MANIFEST)))
-    files = sorted(file for file in place.iterdir() if file.suffix.lower() in ENDINGS)
+    files = sorted((file for file in place.iterdir() if file.suffix.lower() in ENDINGS), key=_counted)
     if not files:
         raise FileError(f"{path} holds no trajectories: one .csv of polynomials, .skyb, .traj, .json or .npz a vehicle")
     return Fleet(tuple(_trajectory(file) for file in files), tuple(file.stem for file in files))
+
+
+def _counted(file: Path) -> list[str | int]:
+    """Return a key by which traj2 comes before traj10: vehicles are told apart by this order."""
+    return [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", file.name)]
 
 
 def _listed(folder: Path, content: Any) -> Fleet:

@@ -227,6 +227,15 @@ def test_a_manifest_that_is_not_of_a_fleet_takes_nothing_away(tmp_path, manifest
     assert (tmp_path / "mine.csv").read_text() == "mine" and len(read_fleet(tmp_path)) == 2
 
 
+def test_vehicles_without_a_manifest_are_counted_by_their_numbers(tmp_path):
+    """The third robot of crazyflies.yaml was given the trajectory of the eleventh."""
+    lines = [minsnap.plan([(0, i, 1), (1, i, 1)], [2.0]) for i in range(12)]
+    write_fleet(minsnap.Fleet(tuple(lines)), tmp_path, "crazyswarm2")
+    (tmp_path / "manifest.json").unlink()
+    fleet = read_fleet(tmp_path)
+    assert fleet(0.0)[:, 1].tolist() == list(range(12)) and fleet.names[2] == "traj2"
+
+
 def test_a_file_of_one_vehicle_is_a_fleet(tmp_path):
     """It had to lie in a folder of its own to be uploaded."""
     write_any(crossing()[0], tmp_path / "alone.csv", to="crazyflie")
