@@ -50,6 +50,8 @@ class MatchSettings:
         Extent that such a share needs: less is found anywhere [m].
     drift : float
         Largest difference between the rates of the two clocks.
+    held : float
+        A setpoint that is repeated for so long at most is held until the next, and is of its first instant [s].
     longest : float
         Setpoints that last longer are none of a flight: a time of the log is wrong [s].
     """
@@ -62,6 +64,7 @@ class MatchSettings:
     away: float = 0.4
     least_way: float = 0.5
     drift: float = 0.05
+    held: float = 0.5
     longest: float = 86400.0
 
 
@@ -334,12 +337,21 @@ def compare_in_log(
         If the log's setpoints nowhere follow the file, or positions are missing there.
     """
     compared, lead = [], setpoints.lead or reference.lead
+    setpoints = _as_sent(setpoints)
     reference, planned = replace(reference, lead=0.0), None if planned is None else replace(planned, lead=0.0)
     for match in find_flights(reference, setpoints):
         place = replace(match, start=match.start + lead / match.rate, lead=lead)
         there, flight = place.moved(planned or reference), place.in_time_of_file(flown, reference.duration)
         compared.append(ComparedFlight(compare(there, flight, max_delay=max_delay), there, flight, place))
     return compared
+
+
+def _as_sent(setpoints: Samples) -> Samples:
+    """Return setpoints without repeats of those that are held: these seem to follow the file half a step later."""
+    begins = np.append(True, (np.diff(setpoints.position, axis=0) != 0.0).any(axis=1))
+    starts = setpoints.t[begins]
+    short = np.diff(starts, append=setpoints.t[-1]) <= MATCH.held
+    return setpoints[begins | ~short[np.cumsum(begins) - 1]]
 
 
 def flight_figures(flight: Flight, vehicle: Quadrotor) -> dict[str, Any]:

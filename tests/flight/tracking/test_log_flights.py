@@ -143,3 +143,13 @@ def test_a_fast_flight_whose_instants_are_uneven_is_found():
     (one,) = compare_in_log(file, Samples(t, asked), Samples(t, path(np.clip(t - 5.2, 0.0, path.duration))))
     assert one.place.mismatch > 0.057 and one.place.end is None
     assert one.comparison.delay == pytest.approx(0.2, abs=0.02)
+
+
+@pytest.mark.parametrize("rate", [20.0, 10.0, 4.0])
+def test_setpoints_that_a_log_repeats_until_the_next_take_nothing_from_the_delay(rate):
+    """The file was found half a step later, and the delay was so much smaller."""
+    t = np.arange(0.0, FILE.duration + 1.0, 0.02)
+    place = lambda at: np.stack([np.interp(at, FILE.t, column) for column in FILE_IN_AIR.position.T], axis=1)  # noqa: E731
+    held, flown = Samples(t, place(np.floor(t * rate + 1e-9) / rate)), Samples(t, place(t - 0.25))
+    (found,) = compare_in_log(FILE_IN_AIR, held, flown)
+    assert found.comparison.delay == pytest.approx(0.25, abs=0.008)
