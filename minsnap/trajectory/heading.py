@@ -122,6 +122,8 @@ class RuledHeading(Heading):
         ------
         YawError
             For a higher order than it has.
+        IntervalError
+            If an instant is outside the path's interval or not a number.
         """
         if check_order(order) > self.highest:
             raise YawError(f"{self.what} has derivatives up to order {self.highest}, not {order}")

@@ -26,10 +26,9 @@ def as_instants(t: ArrayLike) -> FloatArray:
 
 
 def within(t: FloatArray, duration: float) -> FloatArray:
-    """Return instants as (m,), those outside [0, duration] at its ends; IntervalError where one is not a number."""
+    """Return instants as (m,), in [0, duration] but for rounding; IntervalError where one is outside or no number."""
     flat = t.reshape(-1)
-    if np.isnan(flat).any():
-        raise IntervalError("an instant is not a number: give seconds")
+    check_instants(flat, duration)
     return np.asarray(np.clip(flat, 0.0, duration))
 
 

@@ -16,7 +16,6 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.errors import MagnitudeWarning, YawError
 from minsnap.native.free_optimum import pinned_optimum
 from minsnap.trajectory.heading import ConstantHeading, Heading, Largest, shortest_turns, wrap
-from minsnap.trajectory.instants import as_instants
 from minsnap.trajectory.look_at import LookAt, heading_at
 from minsnap.trajectory.medium import AIRLESS
 from minsnap.trajectory.tilt_heading import TiltHeading
@@ -88,8 +87,7 @@ class PlannedHeading(Heading):
 
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
-        inside = np.minimum(as_instants(t), self.polynomial.duration)
-        return np.asarray(self.polynomial(inside, order)[..., 0])
+        return np.asarray(self.polynomial(t, order)[..., 0])
 
     def largest_rate(self, start: float, end: float) -> Largest:
         """Return it from the rate's control points, which keep their digits where little of a piece is left."""

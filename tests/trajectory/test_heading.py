@@ -202,3 +202,12 @@ def test_the_spline_through_angles_is_the_same_without_the_native_core(closed):
             angles[-1] = angles[0] - 2.0 * np.pi
         native = PlannedHeading.through(angles, durations, closed, rate).polynomial.control_points
         assert _spline(angles, durations, closed, rate) == pytest.approx(native, rel=0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("yaw", ["velocity", "tilt", minsnap.LookAt((2.0, 9.0)), [0.0, 1.0]])
+@pytest.mark.parametrize("t", [-0.1, 3.1, [1.0, 9.0]])
+def test_a_heading_that_follows_a_path_ends_with_it(yaw, t):
+    """Those by a rule went on with the angle at the nearer end, where the path itself raises."""
+    path = minsnap.plan([(0, 0, 1), (4, 2, 1)], durations=[3.0], yaw=yaw)
+    with pytest.raises(IntervalError, match=r"outside the path's interval \[0, 3.0\] s"):
+        path.yaw(t)
