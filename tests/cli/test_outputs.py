@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.cli.output import as_json
 from minsnap.files.convert import read_any
 from minsnap.files.formats.crazyflie import MEMORY
 from minsnap.files.formats.polynomials import read_polynomials
@@ -127,13 +128,10 @@ def test_a_rate_of_polynomials_is_refused(call, tmp_path, file):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_figures_that_are_not_finite_are_null_in_json(call, tmp_path):
-    (tmp_path / "one").mkdir()
-    call("line", "-o", "one/traj0.json")
-    done = call("check", "one", "--separation", "1", "--json")
-    assert done.returncode == 0, done.stderr
-    figures = json.loads(done.stdout, parse_constant=pytest.fail)
-    assert figures["least_distance"] is None and figures["ok"] is True
+def test_figures_that_are_not_finite_are_null_in_json():
+    """They were Infinity and NaN, which JSON does not have."""
+    text = as_json({"least": np.inf, "pairs": [{"at": np.nan, "on": (1.0, -np.inf)}]})
+    assert json.loads(text, parse_constant=pytest.fail) == {"least": None, "pairs": [{"at": None, "on": [1.0, None]}]}
 
 
 def test_figures_are_drawn_whatever_window_the_environment_asks_for(process, tmp_path):
