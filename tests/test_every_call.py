@@ -297,8 +297,19 @@ def test_things_of_another_kind_are_refused_by_every_public_call(package, tmp_pa
     assert not found, found
 
 
+class Broken(minsnap.Path):
+    """A path that is of the kind that is asked for, and fails."""
+
+    duration, dim = 1.0, 3
+
+    def _evaluate(self, t, order):
+        raise ValueError("of the caller")
+
+
 def test_a_call_of_a_package_names_the_argument_of_another_kind():
     with pytest.raises(InputError, match=r"^plot_mission takes Mission for mission, not Trajectory\("):
         minsnap.plot.plot_mission(CURVE)
+    with pytest.raises(ValueError, match="of the caller"):
+        minsnap.plot.plot_path(Broken())
     twin = pickle.loads(pickle.dumps(minsnap.vehicle.tilt))
     assert twin is minsnap.vehicle.tilt and twin([0.0, 0.0, 0.0]) == 0.0

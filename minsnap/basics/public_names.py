@@ -108,6 +108,9 @@ def _kinds(annotation: str) -> Iterator[type]:
     forms |= {"Callable": (Callable,)}
     homes = (builtins, *(module for name, module in sys.modules.items() if name.startswith("minsnap.")))
     for name in set(re.findall(r"[A-Za-z_]\w*", annotation)):
-        kind = next((vars(home)[name] for home in homes if name in vars(home)), object)
-        known = inspect.isclass(kind) and not getattr(kind, "_is_protocol", False)
-        yield from forms.get(name, (kind if known else object,))
+        if name in forms:
+            yield from forms[name]
+            continue
+        named = [vars(home)[name] for home in homes if name in vars(home)]  # two modules may mean two classes by it
+        for kind in named or [object]:
+            yield kind if inspect.isclass(kind) and not getattr(kind, "_is_protocol", False) else object

@@ -25,6 +25,7 @@ QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01, climb=math.inf, travel=math.inf, sin
 @pytest.fixture(autouse=True)
 def short_waits(monkeypatch):
     monkeypatch.setattr(crtp_link, "WAIT", 0.05)
+    monkeypatch.setattr(crtp_link, "TRIES", 24)  # as patient as without, on a busy machine
 
 
 def pair():
