@@ -24,6 +24,7 @@ from minsnap.errors import FleetError, WaypointError
 from minsnap.fleet.common_clock import Fleet, Separation, as_separation
 from minsnap.limits.limits import Limits, check_limits
 from minsnap.native.joint_fleet import KINDS, ORDERS
+from minsnap.time_allocation.recovery import RECOVERY
 from minsnap.trajectory.path import Path
 
 INWARDS = 0.004
@@ -389,16 +390,18 @@ def refuse_meetings(task: FleetTask, pieces: int) -> None:
 
 
 def _refuse_starts(task: FleetTask) -> None:
-    """Refuse the first start that moves where it is to rest, or that exceeds a limit of its vehicle."""
+    """Refuse the first start that moves where it is to rest, or that is at a limit of its vehicle or beyond."""
     for vehicle, state in enumerate(task.states):
         rest = task.holds_of(vehicle)[0]
         if rest > 0.0 and task.moves(vehicle):
             text = f"vehicle {vehicle} starts moving and is to rest for {rest:g} s at its first waypoint"
             raise FleetError(f"{text}: leave out its start or that hold", vehicle=vehicle)
         for used in task.limits[vehicle].use_of_state(state, 3) if task.limits else ():
-            if used.fraction > 1.0 + EXACT:
-                text = f"the start of vehicle {vehicle} has {used.name} {used.value:.6g}, and {used.limit:g} is allowed"
-                raise FleetError(f"{text}: change the limit, or the start", vehicle=vehicle)
+            if used.fraction > 1.0 - RECOVERY.on_limit:
+                text = (
+                    f"the start of vehicle {vehicle} has {used.name} {used.value:.6g}, and its limit is {used.limit:g}"
+                )
+                raise FleetError(f"{text}: a fleet starts within its limits; change it, or the start", vehicle=vehicle)
 
 
 def _refuse_outside(task: FleetTask) -> None:

@@ -260,9 +260,10 @@ def test_bad_input_is_one_sentence(change, error, sentence):
 
 
 STARTS = {
-    "the start of vehicle 1 has speed 10, and 2 is allowed: change the limit": ({"velocity": (10, 0, 0)}, None),
-    "the start of vehicle 1 has climb_speed 1, and 0.5 is allowed": ({"velocity": (0, 0, 1)}, None),
-    "the start of vehicle 1 has acceleration 4, and 3 is allowed": ({"acceleration": (0, 4, 0)}, None),
+    "the start of vehicle 1 has speed 10, and its limit is 2: a fleet starts within": ({"velocity": (10, 0, 0)}, None),
+    "the start of vehicle 1 has speed 2, and its limit is 2": ({"velocity": (2, 0, 0)}, None),
+    "the start of vehicle 1 has climb_speed 1, and its limit is 0.5": ({"velocity": (0, 0, 1)}, None),
+    "the start of vehicle 1 has acceleration 4, and its limit is 3": ({"acceleration": (0, 4, 0)}, None),
     "vehicle 1 starts moving and is to rest for 1 s at its first": ({"velocity": (1, 0, 0)}, [None, (1.0, 0.0)]),
 }
 
