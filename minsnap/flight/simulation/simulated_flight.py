@@ -173,11 +173,8 @@ def simulate(
     t, air = step * np.arange(count + 1.0), wind.sample(count + 1, step)
     setpoints = [table.rows[row] for row in table.index(t, setpoint_delay).tolist()]
     pilot, observer = controller.pilot(vehicle, step), StateEstimator(sensors, step, count + 1)
-    log, reason, states = (
-        [],
-        "",
-        _states(vehicle, table, pilot, observer, zip(setpoints, air.tolist(), strict=True), step),
-    )
+    inputs = zip(setpoints, air.tolist(), strict=True)
+    log, reason, states = [], "", _states(vehicle, table, pilot, observer, inputs, step)
     with progress_line(progress, "flying", lambda line: line.show) as watch:
         try:
             for index, state in zip(range(count + 1), states, strict=False):
