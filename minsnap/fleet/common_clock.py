@@ -15,6 +15,7 @@ from minsnap.basics.messages import shown
 from minsnap.errors import FleetError
 from minsnap.native.fleet_border import FleetArrays
 from minsnap.polynomials.enclosures import UNIT
+from minsnap.trajectory.instants import as_instants
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -210,7 +211,7 @@ class Fleet(ReadOnly, Sequence[Trajectory]):
 
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Return positions or derivatives of all vehicles at instants of any shape: (vehicles,) + t.shape + (dim,)."""
-        instants = np.asarray(t, dtype=np.float64)
+        instants = as_instants(t)
         return np.stack([at_rest_after(curve, instants, order) for curve in self.trajectories])
 
     @cached_property

@@ -80,6 +80,8 @@ def test_a_shifted_clock_is_caught():
     assert apart.ok
     assert minsnap.Fleet([there, late]).duration == 6.0
     assert minsnap.Fleet([there, late])(6.0)[0] == pytest.approx([4.0, 0.0, 1.0])
+    with pytest.raises(minsnap.errors.IntervalError, match="the instants are 'x': give numbers"):
+        minsnap.Fleet([there, late])("x")
 
 
 def test_own_radii_add_up():
