@@ -141,6 +141,10 @@ class Limits:
 
     def given(self) -> dict[str, float]:
         """Return the limits that are set, by name."""
+        return dict(self._given)
+
+    @cached_property
+    def _given(self) -> dict[str, float]:
         values = {kind.name: getattr(self, kind.name, None) for kind in KINDS}
         return {name: value for name, value in values.items() if value is not None}
 
