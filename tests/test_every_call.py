@@ -297,6 +297,41 @@ def test_things_of_another_kind_are_refused_by_every_public_call(package, tmp_pa
     assert not found, found
 
 
+OBJECTS = [
+    CURVE,
+    CURVE.report,
+    minsnap.certify(CURVE),
+    minsnap.plan_many(MANY, durations=[1.5, 1.5]),
+    minsnap.plan_fleet(FLEETS[0], limits=WIDE, separation=0.3),
+    Replanner(limits=WIDE),
+    WIDE,
+    GATE,
+    HalfSpaces((1, 0, 0), 3.5),
+    Room((-1, -1, -1), (5, 5, 5)),
+    LookAt((9, 9, 9)),
+    minsnap.vehicle.Quadrotor.dji_f330(),
+]
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("thing", OBJECTS, ids=lambda thing: type(thing).__name__)
+def test_things_of_another_kind_are_refused_by_every_method(thing, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = [name for name in dir(type(thing)) if not name.startswith("_") and not hasattr(list, name)]
+    methods = {name: method for name in names if inspect.isroutine(method := getattr(thing, name))}
+    found = []
+    for name, method in methods.items():
+        count = sum(p.default is p.empty for p in inspect.signature(method).parameters.values())
+        for other in (*ODD, None, b"x", [None]):
+            try:
+                method(*[other] * max(count, 1))
+            except (MinsnapError, TypeError) as refused:
+                assert "\n" not in str(refused), (name, other)
+            except Exception as error:  # that is what is looked for
+                found.append((name, other, type(error).__name__, str(error)[:100]))
+    assert not found, found
+
+
 class Broken(minsnap.Path):
     """A path that is of the kind that is asked for, and fails."""
 

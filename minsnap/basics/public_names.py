@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache, wraps
+from types import FunctionType
 from typing import Any
 
 import lazy_loader
@@ -24,20 +24,40 @@ def public_names(package: str, file: str) -> Loaded:
 
     def loaded(name: str) -> Any:
         found = load(name)
-        own = str(getattr(found, "__module__", "")).startswith("minsnap.")
-        if own and callable(found):
-            found = vars(sys.modules[package])[name] = _checked(found)
+        if str(getattr(found, "__module__", "")).startswith("minsnap.") and callable(found):
+            found = vars(sys.modules[package])[name] = _checked_whole(found)
+            for returned in re.findall(r"\w+", str(getattr(found, "__annotations__", {}).get("return", ""))):
+                if returned in public:
+                    _checked_whole(load(returned))
         return found
 
     return loaded, names, public
 
 
+def _checked_whole(called: Any) -> Any:
+    """Return a function, or a class with its public methods, that refuses what it cannot take."""
+    if not isinstance(called, type):
+        return _checked(called) if isinstance(called, FunctionType) else called
+    for kind in called.__mro__:
+        for name, method in list(vars(kind).items()) if kind.__module__.startswith("minsnap.") else ():
+            if name in ("__init__", "__call__") or not name.startswith("_"):
+                _check_method(kind, name, method)
+    return called
+
+
+def _check_method(kind: type, name: str, method: Any) -> None:
+    """Put in the place of a method of a class one that refuses what it cannot take."""
+    if isinstance(method, FunctionType):
+        type.__setattr__(kind, name, _checked(method))
+    elif isinstance(method, classmethod | staticmethod):
+        type.__setattr__(kind, name, type(method)(_checked(method.__func__)))
+
+
 @cache
-def _checked(called: Any) -> Any:
-    """Return a function, or a class with its initialiser, that refuses what it cannot take."""
-    target = vars(called).get("__init__") if inspect.isclass(called) else called
-    if not inspect.isfunction(target) or hasattr(target, "refuses"):
-        return called
+def _checked(target: Any) -> Any:
+    """Return a function that refuses what it cannot take."""
+    if hasattr(target, "refuses"):
+        return target
 
     @wraps(target)
     def checked(*args: Any, **kwargs: Any) -> Any:
@@ -49,21 +69,21 @@ def _checked(called: Any) -> Any:
             other = None if isinstance(error, MinsnapError) else _of_other_kind(target, args, kwargs)
             if other is None:
                 raise
-            raise InputError(f"{called.__name__} takes {other}") from None
+            raise InputError(f"{target.__qualname__.removesuffix('.__init__')} takes {other}") from None
 
     checked.refuses = True  # type: ignore[attr-defined]
-    if inspect.isclass(called):
-        type.__setattr__(called, "__init__", checked)
-        return called
-    setattr(sys.modules[called.__module__], called.__name__, checked)  # where a pickle finds it
+    if target.__qualname__ == target.__name__:
+        setattr(sys.modules[target.__module__], target.__name__, checked)  # where a pickle finds it
     return checked
 
 
 def _of_other_kind(target: Callable[..., Any], args: Any, kwargs: Any) -> str | None:
     """Say which argument is not of the kind of its annotation; None where all may be."""
+    from inspect import signature
+
     from minsnap.basics.messages import shown
 
-    for name, value in inspect.signature(target).bind(*args, **kwargs).arguments.items():
+    for name, value in signature(target).bind(*args, **kwargs).arguments.items():
         annotation = target.__annotations__.get(name, "Any")
         if not _may_be(value, annotation):
             return f"{annotation} for {name}, not {shown(value)}"
@@ -72,6 +92,8 @@ def _of_other_kind(target: Callable[..., Any], args: Any, kwargs: Any) -> str | 
 
 def _may_be(value: Any, annotation: str) -> bool:
     """Whether a value, with its elements, may be of the kinds that an annotation names."""
+    if isinstance(value, int) and "int" not in annotation and value.bit_length() > sys.float_info.max_exp:
+        return False
     outer = annotation
     while "[" in outer:
         outer = re.sub(r"\[[^\[\]]*\]", "", outer)
@@ -97,8 +119,10 @@ def _kinds(annotation: str) -> Iterator[type]:
     from numbers import Real
 
     import numpy as np
+    from scipy import interpolate
 
     forms: dict[str, tuple[Any, ...]] = {
+        "Any": (object,),
         "None": (type(None),),
         "float": (Real,),
         "ArrayLike": (),
@@ -106,11 +130,11 @@ def _kinds(annotation: str) -> Iterator[type]:
     }
     forms |= {"FloatArray": (np.ndarray,), "Sequence": (list, tuple, np.ndarray), "Iterable": (Iterable,)}
     forms |= {"Callable": (Callable,)}
-    homes = (builtins, *(module for name, module in sys.modules.items() if name.startswith("minsnap.")))
+    homes = (builtins, interpolate, *(module for name, module in sys.modules.items() if name.startswith("minsnap.")))
     for name in set(re.findall(r"[A-Za-z_]\w*", annotation)):
         if name in forms:
             yield from forms[name]
             continue
         named = [vars(home)[name] for home in homes if name in vars(home)]  # two modules may mean two classes by it
         for kind in named or [object]:
-            yield kind if inspect.isclass(kind) and not getattr(kind, "_is_protocol", False) else object
+            yield kind if isinstance(kind, type) and not getattr(kind, "_is_protocol", False) else object

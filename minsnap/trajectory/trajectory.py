@@ -291,7 +291,7 @@ class Trajectory(Path):
 
     def max_norms(self, orders: Sequence[int]) -> list[tuple[float, float]]:
         """Maxima of the norms of several derivatives, their orders ascending; see ``max_norm``."""
-        return norm_maxima(self.control_points, self.durations, self.breaks, orders)
+        return norm_maxima(self.control_points, self.durations, self.breaks, [check_order(order) for order in orders])
 
     def extent(self, direction: ArrayLike, order: int = 0) -> tuple[float, float]:
         """Least and greatest value over time of a derivative along a direction; proved bounds, exact to rounding.

@@ -178,11 +178,11 @@ class Quadrotor(ReadOnly):
         -------
         ndarray, shape (..., 4)
         """
-        return np.asarray(self.thrusts(rotor_speed) @ self.mixer.T)
+        return np.asarray(self.thrusts(_fours("rotor_speed", rotor_speed)) @ self.mixer.T)
 
     def rotor_thrusts(self, wrench: ArrayLike) -> FloatArray:
         """Return the rotor thrusts [N] for a total thrust and torques, both of shape (..., 4)."""
-        return np.asarray(np.asarray(wrench, dtype=np.float64) @ self.inverse_mixer.T)
+        return np.asarray(_fours("wrench", wrench) @ self.inverse_mixer.T)
 
     def rotor_speeds(self, wrench: ArrayLike) -> FloatArray:
         """Return the rotor speeds [rad/s] for a total thrust and torques, both of shape (..., 4).
@@ -401,6 +401,14 @@ VEHICLES = ("crazyflie", "dji_f330", "px4_sih")
 
 SHORT_NAMES = {"f330": "dji_f330", "px4-sih": "px4_sih"}
 """Names of presets on the command line, which files may use too."""
+
+
+def _fours(what: str, values: ArrayLike) -> FloatArray:
+    """Return an array of four numbers in its last axis, or refuse it."""
+    array = numbers(values, copy=False)
+    if array is None or array.shape[-1:] != (4,):
+        raise VehicleError(f"{what} is {shown(values)}: give an array of shape (..., 4)")
+    return array
 
 
 @cache
