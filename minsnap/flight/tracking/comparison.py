@@ -142,7 +142,7 @@ def estimate_delay(reference: Samples, flight: Samples, most: float | None) -> f
     """Return the delay of a flight: the lag of greatest correlation of position, summed over all axes [s].
 
     The correlation coefficient is computed for every lag on a uniform grid, by FFT, without the gaps of both; from the
-    best lag, the delay is refined to the least mean squared distance within one step of it.
+    best lag, the delay is refined to the least mean squared distance within one step of it, but for a constant offset.
 
     Parameters
     ----------
@@ -202,14 +202,14 @@ def _coefficients(one: FloatArray, other: FloatArray, known: BoolArray, seen: Bo
 
 
 def _refined(reference: Samples, flight: Samples, best: float, step: float, most: float) -> float:
-    """Return the delay within one step of the best lag at which the mean squared distance is least."""
+    """Return the delay within one step of the best lag at which the distance varies least: an offset is no delay."""
     from scipy.optimize import minimize_scalar
 
     def distance(more: float) -> float:
         at = flight.t - best - more
         inside = (at >= reference.t[0]) & (at <= reference.t[-1]) & ~in_gaps(at, reference.t)
         gap = flight.position[inside] - position_at(reference, at[inside])
-        return float(np.mean(np.sum(gap**2, axis=1))) if inside.any() else np.inf
+        return float(np.var(gap, axis=0).sum()) if inside.any() else np.inf
 
     low, high = max(-step, -most - best), min(step, most - best)
     if high - low < COMPARED.resolution:

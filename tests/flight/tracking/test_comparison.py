@@ -40,6 +40,16 @@ def test_a_delay_is_found_on_a_line(delay=0.3) -> None:
     assert compare(line.sample(20.0), flown(line, delay)).delay == pytest.approx(delay, abs=1e-3)
 
 
+def test_an_offset_of_the_position_is_no_delay(delay=0.2) -> None:
+    """The refinement counted a constant offset as distance: 0.2 m of it made of 0.2 s at 10 Hz 0.3 s."""
+    random = np.random.default_rng(1)
+    for _ in range(10):
+        path = minsnap.plan(random.uniform(-3, 3, (6, 3)), total_time=12.0)
+        offset = random.normal(size=3) * 0.3
+        found = compare(path.sample(10.0), flown(path, delay, 10.0, lambda position, by=offset: position + by))
+        assert found.delay == pytest.approx(delay, abs=1e-3)
+
+
 def without(samples: Samples, start: float, end: float) -> Samples:
     """Samples with a gap."""
     return samples[(samples.t < start) | (samples.t > end)]
