@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray
+from minsnap.basics.checks import check_kind
 from minsnap.errors import VehicleError
 from minsnap.flight.simulation.flight_inputs import drag_feed_forward
 from minsnap.trajectory.samples import Samples
@@ -102,8 +103,16 @@ def from_rotorpy(parameters: Mapping[str, Any], *, aero: bool = True) -> Quadrot
     Raises
     ------
     VehicleError
-        If it is no quadrotor in a level x layout, or its parameters are not those of a physical body.
+        If it is no quadrotor in a level x layout, or its parameters are incomplete or not those of a physical body.
     """
+    check_kind("RotorPy's parameters", parameters, Mapping, "a mapping such as hummingbird_params.quad_params")
+    try:
+        return _vehicle(parameters, aero)
+    except KeyError as missing:
+        raise VehicleError(f"RotorPy's parameters have no {missing}: give it") from None
+
+
+def _vehicle(parameters: Mapping[str, Any], aero: bool) -> Quadrotor:
     hubs = np.array(list(parameters["rotor_pos"].values()), dtype=np.float64)
     if hubs.shape != (4, 3):
         raise VehicleError(f"RotorPy's vehicle has {len(hubs)} rotors: only quadrotors are taken over")

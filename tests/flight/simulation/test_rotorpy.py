@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.errors import VehicleError
+from minsnap.errors import InputError, VehicleError
 from minsnap.flight.simulation.rotorpy import RotorPyTrajectory, from_rotorpy, reorder_rotors
 from minsnap.vehicle import BodyDrag, RigidBody, flatness_of
 
@@ -160,5 +160,9 @@ def test_what_cannot_be_taken_over_is_named() -> None:
     six = {f"r{index}": np.array([1.0, 0, 0]) for index in range(6)}
     with pytest.raises(VehicleError, match="6 rotors"):
         from_rotorpy(changed(rotor_pos=six))
+    with pytest.raises(VehicleError, match="have no 'k_eta'"):
+        from_rotorpy({name: value for name, value in changed().items() if name != "k_eta"})
+    with pytest.raises(InputError, match="such as hummingbird_params"):
+        from_rotorpy(None)
     with pytest.raises(VehicleError, match="vehicle="):
         RotorPyTrajectory(minsnap.circle(), compensation=BodyDrag((1, 1, 1)))
