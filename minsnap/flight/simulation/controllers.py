@@ -13,7 +13,7 @@ from math import cos, sin
 from typing import NamedTuple, Protocol
 
 from minsnap.basics.arrays import ArrayLike, set_fields
-from minsnap.basics.checks import check_array, check_positive
+from minsnap.basics.checks import check_array, check_positive, check_switch
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
 from minsnap.vehicle.dynamics import body_axes
@@ -177,12 +177,13 @@ class CascadeController:
     tilt_limit : float
         Limit of the tilt that the velocity loop asks for [rad].
     outer_rate : float
-        How often position and velocity loops run [Hz]; attitude and rate loops run every step.
+        How often position and velocity loops run [Hz], in whole steps: 100 Hz are 125 in steps of 4 ms. Attitude and
+        rate loops run every step.
 
     Raises
     ------
     InputError
-        If a gain or limit is not a finite number, or ``references`` is not known.
+        If a gain or limit is not a finite number, a limit is below 0, or ``references`` is not known.
     """
 
     references: str = "acceleration"
@@ -209,6 +210,8 @@ class CascadeController:
                 check_positive(name, value, "", InputError)
             elif name != "references":
                 set_fields(self, **{name: vector(name.replace("_", " "), value)})
+        if min(self.rate_limit) < 0.0:
+            raise InputError(f"rate limit is {self.rate_limit}: no part may be below 0")
         if self.tilt_limit >= math.pi / 2:
             raise InputError(f"tilt_limit is {self.tilt_limit} rad: it must be below a quarter turn")
 
@@ -370,6 +373,7 @@ class GeometricController:
     def __post_init__(self) -> None:
         for name in ("position_gain", "velocity_gain", "attitude_gain", "rate_gain"):
             set_fields(self, **{name: vector(name.replace("_", " "), getattr(self, name))})
+        set_fields(self, feed_forward=check_switch("feed_forward", self.feed_forward))
 
     def pilot(self, vehicle: Quadrotor, step: float) -> GeometricPilot:
         """Return the running controller for a vehicle; it has no state between steps."""

@@ -315,9 +315,9 @@ class Sensors:
     Parameters
     ----------
     pose_rate : float
-        Poses a second [Hz].
+        Poses a second [Hz]; their interval is rounded to whole steps.
     delay : float
-        Age of a pose when it arrives [s].
+        Age of a pose when it arrives [s], rounded likewise.
     noise : float
         Standard deviation of a measured position, each axis [m].
     seed : int

@@ -207,6 +207,7 @@ def test_a_climb_at_full_thrust_winds_nothing_up() -> None:
         ({"position_gain": (1, 2)}, "position gain"),
         ({"tilt_limit": 2.0}, "quarter turn"),
         ({"outer_rate": 0.0}, "outer_rate"),
+        ({"rate_limit": (-1, 1, 1)}, "rate limit"),
     ],
 )
 def test_gains_that_cannot_be_are_named(arguments, says) -> None:
@@ -214,6 +215,8 @@ def test_gains_that_cannot_be_are_named(arguments, says) -> None:
         CascadeController(**arguments)
     with pytest.raises(InputError, match="attitude gain"):
         GeometricController(attitude_gain=(math.nan, 1, 1))
+    with pytest.raises(InputError, match="feed_forward is 'no'"):
+        GeometricController(feed_forward="no")
 
 
 def test_feed_forward_is_the_drag_along_the_reference_turned_round() -> None:
