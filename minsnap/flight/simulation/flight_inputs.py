@@ -17,6 +17,7 @@ from minsnap.basics.checks import check_able, check_kind, check_number, check_po
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError, TimingError
 from minsnap.flight.simulation.controllers import Estimate, Reference, Vector, vector
+from minsnap.flight.tracking.comparison import check_samples, position_at
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.attitude import spatial
@@ -121,15 +122,14 @@ class ReferenceTable:
         return np.asarray(np.clip(rows, 0, len(self.samples) - 1))
 
     def at(self, t: FloatArray, path: Path | Samples) -> Samples:
-        """Return the plan at instants, shape (m,): exact for a path, interpolated between samples."""
+        """Return the plan at instants, shape (m,): exact for a path, between samples as flights are compared."""
         if isinstance(path, Path):
             inside = np.minimum(t, path.duration)
             velocity, acceleration = (spatial(path(inside, order)) for order in (1, 2))
             return Samples(t, spatial(path(inside)), velocity, acceleration, yaw=path.yaw(inside))
-        own = self.samples.t - self.samples.t[0] + self.samples.lead
-        known = self.samples.velocity
-        moving = None if known is None else interpolated(t, own, known)
-        return Samples(t, interpolated(t, own, self.samples.position), moving)
+        own, known = t + (self.samples.t[0] - self.samples.lead), self.samples.velocity
+        moving = None if known is None else interpolated(own, self.samples.t, known)
+        return Samples(t, position_at(self.samples, own), moving)
 
 
 def _added(vehicle: Quadrotor, samples: Samples, compensation: Drag | None) -> FloatArray:
@@ -155,7 +155,7 @@ def tabulate(path: Path | Samples, rate: float | None, step: float) -> Samples:
     TimingError
         If the rate is not positive, or samples come with a rate.
     InputError
-        If it is neither a path nor samples.
+        If it is neither a path nor samples whose instants rise and whose numbers are finite.
     """
     if isinstance(path, Path):
         return path.sample(1.0 / step if rate is None else rate)
@@ -163,6 +163,7 @@ def tabulate(path: Path | Samples, rate: float | None, step: float) -> Samples:
         raise InputError(f"the reference is of type {type(path).__name__}: give a path or samples")
     if rate is not None:
         raise TimingError("samples have their own instants: sample the path at that rate, and leave the rate out")
+    check_samples("reference", path)
     return path
 
 

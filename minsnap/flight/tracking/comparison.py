@@ -399,7 +399,7 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
         If dimensions differ, fewer than 2 instants are common, or times do not rise or numbers are not finite.
     """
     for what, samples in (("reference", reference), ("flight", flight)):
-        _check_samples(what, samples)
+        check_samples(what, samples, "t", "position", "velocity")
     check_switch("align", align)
     check_number("max_delay", max_delay, 0.0, np.inf, "it must be a time of 0 or more [s]")
     if reference.dim != flight.dim:
@@ -414,11 +414,12 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
     return Comparison(t, error, late, curve, direction_at(reference, t), delay, offset)
 
 
-def _check_samples(what: str, samples: Samples) -> None:
+def check_samples(what: str, samples: Samples, *used: str) -> None:
+    """Raise InputError unless instants rise and the arrays of these names, or all, have finite numbers."""
     check_kind(f"the {what}", samples, Samples, "samples")
-    known = [samples.t, samples.position, *([] if samples.velocity is None else [samples.velocity])]
-    if not all(bounded(values).all() for values in known):
-        raise InputError(f"the {what} has times, positions or velocities that are no finite numbers, {SIZE}")
+    for name, values in samples.arrays().items():
+        if (not used or name in used) and not bounded(values).all():
+            raise InputError(f"the {what} has numbers in {name} that are not finite, {SIZE}")
     if not (len(samples) and (np.diff(samples.t) > 0.0).all()):
         raise InputError(
             f"the {what} has {len(samples)} instants: it needs one or more, each later than the one before"

@@ -13,6 +13,7 @@ from minsnap.flight import (
     DrydenWind,
     GeometricController,
     Sensors,
+    compare,
     simulate,
     simulate_open_loop,
 )
@@ -169,6 +170,20 @@ def test_setpoints_are_held_between_their_instants() -> None:
     assert np.abs(fast.error).max() < np.abs(slow.error).max()
 
 
+def test_the_error_to_coarse_setpoints_is_that_to_the_plan_between_them() -> None:
+    """The plan was the chord between setpoints: of a circle at 1 Hz 0.4 m inside of it."""
+    path = minsnap.circle(ramp=0.0)
+    held, coarse = (
+        simulate(F330, GeometricController(), path, setpoint_rate=1.0),
+        simulate(F330, GeometricController(), path.sample(1.0)),
+    )
+    np.testing.assert_allclose(held.position, coarse.position, atol=1e-9)
+    np.testing.assert_allclose(coarse.error, held.error, atol=0.02)
+    assert compare(path.sample(1.0), coarse.samples).max_error == pytest.approx(
+        np.linalg.norm(coarse.error, axis=1).max()
+    )
+
+
 def test_a_flight_knows_its_reference_and_gives_samples() -> None:
     path = minsnap.circle(ramp=0.0)
     flight = simulate(F330, GeometricController(), path)
@@ -220,6 +235,12 @@ def test_times_that_cannot_be_flown_are_named(arguments, error, says) -> None:
 def test_other_references_are_named() -> None:
     with pytest.raises(InputError, match="type list"):
         simulate(F330, GeometricController(), [1, 2, 3])
+    samples = minsnap.circle().sample(20.0)
+    for wrong in (samples[::-1], samples[[0, 0, 1]], samples[:0]):
+        with pytest.raises(InputError, match="each later than the one before"):
+            simulate(F330, GeometricController(), wrong)
+    with pytest.raises(InputError, match="the reference has numbers in acceleration that are not finite"):
+        simulate(F330, GeometricController(), replace(samples, acceleration=np.nan * samples.acceleration))
     with pytest.raises(TimingError, match="own instants"):
         simulate(F330, GeometricController(), minsnap.circle().sample(20.0), setpoint_rate=20.0)
     with pytest.raises(TimingError, match="step"):

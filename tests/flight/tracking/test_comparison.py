@@ -157,7 +157,7 @@ TIMES = "instants: it needs one or more, each later than the one before"
         (lambda samples: samples[[0, *range(len(samples))]], TIMES),
         (lambda samples: samples[::-1], TIMES),
         (lambda samples: samples[:0], f"0 {TIMES}"),
-        (lambda samples: replace(samples, velocity=np.nan * samples.velocity), "times, positions or velocities that"),
+        (lambda samples: replace(samples, velocity=np.nan * samples.velocity), "numbers in velocity that"),
     ],
 )
 def test_samples_that_cannot_be_compared_are_refused_in_a_sentence(eight, spoilt, change, sentence) -> None:
