@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, interpolated
+from minsnap.basics.checks import check_positive
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError
 from minsnap.files.flights import load_log
@@ -47,7 +48,7 @@ class LearningSettings:
     Raises
     ------
     InputError
-        If one of them is not positive.
+        If one of them is not a positive number.
     """
 
     gain: float = 0.8
@@ -58,8 +59,7 @@ class LearningSettings:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not 0.0 < value < np.inf:
-                raise InputError(f"{name} is {value}: it must be positive")
+            check_positive(name, value, "", InputError)
 
 
 def learned(

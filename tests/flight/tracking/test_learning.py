@@ -73,3 +73,5 @@ def test_what_cannot_be_learned_from_is_refused():
         learned(plan, plan, plan, -1.0)
     with pytest.raises(InputError, match="gain is 0"):
         LearningSettings(gain=0.0)
+    with pytest.raises(InputError, match="cutoff is 'low'"):
+        LearningSettings(cutoff="low")
