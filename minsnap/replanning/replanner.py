@@ -37,7 +37,7 @@ from minsnap.replanning.course_ahead import (
 )
 from minsnap.replanning.horizon import Aim, Better, Near, NotShorterError
 from minsnap.replanning.memory import UNCHANGED, Change, Memory, Takes, due_of, leg_start_of
-from minsnap.replanning.splice import Splice, ends_at_rest, has_angles, splice_of, spliced, through_angles
+from minsnap.replanning.splice import Splice, braked, ends_at_rest, has_angles, splice_of, spliced, through_angles
 from minsnap.replanning.stopping import Stopping
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
@@ -270,7 +270,7 @@ class Replanner:
     def _stop_first(self, call: _Call) -> tuple[tuple[Trajectory | None, str], tuple[float, bool]]:
         """Return a way to hover, or None and why there is none; and the room of what is left of the plan."""
         until = Deadline(call.due - AFTER_STOP * call.seconds, self._clock)
-        stopping = Stopping(call.course.task, self._limits, until)
+        stopping = Stopping(replace(call.course.task, finish=self._held(call.splice)), self._limits, until)
         (stop, no_stop), room = self._stop(call, stopping.braking), self._room_of_rest(call)
         if stop is None and room[0] >= 0.0 and ends_at_rest(call.splice.flown):
             stop = call.splice.rest
@@ -286,15 +286,16 @@ class Replanner:
         return (stop, no_stop), room
 
     def _stop(self, call: _Call, way: Callable[[], Trajectory | None]) -> tuple[Trajectory | None, str]:
-        """Return a stop with the heading at the splice, or None and why there is none."""
-        splice = call.splice
+        """Return a stop, or None and why there is none."""
         try:
             stop = way()
         except LateError:
             return None, LATE_STOP
-        if stop is None:
-            return None, NO_STOP
-        return stop.with_yaw(spliced(splice.flown, splice.instant, None, None, stop)), ""
+        return stop, NO_STOP if stop is None else ""
+
+    def _held(self, splice: Splice) -> AttachHeading:
+        """Return the function that gives a stop its heading, so that limits are judged with it."""
+        return lambda stop: stop.with_yaw(braked(splice.flown, splice.instant, stop))
 
     def _room_of_rest(self, call: _Call) -> tuple[float, bool]:
         """Room of the rest in all walls ahead, leg by leg, wherever the waypoints are; negative if it is not safe.

@@ -233,6 +233,15 @@ def spliced(
     return SplicedHeading(base, gap, excess, span)
 
 
+def braked(flown: Trajectory, instant: float, curve: Trajectory) -> Heading:
+    """Return the heading of a stop: a turn that is flown ends with it, as gently as it can, and never turns faster."""
+    yaw, rate = float(flown.yaw(min(instant, flown.duration))), float(flown.yaw(min(instant, flown.duration), 1))
+    if flown.yaw.constant is not None or flown.yaw.medium is not None or abs(rate) <= ROUNDING:
+        return spliced(flown, instant, None, None, curve)
+    span = max(SHORTEST_TURN, curve.duration)
+    return _turned_away(yaw + 0.5 * rate * span, -0.5 * rate * span, rate, span, curve.duration)
+
+
 def _turned_away(angle: float, gap: float, rate: float, span: float, duration: float) -> PlannedHeading:
     """Return a constant heading plus a difference as a polynomial yaw, whose largest rate is exact."""
     turn = angle + powers_to_points(5) @ quintic(gap, rate * span)

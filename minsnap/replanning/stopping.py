@@ -55,7 +55,7 @@ class Stopping:
     Parameters
     ----------
     task : Task
-        Its first legs are those to stop in.
+        Its first legs are those to stop in; ``finish`` gives a stop its heading.
     limits : Limits or None
     deadline : Deadline
         End of the search for a stop: LateError where there is none by then.
@@ -105,7 +105,7 @@ class Stopping:
         proves = self.limits is None or (type(self.limits) is Limits and self.limits.body_rate is None)
         for stop in stops:
             self.deadline.check()
-            curve = Trajectory(stop.points, stop.durations, checked=True)
+            curve = self.task.finish(Trajectory(stop.points, stop.durations, checked=True))
             if (proves and stop.limited) or back_within(curve, self.limits):
                 return curve
         return None

@@ -11,6 +11,7 @@ from minsnap.errors import YawError
 from minsnap.replanning.splice import splice_of
 from minsnap.time_allocation import strategy
 from minsnap.trajectory.heading import wrap
+from minsnap.vehicle import Quadrotor, flatness_of
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1), (8, 1, 1)], dtype=float)
 LIMITS = Limits(speed=3.0, acceleration=6.0, yaw_rate=2.0)
@@ -118,3 +119,18 @@ def test_headings_that_no_plan_found_can_follow_leave_the_flown_ones(flown, monk
 def test_malformed_angles_are_refused(flown, yaw):
     with pytest.raises(YawError, match="give one finite angle .* for each of the 4 waypoints ahead"):
         Replanner(LIMITS, 0.5, clock=still).replan(flown, 0.2, POINTS[1:], 0.1, yaw=yaw)
+
+
+def test_a_stop_ends_a_turn_so_gently_that_the_rotors_can():
+    """Stops were judged level in yaw and turned back within 0.5 s: rotors had to give up to 45 % more than they can."""
+    vehicle = Quadrotor.px4_sih()
+    limits, points = Limits.of(vehicle, speed=4.0, acceleration=7.0), np.array([(0, 0, 1), (3, 1, 1.5), (6, -1, 1)])
+    flown = minsnap.plan(points, limits=limits, yaw=[0.0, 1.5, -0.5], corridor=1.0)
+    for now in (0.2, 0.5, 0.8):
+        change = Replanner(limits, 1.0, clock=lambda: 0.0).replan(flown, now, points[1:], 0.2)
+        stop, instants = change.stop, np.linspace(0.0, change.stop.duration, 500)
+        assert stop.yaw(0.0, 1) == pytest.approx(flown.yaw(change.splice, 1)) and abs(stop.yaw(0.0, 1)) > 0.5
+        assert np.abs(stop.yaw(instants, 1)).max() <= abs(stop.yaw(0.0, 1)) * (1.0 + 1e-9)
+        thrusts = vehicle.thrusts(flatness_of(vehicle, stop, instants).rotor_speed)
+        low, high = vehicle.rotor_thrust_limits
+        assert low <= thrusts.min() and thrusts.max() <= high and minsnap.certify(stop, limits=limits).ok
