@@ -301,19 +301,22 @@ class VelocityHeading(RuledHeading):
             TURNING.held_rate if yaw_rate is None else check_positive("yaw_rate", yaw_rate, "rad/s", YawError)
         )
         self.hold_below = None if hold_below is None else check_positive("hold_below", hold_below, "m/s", YawError)
-        self._grid = parted_instants(path, TURNING.samples, 4095)
-        velocity = path(self._grid, 1)
+        grid = parted_instants(path, TURNING.samples, 4095)
+        velocity = path(grid, 1)
         speed = np.linalg.norm(velocity[:, :2], axis=1)
         if not speed.max() > TURNING.resting * np.linalg.norm(velocity, axis=1).max():
             raise YawError("a yaw along the velocity needs a horizontal velocity, and this path has none")
-        self._fast = self._moving(speed)
+        self._grid = np.append(grid, _dips(path, grid, speed, self._slow(float(speed.max()))))
+        self._grid.sort()
+        velocity = path(self._grid, 1)
+        speed = np.linalg.norm(velocity[:, :2], axis=1)
+        self._fast = speed >= self._slow(float(speed.max()))
         self._angle = np.unwrap(_angle(velocity))
 
-    def _moving(self, speed: FloatArray) -> BoolArray:
-        """Where the heading follows the velocity: at the top speed in any case."""
-        top = float(speed.max())
+    def _slow(self, top: float) -> float:
+        """Speed from which on the heading follows the velocity [m/s]: the top speed at most."""
         slow = min(TURNING.slow, TURNING.slow_share * top) if self.hold_below is None else self.hold_below
-        return np.asarray(speed >= min(slow, top))
+        return min(slow, top)
 
     @cached_property
     def _turns(self) -> Turns:
@@ -382,6 +385,17 @@ class VelocityHeading(RuledHeading):
         acceleration, jerk = self.path(t, 2)[:, :2], self.path(t, 3)[:, :2]
         square, along = (velocity**2).sum(axis=1), (velocity * acceleration).sum(axis=1)
         return np.asarray(_cross(velocity, jerk) / square - 2.0 * self._rate(t, velocity) * along / square)
+
+
+def _dips(path: Path, t: FloatArray, speed: FloatArray, slow: float) -> FloatArray:
+    """Return instants at which a horizontal speed is below ``slow`` between samples (m,) that are not."""
+    least = np.flatnonzero((speed[1:-1] <= np.minimum(speed[:-2], speed[2:])) & (speed[1:-1] >= slow))
+    low, high, dips = t[least], t[least + 2], t[least + 1]
+    for _ in range(4):  # of Newton's method, from where the path is nearly straight
+        velocity, acceleration = path(dips, 1)[:, :2], path(dips, 2)[:, :2]
+        square = np.maximum((acceleration**2).sum(axis=1), np.finfo(float).tiny)
+        dips = np.clip(dips - (velocity * acceleration).sum(axis=1) / square, low, high)
+    return np.asarray(dips[np.linalg.norm(path(dips, 1)[:, :2], axis=1) < slow])
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -62,6 +62,13 @@ def test_a_path_that_turns_back_turns_half_a_turn_within_the_limit():
     assert traj.duration == pytest.approx(free.duration, rel=1e-6)
 
 
+@pytest.mark.parametrize(("durations", "hold_below"), [([1.1, 2.9], None), ([3.0, 1.7], 0.02)])
+def test_a_path_that_turns_back_between_two_samples_does_not_jump(durations, hold_below):
+    back = 10.0 * np.array(BACK)
+    traj = minsnap.plan(back, durations, closed=True, yaw=minsnap.Velocity(hold_below=hold_below))
+    assert np.abs(differences(traj.yaw, traj.duration)[1]).max() <= traj.yaw.largest_rate(0.0, traj.duration)[0] + 1e-9
+
+
 def test_a_stretched_path_holds_its_heading_by_the_same_rules():
     traj = minsnap.plan(BACK, [2.0, 2.0], yaw="velocity").stretched(2.0)
     again = minsnap.plan(BACK, [4.0, 4.0], yaw="velocity")
