@@ -259,7 +259,7 @@ def lemniscate(
 ) -> Shape:
     r"""Level figure of eight (the lemniscate of Gerono where the length is twice the width), from its crossing.
 
-    :math:`r = c + (\tfrac{1}{2} L \sin\varphi, \tfrac{1}{2} W \sin 2\varphi, 0)`.
+    :math:`r = c + (\tfrac{1}{2} L \sin\varphi, \mp\tfrac{1}{2} W \sin 2\varphi, 0)`, with the plus clockwise.
 
     Parameters
     ----------
