@@ -2,7 +2,7 @@
 
 The criterion for derivatives is the mean value theorem: over a time step, a coordinate changes by the step times a
 value that its derivative takes inside the step. So the slope over every step must lie in the range of the derivative's
-column around it: the range of the two samples of the step and their neighbours, widened on either side by its own
+column around it: the range of the six samples nearest to the step, widened on either side by its own
 length and by rounding. A smooth path sampled densely enough to be flown always passes; a column in other units, of
 another axis, with the wrong sign or shifted in time does not. A single wrong number of the derivative would widen its
 own range: so each must also be as near to the slopes of the steps around it as all slopes are apart. Where there are no
@@ -315,11 +315,11 @@ def _astray(slopes: FloatArray, slope: FloatArray) -> FloatArray:
 def allowed_slopes(slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Bounds on the mean slope of each step, shapes (m-1,), from the derivative's column of shape (m,).
 
-    The range of the four samples nearest to the step, widened by its own length on either side. The last step may cover
+    The range of the six samples nearest to the step, widened by its own length on either side. The last step may cover
     less time than its column says, since a file ends with the last state of its path; its bounds include zero.
     """
-    padded = np.concatenate([slopes[:1], slopes, slopes[-1:]])
-    around = np.lib.stride_tricks.sliding_window_view(padded, 4)
+    padded = np.pad(slopes, 2, "edge")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 6)
     low, high = around.min(axis=1), around.max(axis=1)
     span = high - low
     low, high = low - span, high + span

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import minsnap
 from minsnap.files.consistency import check_samples
 from minsnap.trajectory.samples import Samples
 
@@ -39,6 +40,12 @@ def spoiled(name, change, samples=None):
 @given(rate=st.sampled_from([10.0, 20.0, 33.0, 50.0, 100.0]), radius=st.floats(0.1, 50), omega=st.floats(0.05, 3))
 def test_exact_derivatives_pass_at_every_rate(rate, radius, omega):
     assert check_samples(helix(rate, radius, omega)).problems == ()
+
+
+def test_a_plan_whose_acceleration_turns_within_a_step_passes():
+    limits = minsnap.Limits(speed=3.0, acceleration=30.0)
+    plan = minsnap.rectangle(0.5, 4.0, laps=2, limits=limits, pieces="auto")
+    assert check_samples(plan.sample(20.0)).problems == ()
 
 
 @pytest.mark.parametrize("decimals", [3, 4, 6])
