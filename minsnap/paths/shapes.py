@@ -25,7 +25,7 @@ from minsnap.time_allocation.search_options import is_priced
 from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.phase import ComplexArray, PhaseLaw, PhasePath
-from minsnap.trajectory.planned_heading import chosen_heading
+from minsnap.trajectory.planned_heading import Yaw, chosen_heading
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -71,8 +71,9 @@ def phase_law(
     if period is not None and speed is not None:
         raise ShapeError(f"a period ({shown(period)} s) and a speed ({shown(speed)} m/s) exclude each other: give one")
     angle = 2.0 * math.pi * check_positive("the number of laps", laps, "", ShapeError)
-    give = f"it must be between 0 and {angle / 2.0:.6g}, half of the way round"
-    check_number("the ramp", ramp, 0.0, angle / 2.0, give, ShapeError, unit="rad")
+    half = angle / 2.0
+    give = f"it must be between 0 and {half:.6g} ({math.degrees(half):.6g} degrees), half of the way round"
+    check_number("the ramp", ramp, 0.0, half, give, ShapeError, unit="rad")
     if speed is not None:
         return PhaseLaw(check_positive("the speed", speed, "m/s", ShapeError) / reach, angle, float(ramp))
     seconds = check_positive("the period", 6.0 if period is None else period, "s", ShapeError)
@@ -456,14 +457,15 @@ def _check_count(name: str, value: int, least: int, most: int) -> int:
 
 
 def _constant_speed(
-    ends: FloatArray, total_time: float | None, limits: Limits | None, yaw: float = 0.0, **options: Any
+    ends: FloatArray, total_time: float | None, limits: Limits | None, yaw: Yaw = None, **options: Any
 ) -> Trajectory:
     if limits is not None or options:
         names = ", ".join([*(["limits"] if limits is not None else []), *options])
         raise TimingError(f"a line at constant speed has nothing to plan: leave out {names}")
     default = (LINE_SAMPLES - 1) / 20.0
     seconds = check_positive("the total time", default if total_time is None else total_time, "s", ShapeError)
-    return Trajectory(ends[None], np.array([seconds]), ConstantHeading(yaw))
+    curve = Trajectory(ends[None], np.array([seconds]))
+    return curve.with_yaw(chosen_heading(yaw, 1, False)(curve))
 
 
 def _plan(waypoints: FloatArray, **arguments: Any) -> Trajectory:

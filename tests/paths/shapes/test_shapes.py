@@ -183,6 +183,13 @@ def test_constant_speed_line_is_120_equal_steps():
     assert not samples.acceleration.any()
 
 
+@pytest.mark.parametrize("yaw", ["velocity", minsnap.LookAt((6.0, 8.0)), [math.pi / 4.0] * 2])
+def test_the_nose_turns_on_a_line_at_constant_speed_as_on_others(yaw):
+    line = minsnap.line((0.0, 0.0, 1.0), (3.0, 3.0, 1.0), total_time=4.0, constant_speed=True, yaw=yaw)
+    toward = math.atan2(8.0, 6.0) if isinstance(yaw, minsnap.LookAt) else math.pi / 4.0
+    assert float(line.yaw(0.0)) == pytest.approx(toward)
+
+
 @pytest.mark.parametrize(
     ("make", "said"),
     [
@@ -193,7 +200,7 @@ def test_constant_speed_line_is_120_equal_steps():
         (lambda: minsnap.circle(speed=-2.0), "speed"),
         (lambda: minsnap.circle(period=6.0, speed=1.0), "exclude each other"),
         (lambda: minsnap.circle(laps=0), "laps"),
-        (lambda: minsnap.circle(ramp=4.0), "ramp"),
+        (lambda: minsnap.circle(ramp=4.0), "ramp is 4.0 rad: .*180 degrees"),
         (lambda: minsnap.circle(ramp=-0.1), "ramp"),
         (lambda: minsnap.circle(center=(0.0, 0.0, 1.0)), "center"),
         (lambda: minsnap.circle(altitude=float("inf")), "altitude"),
