@@ -183,6 +183,18 @@ def differentiate(points: FloatArray, order: int) -> FloatArray:
     return points
 
 
+@cache
+def gauss_root(degree: int) -> FloatArray:
+    r"""R with :math:`\int_0^1 x(s)^2\,ds = |R p|^2` of any degree, from Gauss's rule; ``gram_root`` is for low ones.
+
+    Returns
+    -------
+    R : ndarray, shape (degree + 1, degree + 1)
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(degree + 1)
+    return read_only(np.sqrt(weights / 2.0)[:, None] * basis(degree, (nodes + 1.0) / 2.0))
+
+
 def careful_differences(points: FloatArray, order: int) -> FloatArray:
     """Differences of that order of control points (…, n + 1, dim), as if computed exactly and rounded once.
 

@@ -99,8 +99,8 @@ class Samples(ReadOnly):
 
     @property
     def duration(self) -> float:
-        """Time from the first sample to the last [s]."""
-        return float(self.t[-1] - self.t[0])
+        """Time from the first sample to the last [s]; 0 without samples."""
+        return float(self.t[-1] - self.t[0]) if len(self) else 0.0
 
     def commanded(self) -> Samples:
         """Return the samples for a vehicle: the feed-forward is added to the acceleration, not stated apart."""

@@ -1,6 +1,7 @@
 """Trajectory against scipy's piecewise polynomials, quadrature and roots."""
 
 import pickle
+from math import comb
 
 import numpy as np
 import pytest
@@ -89,6 +90,18 @@ def test_the_derivative_is_a_trajectory_whose_values_are_derivatives(lap):
 def test_the_cost_is_the_integral_by_quadrature(seed, order):
     traj = random_trajectory(seed)
     assert traj.cost(order) == pytest.approx(quadrature_cost(traj, order), rel=1e-11, abs=1e-300)
+
+
+@pytest.mark.parametrize("degree", [12, 18, 25])
+def test_the_cost_of_a_high_degree_is_that_of_legendre(degree):
+    """Legendre's polynomial of each degree, whose square integrates to 1 / (2n + 1), has control points that cancel."""
+    points = [(-1.0) ** (degree + j) * comb(degree, j) for j in range(degree + 1)]
+    waves = Trajectory(np.array(points)[None, :, None], [1.0])
+    assert waves.cost(0) == pytest.approx(1.0 / (2 * degree + 1), rel=1e-8)
+
+
+def test_elevation_to_a_high_degree_keeps_the_cost(lap):
+    assert [lap.elevated(60).cost(order) for order in (0, 4)] == pytest.approx([lap.cost(0), lap.cost(4)], rel=1e-9)
 
 
 def test_costs_of_pieces_add_up(lap):
