@@ -11,6 +11,7 @@ from minsnap.errors import FileError, FrameError
 from minsnap.files.convert import formats, read_any, write_any
 from minsnap.files.formats.pieces import refit
 from minsnap.files.formats.tables import to_dataframe
+from minsnap.trajectory.heading import wrap
 from minsnap.trajectory.samples import ARRAYS, Samples
 
 NAMES = {"setpoints": "a.csv", "crazyflie": "cf.csv", "mav": "a.yaml", "npz": "a.npz", "parquet": "a.parquet",
@@ -126,9 +127,32 @@ def test_a_refit_passes_every_sample_and_is_smooth():
         np.testing.assert_allclose(curve(inner - 1e-12, order), curve(inner, order), atol=1e-6)
 
 
+@pytest.mark.parametrize("rate", [20.0, 1.0])
+@pytest.mark.parametrize("rated", [True, False])
+def test_a_refit_goes_on_where_headings_are_wrapped(rate, rated):
+    """Against the spin that was wrapped: 2 rad/s, which at 1 Hz is more than half a turn in two steps."""
+    still = minsnap.line((0, 0, 1), (1e-3, 0, 1), total_time=20.0).sample(rate)
+    spin = 2.0 * still.t
+    samples = replace(still, yaw=wrap(spin), yaw_rate=np.full_like(spin, 2.0) if rated else None)
+    curve = refit(samples)
+    t = np.linspace(0.0, curve.duration, 999)
+    np.testing.assert_allclose(curve.yaw(t), 2.0 * t, atol=2e-3)
+    np.testing.assert_allclose(curve.yaw(t, 1), 2.0, atol=1e-2)
+
+
+def test_a_format_without_headings_is_fitted_to_positions_alone(tmp_path):
+    samples = PLAN.sample(20.0)
+    write_any(samples, tmp_path / "still.skyb")
+    write_any(replace(samples, yaw=np.sin(40.0 * samples.t), yaw_rate=None), tmp_path / "turning.skyb")
+    assert (tmp_path / "still.skyb").read_bytes() == (tmp_path / "turning.skyb").read_bytes()
+
+
 def test_a_refit_that_needs_more_pieces_says_what_it_would_reach():
     wild = minsnap.circle(radius=3.0, laps=20).sample(20.0)
-    with pytest.raises(FileError, match="31 pieces are .* m from the samples, more than 0.001 m: fly it in parts"):
+    with pytest.raises(FileError, match="31 pieces are .* m from the samples, more than 0.001: fly it in parts"):
         refit(wild, 31)
+    spun = replace(minsnap.line((0, 0, 1), (5, 0, 1)).sample(20.0), yaw_rate=None)
+    with pytest.raises(FileError, match="2 pieces are .* rad of heading from the samples"):
+        refit(replace(spun, yaw=np.sin(5.0 * spun.t)), 2)
     with pytest.raises(FileError, match="need samples with velocities and accelerations"):
         refit(Samples(wild.t, wild.position))

@@ -9,7 +9,8 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError, FrameError, MinsnapError
-from minsnap.files.setpoint_csv import origin_of
+from minsnap.files.convert import write_any
+from minsnap.files.setpoint_csv import frame_of, origin_of
 
 PATH = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1.5)], [2.0, 1.5], yaw=0.3)
 
@@ -53,6 +54,12 @@ def test_a_file_in_enu_has_no_note_and_removes_an_older_one(ned):
     minsnap.write_csv(PATH, ned)
     assert [file.name for file in ned.parent.iterdir()] == ["ned.csv"]
     assert minsnap.read_csv(ned).position[0] == pytest.approx([0, 0, 1])
+
+
+def test_a_crazyflie_file_of_the_same_name_removes_an_older_note(ned):
+    """`check` refused what had just been written: it was not the file that the note was written for."""
+    write_any(minsnap.line(), ned, "crazyflie")
+    assert [file.name for file in ned.parent.iterdir()] == ["ned.csv"] and frame_of(ned) == "enu"
 
 
 def test_a_note_on_another_file_is_refused(ned):

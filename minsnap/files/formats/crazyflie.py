@@ -25,6 +25,7 @@ from minsnap.errors import FileError, FirmwareWarning, MinsnapError
 from minsnap.files.convert import Format
 from minsnap.files.formats.bezier_segments import DEGREE, LONGEST, check_range, distance_bounds, packed, unpacked
 from minsnap.files.formats.pieces import check_spatial, from_powers, polynomials_of, position_powers, yaw_powers
+from minsnap.files.setpoint_csv import note_frame
 from minsnap.polynomials.bernstein import elevate, powers_to_points
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import PlannedHeading
@@ -248,6 +249,7 @@ def write_crazyflie(
         If its heading is no polynomial.
     """
     write_file(path, crazyflie_text(polynomials_of(trajectory, max_pieces)[0], max_pieces), clobber=clobber)
+    note_frame(path, "enu", 0.0)  # removes the note of setpoints that had this name
 
 
 def crazyflie_text(trajectory: Trajectory, max_pieces: int | None = MAX_PIECES) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FileError, YawError
 from minsnap.polynomials.bernstein import points_to_powers, powers_to_points
-from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.heading import ConstantHeading, Heading, nearest_turn
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
@@ -188,11 +189,11 @@ TOLERANCE = 1e-3
 
 
 def refit(samples: Samples, max_pieces: int | None = None) -> Trajectory:
-    """Return quintics through some of the samples that pass within a millimetre of all of them.
+    """Return quintics through some of the samples that pass within a millimetre and a milliradian of all of them.
 
     Each piece meets position, velocity and acceleration of the samples at its ends (Hermite), so the curve is twice
     continuously differentiable; the number of pieces is the smallest that suffices, and they are of nearly equal
-    length.
+    length. Where the headings of the samples jump by whole turns, the fitted one goes on.
 
     Parameters
     ----------
@@ -208,14 +209,25 @@ def refit(samples: Samples, max_pieces: int | None = None) -> Trajectory:
     """
     if samples.velocity is None or samples.acceleration is None:
         raise FileError("polynomials need samples with velocities and accelerations")
+    samples = replace(samples, yaw=_continuous(samples))
     most = min(len(samples) - 1, max_pieces or len(samples) - 1)
     for pieces in _growing(most):
         knots = np.unique(np.round(np.linspace(0, len(samples) - 1, pieces + 1)).astype(int))
         trajectory = _through(samples, knots)
-        error = _deviation(trajectory, samples)
+        error, unit = _deviation(trajectory, samples)
         if error <= TOLERANCE:
             return trajectory
-    raise FileError(f"{most} pieces are {error:.3g} m from the samples, more than {TOLERANCE:g} m: fly it in parts")
+    raise FileError(f"{most} pieces are {error:.3g} {unit} from the samples, more than {TOLERANCE:g}: fly it in parts")
+
+
+def _continuous(samples: Samples) -> FloatArray | None:
+    """Return the headings without jumps of whole turns: each step as near as can be to what the yaw rates say, or 0."""
+    if samples.yaw is None:
+        return None
+    rate = np.zeros(len(samples)) if samples.yaw_rate is None else samples.yaw_rate
+    steps = np.diff(samples.yaw)
+    known = nearest_turn(steps, 0.5 * (rate[1:] + rate[:-1]) * np.diff(samples.t))
+    return np.asarray(samples.yaw + np.concatenate([[0.0], np.cumsum(known - steps)]))
 
 
 def _growing(most: int) -> list[int]:
@@ -245,10 +257,9 @@ def _fitted_heading(samples: Samples, knots: FloatArray, t: FloatArray) -> Headi
     return PlannedHeading(Trajectory.from_bpoly(BPoly.from_derivatives(t, columns)))
 
 
-def _deviation(trajectory: Trajectory, samples: Samples) -> float:
-    """Return the greatest deviation of the curve from a sample, in position or heading."""
+def _deviation(trajectory: Trajectory, samples: Samples) -> tuple[float, str]:
+    """Return the greatest deviation of the curve from a sample, in position or heading, and its unit."""
     t = np.minimum(samples.t - samples.t[0], trajectory.duration)
-    error = float(np.linalg.norm(trajectory(t) - samples.position, axis=1).max())
-    if samples.yaw is not None:
-        error = max(error, float(np.abs(trajectory.yaw(t) - samples.yaw).max()))
-    return error
+    apart = float(np.linalg.norm(trajectory(t) - samples.position, axis=1).max())
+    turned = 0.0 if samples.yaw is None else float(np.abs(trajectory.yaw(t) - samples.yaw).max())
+    return max((apart, "m"), (turned, "rad of heading"))

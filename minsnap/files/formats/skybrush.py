@@ -523,4 +523,4 @@ def _steps(content: Trajectory, order: int) -> FloatArray:
 
 
 _READ_WRITE = ((".skyb",), _write, (".skyb",), lambda path: read_skybrush(path).trajectory)
-FORMATS = (Format("skybrush", "polynomials", *_READ_WRITE, rounding=_resolution),)
+FORMATS = (Format("skybrush", "polynomials", *_READ_WRITE, headings=False, rounding=_resolution),)
