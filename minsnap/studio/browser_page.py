@@ -342,18 +342,20 @@ class Page:
         raise NotImplementedError
 
     def attempt(self, act: Callable[[], None]) -> None:
-        """Do something; show on the page why it is refused."""
-        refusal = ""
+        """Do something; show on the page why it is refused, also where a part of it shows that itself."""
+        self._say("")
         try:
             act()
         except (MinsnapError, OSError, ImportError) as error:
-            refusal = f"{error}"
+            self._say(f"{error}")
         except Exception:
             traceback.print_exc()
-            refusal = "this failed in an unexpected way: the terminal says more"
+            self._say("this failed in an unexpected way: the terminal says more")
+
+    def _say(self, text: str) -> None:
         with self._lock:
             if not self._closed.is_set():
-                self.say(refusal)
+                self.say(text)
 
     def later(self, act: Callable[[], None]) -> None:
         """Do something in a thread of its own; show on the page why it is refused."""

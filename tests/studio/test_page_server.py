@@ -1,6 +1,7 @@
 """Who may connect to a page, and inputs in which nothing is evaluated."""
 
 import asyncio
+from dataclasses import replace
 
 import pytest
 
@@ -53,6 +54,14 @@ def test_another_page_is_turned_away_and_a_program_is_not(studio):
     assert asyncio.run(first_message(studio.url))
     with pytest.raises(websockets.exceptions.ConnectionClosedError, match="1008"):
         asyncio.run(first_message("http://elsewhere.example"))
+
+
+def test_a_refused_scene_says_why(studio):
+    """The end of the task that opened the file took the sentence away."""
+    studio.attempt(lambda: studio.edit(lambda request: replace(request, waypoints=request.waypoints[:1])))
+    assert "at least 2 waypoints, not 1" in studio._status._message.content and studio._status._message.visible
+    studio.edit(lambda request: replace(request, total_time=11.0))
+    assert not studio._status._message.visible
 
 
 def test_no_tunnel_to_the_outside_can_be_asked_for(studio):
