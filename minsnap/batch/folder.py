@@ -80,7 +80,7 @@ def refuse_mixed(folder: Path, mark: str) -> None:
 
 def _remove_parts(folder: Path) -> None:
     """Remove what is left of files whose writers were killed."""
-    for left in folder.glob(".*.part"):
+    for left in folder.rglob(".*.part"):
         left.unlink(missing_ok=True)
 
 

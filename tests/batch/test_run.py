@@ -99,9 +99,10 @@ def test_files_that_are_missing_or_were_half_written_are_made(whole, there, tmp_
         (folder / name).write_bytes((whole / name).read_bytes())
         (folder / f"_sha256/{name}.sha256").write_bytes((whole / f"_sha256/{name}.sha256").read_bytes())
     (folder / "_spec.json").write_bytes((whole / "_spec.json").read_bytes())
-    (folder / ".0123456789abcdef.part").write_bytes(b"half")
+    for place in (folder, folder / "_sha256"):
+        (place / ".0123456789abcdef.part").write_bytes(b"half")
     result = run_batch(walks(), folder, scheduler=there)
-    assert result.present == 2 and digests(folder) == digests(whole) and not list(folder.glob(".*.part"))
+    assert result.present == 2 and digests(folder) == digests(whole) and not list(folder.rglob(".*.part"))
 
 
 @pytest.mark.parametrize("manifest", ["kept", "missing", "damaged"])
@@ -231,7 +232,7 @@ def test_a_disk_that_is_full_ends_with_a_sentence_and_a_folder_that_goes_on(whol
     said = sentences(said)
     assert process.returncode == 1 and len(said) == 1
     assert "cannot be written: File too large" in said[0] and "of 5 files are finished, and the same" in said[0]
-    assert not list(folder.glob(".*.part"))
+    assert not list(folder.rglob(".*.part"))
     assert run_batch(walks(), folder, scheduler=there).shards == 5 and digests(folder) == digests(whole)
 
 
@@ -315,4 +316,4 @@ def test_ctrl_c_of_a_terminal_is_one_sentence(tmp_path, marks):
     os.killpg(run.pid, signal.SIGINT)
     _, told = run.communicate(timeout=120)
     assert sentences(told) == ["minsnap: interrupted: finished files are kept, and the same command goes on from there"]
-    assert run.returncode == 130 and not list(folder.glob(".*.part"))
+    assert run.returncode == 130 and not list(folder.rglob(".*.part"))
