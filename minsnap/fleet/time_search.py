@@ -35,6 +35,10 @@ class TimeSettings:
     ----------
     coarse, fine : int
         Samples of a piece while the time falls fast, and in the end.
+    inside : tuple of float
+        Shares of the limits that curves are searched within which cannot be slowed down, at first and at least.
+    narrower : float
+        By how much that share is lowered where curves exceed a limit between two samples.
     openings : tuple of float
         Times tried first, in units of the bound.
     growth, enough : float
@@ -53,6 +57,8 @@ class TimeSettings:
 
     coarse: int = 12
     fine: int = 16
+    inside: tuple[float, float] = (0.995, 0.95)
+    narrower: float = 0.99
     openings: tuple[float, ...] = (2.0, 2.6, 3.4)
     growth: float = 1.4
     enough: float = 0.3
@@ -121,6 +127,7 @@ class TimeSearch:
     tried: int = 0
     iterations: int = 0
     nearest: TimeTried | None = None
+    inside: float = TIMES.inside[0]
     _began: float = field(default_factory=process_time)
 
     def search_of(self, samples: int) -> FleetSearch:
@@ -130,7 +137,7 @@ class TimeSearch:
         downwash = 1.0 if task.separation is None else task.separation.downwash
         shares = (
             task.radii,
-            task.limit_table * (1.0 if task.free_time else 0.995),
+            task.limit_table * (1.0 if task.free_time else self.inside),
             task.walls(self.pieces),
             self._free(),
             np.diff(knot_shares(self.pieces)),
@@ -231,6 +238,7 @@ class TimeSearch:
         self, begun: Certified, samples: int, settings: Settings, shares: tuple[float, float], bound: float
     ) -> Certified:
         """Lower the time as far as it goes: by the first share at most, by less where a time is not reached."""
+        self.inside = TIMES.inside[0]
         search, best, (largest, end) = self.search_of(samples), begun, shares
         share = largest
         while share > end and not self.stopped():
@@ -242,10 +250,21 @@ class TimeSearch:
             gain = best.time - certified.time if certified is not None else 0.0
             if certified is not None and gain > 0.0:
                 best = certified
+            elif self._narrowed(self.nearest, settings):
+                search = self.search_of(samples)
+                continue
             else:
                 search.forget()  # multipliers of a time that was not reached push the next curves too far apart
             share = min(largest, TIMES.growth * share) if gain > TIMES.enough * aim else 0.5 * share
         return best
+
+    def _narrowed(self, tried: TimeTried, settings: Settings) -> bool:
+        """Lower the limits of the search if curves kept them at samples and were refused; return whether it did."""
+        reached = tried.outcome.over_by < settings.over_by and tried.outcome.short_by < settings.short_by
+        if self.task.free_time or tried.certified is not None or not reached or self.inside < TIMES.inside[1]:
+            return False
+        self.inside *= TIMES.narrower
+        return True
 
     def least_snap(self, time: float) -> Certified | None:
         """Return curves of little snap that are certified at a time, from the best ones; None if none are."""

@@ -289,6 +289,16 @@ def test_starts_near_a_limit_and_holds_elsewhere_are_no_contradiction():
     assert np.abs(fleet[1](np.linspace(0.0, 1.0, 9), 1)).max() <= 1e-12
 
 
+@pytest.mark.parametrize("speed", [0.2, 1.0, 1.5])
+def test_a_vehicle_that_already_flies_towards_its_goal_takes_hardly_longer_than_from_rest(speed):
+    """The search stopped at twice the time where curves exceeded a limit by 0.4 % between two samples."""
+    ways = [LINE, [(0.0, 5.0, 1.0), (4.0, 5.0, 1.0)]]
+    limits = minsnap.Limits(speed=2.0, acceleration=4.0)
+    moving = minsnap.plan_fleet(ways, limits, APART, start=[{"velocity": (speed, 0.0, 0.0)}, None])
+    assert minsnap.certify_fleet(moving, limits=limits).ok
+    assert moving.duration < 1.03 * minsnap.plan_fleet(ways, limits, APART).duration
+
+
 @pytest.mark.parametrize("total_time", [None, 12.0])
 def test_vehicles_start_late_rest_on_their_way_and_arrive_early_as_asked(total_time):
     ways = [*antipodal(3), [(-2.0, -3.0, 1.0), (0.0, -3.0, 1.0), (2.0, -3.0, 1.0)]]
