@@ -280,7 +280,7 @@ def check_task(
         _checked_holds(holds, points),
     )
     _refuse_near(task, [each[0] for each in (*points, *(curve(0.0)[None] for curve in flying))], "starts")
-    _refuse_near(task, [each[-1] for each in points], "goals")
+    _refuse_near(task, [each[-1] for each in (*points, *(curve(curve.duration)[None] for curve in flying))], "goals")
     _refuse_outside(task)
     _refuse_starts(task)
     return task

@@ -289,6 +289,15 @@ def test_starts_near_a_limit_and_holds_elsewhere_are_no_contradiction():
     assert np.abs(fleet[1](np.linspace(0.0, 1.0, 9), 1)).max() <= 1e-12
 
 
+@pytest.mark.parametrize("total_time", [None, 4.0, 8.0])
+def test_a_goal_where_a_fixed_vehicle_stays_is_refused_at_once(total_time):
+    """It was searched for, and more time or another seed advised."""
+    stays = minsnap.plan([(2.0, -3.0, 1.0), (4.0, 0.2, 1.0)], total_time=6.0)
+    with pytest.raises(FleetError, match="the goals of vehicles 0 and 1 are 0.2 m apart") as caught:
+        minsnap.plan_fleet([LINE], AXIS, APART, total_time=total_time, fixed=[stays])
+    assert caught.value.pair == (0, 1)
+
+
 @pytest.mark.parametrize("speed", [0.2, 1.0, 1.5])
 def test_a_vehicle_that_already_flies_towards_its_goal_takes_hardly_longer_than_from_rest(speed):
     """The search stopped at twice the time where curves exceeded a limit by 0.4 % between two samples."""
