@@ -50,11 +50,14 @@ clang: $(VENV)/developing ## the native core's tests with a core compiled by cla
 	MINSNAP_CORE=native MINSNAP_LIBRARY=build/clang/_core.bin $(BIN)/python -m pytest -W error $(PARALLEL) -p no:cacheprovider tests/native \
 		--ignore tests/native/test_build.py --ignore tests/native/test_wheel.py -m "not slow"
 
-# The installed package and its core with another interpreter, in an environment of its own.
+# The installed package and its core with another interpreter, in an environment of its own; that of the oldest has the
+# oldest packages that pyproject.toml allows, whose warnings of one another are no errors.
 test-interpreter: ## a part of the tests with another interpreter: PYTHON=python3.10
 	@rm -rf $(OTHER) && $(PYTHON) -m venv $(OTHER)
-	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(PINS) '.[solvers]' pytest pytest-xdist hypothesis
-	cd $(OTHER) && MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 bin/python -m pytest -W error $(PARALLEL) -p no:cacheprovider -c $(CURDIR)/pyproject.toml --rootdir $(CURDIR) \
+	sed -n 's/^    "\([A-Za-z_]*\)>=\([0-9.]*\).*/\1==\2/p' pyproject.toml > $(OTHER)/oldest.txt
+	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(or $(PINS),--constraint $(OTHER)/oldest.txt) \
+		'.[solvers]' pytest pytest-xdist hypothesis
+	cd $(OTHER) && MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 bin/python -m pytest $(if $(PINS),-W error,-o filterwarnings=default) $(PARALLEL) -p no:cacheprovider -c $(CURDIR)/pyproject.toml --rootdir $(CURDIR) \
 		$(addprefix $(CURDIR)/tests/,planning/test_planner.py test_reference_values.py basics/test_cards.py paths/shapes optimisation/test_reference.py cli/test_shape_commands.py)
 
 # As on a machine without a compiler, where pip gets one for the time of the build.

@@ -5,7 +5,7 @@ The public names are loaded when they are first used, so that importing the pack
 
 from typing import Any
 
-from .basics.public_names import public_names
+from minsnap.basics.public_names import public_names
 
 _load, __dir__, __all__ = public_names(__name__, __file__)
 

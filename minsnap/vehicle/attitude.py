@@ -234,7 +234,8 @@ def quaternions(rotation: FloatArray) -> FloatArray:
     """
     from scipy.spatial.transform import Rotation
 
-    return continuous(np.roll(Rotation.from_matrix(rotation).as_quat(), 1, axis=-1))
+    own = np.array(rotation)  # not every release of scipy takes an array that is read-only
+    return continuous(np.roll(Rotation.from_matrix(own).as_quat(), 1, axis=-1))
 
 
 def rotations(quaternion: FloatArray) -> FloatArray:
