@@ -178,7 +178,7 @@ class Fleet(ReadOnly, Sequence[Trajectory]):
                 raise FleetError(
                     f"trajectory {i} has {curve.dim} coordinates: give all vehicles three, or all two", vehicle=i
                 )
-        set_fields(self, trajectories=curves, names=_checked_names(self.names, len(curves)))
+        set_fields(self, trajectories=curves, names=checked_names(self.names, len(curves)))
         if self.separation is not None:
             self.separation.radii_of(len(curves))
 
@@ -228,10 +228,11 @@ def _as_trajectory(curve: Any, index: int) -> Trajectory:
     return polynomials
 
 
-def _checked_names(names: Any, count: int) -> tuple[str, ...] | None:
+def checked_names(names: Any, count: int) -> tuple[str, ...] | None:
+    """Return the names of so many vehicles, each once, or None; other than these raise FleetError."""
     if names is None:
         return None
-    entries = tuple(names) if isinstance(names, Sequence) and not isinstance(names, str) else ()
+    entries = tuple(names) if isinstance(names, Sequence | np.ndarray) and not isinstance(names, str) else ()
     if len(entries) != count or not all(isinstance(name, str) for name in entries) or len(set(entries)) != count:
         raise FleetError(f"a fleet of {count} needs {count} different names, or none")
     return entries

@@ -17,14 +17,14 @@ from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FleetError, TimingError, UnprovedError
-from minsnap.fleet.common_clock import Fleet, FleetReport, Separation
+from minsnap.fleet.common_clock import Fleet, FleetReport, Separation, checked_names
 from minsnap.fleet.first_guess import PIECES, one_curve
 from minsnap.fleet.fleet_certificate import fleet_fault
 from minsnap.fleet.fleet_task import FleetTask, check_task, refuse_meetings, way_of
 from minsnap.fleet.time_search import LAST, TIMES, WARM, Certified, TimeSearch, flown, unproved_fleet
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.path import Path
-from minsnap.trajectory.planned_heading import Yaw, chosen_heading
+from minsnap.trajectory.planned_heading import ChosenHeading, Yaw, chosen_heading
 from minsnap.trajectory.trajectory import Trajectory
 
 Told = Callable[[float, float], None]
@@ -119,13 +119,20 @@ def plan_fleet(
     count = _pieces_of(task, pieces)
     refuse_meetings(task, count)
     workers = check_threads(threads, FleetError)
+    given = _headings(task, yaw), checked_names(names, len(task) + len(task.fixed))
     with progress_line(progress, "fleet", _line) as callback:
         search = TimeSearch(task, count, workers, lambda: monotonic() > due, callback)
-        return _searched(search, partial(_finished, task, search, yaw, names), total_time, polish, seed, pieces)
+        return _searched(search, partial(_finished, task, search, *given), total_time, polish, seed, pieces)
 
 
 def _finished(
-    task: FleetTask, search: TimeSearch, yaw: Any, names: Any, curves: list[Trajectory], method: str, stopped: str = ""
+    task: FleetTask,
+    search: TimeSearch,
+    headings: list[ChosenHeading | None],
+    names: tuple[str, ...] | None,
+    curves: list[Trajectory],
+    method: str,
+    stopped: str = "",
 ) -> Fleet:
     """Return the curves with headings, and those that were fixed, or raise UnprovedError."""
     bounds, duration, slowest = search.task.bounds, curves[0].duration, int(np.argmax(search.task.bounds))
@@ -133,8 +140,9 @@ def _finished(
         *(method, duration, float(bounds[slowest]), slowest, search.alone or duration, len(curves[0].durations)),
         *(search.tried, search.iterations, search.seconds, stopped),
     )
-    headed = (*_headed(task, curves, yaw), *task.fixed)
-    fleet = Fleet(headed, None if names is None else tuple(names), task.separation, report)  # type: ignore[arg-type]
+    pairs = zip(curves, headings, strict=True)
+    headed = [curve if heading is None else curve.with_yaw(heading(curve)) for curve, heading in pairs]
+    fleet = Fleet((*headed, *task.fixed), names, task.separation, report)  # type: ignore[arg-type]
     wrong = fleet_fault(task, fleet, search.threads)
     if wrong is not None:
         raise UnprovedError(f"the fleet is refused at the last look: {wrong}; give more time or another yaw")
@@ -226,16 +234,13 @@ def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
     raise unproved_fleet(search, f" in {time:g} s", seed)
 
 
-def _headed(task: FleetTask, curves: list[Trajectory], yaw: Any) -> list[Trajectory]:
-    """Return the curves with the requested headings."""
-    each = list(yaw) if isinstance(yaw, list | tuple) else [yaw] * len(curves)
-    if len(each) != len(curves):
-        raise FleetError(f"{len(each)} yaws for {len(curves)} vehicles: give one for all, or one each")
-    limits = task.limits or (None,) * len(curves)
-    return [
-        curve if own is None else curve.with_yaw(chosen_heading(own, 1, False, limit)(curve))
-        for curve, own, limit in zip(curves, each, limits, strict=True)
-    ]
+def _headings(task: FleetTask, yaw: Any) -> list[ChosenHeading | None]:
+    """Return what gives each curve its heading, None where no yaw is requested."""
+    each = list(yaw) if isinstance(yaw, list | tuple) else [yaw] * len(task)
+    if len(each) != len(task):
+        raise FleetError(f"{len(each)} yaws for {len(task)} vehicles: give one for all, or one each")
+    pairs = zip(each, task.limits or (None,) * len(task), strict=True)
+    return [None if own is None else chosen_heading(own, 1, False, limit) for own, limit in pairs]
 
 
 def _pieces_of(task: FleetTask, pieces: Any) -> int:

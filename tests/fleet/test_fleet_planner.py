@@ -8,7 +8,7 @@ from oracles.fleet_bounds import faults
 from random_fleets import certified_or_refused, random_fleet
 
 import minsnap
-from minsnap.errors import FleetError, InputError, TimingError, UnprovedError
+from minsnap.errors import FleetError, InputError, TimingError, UnprovedError, YawError
 from minsnap.fleet.first_guess import uniform
 
 AXIS = minsnap.Limits(speed=1.5, acceleration=3.0, norm="axis")
@@ -257,6 +257,13 @@ def test_bad_input_is_one_sentence(change, error, sentence):
     with pytest.raises(error, match=sentence) as caught:
         minsnap.plan_fleet(**asked)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("asked", [{"names": ["a"]}, {"names": "ab"}, {"names": 2}, {"yaw": [0.0]}, {"yaw": "speed"}])
+def test_names_and_yaws_are_refused_before_the_search(monkeypatch, asked):
+    monkeypatch.setattr("minsnap.fleet.fleet_planner.TimeSearch", lambda *_: 1 / 0)
+    with pytest.raises((FleetError, YawError), match="2 different names|1 yaws for 2|yaw is 'speed'"):
+        minsnap.plan_fleet([LINE, [(0.0, 3.0, 1.0), (4.0, 3.0, 1.0)]], AXIS, APART, **asked)
 
 
 STARTS = {
