@@ -262,6 +262,10 @@ def _check_time(task: FleetTask, total_time: Any) -> None:
     """Refuse a time that is none, or too short for the speed and acceleration of a vehicle."""
     bound, slowest = float(task.bounds.max()), int(np.argmax(task.bounds))
     if total_time is None:
+        if not any(map(way_of, task.waypoints)):
+            raise TimingError(
+                "no vehicle that is planned moves to another place, so no limit sets the time: give total_time"
+            )
         if task.limits is None or not bound > 0.0:
             raise TimingError(
                 "plan_fleet needs limits on the speed or the acceleration of vehicles that move, or a total_time"
