@@ -117,10 +117,10 @@ def _pieces(trajectory: Trajectory) -> tuple[bytes, list[bytes]]:
     check_range(points, REACH)
     points[1:, :, 0] = np.take_along_axis(points, degrees[..., None], 2)[:-1, :, 0]
     milliseconds = np.diff(np.round(trajectory.breaks * 1e3)).astype(np.int64)
-    if milliseconds.min() < 1 or milliseconds.max() > LONGEST:
-        raise FileError(
-            f"a piece of {milliseconds.min()} to {milliseconds.max()} ms: this format holds 1 to {LONGEST} ms"
-        )
+    wrong = (milliseconds < 1) | (milliseconds > LONGEST)
+    if wrong.any():
+        piece = int(wrong.argmax())
+        raise FileError(f"piece {piece} takes {milliseconds[piece]} ms, and this format holds 1 to {LONGEST} ms")
     pieces = [packed(int(time), *piece) for time, *piece in zip(milliseconds, points, degrees, strict=True)]
     return struct.pack("<4h", *points[0, :, 0].tolist()), pieces
 

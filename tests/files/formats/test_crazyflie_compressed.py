@@ -130,8 +130,10 @@ def test_what_is_cut_off_is_refused(tmp_path, content):
 def test_what_the_format_cannot_hold_is_refused():
     with pytest.raises(FileError, match="x reaches 40000 units"):
         compressed(minsnap.plan([(0, 0, 1), (40, 0, 1)], [20.0]))
-    with pytest.raises(FileError, match="70000 ms"):
-        compressed(minsnap.plan([(0, 0, 1), (4, 0, 1)], [70.0]))
+    for piece, wrong in ((0, 70.0), (1, 4e-4)):
+        durations = np.insert([1.0], piece, wrong)
+        with pytest.raises(FileError, match=rf"^piece {piece} takes {1e3 * wrong:.0f} ms, and .* 1 to 65535 ms"):
+            compressed(minsnap.Trajectory(np.zeros((2, 8, 3)), durations))
     with pytest.raises(FileError, match="degree"):
         compressed(minsnap.plan([(0, 0, 1), (4, 0, 1)], [7.0], degree=9))
     with pytest.raises(FileError, match="3 coordinates"):
