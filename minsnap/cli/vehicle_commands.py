@@ -199,7 +199,8 @@ def upload(
     if dry_run:
         for address, part in zip(uris, swarm_upload.uploads(fleet, uris), strict=True):
             form = "compressed" if part.kind == COMPRESSED else "polynomials"
-            print(f"{address}: {part.pieces} pieces, {len(part.content)} bytes, {form}")
+            off = f"at most {1e3 * part.distance:.2g} mm from the curve"
+            print(f"{address}: {part.pieces} pieces, {len(part.content)} bytes, {form}, {off}")
         print(f"start: {planned_ways(uris)}")
         return 0
     if start:

@@ -20,7 +20,8 @@ import numpy as np
 
 from minsnap.basics.interrupts import ended_in_order
 from minsnap.errors import FileError, FleetError, FlightError, LinkError
-from minsnap.files.formats.crazyflie import MAX_PIECES, compressed, crazyflie_rows
+from minsnap.files.formats.bezier_segments import distance_bounds
+from minsnap.files.formats.crazyflie import MAX_PIECES, compressed, crazyflie_rows, curve_of_bytes, curve_of_rows
 from minsnap.fleet.common_clock import Fleet
 from minsnap.flight.crtp_link import LINK_BITS, CrtpLink, RadioBroadcast, act_on_each, ask, channel_of, heard, open_link
 from minsnap.trajectory.trajectory import Trajectory
@@ -49,26 +50,39 @@ class Upload:
     kind : int
         ``POLYNOMIALS``, 33 float32 a piece, or ``COMPRESSED``.
     pieces : int
+    distance : float
+        Upper bound of the distance of the curve in it to the planned one [m].
     """
 
     content: bytes
     kind: int
     pieces: int
+    distance: float
 
 
-def upload_of(trajectory: Trajectory) -> Upload:
+def upload_of(trajectory: Trajectory, farthest: float = 0.01) -> Upload:
     """Return the bytes of a trajectory: polynomials if they fit, else the compressed form.
 
     Raises
     ------
     FileError
-        If neither fits; says by how much.
+        If neither fits, or what is held is further than ``farthest`` [m] from the trajectory; says by how much.
     """
     if max(len(trajectory.durations), 2) <= MAX_PIECES:
-        rows = crazyflie_rows(trajectory)
-        order = np.concatenate([rows[:, 1:], rows[:, :1]], axis=1)
-        return Upload(order.astype("<f4").tobytes(), POLYNOMIALS, len(rows))
-    return Upload(compressed(trajectory), COMPRESSED, len(trajectory.durations))
+        with np.errstate(over="ignore"):
+            rows = crazyflie_rows(trajectory).astype("<f4")
+        held = curve_of_rows(rows.astype(np.float64))
+        content, kind = np.roll(rows, -1, axis=1).tobytes(), POLYNOMIALS
+    else:
+        content, kind = compressed(trajectory), COMPRESSED
+        held = curve_of_bytes(content)
+    distance = float(distance_bounds(trajectory, held)[0])
+    if distance > farthest:
+        raise FileError(
+            f"the vehicle would hold a curve up to {distance:.2g} m from the planned one, rounded to its numbers: "
+            "fly slower, or plan legs of more even durations"
+        )
+    return Upload(content, kind, len(held.durations), distance)
 
 
 def store(link: CrtpLink, upload: Upload) -> None:
@@ -357,7 +371,8 @@ def upload(
         for uri in uris:
             links.append(open_link(uri))
         act_on_each(links, lambda link, i: store(link, contents[i]))
-        say(f"{len(links)} memories written and read back, {sum(len(part.content) for part in contents)} bytes")
+        size, off = sum(len(part.content) for part in contents), max(part.distance for part in contents)
+        say(f"{len(links)} memories written and read back, {size} bytes, at most {1e3 * off:.2g} mm from the curves")
         if start:
             with ended_in_order():
                 _fly(fleet, links, timing or FlightTimes(), places or [None] * len(links), say)

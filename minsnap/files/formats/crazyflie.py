@@ -148,7 +148,7 @@ def rounding_bounds(trajectory: Trajectory) -> Rounding:
     acceleration grows with the inverse square of the pieces' durations, 0.15 m/s^2 at 1 s and 15 m/s^2 at 0.1 s for
     three axes of degree 7: long pieces and low degrees are stored best.
     """
-    return Rounding(*distance_bounds(trajectory, _unpacked(_content(trajectory)[0]), 3).tolist())
+    return Rounding(*distance_bounds(trajectory, curve_of_bytes(_content(trajectory)[0]), 3).tolist())
 
 
 def write_compressed(trajectory: Path, path: FileName, *, clobber: bool = True) -> None:
@@ -166,10 +166,10 @@ def read_compressed(path: FileName) -> Trajectory:
     """
     content = read_bytes(path)
     with reading(path, "a compressed trajectory"):
-        return _unpacked(content, str(path))
+        return curve_of_bytes(content, str(path))
 
 
-def _unpacked(content: bytes, where: str = "the trajectory") -> Trajectory:
+def curve_of_bytes(content: bytes, where: str = "the trajectory") -> Trajectory:
     """Return the trajectory of the firmware's bytes."""
     start = struct.unpack_from("<4h", content)
     milliseconds, points, length = unpacked(content[8:], start)
@@ -294,9 +294,14 @@ def read_crazyflie(path: FileName) -> Trajectory:
     if len(lines) < 2:
         raise FileError(f"{path} has no pieces: it needs a header and a row for each piece")
     rows = np.array([_row(f"{path}, line {number}", line) for number, line in enumerate(lines[1:], 2)])
-    powers = rows[:, 1:].reshape(len(rows), 4, DEGREE + 1)
     with reading(path, "a Crazyflie file"):
-        return from_powers(rows[:, 0], powers[:, :3].transpose(0, 2, 1), powers[:, 3])
+        return curve_of_rows(rows)
+
+
+def curve_of_rows(rows: FloatArray) -> Trajectory:
+    """Return the trajectory of the rows of a file, shape (pieces, 33)."""
+    powers = rows[:, 1:].reshape(len(rows), 4, DEGREE + 1)
+    return from_powers(rows[:, 0], powers[:, :3].transpose(0, 2, 1), powers[:, 3])
 
 
 def _row(where: str, line: str) -> list[float]:

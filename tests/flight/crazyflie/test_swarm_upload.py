@@ -13,7 +13,7 @@ from crtp_vehicle import CrtpVehicle
 
 import minsnap
 from minsnap.cli.app import main
-from minsnap.errors import FleetError, FlightError, LinkError
+from minsnap.errors import FileError, FleetError, FlightError, LinkError
 from minsnap.files.formats.crazyflie import compressed
 from minsnap.flight import crtp_link, swarm_upload
 from minsnap.flight.swarm_upload import FlightTimes, upload, upload_of, uploads
@@ -67,6 +67,24 @@ def test_a_long_trajectory_is_compressed():
     content = compressed(fleet[0])
     assert bytes(one.memory[: len(content)]) == content and content.endswith(bytes(3))
     assert one.commands[0][1] == struct.pack("<BBBBIB", 6, 1, 1, 1, 0, 40)
+
+
+def test_what_is_held_is_within_its_stated_distance_or_refused():
+    """A leg of 70 s beside one of 0.4 s was off by metres in float32, without a word."""
+    corners = np.array([(0.0, 0.0, 1.0), (2.0, 0.0, 1.0), (2.0, 0.1, 1.0)])
+    with pytest.raises(FileError, match=r"up to 0\.\d+ m from the planned one"):
+        upload_of(minsnap.plan(corners, [70.0, 0.4]))
+    curve = minsnap.plan(corners, [15.0, 0.4])
+    upload = upload_of(curve)
+    rows = np.frombuffer(upload.content, "<f4").astype(float).reshape(2, 33)
+    t, start, off = np.linspace(0.0, 1.0, 2001), 0.0, 0.0
+    for row in rows:
+        held = np.stack(
+            [np.polynomial.polynomial.polyval(t * row[32], row[8 * axis : 8 * axis + 8]) for axis in range(3)]
+        )
+        off = max(off, np.linalg.norm(held.T - curve(np.minimum(start + t * row[32], curve.duration)), axis=1).max())
+        start += row[32]
+    assert 1e-4 < off <= upload.distance < 0.01
 
 
 def test_a_memory_that_reads_otherwise_is_an_error_and_nothing_takes_off():
@@ -177,7 +195,7 @@ def test_the_command_says_what_it_would_write_or_writes_it(tmp_path, capsys):
         main(["upload", str(tmp_path / "folder"), "--dry-run"])
     assert left.value.code in (0, None)
     said = capsys.readouterr().out
-    assert "E7E7E7E702: 2 pieces, 264 bytes, polynomials" in said
+    assert re.search("E7E7E7E702: 2 pieces, 264 bytes, polynomials, at most .* mm from the curve", said)
     assert said.endswith("start: by a broadcast on radio://0/80/2M\n")
     with CrtpVehicle() as one, CrtpVehicle() as two:
         with pytest.raises(SystemExit) as left:
