@@ -176,6 +176,10 @@ def _line(report: RelayReport) -> str:
     )
 
 
+ROBOTS = "crazyflies.yaml"
+"""File of the addresses of a fleet."""
+
+
 @command()
 def upload(
     folder: Annotated[Path, "FLEET", "Folder of a fleet, or a .skyc."],
@@ -194,14 +198,16 @@ def upload(
     from minsnap.flight.swarm_upload import COMPRESSED, planned_ways
 
     fleet = minsnap.shows.read_fleet(folder)
-    robots = [] if uri else _robots(folder)
-    uris = list(uri) if uri else [str(robot["uri"]) for robot in robots]
+    nameless = dry_run and not uri and not (folder / ROBOTS).exists()
+    robots = [] if uri or nameless else _robots(folder)
+    uris = list(uri or [str(robot["uri"]) for robot in robots])
     if dry_run:
-        for address, part in zip(uris, swarm_upload.uploads(fleet, uris), strict=True):
+        names = list(map(fleet.name, range(len(fleet)))) if nameless else uris
+        for address, part in zip(names, swarm_upload.uploads(fleet, names), strict=True):
             form = "compressed" if part.kind == COMPRESSED else "polynomials"
             off = f"at most {1e3 * part.distance:.2g} mm from the curve"
             print(f"{address}: {part.pieces} pieces, {len(part.content)} bytes, {form}, {off}")
-        print(f"start: {planned_ways(uris)}")
+        print(f"start: {planned_ways(uris) or f'as the addresses say, of --uri or {ROBOTS}'}")
         return 0
     if start:
         check_apart(fleet)
@@ -219,9 +225,9 @@ def _robots(folder: Path) -> list[dict[str, Any]]:
     """Return address and place of the robots of a crazyswarm2 folder, in their order; the place may be None."""
     from minsnap.basics.storage.text import load_yaml, reading
 
-    file = folder / "crazyflies.yaml"
+    file = folder / ROBOTS
     if not file.exists():
-        raise FileError(f"{folder} has no crazyflies.yaml: give --uri for each vehicle")
+        raise FileError(f"{folder} has no {ROBOTS}, as fleet --to crazyswarm2 writes it: give --uri for each vehicle")
     with reading(file, "a file of robots"):
         robots: dict[str, Any] = load_yaml(file)["robots"]
         enabled = [robot for robot in robots.values() if robot.get("enabled", True)]

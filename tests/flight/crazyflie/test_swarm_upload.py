@@ -206,6 +206,21 @@ def test_the_command_says_what_it_would_write_or_writes_it(tmp_path, capsys):
     assert left.value.code == 2 and "1 addresses for 2 vehicles" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("names", [None, ("left", "right")])
+def test_a_dry_run_needs_no_addresses_and_an_upload_says_what_has_them(tmp_path, capsys, names):
+    """A folder of plain CSV, as fleet writes it, was refused without addresses of a radio."""
+    write_fleet(replace(pair(), names=names), tmp_path / "folder")
+    with pytest.raises(SystemExit) as left:
+        main(["upload", str(tmp_path / "folder"), "--dry-run"])
+    *parts, start = capsys.readouterr().out.splitlines()
+    assert left.value.code in (0, None) and start == "start: as the addresses say, of --uri or crazyflies.yaml"
+    expected = names or ("vehicle 0", "vehicle 1")
+    assert [part.split(",")[0] for part in parts] == [f"{name}: 2 pieces" for name in expected]
+    with pytest.raises(SystemExit) as left:
+        main(["upload", str(tmp_path / "folder")])
+    assert left.value.code == 2 and "as fleet --to crazyswarm2 writes it: give --uri" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("vehicles", "separation", "sentence"),
     [((0, 1), 1.5, r"vehicles \(0, 1\) come as near as 0\.898"), ((2,), None, "vehicle 0 jumps by 3.24 m at 0.2 s")],
