@@ -9,6 +9,7 @@ Bits are those of MAVLink's ESTIMATOR_STATUS_FLAGS and MAV_SYS_STATUS_SENSOR.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -377,8 +378,9 @@ class VehicleWatch:
         self._link, self._clock, self._frame = link, clock, frame
         self._began = self._last = clock.now()
         self._silence = 0.0
-        self._received = self._missing = 0
+        self._received = self._missing = self._strange = 0
         self._number: int | None = None
+        self._ends: deque[int] = deque(maxlen=4)
         self._said: dict[str, Message] = {}
 
     def take(self, message: Message) -> None:
@@ -386,8 +388,11 @@ class VehicleWatch:
         now = self._clock.now()
         self._silence, self._last = max(self._silence, now - self._last), now
         number = message.get_seq()
-        if self._number is not None:
-            self._missing += (number - self._number - 1) % 256
+        missing = 0 if self._number is None else (number - self._number - 1) % 256
+        if missing:  # where vehicles take turns, it goes on from where one of them was left
+            self._strange += (number - 1) % 256 in self._ends
+            self._ends.append(self._number or 0)
+            self._missing += missing
         self._received, self._number = self._received + 1, number
         self._said[message.get_type()] = message
 
@@ -430,6 +435,10 @@ class VehicleWatch:
         share = self._missing / max(1, self._received + self._missing)
         silence = max(self._silence, self._clock.now() - self._last)
         seen = f"{self._received} messages, {100 * share:.1f} % lost, silent for {silence:.2f} s at most"
+        system, component = self._link.vehicle.system, self._link.vehicle.component
+        if self._strange + self._link.ignored[system, component] > WATCHED.lost * self._received:
+            both = f"two vehicles have the MAVLink system id {system}, or one is heard in two ways: give each its own"
+            return both, f"{self._received} messages"
         return seen if share > WATCHED.lost or silence > WATCHED.silent else None, seen
 
 

@@ -1,6 +1,9 @@
 """The state of a vehicle before a flight: what it estimates, what keeps it from arming, its battery, place and link."""
 
+from collections import Counter
+from contextlib import ExitStack
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +14,7 @@ from px4_reports import event, report
 from standin import PointMass, StandIn, mavlink
 
 from minsnap.flight.mavlink.link import open_link
-from minsnap.flight.mavlink.preflight import check_vehicle, flight_needs
+from minsnap.flight.mavlink.preflight import VehicleWatch, check_vehicle, flight_needs
 from minsnap.flight.mavlink.setpoints import FeedForward
 from minsnap.flight.mavlink.stream_options import StreamOptions
 from minsnap.flight.mavlink.vehicle_messages import AUTOPILOTS
@@ -58,6 +61,38 @@ def test_a_vehicle_that_is_ready_has_no_problem():
 def test_what_is_wrong_is_said(telemetry, name, says):
     found = checked(telemetry=telemetry)
     assert says in found[name].problem and found[name].grave == (name == "estimate")
+
+
+@pytest.mark.parametrize("vehicles", [1, 2, 3])
+@pytest.mark.parametrize("burst", [1, 5])
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+def test_vehicles_that_share_an_id_on_one_link_are_told_from_loss(vehicles, burst, loss):
+    """Their numbers take turns, which was shown as a loss of 99.2 %."""
+    vehicle, clock, random = SimpleNamespace(system=7, component=1), SharedClock(), np.random.default_rng(1)
+    watch = VehicleWatch(SimpleNamespace(vehicle=vehicle, ignored=Counter()), clock)
+    for k in range(200):
+        for first in range(vehicles):
+            for number in range(burst * k, burst * (k + 1)):
+                if random.random() >= loss:
+                    told = (90 * first + number) % 256
+                    watch.take(SimpleNamespace(get_seq=lambda told=told: told, get_type=lambda: "ATTITUDE"))
+    problem, seen = watch._quality()
+    assert ("two vehicles have the MAVLink system id 7" in (problem or "")) == (vehicles > 1), problem
+    assert ("lost" in seen) == (vehicles == 1) and (problem is None) == (vehicles == 1 and loss == 0.0)
+
+
+def test_vehicles_that_share_an_id_from_two_addresses_are_told():
+    """The second was not heard, and the first said to fit."""
+    clock = SharedClock()
+    link = open_link("udpin:127.0.0.1:0", clock)
+    port = link._transport._socket.getsockname()[1]
+    with ExitStack() as flying:
+        for _ in range(2):
+            flying.enter_context(StandIn(f"udpout:127.0.0.1:{port}", clock=clock, parameters=PX4))
+        link.wait_for_vehicle(30.0)
+        found = {one.name: one for one in check_vehicle(link, clock, AUTOPILOTS["px4"])}
+    link.close()
+    assert "two vehicles have the MAVLink system id 1" in found["link"].problem and not found["link"].grave
 
 
 def test_what_is_not_told_is_not_known():
