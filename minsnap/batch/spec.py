@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil
@@ -47,8 +48,8 @@ def count_rows(path: str) -> int:
     with reading(path, "a table of problems"):
         check_size(path, LARGEST_CSV if _is_csv(path) else 1 << 44)
         if _is_csv(path):
-            cells = _csv_rows(path, _state(path))
-            names, rows = [str(name) for name in cells[0]] if cells else ["waypoints"], len(cells)
+            names, cells = _csv_rows(path, _state(path))
+            rows = len(cells)
         else:
             table = _parquet(path, _state(path))
             names, rows = list(table.schema_arrow.names), int(table.metadata.num_rows)
@@ -56,6 +57,8 @@ def count_rows(path: str) -> int:
     if unknown or "waypoints" not in names:
         which = f"has a column {shown(unknown[0])}" if unknown else "has no column 'waypoints'"
         raise FileError(f"{path} {which}: the columns are {', '.join(COLUMNS)}")
+    if len(set(names)) < len(names):
+        raise FileError(f"{path} has a column twice: its columns are {', '.join(names)}")
     if not rows:
         raise FileError(f"{path} has no problems")
     return rows
@@ -70,17 +73,22 @@ def read_cells(path: str, number: int) -> dict[str, Any]:
         If the row cannot be read.
     """
     with reading(path, "a table of problems"):
-        row = _csv_rows(path, _state(path))[number] if _is_csv(path) else _from_parquet(path, number)
+        row = _csv_rows(path, _state(path))[1][number] if _is_csv(path) else _from_parquet(path, number)
+    if None in row:
+        raise FileError(f'row {number} has more cells than columns: quote lists, such as "[[0, 0], [8, 0]]"')
     return {name: _value(cell) for name, cell in row.items() if cell is not None and cell != ""}
 
 
 def _value(cell: Any) -> Any:
-    """Return what a cell holds; a struct without its empty fields."""
+    """Return what a cell holds; a struct without its empty fields, a whole number as one.
+
+    A column of whole numbers with empty cells is one of floats in a data frame.
+    """
     if isinstance(cell, str):
-        try:
-            return json.loads(cell)
-        except ValueError:
-            return cell
+        with suppress(ValueError):
+            cell = json.loads(cell)
+    if isinstance(cell, float) and cell.is_integer():
+        return int(cell)
     if isinstance(cell, dict):
         return {name: value for name, value in cell.items() if value is not None}
     return cell
@@ -100,13 +108,15 @@ def _state(path: str) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=1)
-def _csv_rows(path: str, state: tuple[int, int]) -> list[dict[str, str]]:
+def _csv_rows(path: str, state: tuple[int, int]) -> tuple[list[str], list[dict[str, str]]]:
+    """Return the names of the columns, and the rows; cells beyond the columns are under None."""
     import csv
 
     csv.field_size_limit(LARGEST_CSV)
     check_regular(path)
     with open(path, newline="", encoding="utf-8-sig") as file:
-        return list(csv.DictReader(file, strict=True))
+        reader = csv.DictReader(file, strict=True)
+        return list(reader.fieldnames or ["waypoints"]), list(reader)
 
 
 def _from_parquet(path: str, number: int) -> dict[str, Any]:

@@ -3,6 +3,7 @@ import json
 import pytest
 from batches import WALKS, good_row, walks, write_problems
 
+from minsnap.batch.dataset_rows import planned_row
 from minsnap.batch.spec import SHAPES, read_mapping, read_spec
 from minsnap.errors import FileError
 
@@ -76,3 +77,15 @@ def test_what_is_wrong_is_said_in_one_sentence(tmp_path, text, said):
     with pytest.raises(FileError, match=said.replace("[", r"\[")) as caught:
         read_spec(path)
     assert str(path) in str(caught.value)
+
+
+def test_cells_beyond_the_columns_make_a_row_invalid_and_whole_floats_are_whole_numbers(tmp_path):
+    path, head = tmp_path / "p.csv", "waypoints,durations,degree"
+    path.write_text(f'{head}\n[[0,0],[8,0]],[2],9\n"[[0, 0], [8, 0]]",[2],9.0\n')
+    spec = read_mapping({"table": str(path)})
+    rows = [planned_row(spec, number) for number in range(2)]
+    assert [row["status"] for row in rows] == ["invalid", "done"] and rows[1]["degree"] == 9
+    assert "row 0 has more cells than columns" in rows[0]["error"]
+    path.write_text(f"{head},durations\n,,,\n")
+    with pytest.raises(FileError, match="has a column twice"):
+        read_mapping({"table": str(path)})
