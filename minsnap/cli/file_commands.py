@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from minsnap.certificate import Certificate
     from minsnap.files.consistency import AxisFigures, ConsistencyReport, Membership
     from minsnap.files.formats.polynomials import PlanFile
+    from minsnap.fleet.common_clock import Fleet, Separation
     from minsnap.fleet.fleet_certificate import FleetCertificate
     from minsnap.trajectory.samples import Samples
 
@@ -34,7 +35,7 @@ def check(
     corridor: options.Corridor = None,
     exact: Annotated[bool, "Prove a plan's margin and maxima again in exact rational arithmetic; slow."] = False,
     separation: Annotated[float | None, "M", "Of a fleet: how far apart any two must stay [m]."] = None,
-    downwash: Annotated[float, "W", "Vehicles above each other must be W times as far apart."] = 1.0,
+    downwash: options.Downwash = None,
     json: options.Json = False,
 ) -> int:
     """Check a file: its rate, its derivatives and its corridor.
@@ -55,8 +56,8 @@ def check(
 
     if is_fleet(file):
         return check_fleet(file, separation, downwash, json)
-    if separation is not None:
-        raise InputError(f"{file} is one vehicle: --separation is for a folder of vehicles or a .skyc")
+    if separation is not None or downwash is not None:
+        raise InputError(f"{file} is one vehicle: --separation and --downwash are for a folder of vehicles or a .skyc")
     options.check_corridor(corridor, waypoints)
     samples, axes = read_samples(file, frame), frame_of(file, frame)
     report = check_samples(map_samples(samples, "enu", axes), resolution=resolution_of(file))
@@ -150,10 +151,19 @@ def _table(axes: tuple[AxisFigures, ...]) -> str:
     return aligned(rows)
 
 
-def check_fleet(path: Path, separation: float | None, downwash: float, json: bool) -> int:
+def separation_of(fleet: Fleet, separation: float | None, downwash: float | None) -> Separation | None:
+    """Return the separation of a fleet, with what is given in place of its own; None where neither says one."""
+    if separation is not None:
+        return minsnap.Separation(separation, 1.0 if downwash is None else downwash)
+    if fleet.separation is None or downwash is None:
+        return fleet.separation
+    return minsnap.Separation(fleet.separation.distance, downwash, radii=fleet.separation.radii)
+
+
+def check_fleet(path: Path, separation: float | None, downwash: float | None, json: bool) -> int:
     """Print how far apart the vehicles of files stay, over all time; return 1 if that is less than their separation."""
     fleet = minsnap.shows.read_fleet(path)
-    apart = fleet.separation if separation is None else minsnap.Separation(separation, downwash)
+    apart = separation_of(fleet, separation, downwash)
     if apart is None:
         raise InputError(f"{path} does not say how far apart its vehicles must be: give --separation M")
     certificate = minsnap.certify_fleet(fleet, apart)

@@ -17,6 +17,7 @@ from minsnap.basics.messages import labelled
 from minsnap.basics.storage.atomic import check_destination, refuse_source
 from minsnap.cli import options
 from minsnap.cli.app import command
+from minsnap.cli.file_commands import separation_of
 from minsnap.cli.output import on_terminal
 from minsnap.errors import FileError, InputError
 
@@ -127,7 +128,7 @@ def studio(
     obstacles: Annotated[Path | None, "FILE", "Grid or points: .npz, CSV; floor: map YAML."] = None,
     folder: Annotated[Path, "DIR", "Where files are saved."] = Path("."),
     separation: Annotated[float | None, "M", "Of a fleet: pairs that come near are red [m]."] = None,
-    downwash: Annotated[float, "Heights are divided by it."] = 1.0,
+    downwash: options.Downwash = None,
 ) -> None:
     """Draw, drag and fly plans in the browser.
 
@@ -163,7 +164,7 @@ def _page(file: Path | None, folder: Path, host: str, port: int, obstacles: Path
 
 
 def _fleet(
-    file: Path, separation: float | None, downwash: float
+    file: Path, separation: float | None, downwash: float | None
 ) -> tuple[Fleet, Sequence[Lights | None] | None] | None:
     """Return the fleet of a folder or a ``.skyc``, or of a show, which is planned, and its lights; None for a scene."""
     from minsnap.shows.fleet_files import is_fleet, read_fleet, read_skyc
@@ -179,8 +180,11 @@ def _fleet(
     elif is_show(file):
         flown = fly(read_show(file), None, lambda line: print(f"minsnap: {line}", file=sys.stderr))
         fleet, lights = flown.fleet, flown.lights
-    elif separation is not None:
-        raise InputError(f"{file} is one vehicle: --separation is for a fleet")
+    elif separation is not None or downwash is not None:
+        raise InputError(f"{file} is one vehicle: --separation and --downwash are for a fleet")
     else:
         return None
-    return fleet if separation is None else replace(fleet, separation=minsnap.Separation(separation, downwash)), lights
+    apart = separation_of(fleet, separation, downwash)
+    if apart is None and downwash is not None:
+        raise InputError(f"{file} does not say how far apart its vehicles must be: --downwash needs --separation")
+    return replace(fleet, separation=apart), lights

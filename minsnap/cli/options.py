@@ -40,6 +40,7 @@ Rate = Annotated[float, "HZ", "Setpoints per second."]
 Format = Annotated[str | None, "NAME", f"Format of the file, if not by its ending: {FORMATS}."]
 ReadFrame = Annotated[str | None, "--from-frame", "--frame", "Axes of a CSV that does not name them: enu, ned, …"]
 Plot = Annotated[Path | None, "FILE", "Figure to write: PNG, SVG or PDF, by its ending."]
+Downwash = Annotated[float | None, "W", "Heights are divided by it; without --separation that of the files, else 1."]
 View = Annotated[str | None, "View of the figure: xy (default; climbs also from the side), xz, yz or 3d."]
 
 LINKS = "udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD."

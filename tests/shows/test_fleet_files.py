@@ -333,3 +333,12 @@ def test_shows_near_a_valid_one_are_read_or_refused(tmp_path):
         with pytest.raises(FileError) as refused:
             read_fleet(tmp_path / "a.skyc")
         assert len(str(refused.value)) < 300, number
+
+
+def test_a_downwash_alone_is_checked_with_the_separation_of_the_files(tmp_path, capsys):
+    below, above = minsnap.line((0, 0, 1), (4, 0, 1)), minsnap.line((0, 0, 3), (4, 0, 3))
+    fleet = minsnap.Fleet((below, above), separation=minsnap.Separation(0.9, 2.0))
+    write_fleet(fleet, tmp_path / "folder")
+    for asked, status in (((), 0), (("--downwash", "4"), 1), (("--separation", "1.1"), 0), (("--downwash", "1"), 0)):
+        assert checked(capsys, tmp_path / "folder", *asked)[0] == status
+    assert "downwash is 0" in checked(capsys, tmp_path / "folder", "--downwash", "0")[1]

@@ -65,14 +65,14 @@ def test_fleets_come_from_folders_and_shows_and_nothing_else(tmp_path):
         "{vehicles: 2, separation: 0.5, limits: {speed: 3, acceleration: 3}, home: {grid: {spacing: 2}}, "
         "acts: [{formation: {circle: {radius: 2, height: 3}}, hold: 4, colour: [255, 0, 0]}]}"
     )
-    flown, lights = _fleet(tmp_path / "show.yaml", None, 1.0)
+    flown, lights = _fleet(tmp_path / "show.yaml", None, None)
     minsnap.shows.write_fleet(flown, tmp_path / "show.skyc", lights=lights)
-    _, again = _fleet(tmp_path / "show.skyc", None, 1.0)
+    _, again = _fleet(tmp_path / "show.skyc", None, None)
     now = np.linspace(0.0, flown.duration, 40)[:-1]
     assert len(flown) == 2 and any(lamp(t).tolist() == [255, 0, 0] for lamp in lights for t in now)
     assert [lamp(now).tolist() for lamp in again] == [lamp(now).tolist() for lamp in lights]
     (tmp_path / "way.csv").write_text("x,y,z\n0,0,1\n1,0,1\n")
-    assert _fleet(tmp_path / "way.csv", None, 1.0) is None
+    assert _fleet(tmp_path / "way.csv", None, None) is None
     with pytest.raises(InputError, match="one vehicle"):
         _fleet(tmp_path / "way.csv", 1.0, 1.0)
 
