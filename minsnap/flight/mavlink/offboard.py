@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.basics.messages import finite, shown
 from minsnap.basics.storage.text import FileName
 from minsnap.certificate import certify
@@ -425,8 +425,9 @@ def _ways(order: dict[str, Any]) -> list[list[Any]]:
 
 def _headings(yaw: Any, ways: Sequence[Sequence[Any]]) -> Any:
     """Return the heading at each place, from one for each entry."""
-    given = np.atleast_1d(yaw)
-    if given.shape != (len(ways),):
+    angles = numbers(yaw)
+    given = None if angles is None else np.atleast_1d(angles)
+    if given is None or given.shape != (len(ways),):
         raise InputError(f"yaw is {shown(yaw)}: give one angle [rad] for each of the {len(ways)} waypoints")
     return np.repeat(given, [len(way) for way in ways])
 
