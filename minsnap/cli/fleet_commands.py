@@ -139,6 +139,8 @@ def studio(
     from minsnap.studio.fleet_studio import FleetStudio
 
     fleet = None if file is None else _fleet(file, separation, downwash)
+    if fleet is not None and obstacles is not None:
+        raise InputError(f"{file} is a fleet, whose page shows no --obstacles: leave them out")
     ended = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: ended.set())

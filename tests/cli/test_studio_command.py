@@ -9,6 +9,7 @@ import urllib.request
 
 import pytest
 
+import minsnap
 from minsnap.cli.fleet_commands import _page
 from minsnap.errors import FileError
 
@@ -79,6 +80,13 @@ def test_bad_input_is_one_sentence(tmp_path, arguments, said):
     out, err = process.communicate(timeout=60)
     assert process.returncode == 2 and out == ""
     assert said in err and err.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_obstacles_beside_a_fleet_are_refused(tmp_path):
+    minsnap.shows.write_fleet(minsnap.Fleet([minsnap.line((0, 0, 1), (4, 0, 1))]), tmp_path / "fleet")
+    out, err = start("fleet", "--obstacles", "cloud.npz", "--port", 0, cwd=tmp_path).communicate(timeout=60)
+    assert out == "" and "a fleet, whose page shows no --obstacles" in err
 
 
 def test_the_page_keeps_the_files_of_the_command(tmp_path):
