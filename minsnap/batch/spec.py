@@ -87,7 +87,7 @@ def _value(cell: Any) -> Any:
     if isinstance(cell, str):
         with suppress(ValueError):
             cell = json.loads(cell)
-    if isinstance(cell, float) and cell.is_integer():
+    if isinstance(cell, float) and cell.is_integer() and abs(cell) < BIGGEST:
         return int(cell)
     if isinstance(cell, dict):
         return {name: value for name, value in cell.items() if value is not None}
