@@ -169,13 +169,13 @@ def _fleet(
     file: Path, separation: float | None, downwash: float | None
 ) -> tuple[Fleet, Sequence[Lights | None] | None] | None:
     """Return the fleet of a folder or a ``.skyc``, or of a show, which is planned, and its lights; None for a scene."""
-    from minsnap.shows.fleet_files import is_fleet, read_fleet, read_skyc
+    from minsnap.shows.fleet_files import is_fleet, read_fleet, read_skyc, show_at
     from minsnap.shows.show import fly
     from minsnap.shows.show_yaml import is_show, read_show
 
     lights: Sequence[Lights | None] | None = None
-    if file.suffix.lower() == ".skyc":
-        held = read_skyc(file)
+    if (skybrush := show_at(file)) is not None:
+        held = read_skyc(skybrush)
         fleet, lights = held.fleet, held.lights
     elif is_fleet(file):
         fleet = read_fleet(file)

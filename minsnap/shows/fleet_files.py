@@ -369,14 +369,23 @@ def is_fleet(path: FileName) -> bool:
     return Path(path).is_dir() or Path(path).suffix.lower() == ".skyc"
 
 
+def show_at(path: FileName) -> Path | None:
+    """Return the Skybrush show that a path is, or that a folder without other trajectories holds, or None."""
+    place = Path(path)
+    if place.suffix.lower() == ".skyc":
+        return place
+    files = [file for file in place.iterdir() if file.suffix.lower() in (*ENDINGS, ".skyc")] if place.is_dir() else []
+    return files[0] if len(files) == 1 and files[0].suffix.lower() == ".skyc" else None
+
+
 def read_fleet(path: FileName) -> Fleet:
     """Read a fleet.
 
     Parameters
     ----------
     path : str or path
-        What :func:`write_fleet` wrote, a Skybrush show, any folder with one file of polynomials a vehicle, or the file
-        of a single one.
+        What :func:`write_fleet` wrote, a Skybrush show or a folder of one, any folder with one file of polynomials a
+        vehicle, or the file of a single one.
 
     Raises
     ------
@@ -384,8 +393,8 @@ def read_fleet(path: FileName) -> Fleet:
         If it holds none, a file was changed since its manifest was written, or a file holds samples alone.
     """
     place = Path(path)
-    if place.suffix.lower() == ".skyc":
-        return read_skyc(place).fleet
+    if (show := show_at(place)) is not None:
+        return read_skyc(show).fleet
     if not place.is_dir():
         return Fleet((_trajectory(place),), (place.stem,))
     if (place / MANIFEST).exists():
@@ -393,7 +402,9 @@ def read_fleet(path: FileName) -> Fleet:
             return _listed(place, json.loads(read_text(place / MANIFEST)))
     files = sorted((file for file in place.iterdir() if file.suffix.lower() in ENDINGS), key=_counted)
     if not files:
-        raise FileError(f"{path} holds no trajectories: one .csv of polynomials, .skyb, .traj, .json or .npz a vehicle")
+        raise FileError(
+            f"{path} holds no trajectories: one .skyc, or a .csv of polynomials, .skyb, .traj, .json or .npz a vehicle"
+        )
     return Fleet(tuple(_trajectory(file) for file in files), tuple(file.stem for file in files))
 
 

@@ -243,6 +243,15 @@ def test_a_file_of_one_vehicle_is_a_fleet(tmp_path):
     assert len(fleet) == 1 and fleet.names == ("alone",) and fleet.duration == pytest.approx(3.7)
 
 
+def test_a_folder_of_one_show_is_that_show(tmp_path):
+    """``minsnap fleet -o out --to skyc`` writes one, and ``check out`` found no trajectories."""
+    write_fleet(crossing(), tmp_path / "show.skyc")
+    assert len(read_fleet(tmp_path)) == len(crossing())
+    write_fleet(crossing(), tmp_path / "other.skyc")
+    with pytest.raises(FileError, match=r"holds no trajectories: one \.skyc, or"):
+        read_fleet(tmp_path)
+
+
 def test_what_was_changed_or_holds_samples_is_refused(tmp_path):
     write_fleet(crossing(), tmp_path / "folder")
     (tmp_path / "folder" / "traj1.csv").write_text("duration\n1\n")
