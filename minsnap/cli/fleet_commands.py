@@ -60,6 +60,8 @@ def fleet(
     described = read_show(show)
     if output.is_file():
         raise FileError(f"{output} is a file: give the name of a folder")
+    if output.suffix.lower() == ".skyc":
+        raise InputError(f"{output} would be a folder: give another name; --to skyc writes show.skyc into it")
     pages = list(filter(None, (report, animate)))
     for page in pages:
         refuse_source(page, show)

@@ -210,10 +210,11 @@ def test_a_show_takes_meshes_beside_its_file(show_file, tmp_path):
     assert read_show(show_file).acts[0].points == pytest.approx(mesh(6, tmp_path / "cube.obj", 4.0, 3.0))
 
 
-def test_the_folder_of_a_show_is_no_file(show_file, capsys):
-    with pytest.raises(SystemExit, match="2"):
-        main(["fleet", str(show_file), "-o", str(show_file)])
-    assert "is a file: give the name of a folder" in capsys.readouterr().err
+def test_the_folder_of_a_show_is_no_file(show_file, tmp_path, capsys):
+    for name, said in ((show_file, "is a file: give the name of a folder"), (tmp_path / "o.skyc", "give another name")):
+        with pytest.raises(SystemExit, match="2"):
+            main(["fleet", str(show_file), "-o", str(name), "--to", "skyc"])
+        assert said in capsys.readouterr().err and not (tmp_path / "o.skyc").exists()
 
 
 def test_a_report_replaces_neither_the_show_nor_its_files(show_file, tmp_path, capsys):
