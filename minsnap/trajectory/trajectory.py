@@ -309,7 +309,7 @@ class Trajectory(Path):
         return extent_along(self.control_points, self.durations, along, min(check_order(order), self.degree + 1))
 
     def arc_length(self, tolerance: float = 1e-10) -> float:
-        """Length of the curve [m], by adaptive quadrature to that relative tolerance."""
+        """Length of the curve [m], by adaptive quadrature to that relative tolerance, or 1e-7 where it turns back."""
         check_number("the tolerance of a length", tolerance, LEAST_TOLERANCE, inf, f"give {LEAST_TOLERANCE:g} or more")
         return arc_length(self.derivative(1).control_points, self.durations, float(tolerance))
 
