@@ -306,11 +306,13 @@ class VelocityHeading(RuledHeading):
         speed = np.linalg.norm(velocity[:, :2], axis=1)
         if not speed.max() > TURNING.resting * np.linalg.norm(velocity, axis=1).max():
             raise YawError("a yaw along the velocity needs a horizontal velocity, and this path has none")
-        self._grid = np.append(grid, _dips(path, grid, speed, self._slow(float(speed.max()))))
-        self._grid.sort()
-        velocity = path(self._grid, 1)
-        speed = np.linalg.norm(velocity[:, :2], axis=1)
-        self._fast = speed >= self._slow(float(speed.max()))
+        slow = self._slow(float(speed.max()))
+        dips = _dips(path, grid, speed, slow)
+        if len(dips):
+            grid = np.sort(np.append(grid, dips))
+            velocity = path(grid, 1)
+            speed = np.linalg.norm(velocity[:, :2], axis=1)
+        self._grid, self._fast = grid, speed >= slow
         self._angle = np.unwrap(_angle(velocity))
 
     def _slow(self, top: float) -> float:
