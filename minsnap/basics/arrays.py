@@ -90,6 +90,16 @@ def bounded(values: FloatArray) -> BoolArray:
     return np.asarray(np.abs(values) <= LARGEST)
 
 
+def rounded(values: FloatArray, digits: int) -> FloatArray:
+    """Return values of so many significant digits, so that no rounding of a library decides what follows."""
+    return np.array([significant(value, digits) for value in values.ravel().tolist()]).reshape(values.shape)
+
+
+def significant(value: float, digits: int = 6) -> float:
+    """Return a number of so many significant digits; see :func:`rounded`."""
+    return float(f"{value:.{digits}g}")
+
+
 def positive(values: FloatArray) -> BoolArray:
     """Whether each is a positive number of that size, at least ``SMALLEST``."""
     return np.asarray((values >= SMALLEST) & bounded(values))

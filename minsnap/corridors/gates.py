@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 from typing import Any
 
 import numpy as np
@@ -245,14 +246,14 @@ def _sides(axis: FloatArray, up: ArrayLike | None) -> Sequence[FloatArray]:
     vertical = (0.0, 1.0, 0.0) if level else (0.0, 0.0, 1.0)
     upwards = check_array("up of a gate", vertical if up is None else up, ((3,),), "three coordinates", WaypointError)
     across = np.cross(upwards, axis)
-    if np.linalg.norm(across) <= EXACT * np.linalg.norm(upwards):
+    if hypot(*across) <= EXACT * hypot(*upwards):
         raise WaypointError(f"up of a gate is {shown(up)}, along its normal: give a direction in its plane")
-    across = _snapped(across / np.linalg.norm(across))
+    across = _snapped(across / hypot(*across))
     return [across, _snapped(np.cross(axis, across))]
 
 
 def _unit(vector: FloatArray, what: str) -> FloatArray:
-    size = float(np.linalg.norm(vector))
+    size = hypot(*vector)
     if size == 0.0:
         raise WaypointError(f"{what} is zero: it has no direction")
     return _snapped(vector / size)

@@ -14,7 +14,7 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task_walls import all_walls
-from minsnap.polynomials.bernstein import basis, differentiate, ends_to_highest, gram_root
+from minsnap.polynomials.bernstein import basis, differentiate, ends_to_highest, gram_root, mapped
 
 
 class PressingRows(NamedTuple):
@@ -84,6 +84,6 @@ def _cost_slopes(problem: ReducedProblem, knots: FloatArray) -> FloatArray:
     ends = problem.moved_ends(knots)
     orders = np.tile(np.arange(k), 2)[:, None]
     root, highest = gram_root(k - 1), ends_to_highest(problem.degree)
-    value = np.matmul(root, np.matmul(highest, ends))
-    slope = np.matmul(root, np.matmul(highest, ((1.0 - 2.0 * k) + 2.0 * orders) * ends))
-    return np.asarray((value * slope).sum(axis=(1, 2)) * problem.durations ** (1.0 - 2.0 * k))
+    value = mapped(root, mapped(highest, ends))
+    slope = mapped(root, mapped(highest, ((1.0 - 2.0 * k) + 2.0 * orders) * ends))
+    return np.asarray((value * slope).sum(axis=(1, 2)) * problem.weights)

@@ -17,7 +17,7 @@ from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.task_walls import AllWalls, all_walls
 from minsnap.optimisation.units import Units
-from minsnap.polynomials.bernstein import parted
+from minsnap.polynomials.bernstein import from_whole, parted, to_whole
 
 
 def solve_natively(
@@ -103,18 +103,12 @@ def in_pieces(
     if task.pieces == 1:
         return points, knots
     times = durations.reshape(task.legs, task.pieces)
-    shares = times.astype(np.longdouble)
-    parts = parted(points, shares / shares.sum(axis=1, keepdims=True))
+    parts, unit = parted(points, times)
     every = np.zeros((len(durations) + 1, task.half, task.dim))
     every[:: task.pieces] = knots
-    _fill_inner_knots(every, task, parts, times, units)
-    return np.ascontiguousarray(parts.reshape(-1, *parts.shape[2:]), dtype=np.float64), every
-
-
-def _fill_inner_knots(knots: FloatArray, task: Task, parts: FloatArray, times: FloatArray, units: Units) -> None:
-    """Normalised values where the pieces of a leg meet, from control points (legs, pieces, 2k, dim)."""
-    inner = np.arange(len(knots) - 1).reshape(times.shape)[:, 1:]
-    knots[inner, 0] = (parts[:, 1:, 0] - task.positions[inner]) / units.length
+    inner = np.arange(len(durations)).reshape(times.shape)[:, 1:]
+    every[inner, 0] = from_whole(parts[:, 1:, 0] - to_whole(task.positions[inner], unit), unit) / units.length
     for order in range(1, task.half):
-        scale = perm(2 * task.half - 1, order) / times[:, 1:, None] ** order
-        knots[inner, order] = np.diff(parts[:, 1:], order, axis=2)[:, :, 0] * scale / units.of_order(order)
+        scale = perm(2 * task.half - 1, order) / times[:, 1:, None] ** order / units.of_order(order)
+        every[inner, order] = from_whole(np.diff(parts[:, 1:], order, axis=2)[:, :, 0], unit) * scale
+    return from_whole(parts.reshape(-1, *parts.shape[2:]), unit), every

@@ -27,6 +27,7 @@ from minsnap.polynomials.bernstein import (
     ends_to_highest,
     ends_to_points,
     gram_root,
+    mapped,
     rising_powers,
 )
 
@@ -141,6 +142,11 @@ class ReducedProblem:
         return np.concatenate((self.powers, self.powers), axis=1)
 
     @cached_property
+    def weights(self) -> FloatArray:
+        """T^(1-2k) of each piece, shape (pieces,), by products alone."""
+        return np.asarray(1.0 / rising_powers(self.durations, 1, 2 * self.half - 1)[:, -1])
+
+    @cached_property
     def steps(self) -> FloatArray:
         """Nominal displacement of each piece, shape (pieces, dim)."""
         return np.diff(self.nominal, axis=0)
@@ -210,9 +216,8 @@ class ReducedProblem:
 
     def cost(self, knots: FloatArray) -> float:
         """Return the integral of the squared norm of the k-th derivative, normalised: a sum of squares."""
-        highest = np.matmul(ends_to_highest(self.degree), self.moved_ends(knots))
-        roots = np.matmul(gram_root(self.half - 1), highest)
-        return float((roots * roots).sum(axis=(1, 2)) @ self.durations ** (1.0 - 2.0 * self.half))
+        roots = mapped(gram_root(self.half - 1), mapped(ends_to_highest(self.degree), self.moved_ends(knots)))
+        return float(((roots * roots).sum(axis=(1, 2)) * self.weights).sum())
 
     def moved_ends(self, knots: FloatArray) -> FloatArray:
         """Scaled end derivatives of every piece, positions relative to its start: (pieces, 2k, dim)."""
@@ -226,8 +231,8 @@ class ReducedProblem:
         """Half the Hessian of the cost in the unknowns, sparse, (size, size)."""
         from scipy.sparse import csc_matrix
 
-        columns, powers, weights = self.piece_columns, self.end_powers, self.durations ** (1.0 - 2.0 * self.half)
-        blocks = powers[:, :, None] * powers[:, None, :] * (weights[:, None, None] * ends_gram(self.degree))
+        columns, powers = self.piece_columns, self.end_powers
+        blocks = powers[:, :, None] * powers[:, None, :] * (self.weights[:, None, None] * ends_gram(self.degree))
         shape = (*columns.shape, columns.shape[2])
         row, column = np.broadcast_to(columns[:, :, :, None], shape), np.broadcast_to(columns[:, :, None, :], shape)
         used = (row >= 0) & (column >= 0)
@@ -236,7 +241,7 @@ class ReducedProblem:
 
     def slope(self, knots: FloatArray, moving: BoolArray) -> FloatArray:
         """Half the gradient of the cost in the unknowns, (size,), of those at some knots (knots,); 0 for others."""
-        scale = self.end_powers * self.durations[:, None] ** (1.0 - 2.0 * self.half)
+        scale = self.end_powers * self.weights[:, None]
         forces = np.matmul(ends_gram(self.degree), self.piece_ends(knots)) * scale[:, :, None]
         slope, moves = np.zeros(self.size + 1), np.zeros(self.size + 1, dtype=bool)
         np.add.at(slope, self.piece_columns, forces.transpose(0, 2, 1))

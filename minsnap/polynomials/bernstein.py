@@ -13,7 +13,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
 from math import comb, perm
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,8 @@ from minsnap.basics.arrays import FloatArray, read_only
 
 Rational = NDArray[Any]
 """A matrix of exact rationals: objects, whose sums and products numpy leaves to them."""
-Floating = TypeVar("Floating", np.float64, np.longdouble)
+BITS = 192
+"""Of a unit, in whole numbers that stand for a double with all digits and some more."""
 
 
 def _exact(rows: int, columns: int, entry: Callable[[int, int], Any]) -> Rational:
@@ -124,7 +125,12 @@ def gram_root(degree: int) -> FloatArray:
     -------
     R : ndarray, shape (degree + 1, degree + 1)
     """
-    return read_only(np.array(np.linalg.cholesky(gram(degree, 0)).T, dtype=np.float64))
+    left, root = _exact_gram(degree, 0), np.zeros((degree + 1, degree + 1))
+    for i in range(degree + 1):  # elimination without rounding: no library decides the last bits
+        pivot, row = left[i, i], left[i] / left[i, i]
+        root[i] = np.sqrt(float(pivot)) * row.astype(np.float64)
+        left = left - pivot * np.outer(row, row)
+    return read_only(root)
 
 
 @cache
@@ -146,6 +152,11 @@ def powers_to_points(degree: int) -> FloatArray:
 @cache
 def _binomials(degree: int) -> FloatArray:
     return np.array([float(comb(degree, j)) for j in range(degree + 1)])
+
+
+def mapped(matrix: FloatArray, points: FloatArray) -> FloatArray:
+    """Matrix (m, n) times each of points (..., n, dim): (..., m, dim), with sums in one order on every machine."""
+    return np.asarray((matrix[:, :, None] * points[..., None, :, :]).sum(axis=-2))
 
 
 def basis(degree: int, s: FloatArray) -> FloatArray:
@@ -287,7 +298,7 @@ def subdivide(points: FloatArray, parts: int) -> FloatArray:
     return (points @ subdivision(degree, parts).T).reshape(len(points), parts, degree + 1)
 
 
-def split(points: NDArray[Floating], s: Any) -> tuple[NDArray[Floating], NDArray[Floating]]:
+def split(points: FloatArray, s: Any) -> tuple[FloatArray, FloatArray]:
     """Split curves at s by de Casteljau's algorithm: control points (..., n + 1, dim) of both parts."""
     left, right = [points[..., 0, :]], [points[..., -1, :]]
     while points.shape[-2] > 1:
@@ -297,25 +308,46 @@ def split(points: NDArray[Floating], s: Any) -> tuple[NDArray[Floating], NDArray
     return np.stack(left, axis=-2), np.stack(right[::-1], axis=-2)
 
 
-def parted(points: FloatArray, shares: FloatArray) -> FloatArray:
-    """Split curves at inner instants, in the longest floating type there is.
+def parted(points: FloatArray, durations: FloatArray) -> tuple[NDArray[Any], float]:
+    """Split curves at inner instants in whole numbers: without rounding that depends on the machine.
 
     Parameters
     ----------
     points : ndarray, shape (m, n + 1, dim)
-    shares : ndarray, shape (m, parts)
-        Of the duration of each curve, in their order; their sum is 1.
+    durations : ndarray, shape (m, parts)
+        Of the parts of each curve, in their order.
 
     Returns
     -------
-    ndarray of longdouble, shape (m, parts, n + 1, dim)
+    parts : ndarray of int, shape (m, parts, n + 1, dim)
+        For :func:`from_whole`.
+    unit : float
+        Of those numbers.
     """
-    rest, left, parts = points.astype(np.longdouble), np.ones(len(points), np.longdouble), []
-    for share in shares.T[:-1]:
-        before, rest = split(rest, (share / left)[:, None, None])
-        parts.append(before)
-        left = left - share
-    return np.stack([*parts, rest], axis=1)
+    unit, second = (2.0 ** float(np.frexp(np.abs(values).max())[1]) for values in (points, durations))
+    rest, times, parts = to_whole(points, unit), to_whole(durations, second), []
+    for part in range(times.shape[1] - 1):
+        s = (times[:, part] << BITS) // times[:, part:].sum(axis=1)
+        left, right = [rest[:, 0]], [rest[:, -1]]
+        while rest.shape[1] > 1:
+            rest = rest[:, :-1] + (s[:, None, None] * np.diff(rest, axis=1) >> BITS)
+            left.append(rest[:, 0])
+            right.append(rest[:, -1])
+        parts.append(np.stack(left, axis=1))
+        rest = np.stack(right[::-1], axis=1)
+    return np.stack([*parts, rest], axis=1), unit
+
+
+def to_whole(values: FloatArray, unit: float) -> NDArray[Any]:
+    """Return numbers as whole ones, in units of 2^-BITS times a unit, which is a power of 2."""
+    whole = np.empty(values.size, dtype=object)
+    whole[:] = [int(value) for value in np.ldexp(values / unit, BITS).ravel().tolist()]
+    return whole.reshape(values.shape)
+
+
+def from_whole(values: NDArray[Any], unit: float) -> FloatArray:
+    """Return the numbers that whole ones stand for, each rounded once."""
+    return np.array([value / 2**BITS * unit for value in values.ravel().tolist()]).reshape(values.shape)
 
 
 def multiply(left: FloatArray, right: FloatArray) -> FloatArray:

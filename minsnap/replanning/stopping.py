@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
@@ -77,7 +78,7 @@ class Stopping:
     def _scales(self) -> tuple[float, float, float]:
         """A large speed and acceleration here, and the time that stopping takes with it."""
         speed, acceleration = typical(self._state, self.limits)
-        moving = float(np.linalg.norm(self._state[1]) + 0.3 * np.linalg.norm(self._state[2]))
+        moving = hypot(*self._state[1]) + 0.3 * hypot(*self._state[2])
         return speed, acceleration, max(moving / acceleration, STOPS.briefest)
 
     @cached_property
@@ -126,7 +127,7 @@ class Stopping:
     def _cap(self) -> list[Walls]:
         """Return the plane that ends the first leg, where its walls run along it: their width beyond the waypoint."""
         far, (start, end) = self._stops.caps[:1], self.task.waypoints[:2]
-        along = (end - start) / np.linalg.norm(end - start)
+        along = (end - start) / hypot(*(end - start))
         return [Walls.planes([0], along[None], end[None], [-np.inf], far, far)] if np.isfinite(far).all() else []
 
 

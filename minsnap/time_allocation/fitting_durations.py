@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, rounded, significant
 from minsnap.basics.deadline import WORK, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError
@@ -111,15 +111,15 @@ class _LeastExcess:
         """Return durations of the legs [s], of six digits, as no rounding of a library may decide a plan."""
         durations = self.first * np.exp(logarithms)
         durations *= 1.0 if self.total is None else self.total / durations.sum()
-        rounded = np.array([float(f"{each:.6g}") for each in durations])
-        return rounded if self.total is None else np.asarray(rounded * (self.total / rounded.sum()))
+        durations = rounded(durations, 6)
+        return durations if self.total is None else np.asarray(durations * (self.total / durations.sum()))
 
     def excess(self, logarithms: FloatArray) -> float:
         """Return the least excess in widths, of six digits; that of no curve once the work is done."""
         if self.deadline.spent:
             return 1e3
         try:
-            excess = float(f"{self._least(self.free.piece_durations(self.durations(logarithms))):.6g}")
+            excess = significant(self._least(self.free.piece_durations(self.durations(logarithms))))
         except (InfeasibleRowsError, SolverError):
             return 1e3
         if excess < self.best[0]:

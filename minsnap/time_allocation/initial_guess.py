@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, rounded, significant
 from minsnap.basics.limit_kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -42,7 +42,8 @@ def stop_and_go_times(lengths: FloatArray, limits: Limits) -> FloatArray:
     longest = np.zeros(len(lengths))
     for order, (peak, limit) in enumerate(zip(PEAKS, norm_limits(limits), strict=True), 1):
         if limit < np.inf:
-            longest = np.maximum(longest, (peak * lengths / limit) ** (1.0 / order))
+            least = (peak * lengths / limit) ** (1.0 / order)
+            longest = np.maximum(longest, rounded(least, 13) if order > 2 else least)  # libraries agree on square roots
     return np.asarray(longest if longest.all() else np.maximum(longest, 1e-3 + lengths))
 
 
@@ -66,4 +67,5 @@ def priced_first_guess(task: Task, price: float) -> FloatArray:
 def priced_factor(solved: SolvedTask, price: float) -> float:
     """Factor on time at which cost + price * time is least; the cost goes as total^(1 - 2k)."""
     power, cost = 2 * solved.task.half - 1, solved.cost
-    return float((power * cost / (price * solved.durations.sum())) ** (1.0 / (power + 1))) if cost > 0.0 else 1.0
+    factor = (power * cost / (price * solved.durations.sum())) ** (1.0 / (power + 1)) if cost > 0.0 else 1.0
+    return significant(factor, 9)

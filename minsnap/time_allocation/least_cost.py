@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, rounded
 from minsnap.basics.deadline import LateError
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
@@ -33,6 +33,8 @@ class SplitSettings:
         Iterations of L-BFGS at most, and the relative change of the cost and the slope at which it ends.
     memory : int
         Steps from which it knows the curvature.
+    decimals, digits : int
+        To which what it sees is rounded: the logarithm of the cost with its slopes, and the durations.
     """
 
     least_length: float = 1e-12
@@ -42,6 +44,8 @@ class SplitSettings:
     accuracy: float = 1e-10
     flat: float = 1e-7
     memory: int = 20
+    decimals: int = 9
+    digits: int = 8
 
 
 SPLITS = SplitSettings()
@@ -144,7 +148,10 @@ class CostSearch:
         minimize(self.evaluate, np.zeros(len(bounds)), jac=True, method="L-BFGS-B", bounds=bounds, options=ends)
 
     def evaluate(self, logarithms: FloatArray) -> tuple[float, FloatArray]:
-        """Logarithm of what is minimised and its gradient, at logarithms of factors on the first durations."""
+        """Logarithm of what is minimised and its gradient, at logarithms of factors on the first durations.
+
+        All are rounded: L-BFGS rounds otherwise with other kernels of linear algebra, and must not decide a plan.
+        """
         self.task.deadline.check()
         if np.isfinite(self.best[0]) and self.task.deadline.spent:
             raise self.task.deadline.error()
@@ -168,11 +175,11 @@ class CostSearch:
         self.log.add(float(durations.sum()), float(value))
         if not value > 0.0:  # it rests: nothing costs less
             return float(np.log(np.finfo(np.float64).tiny)), np.zeros(len(durations))
-        return float(np.log(value)), relative / value
+        return round(float(np.log(value)), SPLITS.decimals), (relative / value).round(SPLITS.decimals)
 
     def _durations(self, logarithms: FloatArray) -> FloatArray:
-        factors = self.first * np.exp(logarithms)
-        return factors if self.price is not None else np.asarray(self.first.sum() * factors / factors.sum())
+        durations = rounded(self.first * np.exp(logarithms), SPLITS.digits)
+        return durations if self.price is not None else np.asarray(self.first.sum() / durations.sum() * durations)
 
 
 def cheapest_durations(task: Task, timing: Timing, first: FloatArray, price: float | None) -> tuple[FloatArray, Run]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from math import hypot
 
 import numpy as np
 
@@ -134,7 +135,7 @@ def typical(state: FloatArray, limits: Limits | None) -> tuple[float, float]:
     """Return a speed and an acceleration that count as large from a state on: of the limits, or else of the state."""
     speed, acceleration = (np.inf, np.inf) if limits is None else norm_limits(limits)[:2]
     acceleration = acceleration if np.isfinite(acceleration) else GRAVITY / 2.0
-    moving = float(np.linalg.norm(state[1])) if len(state) > 1 else 0.0
+    moving = hypot(*state[1]) if len(state) > 1 else 0.0
     speed = speed if np.isfinite(speed) else max(moving, 1.0)
     return max(speed, moving), acceleration
 

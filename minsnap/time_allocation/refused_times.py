@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, significant
 from minsnap.basics.checks import LONGEST, check_durations
 from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
@@ -224,10 +224,10 @@ def _guess(refused: InfeasibleError) -> float:
     """
     if not hasattr(refused.contradiction, "orders"):
         short = cast("ShortTotal", refused.contradiction)
-        return float(f"{float(short.least) / short.total:.4g}")
+        return significant(float(short.least) / short.total, 4)
     proof = cast("Contradiction", refused.contradiction)
     orders = set(proof.orders.tolist()) - {0}
-    return min(float(f"{(1.0 + order * proof.slack) ** (1.0 / order):.4g}") for order in orders)
+    return min(significant((1.0 + order * proof.slack) ** (1.0 / order), 4) for order in orders)
 
 
 def _planned(plan: Callable[[Timing], Timed], timing: Timing, factor: float) -> bool:

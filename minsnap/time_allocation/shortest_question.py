@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import hypot
 from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray, significant
 from minsnap.basics.checks import SHORTEST
 from minsnap.corridors.constraint import Walls
 from minsnap.limits.limits import Limits, VehicleLimits
@@ -119,7 +120,7 @@ def coasting_guess(task: Task, times: FloatArray) -> Guess:
     """
     durations = times.copy()
     for leg, waypoint in ((0, 0), (task.legs - 1, task.legs)):
-        speed = float(np.linalg.norm(task.pins.get(waypoint, {}).get(1, 0.0)))
+        speed = hypot(*task.pins.get(waypoint, {}).get(1, ()))
         if speed > 0.0:
             durations[leg] = min(durations[leg], max(float(task.lengths[leg]) / speed, SHORTEST))
     pinned = np.zeros(task.waypoints.shape)
@@ -265,7 +266,7 @@ def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray)
     if limits.yaw_rate is not None and heading is not None:
         speed = float((lengths / stop_and_go_times(lengths, limits)).mean())
         entries += heading.rate_limits(limits.yaw_rate, float(lengths.mean()), speed)
-    return [replace(one, parameters=tuple(float(f"{value:.13g}") for value in one.parameters)) for one in entries]
+    return [replace(one, parameters=tuple(significant(value, 13) for value in one.parameters)) for one in entries]
 
 
 def _rotors(vehicle: Quadrotor, reserve: float, yaw: float | None) -> InstantLimit:

@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, significant
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import WORK, LateError
@@ -657,14 +657,9 @@ class Strategy:
         return used if used.fraction > 1.0 + KEPT else None
 
 
-def six_digits(value: float) -> float:
-    """Six digits, as no rounding of a library may decide a plan."""
-    return float(f"{value:.6g}")
-
-
 def balanced_price(curve: Trajectory, total: float) -> float:
     """Return the price of a second at which a path flown more slowly saves in cost what its time costs [1/s]."""
-    return six_digits((2 * curve.cost_order - 1) * curve.cost() / total)
+    return significant((2 * curve.cost_order - 1) * curve.cost() / total)
 
 
 def shorter(*plans: SolvedTask | None) -> SolvedTask | None:

@@ -7,7 +7,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, rounded, significant
 from minsnap.basics.deadline import LateError
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import SolverError, TimingError
@@ -126,7 +126,7 @@ class _ScaledSearch:
 
     def evaluate(self, logarithms: FloatArray) -> float:
         """Logarithm of the scaled total; above the best by ``barred`` where there is no plan."""
-        durations = self.first * np.repeat(np.exp(np.append(logarithms, 0.0)), self.task.pieces)
+        durations = self.first * np.repeat(rounded(np.exp(np.append(logarithms, 0.0)), 9), self.task.pieces)
         barred = self.best[0] + SPLITS.barred
         if np.isfinite(barred) and self.deadline.passed:
             raise self.deadline.error()
@@ -142,7 +142,7 @@ class _ScaledSearch:
             factor = kept_factor(self.limits, self.task.walls, trajectory, factor, True, self.deadline)
         except (InfeasibleRowsError, SolverError):
             return barred
-        value = float(np.log(trajectory.duration * factor))
+        value = significant(float(np.log(trajectory.duration * factor)), 9)
         if value < self.best[0]:
             self.best = (value, durations)
         total = float(np.exp(value))

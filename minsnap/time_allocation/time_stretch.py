@@ -412,7 +412,7 @@ def kept_factor(
     SolverError
         If walls are kept by no factor with which the limits are.
     """
-    factor = walled_factor(walls, curve, touching_factor(limits, curve, guess, roughly, deadline))
+    factor = walled_factor(walls, curve, grained(touching_factor(limits, curve, guess, roughly, deadline)))
     if factor is None:
         raise SolverError("no speed was found at which the path keeps its limits and the walls on derivatives")
     return factor

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, significant
 from minsnap.basics.deadline import LateError
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, SolverError, UnprovedError
@@ -27,9 +27,9 @@ from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import guess_of
 from minsnap.time_allocation.strategy import SETTINGS as STRATEGY
-from minsnap.time_allocation.strategy import Strategy, balanced_price, leaving_room, six_digits
+from minsnap.time_allocation.strategy import Strategy, balanced_price, leaving_room
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
-from minsnap.time_allocation.time_stretch import UnlimitedError, measuring_work, touching_factor
+from minsnap.time_allocation.time_stretch import UnlimitedError, grained, measuring_work, touching_factor
 from minsnap.time_allocation.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
 from minsnap.time_allocation.ways import end_on_limit, shortest_from
 from minsnap.trajectory.report import Utilisation
@@ -386,7 +386,7 @@ def require_limits_kept(planned: Timed, task: Task, timing: Timing, stretchable:
     message = f"the plan of least cost in {total:.6g} s does not keep {used.name}: it reaches {used.value:.6g} {where}"
     if not task.still:
         raise UnprovedError(f"{message}; give more time", leg=used.leg, instant=used.instant)
-    factor = touching_factor(limits, planned.trajectory, deadline=task.deadline)
+    factor = grained(touching_factor(limits, planned.trajectory, deadline=task.deadline))
     if stretchable:
         curve = planned.trajectory.stretched(factor)
         return replace(planned, trajectory=curve)
@@ -512,7 +512,7 @@ class LeastPriced:
             price = float(
                 np.exp(np.clip(place - (apart + 0.5 * PRICES.met) / slope, place - PRICES.step, place + PRICES.step))
             )
-            price = six_digits(price if low < price < high else float(np.sqrt(low * high)))
+            price = significant(price if low < price < high else float(np.sqrt(low * high)))
             solved = self._from(solved, price)
         return best, longer
 
@@ -524,4 +524,4 @@ class LeastPriced:
 
     def _from(self, plan: SolvedTask, price: float) -> SolvedTask | None:
         slower = max(1.0, min(largest_use(self.limits, plan.flown), 10.0)) if self.task.still else 1.0
-        return self.strategy.solve(guess_of(plan.trajectory, self.task, six_digits(slower)), price)
+        return self.strategy.solve(guess_of(plan.trajectory, self.task, significant(slower)), price)

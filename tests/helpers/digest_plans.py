@@ -49,6 +49,7 @@ GIVEN = {
     **{f"tube, degree {n}": rectangle(degree=n, corridor=0.3) for n in (3, 5, 7, 9, 11)},
     "pins": rectangle(pins={2: {"velocity": (0.1, 1.0, 0.0)}}, start={"velocity": (0.7, 0, 0)}),
     "pins in a tube": rectangle(corridor=0.4, pins={2: {"velocity": (0.1, 0.5, 0.0)}}),
+    "three pieces": rectangle(pieces=3, start={"velocity": (0.7, 0, 0)}),
     "lap": rectangle(closed=True),
     "lap in a tube": rectangle(closed=True, corridor=0.3),
     "tube, three pieces": rectangle(corridor=0.3, pieces=3),
@@ -111,6 +112,20 @@ WITHIN_LIMITS = {
 """Plans within limits, all of which the native core searches for."""
 
 
+SOFT = minsnap.Limits(speed=3.0, jerk=20.0)
+SEARCHED = {
+    "split, continuity 2": rectangle(durations=None, total_time=13.0, continuity=2),
+    "priced lap through a pin": rectangle(
+        durations=None, search=minsnap.Search(time_weight=30.0), closed=True, pins={2: {"velocity": (0.1, 1.0, 0.0)}}
+    ),
+    "price, continuity 4": fast(corridor=0.5, continuity=4, pieces=2, search=minsnap.Search(time_weight=100.0)),
+    "scaled": fast(corridor=0.3, search=minsnap.Search(enforce="scaling")),
+    "scaled, trapezoid": fast(SOFT, search=minsnap.Search(split="trapezoid")),
+    "jerk from a moving start": fast(SOFT, start={"velocity": (1.5, 0.2, 0.1)}, pieces=2),
+}
+"""Plans for whose times Python searches, in part or whole: with numbers rounded so that no library decides them."""
+
+
 def digest(traj):
     """Sixteen letters for all that a plan decides."""
     parts = np.ascontiguousarray(traj.control_points), np.ascontiguousarray(traj.durations)
@@ -119,7 +134,7 @@ def digest(traj):
 
 def digests():
     """Digest of each plan, by its name."""
-    return {name: digest(ask()) for name, ask in (GIVEN | WITHIN_LIMITS).items()}
+    return {name: digest(ask()) for name, ask in (GIVEN | WITHIN_LIMITS | SEARCHED).items()}
 
 
 if __name__ == "__main__":
