@@ -7,10 +7,27 @@ from dataclasses import dataclass, field, replace
 from math import inf
 from time import monotonic, thread_time
 
-from minsnap.errors import SolverError
+from minsnap.basics.checks import is_number
+from minsnap.basics.messages import shown
+from minsnap.errors import InputError, SolverError
 
 Clock = Callable[[], float]
 """Reads a monotonic clock [s]."""
+
+
+def checked_clock(clock: Clock) -> Clock:
+    """Return a clock that reads floats, whatever numbers the given one reads; raise InputError for what is none."""
+    if not callable(clock):
+        raise InputError(f"the clock is {shown(clock)}: give a function that returns seconds")
+
+    def read() -> float:
+        seconds = clock()
+        if not is_number(seconds):
+            raise InputError(f"the clock reads {shown(seconds)}: give one that reads a number of seconds")
+        return float(seconds)
+
+    return clock if clock is monotonic else read
+
 
 LATE = "time_limit has passed without a certified plan: give more time, or loosen limits or walls"
 

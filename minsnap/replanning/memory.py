@@ -212,7 +212,7 @@ def due_of(called: float, now: float, seconds: float, began: float | None) -> fl
         return called + seconds
     if not is_number(began):
         raise InputError(f"began is {shown(began)}: give a number of seconds")
-    due = began + now + seconds
+    due = float(began) + now + seconds
     if called >= due:
         raise TimingError(
             f"the splice at {now + seconds:.6g} s of the flown plan passed {called - due:.4g} s ago: replan earlier"

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_distance, check_pieces
-from minsnap.basics.deadline import Clock, Deadline, LateError, Stopwatch
+from minsnap.basics.deadline import Clock, Deadline, LateError, Stopwatch, checked_clock
 from minsnap.corridors.boxes import as_room
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.tubes import as_constraints
@@ -132,7 +132,7 @@ class Replanner:
         self._recover = check_distance("recover", recover, InputError)
         self._clearance = check_distance("clearance", clearance, InputError)
         self._horizon = check_horizon(horizon)
-        self._clock, self._lock = clock, threading.Lock()
+        self._clock, self._lock = checked_clock(clock), threading.Lock()
         self._memory: Memory | None = None
         self._takes = Takes()
         _wake()
@@ -198,7 +198,7 @@ class Replanner:
         WaypointError, CorridorError, YawError
             If what is ahead is malformed, outside its walls, or the start is further outside than ``recover``.
         InputError
-            If another thread is inside this replanner.
+            If another thread is inside this replanner, or the clock reads no number.
         """
         if not self._lock.acquire(blocking=False):
             raise InputError("this Replanner is at work for another thread: use one per thread, or one after the other")
@@ -207,17 +207,18 @@ class Replanner:
         try:
             watch = Stopwatch(self._clock)
             splice = splice_of(flown, now, budget, self._half)
+            now, budget = float(now), float(budget)
             due = due_of(watch.began, now, budget, began)
             if self._memory is not None and self._memory.answer is not flown:
                 self._memory = None
-            self._refuse_short(float(budget))
+            self._refuse_short(budget)
             own = self._corridor if corridor is None else as_constraints(corridor)
             course = self._course(splice, waypoints, [*as_constraints(boxes), *own, *self._room], goal)
             aim = Aim.of(self._limits, durations, total_time, course.task.legs)
             angles = waypoint_angles(yaw, course.task.legs)
             closing = self._takes.most("closing", CLOSING * budget)
             deadline = Deadline(due - closing, self._clock, self._takes.most("check"))
-            return self._answer(_Call(splice, due, course, aim, float(budget), deadline, watch, angles))
+            return self._answer(_Call(splice, due, course, aim, budget, deadline, watch, angles))
         finally:
             if collects:
                 gc.enable()

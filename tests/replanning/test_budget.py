@@ -12,7 +12,8 @@ import minsnap
 from minsnap import Boxes, Limits, Replanner
 from minsnap.basics import deadline
 from minsnap.basics.deadline import Deadline, LateError
-from minsnap.errors import SolverError, TimingError
+from minsnap.errors import InputError, SolverError, TimingError
+from minsnap.native.library import core
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.course_ahead import course_ahead
 from minsnap.replanning.horizon import Aim, NotShorterError, search_ahead
@@ -168,6 +169,24 @@ def test_no_garbage_is_collected_within_an_answer(flown):
         gc.callbacks.pop()
         gc.set_threshold(*threshold)
         gc.enable()
+
+
+@pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")
+@pytest.mark.parametrize("kind", [np.float64, np.float32, int])
+def test_times_are_numbers_of_any_kind(flown, kind):
+    """Also where a total time is so short that the search within limits is asked for the shortest."""
+    ahead = minsnap.replan(flown, 0.3, POINTS[1:], 10.0, limits=LIMITS, corridor=0.5).trajectory.duration
+    replanner = Replanner(LIMITS, 0.5, clock=lambda: kind(7))
+    times = {"total_time": 1.02 * ahead, "began": kind(99)}
+    change = replanner.replan(flown, np.float32(0.3), POINTS[1:] + [0.0, 0.02, 0.0], np.float64(0.1), **times)
+    assert not change.kept and abs(change.trajectory.duration - 1.02 * ahead) < 1e-6
+    assert type(change.took) is float
+
+
+@pytest.mark.parametrize("clock", [5.0, lambda: None, lambda: "7", lambda: float("nan"), lambda: np.ones(1)])
+def test_what_is_no_clock_is_refused(flown, clock):
+    with pytest.raises(InputError, match="the clock"):
+        Replanner(LIMITS, 0.5, clock=clock).replan(flown, 0.3, POINTS[1:])
 
 
 def test_a_search_that_promises_nothing_shorter_ends(flown):
