@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray, bounded, numbers
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
@@ -148,7 +148,7 @@ class RuledHeading(Heading):
 
 
 YawFunction = Callable[..., FloatArray]
-"""A function of instants and of the order of the derivative."""
+"""A function of an array of instants and of the order of the derivative, which gives an angle for each instant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,8 +158,14 @@ class FunctionHeading(Heading):
     function: YawFunction
 
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
-        """Return the value of the function."""
-        return self.function(t, order)
+        """Return what the function gives, one number for each instant, in the shape of ``t``."""
+        instants = as_instants(t)
+        angles = numbers(self.function(instants, check_order(order)), copy=False)
+        if angles is None or angles.shape not in ((), instants.shape) or not bounded(angles).all():
+            raise YawError(
+                "the function that gives the yaw must give a finite number [rad] for each instant of an array"
+            )
+        return np.full(instants.shape, angles)
 
 
 def as_heading(yaw: Heading | YawFunction) -> Heading:
@@ -168,7 +174,15 @@ def as_heading(yaw: Heading | YawFunction) -> Heading:
         return yaw
     if not callable(yaw):
         raise YawError(f"the yaw is {shown(yaw)}: give a Heading, such as ConstantHeading(0.3), or a function")
-    return FunctionHeading(yaw)
+    heading = FunctionHeading(yaw)
+    try:
+        heading(np.zeros(1), 1)
+    except TypeError:
+        raise YawError(
+            "the function that gives the yaw must take instants and the order of the derivative; one of instants alone "
+            "goes to plan(yaw=...)"
+        ) from None
+    return heading
 
 
 class ConstantHeading(Heading):

@@ -237,7 +237,18 @@ class Trajectory(Path):
         return np.asarray(values / duration[:, None] ** order) if order else values
 
     def with_yaw(self, yaw: Heading | YawFunction) -> Trajectory:
-        """Return the same curve with another yaw and without a report."""
+        """Return the same curve with another yaw and without a report.
+
+        Parameters
+        ----------
+        yaw : Heading or callable
+            A function ``yaw(t, order)`` gives the yaw, or its derivative of that order, at instants of any shape.
+
+        Raises
+        ------
+        YawError
+            If it is neither, or does not give a finite number for each instant.
+        """
         heading = as_heading(yaw)
         return self.changed(yaw=heading, checked=True)
 

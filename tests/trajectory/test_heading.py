@@ -211,3 +211,27 @@ def test_a_heading_that_follows_a_path_ends_with_it(yaw, t):
     path = minsnap.plan([(0, 0, 1), (4, 2, 1)], durations=[3.0], yaw=yaw)
     with pytest.raises(IntervalError, match=r"outside the path's interval \[0, 3.0\] s"):
         path.yaw(t)
+
+
+@pytest.mark.parametrize(
+    ("function", "words"),
+    [
+        (np.sin, "order of the derivative"),
+        (lambda t: 0.1 * t, "order of the derivative"),
+        (lambda t, order: None, "for each instant"),
+        (lambda t, order: [0.1, 0.2], "for each instant"),
+        (lambda t, order: np.nan * t, "for each instant"),
+    ],
+)
+def test_a_function_that_gives_no_yaw_is_refused_where_it_is_given(function, words):
+    with pytest.raises(YawError, match=words):
+        minsnap.plan(SQUARE, TIMES).with_yaw(function)
+
+
+def test_a_function_may_give_one_number_for_all_instants_and_gets_an_array():
+    def turned(t, order):
+        return 0.3 if order == 0 else 0 * t
+
+    traj = minsnap.plan(SQUARE, TIMES).with_yaw(turned)
+    assert traj.yaw([0.0, 1.0]).tolist() == traj.reversed().yaw([0.0, 1.0]).tolist() == [0.3, 0.3]
+    assert traj.sample(10.0).yaw.shape == traj.sample(10.0).yaw_rate.shape == (86,)
