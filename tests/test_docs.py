@@ -93,6 +93,9 @@ def test_every_public_name_is_on_the_page_of_the_interface_and_can_be_had():
         assert f"   ~minsnap.{name}\n" in page, name
         assert getattr(minsnap, name) is not None
     assert set(minsnap.__all__) <= set(dir(minsnap))
+    for name, kind in vars(minsnap.errors).items():
+        if isinstance(kind, type) and kind.__module__ == minsnap.errors.__name__:
+            assert f"   ~minsnap.{name}\n" in page or f"   ~minsnap.errors.{name}\n" in page, name
 
 
 def test_type_checkers_see_the_public_names():

@@ -131,7 +131,8 @@ def plan(
         Derivatives at the ends, such as ``{"velocity": (1, 0, 0)}`` [m/s]; those up to order k - 1 that are not
         named are zero. Without waypoints also the ``"position"`` [m].
     closed : bool
-        A closed lap: all derivatives at the end equal those at the start, and are chosen by the plan.
+        A closed lap: the end is a knot like the others. Derivatives that are continuous there are equal at end and
+        start, and are chosen by the plan.
     solver : str
         A QP solver by its qpsolvers name, or ``"auto"``.
     pins : mapping, optional
