@@ -20,7 +20,7 @@ from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
-from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.gates import Ball
 from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import STORED, Placement, knot_positions, passing, place
 from minsnap.corridors.margins import Margin, nearest_wall
@@ -146,8 +146,8 @@ class Certificate:
 
 def certify(
     traj: Trajectory | Path,
-    waypoints: ArrayLike | Sequence[ArrayLike | Gate] | None = None,
-    corridor: ArrayLike | Constraint | Sequence[Constraint] | None = None,
+    waypoints: ArrayLike | Sequence[object] | None = None,
+    corridor: ArrayLike | Constraint | Sequence[object] | None = None,
     limits: Limits | None = None,
     tolerance: ArrayLike | Ball = 0.0,
     limits_from: float = 0.0,

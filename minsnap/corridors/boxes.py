@@ -34,11 +34,11 @@ class Boxes(ReadOnly):
     lower: FloatArray
     upper: FloatArray
 
-    def __post_init__(self) -> None:
-        lower, upper = check_bounds(self.lower, self.upper, "boxes", 2)
-        _refuse_infinite(lower, upper)
-        _refuse_apart(*_common(lower, upper), lower, upper)
-        set_fields(self, lower=lower, upper=upper)
+    def __init__(self, lower: ArrayLike, upper: ArrayLike) -> None:
+        low, high = check_bounds(lower, upper, "boxes", 2)
+        _refuse_infinite(low, high)
+        _refuse_apart(*_common(low, high), low, high)
+        set_fields(self, lower=low, upper=high)
 
     def __len__(self) -> int:
         return len(self.lower)
@@ -190,9 +190,9 @@ class Room(ReadOnly):
     lower: FloatArray
     upper: FloatArray
 
-    def __post_init__(self) -> None:
-        lower, upper = check_bounds(self.lower, self.upper, "room", 1)
-        set_fields(self, lower=lower, upper=upper)
+    def __init__(self, lower: ArrayLike, upper: ArrayLike) -> None:
+        low, high = check_bounds(lower, upper, "room", 1)
+        set_fields(self, lower=low, upper=high)
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return two planes for each leg and axis, fewer where a bound is infinite."""
@@ -212,4 +212,4 @@ def as_room(room: Room | Sequence[ArrayLike] | None) -> list[Constraint]:
         lower, upper = room
     except (TypeError, ValueError):
         raise CorridorError("room must be a Room or two corners, such as ((-4, -4, 0), (4, 4, 6))") from None
-    return [Room(lower, upper)]  # type: ignore[arg-type]
+    return [Room(lower, upper)]

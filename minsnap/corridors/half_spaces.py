@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded, set_fields
+from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, IntArray, ReadOnly, bounded, set_fields
 from minsnap.basics.checks import check_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.corridors.boxes import as_numbers, axis_name, check_dim, check_legs
@@ -44,10 +44,10 @@ class HalfSpaces(ReadOnly):
     legs: tuple[int, ...] | None = None
     order: int = 0
 
-    def __post_init__(self) -> None:
-        order = check_number("the order of half-spaces", self.order, 0, 2, "give 0, 1 or 2", CorridorError, whole=True)
-        normal, offset = half_space_rows(self.normal, self.offset, "the half-spaces")
-        set_fields(self, normal=normal, offset=offset, order=order, legs=_legs(self.legs))
+    def __init__(self, normal: ArrayLike, offset: ArrayLike, legs: Sequence[int] | None = None, order: int = 0) -> None:
+        which = check_number("the order of half-spaces", order, 0, 2, "give 0, 1 or 2", CorridorError, whole=True)
+        normals, offsets = half_space_rows(normal, offset, "the half-spaces")
+        set_fields(self, normal=normals, offset=offsets, order=which, legs=_legs(legs))
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return one plane for each leg and half-space."""

@@ -12,7 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, numbers, set_fields
+from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, ReadOnly, numbers, set_fields
 from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
 from minsnap.errors import CorridorError
@@ -81,16 +81,14 @@ class Cylinder(ReadOnly):
     low: float = -inf
     high: float = inf
 
-    def __post_init__(self) -> None:
-        center = check_array("the center of a cylinder", self.center, ((2,),), "x and y [m]", CorridorError)
+    def __init__(self, center: ArrayLike, radius: float, low: float = -inf, high: float = inf) -> None:
+        axis = check_array("the center of a cylinder", center, ((2,),), "x and y [m]", CorridorError)
         give = "a positive number [m]"
-        radius = check_array("the radius of a cylinder", self.radius, ((),), give, CorridorError, SMALLEST)
-        ends = numbers((self.low, self.high))
+        size = check_array("the radius of a cylinder", radius, ((),), give, CorridorError, SMALLEST)
+        ends = numbers((low, high))
         if ends is None or ends.shape != (2,) or not ends[0] < ends[1]:
-            raise CorridorError(
-                f"a cylinder runs from {shown(self.low)} to {shown(self.high)}: give low below high [m]"
-            )
-        set_fields(self, center=center, radius=float(radius), low=float(ends[0]), high=float(ends[1]))
+            raise CorridorError(f"a cylinder runs from {shown(low)} to {shown(high)}: give low below high [m]")
+        set_fields(self, center=axis, radius=float(size), low=float(ends[0]), high=float(ends[1]))
 
     def numbers(self) -> FloatArray:
         """Return its thirteen numbers; see ``Obstacle``."""
@@ -118,11 +116,11 @@ class Ellipsoid(ReadOnly):
     center: FloatArray
     half_axes: FloatArray
 
-    def __post_init__(self) -> None:
-        center = check_array("the center of an ellipsoid", self.center, ((3,),), "x, y and z [m]", CorridorError)
+    def __init__(self, center: ArrayLike, half_axes: ArrayLike) -> None:
+        middle = check_array("the center of an ellipsoid", center, ((3,),), "x, y and z [m]", CorridorError)
         what, give = "the half-axes of an ellipsoid", "one positive number, or three [m]"
-        axes = check_array(what, self.half_axes, ((), (3,)), give, CorridorError, SMALLEST)
-        set_fields(self, center=center, half_axes=axes + np.zeros(3))
+        axes = check_array(what, half_axes, ((), (3,)), give, CorridorError, SMALLEST)
+        set_fields(self, center=middle, half_axes=axes + np.zeros(3))
 
     def numbers(self) -> FloatArray:
         """Return its thirteen numbers; see ``Obstacle``."""
@@ -148,11 +146,11 @@ class Cuboid(ReadOnly):
     lower: FloatArray
     upper: FloatArray
 
-    def __post_init__(self) -> None:
-        low, high = numbers(self.lower), numbers(self.upper)
+    def __init__(self, lower: ArrayLike, upper: ArrayLike) -> None:
+        low, high = numbers(lower), numbers(upper)
         if low is None or high is None or low.shape != (3,) or high.shape != (3,) or not (low < high).all():
             raise CorridorError(
-                f"a cuboid runs from {shown(self.lower)} to {shown(self.upper)}: give two corners of three numbers, "
+                f"a cuboid runs from {shown(lower)} to {shown(upper)}: give two corners of three numbers, "
                 "the lower below the upper [m]"
             )
         set_fields(self, lower=low, upper=high)

@@ -75,8 +75,8 @@ class Tube(ReadOnly):
 
     half_width: FloatArray
 
-    def __post_init__(self) -> None:
-        set_fields(self, half_width=_half_widths(self.half_width, "corridor half-width"))
+    def __init__(self, half_width: ArrayLike) -> None:
+        set_fields(self, half_width=_half_widths(half_width, "corridor half-width"))
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return two planes for each leg and world axis that is not along it."""
@@ -115,8 +115,8 @@ class RoundTube(ReadOnly):
 
     radius: FloatArray
 
-    def __post_init__(self) -> None:
-        set_fields(self, radius=_half_widths(self.radius, "corridor radius"))
+    def __init__(self, radius: ArrayLike) -> None:
+        set_fields(self, radius=_half_widths(radius, "corridor radius"))
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return one cylinder per leg."""
@@ -129,7 +129,7 @@ class RoundTube(ReadOnly):
         return [Walls.balls(np.arange(legs), projections, waypoints[:-1], np.broadcast_to(self.radius, legs))]
 
 
-def as_constraints(corridor: ArrayLike | Constraint | Sequence[Constraint] | None) -> list[Constraint]:
+def as_constraints(corridor: ArrayLike | Constraint | Sequence[object] | None) -> list[Constraint]:
     """Convert the argument ``corridor`` to constraints: half-widths become a ``Tube``."""
     if corridor is None:
         return []
@@ -157,7 +157,7 @@ class Sampled:
         If the number of samples is not a whole one from 1 to 100,000.
     """
 
-    corridor: ArrayLike | Constraint | Sequence[Constraint] | None
+    corridor: ArrayLike | Constraint | Sequence[object] | None
     samples: int = 20
 
     def __post_init__(self) -> None:

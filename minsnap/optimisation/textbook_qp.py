@@ -123,7 +123,7 @@ class FullProblem:
 def build_qp(
     waypoints: ArrayLike,
     durations: ArrayLike,
-    corridor: ArrayLike | Constraint | Sequence[Constraint] | None = None,
+    corridor: ArrayLike | Constraint | Sequence[object] | None = None,
     samples: int = 20,
     continuity: int | None = None,
     degree: int = 7,

@@ -40,7 +40,7 @@ from minsnap.trajectory.trajectory import ReportMaker, Trajectory
 def plan_many(
     waypoints: ArrayLike | Sequence[ArrayLike],
     durations: ArrayLike | Sequence[ArrayLike] | None = None,
-    corridor: ArrayLike | Constraint | Sequence[ArrayLike | Constraint | None] | None = None,
+    corridor: ArrayLike | Constraint | Sequence[object] | None = None,
     *,
     limits: Limits | Sequence[Limits | None] | None = None,
     pins: Pins | Sequence[Pins | None] | None = None,

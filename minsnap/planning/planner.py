@@ -31,7 +31,7 @@ from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.constraint import Constraint, walls_of
-from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.gates import Ball
 from minsnap.corridors.given_waypoints import as_knots, check_dimension, is_table, read_columns, warn_magnitude
 from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.corridors.knot_regions import place
@@ -75,11 +75,11 @@ if TYPE_CHECKING:
 )
 @within_memory("this plan", planned_bytes)
 def plan(
-    waypoints: ArrayLike | Sequence[ArrayLike | Gate] | None,
+    waypoints: ArrayLike | Sequence[object] | None,
     durations: ArrayLike | None = None,
     total_time: float | None = None,
     limits: Limits | None = None,
-    corridor: ArrayLike | Constraint | Sequence[ArrayLike | Constraint] | Sampled | None = None,
+    corridor: ArrayLike | Constraint | Sequence[object] | Sampled | None = None,
     continuity: int | None = None,
     degree: int = 7,
     yaw: Yaw = None,

@@ -172,7 +172,7 @@ class PlanRequest:
         CorridorError
             If one of them is malformed.
         """
-        boxes = [] if self.boxes is None else [Boxes(*zip(*self.boxes, strict=True))]  # type: ignore[arg-type]
+        boxes = [] if self.boxes is None else [Boxes(*zip(*self.boxes, strict=True))]
         widths = self.corridor
         plain = (
             isinstance(self.waypoints, tuple) and isinstance(widths, tuple) and {float}.issuperset(map(type, widths))

@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, bounded, lengths_of, numbers
 from minsnap.basics.checks import DEGREES, LONGEST, SHORTEST
-from minsnap.corridors.gates import Gate
 from minsnap.corridors.given_waypoints import is_transposed, warn_magnitude
 from minsnap.native.durations import BestSplit, best_split, best_tube_split
 from minsnap.native.free_optimum import resting_optimum
@@ -24,7 +23,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 
 def resting_plan(
-    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
+    waypoints: npt.ArrayLike | Sequence[object] | None,
     durations: npt.ArrayLike | None,
     total: float | None,
     corridor: object,

@@ -57,8 +57,8 @@ class Trajectory(Path):
         Bernstein control points [m].
     durations : array_like, shape (pieces in all,)
         T, from ``SHORTEST_PIECE`` to ``LONGEST_PIECE`` [s].
-    yaw : Heading, optional
-        Yaw as a function of time; by default zero.
+    yaw : Heading or callable, optional
+        Yaw as a function of time, see ``with_yaw``; by default zero.
     pieces : int
         Polynomials per leg; a divisor of the number of pieces.
     how : ReportMaker, optional
@@ -82,9 +82,9 @@ class Trajectory(Path):
 
     def __init__(
         self,
-        control_points: FloatArray,
-        durations: FloatArray,
-        yaw: Heading = ZERO_YAW,
+        control_points: ArrayLike,
+        durations: ArrayLike,
+        yaw: Heading | YawFunction = ZERO_YAW,
         pieces: int = 1,
         how: ReportMaker | None = None,
         rest_of: tuple[Trajectory, float] | None = None,
@@ -93,8 +93,9 @@ class Trajectory(Path):
         if not checked:
             yaw = as_heading(yaw)
             control_points, durations, pieces = _checked(control_points, durations, pieces)
-        self._points, self._durations = read_only(control_points), read_only(durations)
-        self._yaw, self._pieces, self._how, self._rest_of = yaw, pieces, how, rest_of
+        points, times = cast("tuple[FloatArray, FloatArray]", (control_points, durations))
+        self._points, self._durations = read_only(points), read_only(times)
+        self._yaw, self._pieces, self._how, self._rest_of = cast("Heading", yaw), pieces, how, rest_of
         self._breaks: FloatArray | None = None
         self._native: Evaluator | None = None
         self._measured: dict[str, tuple[object, Any]] = {}
@@ -424,9 +425,9 @@ class Trajectory(Path):
         return cls(points.reshape(*points.shape[:2], -1).swapaxes(0, 1), np.diff(bpoly.x), yaw or ZERO_YAW)
 
 
-def _checked(points: FloatArray, durations: FloatArray, pieces: int) -> tuple[FloatArray, FloatArray, int]:
+def _checked(control_points: ArrayLike, times: ArrayLike, pieces: int) -> tuple[FloatArray, FloatArray, int]:
     """Return arrays of its own, and how many polynomials a leg has; raise an error for what is wrong."""
-    points, durations = owned(points), owned(durations)
+    points, durations = owned(control_points), owned(times)
     if points.ndim != 3 or 0 in points.shape or not (np.abs(points) <= FARTHEST).all():
         raise WaypointError(
             f"control points must be finite, of shape (pieces, degree + 1, dim), not {points.shape}, and at most "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -226,11 +226,20 @@ class Surface:
     variables: tuple[str, ...]
     exponents: tuple[tuple[int, ...], ...]
     coefficients: FloatArray
-    measured: dict[str, Range] = field(default_factory=dict)
-    r_squared: float | None = None
+    measured: dict[str, Range]
+    r_squared: float | None
 
-    def __post_init__(self) -> None:
-        set_fields(self, coefficients=owned(self.coefficients))
+    def __init__(
+        self,
+        name: str,
+        variables: tuple[str, ...],
+        exponents: tuple[tuple[int, ...], ...],
+        coefficients: ArrayLike,
+        measured: dict[str, Range] | None = None,
+        r_squared: float | None = None,
+    ) -> None:
+        terms = {"variables": variables, "exponents": exponents, "coefficients": owned(coefficients)}
+        set_fields(self, name=name, **terms, measured=measured or {}, r_squared=r_squared)
 
     def __call__(self, **values: ArrayLike) -> FloatArray:
         """Return the drag [N] at values of the variables, by name; their shapes must broadcast.

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -100,6 +100,25 @@ class Quadrotor(ReadOnly):
     gravity: float = GRAVITY
     name: str = "quadrotor"
     delay: float = 0.0
+
+    if TYPE_CHECKING:  # which would not let an inertia be a list
+
+        def __init__(
+            self,
+            mass: float,
+            inertia: ArrayLike,
+            arm_length: float,
+            thrust_coefficient: float,
+            torque_coefficient: float,
+            rotor_speed_max: float,
+            rotor_speed_min: float = 0.0,
+            layout: str = "x",
+            drag: Drag = ...,
+            motor_time_constant: float = 0.0,
+            gravity: float = GRAVITY,
+            name: str = "quadrotor",
+            delay: float = 0.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         for name in ("mass", "arm_length", "thrust_coefficient", "torque_coefficient", "rotor_speed_max", "gravity"):

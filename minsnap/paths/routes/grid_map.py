@@ -44,25 +44,32 @@ class GridMap(ReadOnly):
 
     occupied: BoolArray
     resolution: FloatArray
-    origin: FloatArray | None = None
-    name: str = "the map"
-    altitudes: FloatArray | None = None
+    origin: FloatArray
+    name: str
+    altitudes: FloatArray | None
 
-    def __post_init__(self) -> None:
-        cells = np.asarray(self.occupied)
+    def __init__(
+        self,
+        occupied: BoolArray,
+        resolution: ArrayLike,
+        origin: ArrayLike | None = None,
+        name: str = "the map",
+        altitudes: ArrayLike | None = None,
+    ) -> None:
+        cells = np.asarray(occupied)
         if cells.ndim not in (2, 3) or not cells.size or cells.dtype != np.bool_:
-            raise CorridorError(f"{self.name} has shape {cells.shape}: a map has 2 or 3 axes, x, y and z, of booleans")
+            raise CorridorError(f"{name} has shape {cells.shape}: a map has 2 or 3 axes, x, y and z, of booleans")
         if cells.size > LARGEST_MAP:
             raise CorridorError(
-                f"{self.name} has {cells.size} cells: at most {LARGEST_MAP} are searched; cut it, or make cells larger"
+                f"{name} has {cells.size} cells: at most {LARGEST_MAP} are searched; cut it, or make cells larger"
             )
-        sides = np.full(cells.ndim, 1.0) * _sides(self.name, self.resolution, cells.ndim)
+        sides = np.full(cells.ndim, 1.0) * _sides(name, resolution, cells.ndim)
         give = f"{cells.ndim} finite numbers [m]"
-        start = np.zeros(cells.ndim) if self.origin is None else self.origin
-        corner = check_array(f"the origin of {self.name}", start, ((cells.ndim,),), give, CorridorError)
-        set_fields(self, occupied=cells.copy(), resolution=sides, origin=corner)
-        if self.altitudes is not None:
-            self._check_altitudes(self.altitudes)
+        start = np.zeros(cells.ndim) if origin is None else origin
+        corner = check_array(f"the origin of {name}", start, ((cells.ndim,),), give, CorridorError)
+        set_fields(self, occupied=cells.copy(), resolution=sides, origin=corner, name=name, altitudes=None)
+        if altitudes is not None:
+            self._check_altitudes(altitudes)
 
     @property
     def dim(self) -> int:
@@ -72,7 +79,6 @@ class GridMap(ReadOnly):
     @property
     def lower(self) -> FloatArray:
         """Outer corner of the first cell, (dim,) [m]."""
-        assert self.origin is not None
         return self.origin
 
     @property

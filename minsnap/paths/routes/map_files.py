@@ -283,7 +283,7 @@ def array_map(
         raise CorridorError(
             f"{name} has shape {cells.shape}: a map has 2 or 3 axes, x, y and z, and at most {LARGEST_MAP} cells"
         )
-    return GridMap(how.occupied(cells, name), resolution, origin, name)  # type: ignore[arg-type]
+    return GridMap(how.occupied(cells, name), resolution, origin, name)
 
 
 def _needed(path: FileName, resolution: Any) -> float:
