@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly
 from minsnap.basics.cards import Facts, card
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
@@ -42,7 +42,7 @@ STEPS_BELOW = 16.0 * 5e-324
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
+class Certificate(ReadOnly):
     """Bounds of a trajectory over all time, proved, and exact to rounding.
 
     Parameters

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray, set_fields
+from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly, set_fields
 from minsnap.basics.checks import (
     check_closing,
     check_continuity,
@@ -35,7 +35,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
-class FullProblem:
+class FullProblem(ReadOnly):
     r"""Minimise :math:`\tfrac12 x^\top P x + q^\top x` subject to :math:`G x \le h` and :math:`A x = b`.
 
     The unknowns are the coefficients of 1, s, s², … of every leg and axis [m]: entry
@@ -85,6 +85,10 @@ class FullProblem:
                 part.flags.writeable = False
         for name in ("q", "h", "b", "durations"):
             set_fields(self, **{name: np.array(getattr(self, name), dtype=np.float64)})
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self.__post_init__()
 
     def for_qpsolvers(self, dense: bool = False) -> Any:
         """Return the same problem as a ``qpsolvers.Problem``, with copied arrays that a solver may write to.

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray, bounded, numbers, set_fields
+from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_array
 from minsnap.errors import YawError
@@ -47,7 +47,7 @@ LOOKING = LookSettings()
 
 
 @dataclass(frozen=True, eq=False)
-class LookAt:
+class LookAt(ReadOnly):
     """A point to look at: the yaw of a plan that turns the vehicle's nose towards it.
 
     Parameters

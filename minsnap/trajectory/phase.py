@@ -12,7 +12,7 @@ from math import comb, factorial, nextafter
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from minsnap.basics.arrays import FloatArray, NDArray, set_fields
+from minsnap.basics.arrays import FloatArray, NDArray, ReadOnly, set_fields
 from minsnap.basics.checks import check_positive
 from minsnap.errors import InputError, ShapeError
 from minsnap.polynomials.bernstein import ends_to_points
@@ -111,7 +111,7 @@ class PhaseLaw:
 
 
 @dataclass(frozen=True, eq=False)
-class PhasePath(Path):
+class PhasePath(ReadOnly, Path):
     r"""A sum of harmonics of a phase, plus a drift proportional to the phase.
 
     .. math:: r(t) = c + d\,\varphi(t) + \operatorname{Re} \sum_k a_k\, e^{i k \varphi(t)}

@@ -140,7 +140,7 @@ class ReportsExcept:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectories:
+class Trajectories(ReadOnly):
     """Plans of one degree and dimension, one after the other in read-only arrays.
 
     Plan b has the polynomials ``offsets[b]`` to ``offsets[b + 1]``: one per leg, or as many as ``pieces`` says. It has

@@ -116,7 +116,7 @@ def linear_rotor_drag(dx: float, dy: float, dz: float = 0.0) -> BodyDrag:
 
 
 @dataclass(frozen=True, eq=False)
-class RotorSpeedDrag:
+class RotorSpeedDrag(ReadOnly):
     """Rotor drag that grows with rotor speed, ``F = -sum(speed) diag(coefficient) v``.
 
     The model of RotorPy (Folk, Paulos and Kumar 2023). In simulation it acts at each hub with the hub's own velocity,
@@ -203,7 +203,7 @@ RPM = 2.0 * math.pi / 60.0
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class Surface(ReadOnly):
     """A polynomial in named variables, with the range in which it was measured.
 
     Parameters

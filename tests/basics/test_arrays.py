@@ -10,7 +10,7 @@ import pytest
 import minsnap
 from minsnap.corridors.constraint import Walls
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle import Quadrotor
+from minsnap.vehicle import Quadrotor, RotorSpeedDrag, Surface
 
 CORNERS = [(0, 0, 1), (2, 0, 1), (2, 1, 1)]
 
@@ -31,6 +31,13 @@ VALUES = {
     "faces": lambda: Walls.planes([0], [[1.0, 0.0]], [[0.0, 0.0]], [-1.0], [1.0], [1.0]),
     "balls": lambda: Walls.balls([0], np.eye(2)[None], [[0.0, 0.0]], [1.0]),
     "vehicle": Quadrotor.dji_f330,
+    "surface": lambda: Surface("fitted", ("velocity",), ((1,),), [2.0]),
+    "rotor drag": lambda: RotorSpeedDrag((1e-4, 1e-4, 0.0)),
+    "point to look at": lambda: minsnap.LookAt((1, 2)),
+    "circle": minsnap.circle,
+    "certificate": lambda: minsnap.certify(planned(), CORNERS, 0.3),
+    "problem": lambda: minsnap.build_qp(CORNERS, [2.0, 1.5], 0.3),
+    "plans": lambda: minsnap.plan_many([CORNERS, CORNERS], [2.0, 1.5], gradients=True),
 }
 WAYS = {"pickle": lambda value: pickle.loads(pickle.dumps(value)), "copy": copy.copy, "deepcopy": copy.deepcopy}
 
