@@ -6,6 +6,7 @@ import pytest
 import minsnap
 from minsnap.errors import InputError, MinsnapError
 from minsnap.planning.request import plan_arguments
+from minsnap.vehicle import BodyDrag, Quadrotor
 
 P = [(0, 0, 1), (4, 0, 1), (4, 3, 1.5)]
 LARGE = 10**400
@@ -51,6 +52,12 @@ def test_an_argument_of_plan_of_another_kind(name, value, said):
         lambda: minsnap.Trajectory("", [1.0]),
         lambda: minsnap.corridor_from_grid([[1, 2], [3]], 0.1, [(0, 0)]),
         lambda: minsnap.rectangle(altitude=TABLE),
+        lambda: minsnap.plan(P, [2, 2], corridor=minsnap.Tube),
+        lambda: minsnap.certify(minsnap.plan(P, [2, 2]), corridor=[0.3, minsnap.Room]),
+        lambda: minsnap.plan_fleet([P], minsnap.Limits(speed=1.0), minsnap.Separation(0.3), room=minsnap.Room),
+        lambda: minsnap.plan(P, [2, 2], avoid=minsnap.Cylinder),
+        lambda: minsnap.Limits.of(Quadrotor),
+        lambda: Quadrotor(1.0, (1.0, 1.0, 1.0), 0.2, 1e-6, 1e-8, 1e3, drag=BodyDrag),
     ],
 )
 def test_a_value_of_another_kind(make):

@@ -41,6 +41,11 @@ def is_number(value: Any) -> bool:
         return False
 
 
+def has_method(value: Any, name: str) -> bool:
+    """Whether a value, not a class, has a method."""
+    return hasattr(value, name) and not isinstance(value, type)
+
+
 def is_whole(value: Any) -> bool:
     """Whether a value is a whole number: an integer of Python or NumPy, not a bool."""
     return isinstance(value, (int, np.integer)) and not isinstance(value, NO_NUMBERS)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly, bounded, numbers, set_fields
-from minsnap.basics.checks import SIZE
+from minsnap.basics.checks import SIZE, has_method
 from minsnap.corridors.constraint import Constraint, Walls, leg_scales
 from minsnap.errors import CorridorError
 
@@ -206,10 +206,10 @@ def as_room(room: Room | Sequence[ArrayLike] | None) -> list[Constraint]:
     """Convert the argument ``room`` to constraints: two corners become a ``Room``."""
     if room is None:
         return []
-    if hasattr(room, "walls"):
-        return [room]
+    if has_method(room, "walls"):
+        return [room]  # type: ignore[list-item]
     try:
-        lower, upper = room
+        lower, upper = room  # type: ignore[misc]
     except (TypeError, ValueError):
         raise CorridorError("room must be a Room or two corners, such as ((-4, -4, 0), (4, 4, 6))") from None
     return [Room(lower, upper)]

@@ -13,7 +13,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, ReadOnly, numbers, set_fields
-from minsnap.basics.checks import check_array
+from minsnap.basics.checks import check_array, has_method
 from minsnap.basics.messages import shown
 from minsnap.errors import CorridorError
 
@@ -190,6 +190,6 @@ def as_obstacles(avoid: Any) -> tuple[Obstacle, ...]:
         return ()
     obstacles = tuple(avoid) if isinstance(avoid, Sequence) else (avoid,)
     for obstacle in obstacles:
-        if not isinstance(obstacle, Obstacle):
+        if not has_method(obstacle, "numbers"):
             raise CorridorError(f"avoid has {shown(obstacle)}: give cylinders, ellipsoids and cuboids")
     return obstacles

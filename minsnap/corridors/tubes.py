@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, ReadOnly, lengths_of, numbers, positive, set_fields
-from minsnap.basics.checks import MOST_PER_PIECE, beyond, check_number
+from minsnap.basics.checks import MOST_PER_PIECE, beyond, check_number, has_method
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Constraint, Walls
@@ -133,9 +133,9 @@ def as_constraints(corridor: ArrayLike | Constraint | Sequence[object] | None) -
     """Convert the argument ``corridor`` to constraints: half-widths become a ``Tube``."""
     if corridor is None:
         return []
-    if hasattr(corridor, "walls"):
+    if has_method(corridor, "walls"):
         return [corridor]  # type: ignore[list-item]
-    if isinstance(corridor, (list, tuple)) and any(hasattr(entry, "walls") for entry in corridor):
+    if isinstance(corridor, (list, tuple)) and any(has_method(entry, "walls") for entry in corridor):
         return [part for entry in corridor for part in as_constraints(entry)]
     return [Tube(corridor)]  # type: ignore[arg-type]
 

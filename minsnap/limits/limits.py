@@ -121,7 +121,7 @@ class Limits:
         LimitError
             If the vehicle cannot hover, the reserve is out of its range, or another limit is malformed.
         """
-        if not hasattr(vehicle, "max_thrust_to_weight"):
+        if isinstance(vehicle, type) or not hasattr(vehicle, "max_thrust_to_weight"):
             raise LimitError(f"Limits.of takes a Quadrotor, not {type(vehicle).__name__}")
         if not (is_number(reserve) and 0.0 <= reserve < 1.0):
             raise LimitError(f"the reserve is {shown(reserve)}: it must be at least 0 and below 1")

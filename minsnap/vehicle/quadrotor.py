@@ -29,7 +29,7 @@ from minsnap.basics.arrays import (
     set_fields,
 )
 from minsnap.basics.cached import cached_property
-from minsnap.basics.checks import check_array
+from minsnap.basics.checks import check_array, has_method
 from minsnap.basics.messages import SHOWN, shown
 from minsnap.basics.schema import ANYTHING, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.basics.storage.text import FileName, load_yaml
@@ -130,7 +130,7 @@ class Quadrotor(ReadOnly):
         if self.rotor_speed_min >= self.rotor_speed_max:
             limits = f"{self.rotor_speed_min} and {self.rotor_speed_max} rad/s"
             raise VehicleError(f"the rotor speed limits are {limits}: the lower must be below the upper")
-        if not isinstance(self.drag, Drag):
+        if not has_method(self.drag, "force"):
             raise VehicleError(f"drag is {shown(self.drag)}: give a model with a force method, such as BodyDrag(...)")
 
     @cached_property
