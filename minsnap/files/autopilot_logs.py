@@ -21,7 +21,17 @@ from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName, check_size, read_bytes, reading
 from minsnap.errors import FileError, InputError
-from minsnap.files.flight_log import BODY, WORLD, FlightLog, InertialLog, flight_log, from_euler, inertial_log, rising
+from minsnap.files.flight_log import (
+    BODY,
+    WORLD,
+    FlightLog,
+    InertialLog,
+    clock_goes_back,
+    flight_log,
+    from_euler,
+    inertial_log,
+    rising,
+)
 from minsnap.files.frames import map_samples
 from minsnap.trajectory.samples import Samples
 
@@ -301,10 +311,10 @@ def read_dataflash(path: FileName, inertial: bool = False) -> FlightLog:
     complaints = io.StringIO()
     with contextlib.redirect_stderr(complaints), contextlib.redirect_stdout(complaints):
         try:
-            columns = _columns(PythonReader(os.fspath(path)), [*_TYPES, *(_INERTIAL if inertial else ())])
+            columns, late = _columns(PythonReader(os.fspath(path)), [*_TYPES, *(_INERTIAL if inertial else ())])
         except Exception as error:
             raise FileError(f"{path} is no dataflash log: {error or type(error).__name__}") from None
-    damage = f"{path} is damaged" if complaints.getvalue() else None
+    damage = f"{path} is damaged" if complaints.getvalue() else late
     with reading(path, "a dataflash log that makes sense"):
         result = flight_log(*_tracks(columns), damage)
         if result.flight is None:
@@ -333,22 +343,23 @@ def _inertial_of(columns: dict[str, dict[str, FloatArray]], start: float) -> Ine
     return inertial_log((attitude["TimeUS"] * 1e-6, turns), (felt["TimeUS"] * 1e-6, force), throttle, hover, start)
 
 
-def _columns(reader: Any, types: list[str]) -> dict[str, dict[str, FloatArray]]:
-    """Return every message type that is read as columns."""
+def _columns(reader: Any, types: list[str]) -> tuple[dict[str, dict[str, FloatArray]], str | None]:
+    """Return every message type that is read as columns, and a sentence on rows left out for their times."""
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in types}
     with reader:
         for message in iter(lambda: reader.recv_match(type=types), None):
             rows[message.get_type()].append(message.to_dict())
     for name, instance in (("XKF1", "C"), ("IMU", "I")):
         rows[name] = [row for row in rows.get(name, []) if not row.get(instance)]
-    return {name: _table(entries) for name, entries in rows.items() if entries}
+    tables = {name: _table(entries) for name, entries in rows.items() if entries}
+    late = clock_goes_back(table["TimeUS"] for table in tables.values())
+    kept = {name: rising(table["TimeUS"]) for name, table in tables.items()}
+    return {name: {key: values[kept[name]] for key, values in table.items()} for name, table in tables.items()}, late
 
 
 def _table(rows: list[dict[str, Any]]) -> dict[str, FloatArray]:
     names = [name for name, value in rows[0].items() if isinstance(value, (int, float))] if rows else []
-    table = {name: np.array([row.get(name, np.nan) for row in rows], dtype=np.float64) for name in names}
-    kept = rising(table["TimeUS"])
-    return {name: values[kept] for name, values in table.items()}
+    return {name: np.array([row.get(name, np.nan) for row in rows], dtype=np.float64) for name in names}
 
 
 def _tracks(columns: dict[str, dict[str, FloatArray]]) -> tuple[Samples | None, Samples | None]:

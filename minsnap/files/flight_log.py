@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -148,7 +149,9 @@ def flight_log(reference: Samples | None, flight: Samples | None, damage: str | 
     """
     clean = [None if raw is None else _cleaned(raw) for raw in (reference, flight)]
     start = min((float(samples.t[0]) for samples in clean if samples is not None), default=0.0)
-    sentence = None if damage is None else f"{damage}; {_what_was_read(*clean)}"
+    late = clock_goes_back([raw.t for raw in (reference, flight) if raw is not None])
+    wrong = "; ".join(each for each in (damage, late) if each)
+    sentence = f"{wrong}; {_what_was_read(*clean)}" if wrong else None
     upright = "enu" if frame == "ned" else "flu"
     setpoints, flown = (
         None if samples is None else map_samples(replace(samples, t=samples.t - start), frame, upright)
@@ -166,6 +169,12 @@ def _cleaned(raw: Samples) -> Samples | None:
     if kept.yaw is not None and "yaw" not in changed:
         changed["yaw"] = np.unwrap(kept.yaw)
     return replace(kept, **changed)
+
+
+def clock_goes_back(clocks: Iterable[FloatArray]) -> str | None:
+    """Return a sentence on how many rows are left out, of the times of several topics, where some fall; else None."""
+    late = sum(len(t) - int(rising(t).sum()) for t in clocks if (np.diff(t) < 0.0).any())
+    return f"the clock of the log goes back: {late} of its rows are left out" if late else None
 
 
 def _what_was_read(reference: Samples | None, flight: Samples | None) -> str:

@@ -7,6 +7,7 @@ from ulog_bytes import fields, ulog
 import minsnap
 from minsnap.errors import FileError
 from minsnap.files.autopilot_logs import read_ulog
+from minsnap.files.flight_log import flight_log
 from minsnap.files.flights import load_flight, load_reference
 from minsnap.flight import compare
 from minsnap.trajectory.samples import Samples
@@ -65,6 +66,14 @@ def test_positions_and_setpoints_are_on_one_clock_in_the_world(log):
     since = read.reference.t - 0.1
     np.testing.assert_allclose(read.reference.position[:, 0], np.sin(since), atol=1e-6)
     np.testing.assert_allclose(read.reference.yaw, np.pi / 2 - 0.25, atol=1e-6)
+
+
+def test_a_clock_that_begins_again_is_said():
+    """One of the two parts was left out without a word."""
+    t = np.append(np.arange(200), np.arange(150))
+    read = flight_log(None, Samples(t, np.zeros((350, 3))), None)
+    assert len(read.flight) == 200 and "the clock of the log goes back: 150 of its rows are left out" in read.damage
+    assert flight_log(None, Samples(np.arange(200).repeat(2), np.zeros((400, 3))), None).damage is None
 
 
 def test_flights_are_loaded_by_their_ending(log):
