@@ -425,6 +425,8 @@ def tune(
         logged = {name: each.log for name, each in named.items()}
         write_flight_page(pages, report, title="Flights of one plan, tuned", logs=logged)
     for number, each in enumerate(flown, 1):
+        for remark in each.flown.remarks():
+            print(f"{each.log}: {remark}", file=sys.stderr)
         which = "this flight" if len(flown) == 1 else f"flight {number}"
         greatest = each.flown.comparison.max_error
         print(f"{which} missed the plan by {each.missed:.3f} m (rms), {greatest:.3f} m at most")

@@ -38,6 +38,8 @@ class ComparisonSettings:
         Resolution of a delay [s].
     overlap : float
         Least part of the shorter signal that must overlap at a lag.
+    jump : float
+        Change of position from one sample to the next, beyond what speed explains, that no vehicle makes [m].
     """
 
     slow: float = 0.05
@@ -46,6 +48,7 @@ class ComparisonSettings:
     rate: float = 100.0
     resolution: float = 1e-5
     overlap: float = 0.5
+    jump: float = 0.5
 
 
 COMPARED = ComparisonSettings()
@@ -216,6 +219,35 @@ def _refined(reference: Samples, flight: Samples, best: float, step: float, most
         return best
     minimum = minimize_scalar(distance, bounds=(low, high), method="bounded", options={"xatol": COMPARED.resolution})
     return best + float(minimum.x)
+
+
+def jump_remarks(flight: Samples) -> list[str]:
+    """Return a sentence on where positions jump, as they do when an estimator is reset; none if they do not.
+
+    A step of position, between two samples without a gap, is a jump if neither the velocity there nor the steps before
+    and after explain it to within 0.5 m.
+
+    Parameters
+    ----------
+    flight : Samples
+    """
+    if len(flight) < 4:
+        return []
+    apart, step = np.diff(flight.t)[:, None], np.diff(flight.position, axis=0)
+    around = (step / apart)[[1, *range(len(step)), -2]]
+    speeds = [0.5 * (around[:-2] + around[2:])]
+    if flight.velocity is not None:
+        speeds.append(0.5 * (flight.velocity[:-1] + flight.velocity[1:]))
+    size = np.min([np.linalg.norm(step - speed * apart, axis=1) for speed in speeds], axis=0)
+    size[in_gaps(0.5 * (flight.t[:-1] + flight.t[1:]), flight.t)] = 0.0
+    where = np.flatnonzero(size > COMPARED.jump)
+    if not len(where):
+        return []
+    places = np.split(where, np.flatnonzero(np.diff(where) > 2) + 1)
+    first = flight.t[places[0][size[places[0]].argmax()] + 1]
+    times = f"at {first:.2f} s" if len(places) == 1 else f"{len(places)} times, first at {first:.2f} s"
+    what = f"the logged position jumps by {size.max():.3g} m {times}"
+    return [f"{what}, as when an estimator is reset: figures count the jump"]
 
 
 MAX_DELAY = 2.0

@@ -36,7 +36,7 @@ from minsnap.flight.tracking.body_drag_fit import (
     flown_span,
     read_flight_log,
 )
-from minsnap.flight.tracking.comparison import estimate_delay, position_at
+from minsnap.flight.tracking.comparison import estimate_delay, jump_remarks, position_at
 from minsnap.trajectory.samples import Samples, between_gaps, gap_remarks, in_gaps
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.quadrotor import Quadrotor
@@ -294,7 +294,8 @@ def fit_flight(source: FileName | FlightLog, lead: float | None = None) -> Fligh
     if log.flight is None:
         raise FitError("the log has no positions of the vehicle")
     damage = () if log.damage is None else (log.damage,)
-    delay = None if log.reference is None else _delay(log.reference, log.flight)
+    jumps = jump_remarks(log.flight)
+    delay = None if log.reference is None or jumps else _delay(log.reference, log.flight)
     hover = None if log.inertial is None else log.inertial.hover_throttle
     if log.inertial is None:
         fit = _from_setpoints(log)
@@ -303,7 +304,7 @@ def fit_flight(source: FileName | FlightLog, lead: float | None = None) -> Fligh
     if fit.hover is None and hover is not None:
         fit = replace(fit, notes=(*fit.notes, f"the autopilot's own estimate of the hover throttle is {hover:.3f}"))
     led = lead if lead is not None else 0.0 if log.reference is None else log.reference.lead
-    return replace(fit, delay=delay, lead=led, notes=(*damage, *fit.notes))
+    return replace(fit, delay=delay, lead=led, notes=(*damage, *fit.notes, *jumps))
 
 
 def _from_setpoints(log: FlightLog) -> FlightFit:

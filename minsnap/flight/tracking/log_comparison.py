@@ -19,7 +19,7 @@ from minsnap.errors import InputError
 from minsnap.files.flight_log import FlightLog, InertialLog
 from minsnap.flight.simulation.flight_inputs import drag_in_body, tabulate
 from minsnap.flight.simulation.simulated_flight import STEP, Flight
-from minsnap.flight.tracking.comparison import MAX_DELAY, Comparison, compare, position_at
+from minsnap.flight.tracking.comparison import MAX_DELAY, Comparison, compare, jump_remarks, position_at
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.attitude import rotations
@@ -166,7 +166,8 @@ def find_flights(reference: Samples, setpoints: Samples) -> list[LogFlight]:
     if not flights:
         nearest = min((flight.mismatch for flight in refined), default=np.inf)
         near = f"at best {nearest:.2g} m apart" if np.isfinite(nearest) else "no setpoints are like it"
-        raise InputError(f"the log's setpoints do not follow the file ({near}): is it of another file or frame?")
+        which = "is it of another file or frame, or does it begin in flight?"
+        raise InputError(f"the log's setpoints do not follow the file ({near}): {which}")
     return flights
 
 
@@ -179,15 +180,25 @@ def _tolerance(reference: Samples) -> float:
 
 def _begun(reference: Samples, setpoints: Samples) -> list[LogFlight]:
     """Return the flights that follow a file from its beginning and leave it: stopped ones, and logs that end."""
+    whole = reference.duration
     for share in MATCH.parts:
-        head = reference[reference.t <= reference.t[0] + share * reference.duration]
+        head = reference[reference.t <= reference.t[0] + share * whole]
         if np.ptp(head.position, axis=0).max() < MATCH.least_way:
             break
         refined = [_refined(head, setpoints, start) for start in _candidates(head, setpoints)]
         flights = [flight for flight in refined if flight.mismatch <= _tolerance(head)]
         if flights:
-            return _apart([_cut(reference, setpoints, flight) for flight in flights], reference.duration)
+            cut = [_cut(reference, setpoints, flight) for flight in flights]
+            return _apart([_cut(reference, setpoints, _of_part(reference, setpoints, each)) for each in cut], whole)
     return []
+
+
+def _of_part(reference: Samples, setpoints: Samples, flight: LogFlight) -> LogFlight:
+    """Return the flight with the clocks of the part that it follows: setpoints after it are of no file."""
+    if flight.end is None:
+        return flight
+    part = setpoints[setpoints.t < flight.start + flight.end / flight.rate]
+    return _refined(reference[reference.t < reference.t[0] + flight.end], part, flight.start)
 
 
 def _apart(flights: list[LogFlight], duration: float) -> list[LogFlight]:
@@ -307,11 +318,12 @@ class ComparedFlight:
         planned = self.whole if self.place is None or self.place.end is None else self.place.end
         if begin > MATCH.away or end < planned - MATCH.away:
             sentences.append(f"positions are known from {begin:.2f} to {end:.2f} s alone: that part is compared")
+        jumps = jump_remarks(self.flight)
         offset = self.comparison.constant_offset
-        if float(np.linalg.norm(offset)) > OFFSET_NOTED:
+        if not jumps and float(np.linalg.norm(offset)) > OFFSET_NOTED:
             words = ", ".join(f"{value:.2f}" for value in offset)
             sentences.append(f"the whole flight lies ({words}) m from its reference: do origin and frame agree?")
-        return sentences
+        return sentences + jumps
 
 
 def compare_in_log(

@@ -23,7 +23,7 @@ from minsnap.basics.checks import check_positive
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError
 from minsnap.files.flights import load_log
-from minsnap.flight.tracking.comparison import compare, position_at
+from minsnap.flight.tracking.comparison import compare, jump_remarks, position_at
 from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
 from minsnap.trajectory.samples import Samples, in_gaps
 
@@ -174,7 +174,8 @@ def learn_from(plan: Samples, sent: Samples, log: FileName, settings: LearningSe
     Raises
     ------
     InputError
-        If the file is no log, or the flight was stopped, lies elsewhere than the plan, or was nowhere near it once.
+        If the file is no log, or the flight was stopped, lies elsewhere than the plan, or was nowhere near it once,
+        or its logged position jumps.
     """
     last = compare_in_log(sent, *flight_in(log))[-1]
     if last.place is not None and (last.place.end is not None or last.place.shift.any()):
@@ -184,6 +185,8 @@ def learn_from(plan: Samples, sent: Samples, log: FileName, settings: LearningSe
     if flown.comparison.max_error > settings.lost:
         where = f"{flown.comparison.max_error:.3g} m from the plan at {flown.comparison.worst_instant:.2f} s"
         raise InputError(f"{log} has the vehicle {where}: a position in it is wrong")
+    if jumps := jump_remarks(last.flight):
+        raise InputError(f"{log}: {jumps[0]}, and tune would learn it")
     after = learned(plan, sent, last.flight, max(0.0, delay), settings)
     return TunedFlight(sent, flown, delay, after, Path(log))
 

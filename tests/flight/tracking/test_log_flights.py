@@ -5,6 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import InputError
+from minsnap.flight.tracking.comparison import jump_remarks
 from minsnap.flight.tracking.log_comparison import compare_in_log, find_flights
 from minsnap.flight.tracking.tracking_plot import plot_comparison
 from minsnap.trajectory.samples import Samples
@@ -125,6 +126,29 @@ def test_a_flight_that_was_stopped_is_compared_until_then(stop):
     assert np.median(one.comparison.along) < 0
     said = one.remarks()[0]
     assert f"{100 * one.place.end / FILE.duration:.0f} %): that part is compared" in said
+
+
+def test_a_jump_of_the_estimate_is_said_and_no_offset_of_the_whole_flight():
+    """It was told as an offset of the whole flight, and tune learned it."""
+    setpoints, flown = log_of([9.0])
+    reset = Samples(flown.t, flown.position + 1.5 * (flown.t > 9.0 + 0.3 * FILE.duration)[:, None] * (1, 0, 0))
+    (one,) = compare_in_log(FILE_IN_AIR, setpoints, reset)
+    (remark,) = one.remarks()
+    assert f"jumps by 1.5 m at {0.3 * FILE.duration:.1f}" in remark
+    speed = np.gradient(flown.position, flown.t, axis=0)
+    for late in (None, speed):
+        assert not jump_remarks(Samples(flown.t, flown.position, late)) and not jump_remarks(flown[::20])
+    glitch = flown.position + 8.0 * (np.arange(len(flown)) == 400)[:, None]
+    assert "jumps by" in jump_remarks(Samples(flown.t, glitch, speed))[0]
+
+
+def test_setpoints_that_leave_the_file_do_not_change_its_clock():
+    """The clock was said to run 0.9 % slow where the setpoints moved by the estimator's reset."""
+    setpoints, flown = log_of([9.0])
+    away = 1.2 * (setpoints.t > 9.0 + 0.43 * FILE.duration)[:, None] * (0, 1, 0)
+    (one,) = compare_in_log(FILE_IN_AIR, Samples(setpoints.t, setpoints.position + away), flown)
+    assert one.place.rate == pytest.approx(1.0, abs=1e-3)
+    assert one.place.end == pytest.approx(0.43 * FILE.duration, abs=0.1)
 
 
 def test_a_log_that_ends_in_flight_is_compared_until_then():

@@ -8,7 +8,7 @@ import pytest
 import minsnap
 from minsnap.errors import InputError
 from minsnap.files.autopilot_logs import write_ulog
-from minsnap.flight import CascadeController, simulate
+from minsnap.flight import CascadeController, fit_flight, simulate
 from minsnap.flight.tracking.log_comparison import simulated_log
 from minsnap.flight.tracking.tracking_plot import leg_instants, write_flight_page
 from minsnap.flight.tracking.tuning import best_to_fly, learn_from, tune_in_flight
@@ -76,6 +76,13 @@ def test_a_log_with_a_wrong_position_is_not_learned_from(plan, tmp_path):
         InputError, match=r"1.ulg has the vehicle 1e.30 m from the plan at .* a position in it is wrong"
     ):
         learn_from(plan, plan, tmp_path / "1.ulg")
+    position[:, 0] = log.flight.position[:, 0] + 1.2 * (log.flight.t > 6.0)
+    reset = replace(log, flight=replace(log.flight, position=position))
+    write_ulog(reset, tmp_path / "2.ulg")
+    with pytest.raises(InputError, match=r"2.ulg: the logged position jumps by 1.2 m at 6.0\d s"):
+        learn_from(plan, plan, tmp_path / "2.ulg")
+    fit = fit_flight(reset)
+    assert fit.delay is None and "jumps" in fit.notes[-1]
 
 
 def test_legs_lie_between_waypoints_or_where_the_plan_slows_down(plan):
