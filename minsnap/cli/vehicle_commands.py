@@ -82,7 +82,7 @@ def _say(findings: list[Finding], json: bool) -> None:
     for finding in findings:
         verdict = "not answered" if not finding.known else "does not fit" if finding.problem else "fits"
         named = finding.name if finding.seen is None else f"{finding.name} ({finding.seen})"
-        values = ", ".join(map(str, finding.parameters)) or named
+        values = ", ".join(map(str, finding.parameters or finding.unanswered)) or named
         print(f"{verdict:13} {values}" + (f": {finding.problem}" if finding.problem else ""))
 
 

@@ -244,6 +244,8 @@ class Link:
         Messages of other systems and components, by (system, component).
     refused : int
         Messages that were damaged or not signed as they should be.
+    unknown : int
+        Messages of the vehicle of a type that is not known here, such as ArduPilot's own.
     numbering : callable or None
         Where sequence numbers come from while another thread sends as well.
     """
@@ -262,7 +264,7 @@ class Link:
         self.address = transport.address
         self.vehicle = VehicleState()
         self.ignored: Counter[tuple[int, int]] = Counter()
-        self.refused = 0
+        self.refused = self.unknown = 0
         self.numbering: Callable[[], int] | None = None
         own = self._dialect.MAV_COMP_ID_ONBOARD_COMPUTER
         self._codec = self._dialect.MAVLink(self, srcSystem=source_system, srcComponent=own)
@@ -360,20 +362,29 @@ class Link:
         Messages of an unknown type are ignored, since their checksum cannot be verified. So are those that come in its
         name from another address, until the vehicle has been silent for a while: then it may have a new one.
         """
-        if message.get_type() == "BAD_DATA" or message.get_type().startswith("UNKNOWN"):
-            self.refused += message.get_type() == "BAD_DATA"
+        if message.get_type() == "BAD_DATA":
+            self.refused += 1
+            return False
+        if message.get_type().startswith("UNKNOWN"):
+            header = message.get_msgbuf()[:7]  # the parser keeps neither sender nor number of such a message
+            place = (5, 6) if header[0] == self._dialect.PROTOCOL_MARKER_V2 else (3, 4)
+            self.unknown += all(header[k] == own for k, own in zip(place, self._chosen(), strict=True))
             return False
         sender = (message.get_srcSystem(), message.get_srcComponent())
         if not self.vehicle.known and self._is_suitable(message, sender[0]):
             self.vehicle = replace(self.vehicle, system=sender[0], component=sender[1])
             self.ignored.pop(sender, None)
-        chosen = (self.vehicle.system, self.vehicle.component)
+        chosen = self._chosen()
         elsewhere = self._peer not in (None, peer) and self._clock.now() - self.vehicle.heard < LISTENING.moves
         if chosen == (0, 0) or sender != chosen or elsewhere:
             self.ignored[sender] += 1
             return False
         self.vehicle = self.vehicle.told(message, self._clock.now(), self._events)
         return True
+
+    def _chosen(self) -> tuple[int, int]:
+        """Return system and component of the vehicle; zeros before one is chosen."""
+        return self.vehicle.system, self.vehicle.component
 
     def _is_suitable(self, message: Message, system: int) -> bool:
         """Return whether this is the heartbeat of an autopilot with the requested system id."""

@@ -69,7 +69,7 @@ class Parameter:
     kind: int = _REAL32
 
     def __str__(self) -> str:
-        return f"{self.name} = {self.value:g}"
+        return f"{self.name} = {self.value:{'.7g' if self.kind == _REAL32 else '.0f'}}"
 
 
 class Parameters:
@@ -117,13 +117,18 @@ class Parameters:
         if before is None:
             raise LinkError(f"the vehicle has no parameter {name}, or did not answer")
         encoded = self._encoded(name, value, before.kind)
+        wanted, told = Parameter(name, value, before.kind), None
         for _ in range(ASKED.tries):
             self._send("param_set", name, encoded, before.kind)
             answer: dict[str, Parameter] = {}
             self._collect(answer, {name})
-            if name in answer and math.isclose(answer[name].value, value, rel_tol=1e-6, abs_tol=1e-9):
-                return answer[name]
-        raise LinkError(f"the vehicle did not take {name} = {value:g}: it has {before.value:g}")
+            told = answer.get(name, told)
+            exact = 0.0 if before.kind in _FORMATS else 1e-6
+            if told is not None and math.isclose(told.value, value, rel_tol=exact, abs_tol=1e-9):
+                return told
+        if told is None:
+            raise LinkError(f"the vehicle did not confirm {wanted}: it may have that or {before}")
+        raise LinkError(f"the vehicle did not take {wanted}, and has {told}")
 
     def _send(self, message: str, name: str, *rest: float) -> None:
         vehicle, build = self._link.vehicle, getattr(load_dialect(), f"MAVLink_{message}_message")
@@ -153,7 +158,11 @@ class Parameters:
         if math.isfinite(value) and kind != _REAL32 and value != int(value):
             raise LinkError(f"{name} is an integer: it cannot be {value:g}")
         try:
-            raw = struct.pack("<f", value) if kind not in _FORMATS else struct.pack(f"<{_FORMATS[kind]}", int(value))
+            single, raw = struct.pack("<f", value), b""
+            if kind not in _FORMATS:
+                raw = single
+            elif self._bytewise or struct.unpack("<f", single)[0] == value:
+                raw = struct.pack(f"<{_FORMATS[kind]}", int(value))
         except (struct.error, OverflowError, ValueError):
             raw = b""
         if not raw or not math.isfinite(value):

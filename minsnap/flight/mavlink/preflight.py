@@ -130,6 +130,8 @@ class Finding:
         What was seen, where it is no parameter.
     grave : bool
         Whether a flight with this problem is refused.
+    unanswered : tuple of str
+        Parameters that the vehicle did not answer for.
     """
 
     parameters: tuple[Parameter, ...]
@@ -137,6 +139,7 @@ class Finding:
     problem: str | None
     seen: str | None = None
     grave: bool = False
+    unanswered: tuple[str, ...] = ()
 
     @property
     def known(self) -> bool:
@@ -303,7 +306,8 @@ def check_parameters(autopilot: str, parameters: Mapping[str, Parameter], needs:
     for rule in RULES[autopilot]:
         known = tuple(parameters[name] for name in rule.names if name in parameters)
         if len(known) < len(rule.names):
-            findings.append(Finding((), rule.names[0], None))
+            missing = tuple(name for name in rule.names if name not in parameters)
+            findings.append(Finding((), rule.names[0], None, unanswered=missing))
             continue
         values = {parameter.name: parameter.value for parameter in known}
         findings.append(Finding(known, rule.names[0], rule.judge(values, needs), grave=rule.grave))
@@ -380,21 +384,28 @@ class VehicleWatch:
         self._silence = 0.0
         self._received = self._missing = self._strange = 0
         self._number: int | None = None
+        self._unknown = link.unknown
         self._ends: deque[int] = deque(maxlen=4)
+        self._passed: deque[int] = deque(maxlen=4)
         self._said: dict[str, Message] = {}
 
     def take(self, message: Message) -> None:
         """Take note of a message."""
         now = self._clock.now()
         self._silence, self._last = max(self._silence, now - self._last), now
-        number = message.get_seq()
+        number, self._received = message.get_seq(), self._received + 1
+        self._said[message.get_type()] = message
+        if number in self._passed:  # not lost, but overtaken on the way
+            self._passed.remove(number)
+            self._missing -= 1
+            return
         missing = 0 if self._number is None else (number - self._number - 1) % 256
         if missing:  # where vehicles take turns, it goes on from where one of them was left
             self._strange += (number - 1) % 256 in self._ends
             self._ends.append(self._number or 0)
             self._missing += missing
-        self._received, self._number = self._received + 1, number
-        self._said[message.get_type()] = message
+            self._passed.extend((number - k) % 256 for k in range(1, missing + 1)[: self._passed.maxlen])
+        self._number = number
 
     def listen(self) -> None:
         """Ask for the arming checks, and listen until :data:`WATCHED.listen` have passed since the beginning."""
@@ -432,14 +443,16 @@ class VehicleWatch:
         return [Finding((), name, *told, grave=name == "estimate" and bool(told[0])) for name, told in subjects.items()]
 
     def _quality(self) -> Told:
-        share = self._missing / max(1, self._received + self._missing)
+        lost = max(0, self._missing - self._link.unknown + self._unknown)
+        share = lost / max(1, self._received + lost)
         silence = max(self._silence, self._clock.now() - self._last)
         seen = f"{self._received} messages, {100 * share:.1f} % lost, silent for {silence:.2f} s at most"
         system, component = self._link.vehicle.system, self._link.vehicle.component
         if self._strange + self._link.ignored[system, component] > WATCHED.lost * self._received:
             both = f"two vehicles have the MAVLink system id {system}, or one is heard in two ways: give each its own"
             return both, f"{self._received} messages"
-        return seen if share > WATCHED.lost or silence > WATCHED.silent else None, seen
+        poor = share > WATCHED.lost or silence > WATCHED.silent
+        return "messages of the vehicle do not arrive" if poor else None, seen
 
 
 Told = tuple[str | None, str | None]

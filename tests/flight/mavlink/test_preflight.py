@@ -2,12 +2,13 @@
 
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from flying import PATH
 from px4_parameters import PX4
-from standin import StandIn
+from standin import StandIn, mavlink
 
 from minsnap.errors import LinkError
 from minsnap.flight.mavlink.link import Clock, open_link
@@ -102,7 +103,7 @@ def test_every_rule_is_seen_to_object():
 def test_an_unanswered_parameter_is_neither_good_nor_bad():
     values = {name: value for name, value in PX4.items() if name != "RTL_RETURN_ALT"}
     finding = found("px4", values)["COM_OBL_RC_ACT"]
-    assert not finding.known and finding.problem is None
+    assert not finding.known and finding.problem is None and finding.unanswered == ("RTL_RETURN_ALT",)
 
 
 def test_needs_are_those_of_the_samples():
@@ -143,3 +144,49 @@ def test_parameters_are_read_and_written_as_the_autopilot_encodes_them(stack, va
             assert parameters.read([real]) == {}
         finally:
             link.close()
+
+
+class Stubborn:
+    """A link to a vehicle that answers what it likes when a parameter is set."""
+
+    def __init__(self, autopilot, kind, before, after):
+        self.vehicle = SimpleNamespace(autopilot=autopilot, system=1, component=1)
+        self.kind, self.value, self.after, self.answers, self.time = kind, before, after, [], 0.0
+
+    def now(self):
+        return self.time
+
+    def send(self, message):
+        if message.get_type() == "PARAM_SET":
+            self.value = self.after
+        if self.value is not None:
+            told = mavlink.MAVLink_param_value_message(b"NAME", self.value, self.kind, 1, 0)
+            self.answers.append(told)
+
+    def pump(self, until):
+        self.time, told, self.answers = until, self.answers, []
+        return told
+
+
+@pytest.mark.parametrize(
+    ("after", "says"),
+    [
+        (0.25, "the vehicle did not take NAME = 0.1, and has NAME = 0.25"),
+        (1.0, "the vehicle did not take NAME = 0.1, and has NAME = 1"),
+        (None, "the vehicle did not confirm NAME = 0.1: it may have that or NAME = 1"),
+    ],
+)
+def test_what_a_vehicle_has_that_does_not_take_a_value_is_what_it_said_last(after, says):
+    """It was said to have what it had before, also where it had taken a value between, or had not answered."""
+    link = Stubborn(12, 9, 1.0, after)
+    with pytest.raises(LinkError, match=f"^{says}$"):
+        Parameters(link, link).write("NAME", 0.1)
+
+
+def test_integers_are_told_and_compared_exactly():
+    """2^24 + 1 was sent to ArduPilot as the float beside it, and said to be set."""
+    link = Stubborn(3, 6, 0.0, 2.0**24)
+    with pytest.raises(LinkError, match="cannot hold"):
+        Parameters(link, link).write("NAME", 2.0**24 + 1.0)
+    assert link.value == 0.0 and str(Parameter("NAME", 50331651.0, 6)) == "NAME = 50331651"
+    assert str(Parameter("NAME", float(np.float32(0.7)))) == "NAME = 0.7"
