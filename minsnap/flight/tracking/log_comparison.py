@@ -197,8 +197,8 @@ def _of_part(reference: Samples, setpoints: Samples, flight: LogFlight) -> LogFl
     """Return the flight with the clocks of the part that it follows: setpoints after it are of no file."""
     if flight.end is None:
         return flight
-    part = setpoints[setpoints.t < flight.start + flight.end / flight.rate]
-    return _refined(reference[reference.t < reference.t[0] + flight.end], part, flight.start)
+    part = setpoints[setpoints.t <= flight.start + flight.end / flight.rate]
+    return _refined(reference[reference.t <= reference.t[0] + flight.end], part, flight.start)
 
 
 def _apart(flights: list[LogFlight], duration: float) -> list[LogFlight]:
@@ -218,7 +218,7 @@ def _cut(reference: Samples, setpoints: Samples, flight: LogFlight) -> LogFlight
     away = np.linalg.norm(place - position_at(reference, reference.t[0] + t), axis=1) > 3.0 * _tolerance(reference)
     lasting = max(1, int(MATCH.away / (reference.duration / max(len(t), 1))))
     gone = np.flatnonzero(np.convolve(away, np.ones(lasting), mode="valid") >= lasting)
-    end = float(t[gone[0]]) if len(gone) else float(t[-1])
+    end = float(t[max(gone[0] - 1, 0)] if len(gone) else t[-1])  # the last that follows it: a pause may come after
     return flight if end > reference.duration - MATCH.away else replace(flight, end=end)
 
 

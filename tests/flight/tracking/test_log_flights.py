@@ -151,6 +151,16 @@ def test_setpoints_that_leave_the_file_do_not_change_its_clock():
     assert one.place.end == pytest.approx(0.43 * FILE.duration, abs=0.1)
 
 
+def test_a_flight_that_was_paused_and_held_is_compared_until_the_pause():
+    """The time of the pause counted as flown, with an error of metres."""
+    setpoints, flown = log_of([9.0], late=0.2)
+    stop = 9.0 + 0.4 * FILE.duration
+    position = np.where((setpoints.t < stop)[:, None], setpoints.position, course(np.array([stop]), [9.0]))
+    sent = Samples(setpoints.t, position)[(setpoints.t < stop) | (setpoints.t > stop + 1.5)]
+    (one,) = compare_in_log(FILE_IN_AIR, sent, flown)
+    assert one.place.end == pytest.approx(0.4 * FILE.duration, abs=0.1)
+
+
 def test_a_log_that_ends_in_flight_is_compared_until_then():
     setpoints, flown = log_of([9.0], late=0.1)
     kept = [Samples(part.t[part.t < 14.0], part.position[part.t < 14.0]) for part in (setpoints, flown)]
