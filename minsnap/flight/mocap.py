@@ -406,6 +406,7 @@ class Relay:
         self._source, self._link, self._clock = source, link, clock
         self._build, self._frame, self._target = MESSAGES[message], get_frame(frame).name, vehicle_frame(frame)
         self._max_age, self._rate = max_age, rate
+        self._message(Pose(0.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))  # what is imported for it delays no pose
         self._schedule = Schedule(rate, clock.now())
         self._last = -math.inf
         self._sent: deque[tuple[float, float]] = deque(maxlen=RECENT)
@@ -436,12 +437,17 @@ class Relay:
         if pose is None or pose.received <= self._last or now - pose.received > self._max_age:
             self._stale += pose is not None
             return
-        self._last = pose.received
-        position = map_vectors(pose.position, self._frame, self._target).tolist()
-        attitude = self._attitude(pose.attitude)
-        self._link.send(self._build(max(0, round(pose.received * 1e6)), position, attitude, self._target))
+        self._last, message = pose.received, self._message(pose)
+        if self._clock.now() - pose.received > self._max_age:
+            self._stale += 1
+            return
+        self._link.send(message)
         self._count += 1
         self._sent.append((now, self._clock.now() - pose.received))
+
+    def _message(self, pose: Pose) -> Message:
+        position = map_vectors(pose.position, self._frame, self._target).tolist()
+        return self._build(max(0, round(pose.received * 1e6)), position, self._attitude(pose.attitude), self._target)
 
     def _attitude(self, attitude: Quaternion | float) -> list[float]:
         """Return an attitude in the frame that poses leave in; its z points down, and its yaw turns about that."""

@@ -16,6 +16,7 @@ from standin import mavutil
 
 from minsnap.errors import FileError, InputError, LinkError
 from minsnap.files.frames import FRAMES, map_quaternions, map_yaw
+from minsnap.flight import mocap
 from minsnap.flight.mavlink.link import Clock, open_link
 from minsnap.flight.mavlink.setpoints import vehicle_frame
 from minsnap.flight.mocap import NatNetSource, Pose, PoseSource, Relay, UdpJsonSource, euler_angles, open_source
@@ -127,6 +128,19 @@ def test_stale_poses_are_dropped(receiver):
     clock = SharedClock()
     report, messages = relayed(receiver, Scripted(clock, 20, age=0.5), clock, max_age=0.1)
     assert (report.sent, messages, report.stale) == (0, [], 20)
+
+
+def test_a_pose_that_gets_old_while_it_is_mapped_is_not_sent(receiver, monkeypatch):
+    """The first was sent 1.7 s old on a busy machine, which imported what maps it."""
+    clock, mapped = SharedClock(), mocap.map_quaternions
+
+    def slowly(*given):
+        clock.skip(0.5 * (clock.now() < 1.0))
+        return mapped(*given)
+
+    monkeypatch.setattr(mocap, "map_quaternions", slowly)
+    report, messages = relayed(receiver, Scripted(clock, 20, age=0.05), clock, max_age=0.1)
+    assert (report.sent, len(messages), report.stale) == (19, 19, 1) and report.latency_p99 < 0.1
 
 
 def test_a_pose_is_sent_once(receiver):
