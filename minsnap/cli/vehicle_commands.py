@@ -58,10 +58,16 @@ def preflight(
         stack = get_autopilot(autopilot, link.wait_for_vehicle(wait))
         if stack.name == "generic":
             raise LinkError("the autopilot is neither PX4 nor ArduPilot: there are no rules for its parameters")
+        taken = {}
         for name, value in wanted.items():
-            print(f"set {Parameters(link, clock).write(name, value)}", file=sys.stderr)
+            taken[name] = Parameters(link, clock).write(name, value)
+            print(f"set {taken[name]}", file=sys.stderr)
         findings = check_vehicle(link, clock, stack, samples, axes)
+        kept = Parameters(link, clock).read(taken)
     _say(findings, json)
+    for name, set_to in taken.items():
+        if kept.get(name) != set_to:
+            raise LinkError(f"{set_to} was set, and now the vehicle has {kept.get(name, 'no answer')}: did it restart?")
     return 1 if any(finding.problem for finding in findings) else 0
 
 

@@ -27,3 +27,21 @@ def test_the_command_says_what_does_not_fit_and_writes_what_is_named(call, tmp_p
         }
         bad = call("preflight", "--connect", link, "--set", "COM_OBL_RC_ACT")
         assert bad.returncode == 2 and "give NAME=VALUE" in bad.stderr
+
+
+class Forgetful(StandIn):
+    """Answers that it has set a parameter, and restarts with the old one."""
+
+    def _tell(self, message):
+        super()._tell(message)
+        if message.get_type() == "PARAM_SET":
+            self.parameters["COM_OBL_RC_ACT"] = 3
+
+
+@pytest.mark.slow
+def test_a_parameter_that_is_lost_again_is_said(call):
+    """It was said to be set alone, where the vehicle restarted half way."""
+    with Forgetful(parameters=PX4 | {"COM_OBL_RC_ACT": 3}) as vehicle:
+        done = call("preflight", "--connect", f"udpout:127.0.0.1:{vehicle.port}", "--set", "COM_OBL_RC_ACT=4")
+    assert done.returncode == 2 and "set COM_OBL_RC_ACT = 4" in done.stderr
+    assert "COM_OBL_RC_ACT = 4 was set, and now the vehicle has COM_OBL_RC_ACT = 3: did it restart?" in done.stderr
