@@ -220,7 +220,7 @@ class ReplaySource(PoseSource):
     path : str or path
         The file; other columns, such as a setpoint file's, are passed over.
     clock : Clock
-        Whose time it follows, from now on.
+        Whose time it follows, from when a pose is first asked for.
 
     Raises
     ------
@@ -237,10 +237,13 @@ class ReplaySource(PoseSource):
             raise FileError(f"{path}, line {back[0] + 3}: t is before that of the line above: times must not go back")
         self._positions = np.stack([table[name] for name in "xyz"], axis=1)
         self._attitudes = _attitudes(path, table)
-        self._clock, self._start = clock, clock.now()
+        self._clock = clock
+        self._start: float | None = None
 
     def latest(self) -> Pose | None:
         """Return the pose of the file for the present time."""
+        if self._start is None:
+            self._start = self._clock.now()
         elapsed = self._clock.now() - self._start
         row = int(np.searchsorted(self._t, elapsed, side="right")) - 1
         self.ended = row == len(self._t) - 1 and elapsed > self._t[-1] + 1.0
