@@ -40,6 +40,8 @@ class ComparisonSettings:
         Least part of the shorter signal that must overlap at a lag.
     jump : float
         Change of position from one sample to the next, beyond what speed explains, that no vehicle makes [m].
+    noise : float
+        Such a change is no jump below so many median ones.
     """
 
     slow: float = 0.05
@@ -49,6 +51,7 @@ class ComparisonSettings:
     resolution: float = 1e-5
     overlap: float = 0.5
     jump: float = 0.5
+    noise: float = 6.0
 
 
 COMPARED = ComparisonSettings()
@@ -225,7 +228,7 @@ def jump_remarks(flight: Samples) -> list[str]:
     """Return a sentence on where positions jump, as they do when an estimator is reset; none if they do not.
 
     A step of position, between two samples without a gap, is a jump if neither the velocity there nor the steps before
-    and after explain it to within 0.5 m.
+    and after explain it to within 0.5 m, or six times what they usually leave.
 
     Parameters
     ----------
@@ -235,12 +238,13 @@ def jump_remarks(flight: Samples) -> list[str]:
         return []
     apart, step = np.diff(flight.t)[:, None], np.diff(flight.position, axis=0)
     around = (step / apart)[[1, *range(len(step)), -2]]
-    speeds = [0.5 * (around[:-2] + around[2:])]
+    speeds = [around[:-2], around[2:], 0.5 * (around[:-2] + around[2:])]
     if flight.velocity is not None:
         speeds.append(0.5 * (flight.velocity[:-1] + flight.velocity[1:]))
     size = np.min([np.linalg.norm(step - speed * apart, axis=1) for speed in speeds], axis=0)
     size[in_gaps(0.5 * (flight.t[:-1] + flight.t[1:]), flight.t)] = 0.0
-    where = np.flatnonzero(size > COMPARED.jump)
+    size[[0, -1]] = 0.0
+    where = np.flatnonzero(size > max(COMPARED.jump, COMPARED.noise * float(np.median(size))))
     if not len(where):
         return []
     places = np.split(where, np.flatnonzero(np.diff(where) > 2) + 1)

@@ -138,6 +138,11 @@ def test_a_jump_of_the_estimate_is_said_and_no_offset_of_the_whole_flight():
     speed = np.gradient(flown.position, flown.t, axis=0)
     for late in (None, speed):
         assert not jump_remarks(Samples(flown.t, flown.position, late)) and not jump_remarks(flown[::20])
+    t = np.arange(0.0, 40.0, 0.25)  # a circle of 8.3 m at 10 m/s, of few positions with noise
+    circle = np.stack([8.3 * np.cos(1.2 * t), 8.3 * np.sin(1.2 * t), 0.0 * t], axis=1)
+    noise = np.random.default_rng(0).normal(0.0, 0.02, circle.shape)
+    assert not jump_remarks(Samples(t, circle + noise))
+    assert jump_remarks(Samples(t, circle + noise + 2.0 * (t > 20.0)[:, None]))
     glitch = flown.position + 8.0 * (np.arange(len(flown)) == 400)[:, None]
     assert "jumps by" in jump_remarks(Samples(flown.t, glitch, speed))[0]
 
