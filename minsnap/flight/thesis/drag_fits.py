@@ -137,10 +137,9 @@ def fit_drag(table: Table, form: str = "parasitic") -> DragFit:
     data = drag_columns(table, f"the {form} drag", like.variables, least=len(like.exponents) + 1)
     design = like.terms(*(data[name] for name in like.variables))
     values, covariance, residuals = least_squares(f"the {form} drag", design, data["drag"])
-    measured = {name: (float(data[name].min()), float(data[name].max())) for name in like.variables}
-    name = like.name.replace("published", "fitted")
-    quality = explained(data["drag"], residuals)
-    surface = replace(like, name=name, coefficients=values, measured=measured, r_squared=quality)
+    name, quality = like.name.replace("published", "fitted"), explained(data["drag"], residuals)
+    ranges = _ranges(data, like.variables)
+    surface = replace(like, name=name, coefficients=values, measured=ranges, r_squared=quality)
     return DragFit(surface, np.sqrt(np.diag(covariance)), covariance, residuals)
 
 
@@ -159,19 +158,16 @@ def fit_consistent_drag(table: Table) -> tuple[BodyDrag, float]:
     r_squared : float
         Part of the measurements' variance that it explains.
     """
-    (linear_x, linear_z, quadratic_x, quadratic_z), _, quality = consistent_fit(_consistent_columns(table))
+    (linear_x, linear_z, quadratic_x, quadratic_z), _, quality = consistent_fit(table)
     return BodyDrag((linear_x, linear_x, linear_z), (quadratic_x, quadratic_x, quadratic_z)), quality
 
 
-def _consistent_columns(table: Table) -> dict[str, FloatArray]:
-    return drag_columns(table, "the consistent drag", ("pitch_deg", "velocity"), least=5)
-
-
-def consistent_fit(data: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray, float]:
+def consistent_fit(table: Table) -> tuple[FloatArray, FloatArray, float]:
     """Return the coefficients linear x, linear z, quadratic x, quadratic z along the wind, residuals and R squared."""
     from scipy.optimize import nnls
 
-    pitch, velocity, drag = np.radians(data["pitch_deg"]), data["velocity"], data["drag"]
+    degrees, velocity, drag = drag_columns(table, "the consistent drag", ("pitch_deg", "velocity"), least=5).values()
+    pitch = np.radians(degrees)
     along, up = np.cos(pitch) ** 2, np.sin(pitch) ** 2
     design = np.stack([velocity * along, velocity * up, velocity**2 * along, velocity**2 * up], axis=-1)
     coefficients, _ = nnls(design, drag)
@@ -418,8 +414,7 @@ def _bench(path: FileName, form: str) -> TableFit:
 
 
 def _surface(path: FileName, form: str) -> TableFit:
-    variables = FORMS[form].variables
-    table = read_table(path, (*variables, "drag"), None)
+    table = read_table(path, (*FORMS[form].variables, "drag"), None)
     fit = fit_drag(table, form)
     named = zip(_term_names(fit.surface), fit.coefficients, fit.standard_errors, strict=True)
     terms = tuple(Term(name, float(value), float(error)) for name, value, error in named)
@@ -427,7 +422,7 @@ def _surface(path: FileName, form: str) -> TableFit:
 
 
 def _consistent(path: FileName) -> TableFit:
-    table = _consistent_columns(path)
+    table = read_table(path, ("pitch_deg", "velocity", "drag"), None)
     values, residuals, quality = consistent_fit(table)
     names = ("linear x, y [N s/m]", "linear z [N s/m]", "quadratic x, y [N s^2/m^2]", "quadratic z [N s^2/m^2]")
     terms = tuple(Term(name, float(value), None) for name, value in zip(names, values, strict=True))
@@ -440,28 +435,21 @@ def _ranges(table: dict[str, FloatArray], names: tuple[str, ...]) -> dict[str, R
 
 def _term_names(surface: Surface) -> list[str]:
     """Return each term as a product of powers, such as ``pitch_deg velocity^2``, and 1 for the constant."""
-    words = []
-    for term in surface.exponents:
-        factors = [
-            f"{name}^{power}" if power > 1 else name
-            for name, power in zip(surface.variables, term, strict=True)
-            if power
-        ]
-        words.append(" ".join(factors) or "1")
-    return words
+    products = [zip(surface.variables, term, strict=True) for term in surface.exponents]
+    words = [[f"{name}^{power}" if power > 1 else name for name, power in each if power] for each in products]
+    return [" ".join(factors) or "1" for factors in words]
 
 
 def plot_table_fit(table_fit: TableFit) -> Any:
     """Draw a fit with its measurements and return the axes: a parabola, a surface, or the residuals."""
-    if isinstance(table_fit.fitted, CoefficientFit):
+    fit, table = table_fit.fitted, table_fit.table
+    if isinstance(fit, CoefficientFit):
         quantity = "thrust [N]" if table_fit.form == "thrust" else "torque [N m]"
-        return plot_coefficient_fit(
-            table_fit.fitted, table_fit.table["speed_rpm"] * RPM, table_fit.table[table_fit.form], quantity=quantity
-        )
-    if isinstance(table_fit.fitted, DragFit) and len(table_fit.fitted.surface.variables) == 2:
-        return plot_surface(table_fit.fitted.surface, table_fit.table)
+        return plot_coefficient_fit(fit, table["speed_rpm"] * RPM, table[table_fit.form], quantity=quantity)
+    if isinstance(fit, DragFit) and len(fit.surface.variables) == 2:
+        return plot_surface(fit.surface, table)
     axes = new_axes()
-    axes.plot(table_fit.table["velocity"], table_fit.residuals, "o", color="#0072b2")
+    axes.plot(table["velocity"], table_fit.residuals, "o", color="#0072b2")
     axes.axhline(0.0, color="#000000", linewidth=1.0)
     axes.set(xlabel="velocity [m/s]", ylabel="measured minus fitted [N]")
     return axes
