@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -118,17 +119,16 @@ def _flown(name: str, repetitions: int, literal: bool, rate: float) -> Samples:
 
 def _repeated(paths: list[Path], rate: float, joined: bool) -> Samples:
     """Return the samples of one path after the other; where they join, the end of one is the start of the next."""
-    sampled = {id(path): path.sample(rate) for path in paths}
-    parts = [sampled[id(path)] for path in paths]
+    parts = [path.sample(rate) for path in paths]
     kept = [part[: len(part) - int(joined)] for part in parts[:-1]]
     return _joined([*kept, parts[-1]], rate)
 
 
 def _joined(parts: list[Samples], rate: float) -> Samples:
     """Return samples one after the other on a uniform grid from 0."""
-    names = ("position", "velocity", "acceleration", "jerk", "snap", "yaw", "yaw_rate")
-    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    return Samples(np.arange(len(columns["position"])) / rate, **columns)
+    arrays = zip(*(part.arrays().values() for part in parts), strict=True)
+    joined: dict[str, Any] = dict(zip(parts[0].arrays(), map(np.concatenate, arrays), strict=True))
+    return Samples(**joined | {"t": np.arange(len(joined["t"])) / rate})
 
 
 def _framed(name: str, flown: Samples, repetitions: int, slows: bool) -> ExperimentCourse:
@@ -301,17 +301,15 @@ def run_experiment(
     runs = []
     with progress_line(progress, "flying", lambda line: line.show) as watch:
         for index, compensation in enumerate(compensations):
-            share = _share(watch, index, len(compensations))
+            share = None if watch is None else partial(_told, watch, index, len(compensations))
             flight = simulate(craft, pilot, flown.samples, compensation=models[index], progress=share, **how)
             runs.append(_run(flown, compensation, flight))
     return Experiment(flown, tuple(runs), craft)
 
 
-def _share(progress: Callable[[float], None] | None, index: int, count: int) -> Callable[[float], None] | None:
-    """Return a callback for one of several equal parts."""
-    if progress is None:
-        return None
-    return lambda part: progress((index + part) / count)
+def _told(progress: Callable[[float], None], index: int, count: int, share: float) -> None:
+    """Tell the progress of one of several equal parts."""
+    progress((index + share) / count)
 
 
 def _run(flown: ExperimentCourse, compensation: str | None, flight: Flight) -> ExperimentRun:
