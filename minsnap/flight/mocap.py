@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import ipaddress
 import json
 import math
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -123,7 +123,8 @@ class UdpJsonSource(PoseSource):
             content = json.loads(data)
             body = _label(content.get("body"))
             if self._body in (None, body):
-                self._pose = _measured(self._clock.now(), *_pose_numbers(content))
+                attitude = _quaternion(content["quaternion"]) if "quaternion" in content else float(content["yaw"])
+                self._pose = _measured(self._clock.now(), content["position"], attitude)
                 self._body = body
         except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
             self.rejected += 1
@@ -132,13 +133,6 @@ class UdpJsonSource(PoseSource):
 def _label(body: object) -> str:
     """Return the name of a body as text; a number without a fraction is named like the integer."""
     return str(int(body) if isinstance(body, float) and body.is_integer() else body)
-
-
-def _pose_numbers(content: dict[str, Any]) -> tuple[Iterable[Any], Quaternion | float]:
-    """Return position and attitude of a JSON pose, or raise KeyError, TypeError or ValueError."""
-    if "quaternion" in content:
-        return content["position"], _quaternion(content["quaternion"])
-    return content["position"], float(content["yaw"])
 
 
 def _quaternion(numbers: Iterable[Any]) -> Quaternion:
@@ -284,15 +278,9 @@ def open_source(text: str, body: str | None, clock: Clock) -> PoseSource:
         return UdpJsonSource(host or "127.0.0.1", int(port), body, clock)
     if kind == "natnet" and rest:
         server, _, local = rest.partition(",")
-        return NatNetSource(server, local or "127.0.0.1", body, not _is_loopback(server), clock)
+        here = server == "localhost" or server.startswith("127.")
+        return NatNetSource(server, local or "127.0.0.1", body, not here, clock)
     raise LinkError(f"cannot understand the source {text!r}: give natnet:SERVER, udp:PORT or csv:FILE", address=text)
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 _UNKNOWN = [math.nan] + [0.0] * 20  # a covariance whose first number is not one is unknown
@@ -310,22 +298,19 @@ def vision_message(microseconds: int, position: list[float], attitude: list[floa
     )
 
 
-def odometry_message(estimator: str) -> Callable[..., Message]:
+def odometry_message(
+    microseconds: int, position: list[float], attitude: list[float], frame: str, estimator: str = "VISION"
+) -> Message:
     """ODOMETRY without velocities: as from vision, PX4's EKF2 fuses it; as from motion capture, it does not read it."""
-
-    def build(microseconds: int, position: list[float], attitude: list[float], frame: str) -> Message:
-        dialect, unknown = load_dialect(), [math.nan] * 6
-        axes = getattr(dialect, f"MAV_FRAME_LOCAL_{frame.upper()}"), dialect.MAV_FRAME_BODY_FRD
-        kind = getattr(dialect, f"MAV_ESTIMATOR_TYPE_{estimator}")
-        return dialect.MAVLink_odometry_message(
-            microseconds, *axes, *position, attitude, *unknown, _UNKNOWN, _UNKNOWN, 0, kind, 0
-        )
-
-    return build
+    dialect, unknown = load_dialect(), [math.nan] * 6
+    axes = getattr(dialect, f"MAV_FRAME_LOCAL_{frame.upper()}"), dialect.MAV_FRAME_BODY_FRD
+    kind = getattr(dialect, f"MAV_ESTIMATOR_TYPE_{estimator}")
+    numbers = (*position, attitude, *unknown, _UNKNOWN, _UNKNOWN)
+    return dialect.MAVLink_odometry_message(microseconds, *axes, *numbers, 0, kind, 0)
 
 
-MESSAGES = {"vision": vision_message, "odometry": odometry_message("VISION")}
-MESSAGES |= {"odometry-mocap": odometry_message("MOCAP"), "mocap": mocap_message}
+MESSAGES: dict[str, Callable[..., Message]] = {"vision": vision_message, "odometry": odometry_message}
+MESSAGES |= {"odometry-mocap": partial(odometry_message, estimator="MOCAP"), "mocap": mocap_message}
 """What a pose can be sent as."""
 
 RECENT = 3000
@@ -408,13 +393,10 @@ class Relay:
             raise InputError(f"the largest age is {max_age} s: it must be positive")
         self._source, self._link, self._clock = source, link, clock
         self._build, self._frame, self._target = MESSAGES[message], get_frame(frame).name, vehicle_frame(frame)
-        self._max_age, self._rate = max_age, rate
-        self._message(Pose(0.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))  # what is imported for it delays no pose
-        self._schedule = Schedule(rate, clock.now())
+        self._max_age, self._schedule = max_age, Schedule(rate, clock.now())
         self._last = -math.inf
         self._sent: deque[tuple[float, float]] = deque(maxlen=RECENT)
-        self._count = 0
-        self._stale = 0
+        self._count = self._stale = 0
         self._stopped = False
 
     def stop(self) -> None:
