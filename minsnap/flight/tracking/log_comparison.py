@@ -250,11 +250,9 @@ def _centred_distances(setpoints: FloatArray, file: FloatArray) -> FloatArray:
 def _least(distance: FloatArray, most: float, apart: int) -> list[int]:
     """Return the indices of local minima below a bound, at least this number of steps apart."""
     minima: list[int] = []
-    for k in np.argsort(distance, kind="stable"):
-        if distance[k] > most:
-            break
-        if all(abs(int(k) - other) >= apart for other in minima):
-            minima.append(int(k))
+    for k in np.argsort(distance, kind="stable")[: np.count_nonzero(distance <= most)].tolist():
+        if all(abs(k - other) >= apart for other in minima):
+            minima.append(k)
     return sorted(minima)
 
 
@@ -438,8 +436,7 @@ def simulated_log(
     sent = tabulate(setpoints, None, STEP)
     check_seed(seed)
     check_number("the noise", noise, 0.0, np.inf, "it must be 0 or more [m/s^2]")
-    every = max(1, round((len(flight.t) - 1) / (STATES * flight.duration)))
-    slow = slice(None, None, every)
+    slow = slice(None, None, max(1, round((len(flight.t) - 1) / (STATES * flight.duration))))
     states = replace(flight.samples[slow], yaw=None)
     thrust = vehicle.wrench(flight.rotor_speed)[:, 0]
     felt = _specific_force(vehicle, flight, thrust)

@@ -101,8 +101,7 @@ def learned(
     error = _bounded(error, settings.largest / settings.gain)
     step = plan.duration / (len(plan) - 1)
     ahead = interpolated(plan.t + delay, plan.t, error)
-    before = sent.position - plan.position
-    change = before + settings.gain * _smooth(ahead, step, settings.cutoff)
+    change = sent.position - plan.position + settings.gain * _smooth(ahead, step, settings.cutoff)
     change = _bounded(change, settings.largest) * _window(plan, settings.ramp)[:, None]
     speed = np.gradient(change, step, axis=0)
     push = np.gradient(speed, step, axis=0)
