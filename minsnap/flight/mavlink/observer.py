@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
 from collections.abc import Callable
 
 import numpy as np
@@ -46,21 +45,10 @@ class StreamLog:
     """
 
     def __init__(self, path: FileName | None, frame: str, start: float, lead: float = 0.0) -> None:
-        self._start, self._file = start, None if path is None else self._open(path)
+        self._start, self._file = start, None if path is None else _opened(path)
         self.event(start, f"frame={frame}")
         if lead:
             self.event(start, f"lead={lead!r}")
-
-    @staticmethod
-    def _open(path: FileName) -> int:
-        try:
-            file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o666)
-        except FileExistsError:
-            raise FileError(f"{path} is there already: logs are not replaced, choose another name") from None
-        except OSError as error:
-            raise FileError(f"{path} cannot be written: {error.strerror}") from None
-        os.write(file, (",".join(COLUMNS) + "\n").encode())
-        return file
 
     def setpoint(self, now: float, index: int | None, setpoint: Setpoint, mask: int, lateness: float) -> None:
         """Log a setpoint that was sent."""
@@ -83,16 +71,27 @@ class StreamLog:
     def close(self) -> None:
         """Close the file; nothing is written from then on."""
         if self._file is not None:
-            os.close(self._file)
-            self._file = None
+            self._file.close()
 
     def _line(self, now: float, kind: str, **cells: object) -> None:
-        if self._file is None:
+        if self._file is None or self._file.closed:
             return
         text = io.StringIO()
         row = {"time": f"{now - self._start:.6f}", "kind": kind, **cells}
         csv.DictWriter(text, COLUMNS, lineterminator="\n").writerow(row)
-        os.write(self._file, text.getvalue().encode())
+        self._file.write(text.getvalue().encode())
+
+
+def _opened(path: FileName) -> io.FileIO:
+    """Make the file of a log, whose writes go to the operating system at once, with its first line."""
+    try:
+        file = io.FileIO(path, "x")
+    except FileExistsError:
+        raise FileError(f"{path} is there already: logs are not replaced, choose another name") from None
+    except OSError as error:
+        raise FileError(f"{path} cannot be written: {error.strerror}") from None
+    file.write((",".join(COLUMNS) + "\n").encode())
+    return file
 
 
 EventCallback = Callable[[str], None]
@@ -150,21 +149,17 @@ class StreamObserver:
         """Record a message of the vehicle: its position, the distance to where it is to be, its texts."""
         kind = message.get_type()
         if kind == "LOCAL_POSITION_NED":
-            self._measure(vehicle, sequence)
             self._log.position(now, vehicle)
+            if sequence is not None:
+                self._error = vehicle.distance(sequence.planned)
+                if sequence.phase is Phase.FLYING and math.isfinite(self._error):
+                    self._errors.append(self._error)
         elif kind == "HEARTBEAT":
             self._log.heartbeat(now, vehicle)
         elif kind == "STATUSTEXT":
             self.say(now, f"vehicle: {text_of(message)}")
         elif kind == "COMMAND_ACK" and vehicle.refusal is not None and vehicle.refusal.times == _STUBBORN:
             self.say(now, f"the vehicle has refused {vehicle.refusal} {_STUBBORN} times")
-
-    def _measure(self, vehicle: VehicleState, sequence: Sequence | None) -> None:
-        if sequence is None:
-            return
-        self._error = vehicle.distance(sequence.planned)
-        if sequence.phase is Phase.FLYING and math.isfinite(self._error):
-            self._errors.append(self._error)
 
     def sent(self, now: float, step: SetpointStep, late: float, sequence: Sequence, vehicle: VehicleState) -> None:
         """Record the setpoint sent in a slot."""
