@@ -106,11 +106,9 @@ def prepare(source: Samples | Path | FileName, options: StreamOptions) -> Setpoi
     report = check_samples(map_samples(in_space(samples), "enu", frame))  # faults are of the columns of the file
     if not report.ok:
         raise FlightError(f"not fit to fly: {report.problems[0]}")
-    feed_forward = options.feed_forward
-    sent = feed_forward.stated(samples)
-    table = tabulate(sent, options.rate, options.fields, frame, options.laps)
+    table = tabulate(options.feed_forward.stated(samples), options.rate, options.fields, frame, options.laps)
     options.check_rate(table.rate)
-    notes = (*report.notes, feed_forward.describe(samples), _at_speed(samples, report))
+    notes = (*report.notes, options.feed_forward.describe(samples), _at_speed(samples, report))
     return replace(table, note="; ".join(filter(None, notes)))
 
 
@@ -193,11 +191,10 @@ def stream_together(
     def fly(flight: Streamer, member: int) -> StreamReport | FlightError:
         try:
             return flight.run()
-        except FlightError as error:
-            common.tell(member, False, str(error))
-            return error
         except BaseException as error:
             common.tell(member, False, str(error))
+            if isinstance(error, FlightError):
+                return error
             raise
 
     with undisturbed(type(clock) is Clock) as granted, ThreadPoolExecutor(len(flights)) as pool:
@@ -284,11 +281,12 @@ class Orders:
         try:
             order = _order_of(line)
             named = _named(order)
-            return _line(named, {"ok": True, **self._followed(_kind_of(order), order)})
+            reply = {"ok": True, **self._followed(_kind_of(order), order)}
         except (EOFError, OSError):
             raise
         except Exception as error:
-            return _line(named, {"ok": False, "error": str(error)})
+            reply = {"ok": False, "error": str(error)}
+        return json.dumps({**named, **finite(reply)}, allow_nan=False)  # null for what is not finite, as JSON has none
 
     def _followed(self, kind: str, order: dict[str, Any]) -> dict[str, Any]:
         if kind == "finish":
@@ -402,11 +400,6 @@ def _kind_of(order: dict[str, Any]) -> str:
     return kinds[0]
 
 
-def _line(named: dict[str, Any], reply: dict[str, Any]) -> str:
-    """Return an answer as a line of JSON; a number that is not finite is null, as JSON has none."""
-    return json.dumps({**named, **finite(reply)}, allow_nan=False)
-
-
 def _ways(order: dict[str, Any]) -> list[list[Any]]:
     """Return the place of each entry, in the order of the flight; a gate that is passed straight has points around."""
     entries = [order["goal"]] if "goal" in order else order["waypoints"]
@@ -433,10 +426,8 @@ def _headings(yaw: Any, ways: Sequence[Sequence[Any]]) -> Any:
 
 
 def _passes(curve: Trajectory, points: FloatArray) -> bool:
-    knots = curve(curve.leg_breaks[1:])
-    return len(knots) >= len(points) and bool(
-        (np.linalg.norm(knots[-len(points) :] - points, axis=1) < PASSED_WITHIN).all()
-    )
+    knots = curve(curve.leg_breaks[1:])[-len(points) :]
+    return len(knots) == len(points) and bool((np.linalg.norm(knots - points, axis=1) < PASSED_WITHIN).all())
 
 
 def _refuse_backwards(curve: Trajectory, gates: Sequence[Gate]) -> None:
