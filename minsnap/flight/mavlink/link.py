@@ -13,12 +13,14 @@ import time
 from array import array
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from minsnap.basics.messages import shown
+from minsnap.basics.arrays import SMALLEST
+from minsnap.basics.checks import check_number
 from minsnap.basics.storage.text import FileName, read_bytes
 from minsnap.errors import FileError, InputError, LinkError, TimingError
 from minsnap.flight.mavlink._transports import LinkTransport, Peer, open_transport
@@ -27,9 +29,8 @@ from minsnap.flight.mavlink.vehicle_messages import TEXTS, Message, VehicleState
 
 def check_setpoint_rate(rate: float) -> float:
     """Return a rate [Hz], or raise TimingError where it is no positive number."""
-    if not (math.isfinite(rate) and rate > 0):
-        raise TimingError(f"the rate is {shown(rate)}: it must be a positive number of setpoints per second")
-    return rate
+    give = "it must be a positive number of setpoints per second"
+    return float(check_number("the rate", rate, SMALLEST, math.inf, give, TimingError))
 
 
 class Clock:
@@ -189,10 +190,8 @@ class CommonFlight:
         link = self._links[member]
         for name, other in zip(self._names, self._links, strict=True):
             if other is not link and link.may_lead_where(other):
-                return (
-                    f"{self._names[member]} and {name} both lead to system {link.vehicle.system}: give each vehicle a "
-                    "link of its own, or name the system of each (--system 1,2)"
-                )
+                give = "give each vehicle a link of its own, or name the system of each (--system 1,2)"
+                return f"{self._names[member]} and {name} both lead to system {link.vehicle.system}: {give}"
         return None
 
 
@@ -465,13 +464,10 @@ def read_signing_key(path: FileName) -> bytes:
     FileError
         If the file holds neither.
     """
-    raw = read_bytes(path)
-    if len(raw) == 32:
-        return raw
-    try:
-        key = bytes.fromhex(raw.decode("ascii").strip())
-    except ValueError:
-        key = b""
+    key = read_bytes(path)
+    if len(key) != 32:
+        with suppress(ValueError):
+            key = bytes.fromhex(key.decode("ascii").strip())
     if len(key) != 32:
         raise FileError(f"{path} holds no MAVLink signing key: it must be 32 bytes, or 64 hexadecimal digits")
     return key

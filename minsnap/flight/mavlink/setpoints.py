@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays, interpolated
+from minsnap.basics.checks import check_number
 from minsnap.basics.messages import shown
 from minsnap.errors import FlightError, InputError, TimingError
 from minsnap.files.frames import get_frame, map_samples, map_vectors
@@ -86,12 +87,10 @@ class FeedForward:
     lead: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.drag) and self.drag >= 0.0):
-            raise InputError(f"the drag is {shown(self.drag)} 1/s: it must be 0 or more")
+        check_number("the drag", self.drag, 0.0, math.inf, "it must be 0 or more", unit="1/s")
         if self.drag and self.vehicle is not None:
             raise InputError("a drag and a vehicle exclude each other, since the vehicle has its own drag: give one")
-        if not 0.0 <= self.lead <= ALLOWED.lead:
-            raise InputError(f"the lead is {shown(self.lead)} s: it must be between 0 and {ALLOWED.lead:g} s")
+        check_number("the lead", self.lead, 0.0, ALLOWED.lead, f"it must be between 0 and {ALLOWED.lead:g} s", unit="s")
 
     @property
     def active(self) -> bool:
@@ -502,16 +501,14 @@ class ChangingTable:
         position = _hermite(a, b, u / self.rate, v / self.rate, share)
         velocity = u + share * (v - u)
         begin, speed = map_vectors([trajectory(0.0), trajectory(0.0, 1)], "enu", self.frame)
-        gap = float(np.linalg.norm(begin - position))
+        gap, jump = float(np.linalg.norm(begin - position)), float(np.linalg.norm(speed - velocity))
         if gap > ALLOWED.distance:
-            raise FlightError(
-                f"the change begins {gap:.3g} m from the setpoint at its splice: replan from what is flown"
-            )
-        jump = float(np.linalg.norm(speed - velocity))
-        if "velocity" in self.fields and jump > ALLOWED.jump:
-            raise FlightError(
-                f"the change begins {jump:.3g} m/s off the velocity flown then: replan from what is flown"
-            )
+            wrong = f"{gap:.3g} m from the setpoint at its splice"
+        elif "velocity" in self.fields and jump > ALLOWED.jump:
+            wrong = f"{jump:.3g} m/s off the velocity flown then"
+        else:
+            return
+        raise FlightError(f"the change begins {wrong}: replan from what is flown")
 
 
 def _hermite(a: FloatArray, b: FloatArray, u: FloatArray, v: FloatArray, s: float) -> FloatArray:
