@@ -88,7 +88,7 @@ class Parameters:
         Called with every message that comes meanwhile.
     """
 
-    def __init__(self, link: Link, clock: Clock, heard: Callable[[Message], None] | None = None) -> None:
+    def __init__(self, link: Link, clock: Clock, heard: Callable[[Message], None] = lambda _: None) -> None:
         self._link, self._clock, self._heard = link, clock, heard
         self._bytewise = link.vehicle.autopilot == PX4
 
@@ -98,8 +98,6 @@ class Parameters:
         wanted = list(dict.fromkeys(names))
         for _ in range(ASKED.tries):
             missing = [name for name in wanted if name not in parameters]
-            if not missing:
-                break
             for name in missing:
                 self._send("param_request_read", name, -1)
             self._collect(parameters, set(missing))
@@ -139,8 +137,7 @@ class Parameters:
         until = self._clock.now() + ASKED.retry
         while awaited - parameters.keys() and self._clock.now() < until:
             for message in self._link.pump(min(until, self._clock.now() + 0.05)):
-                if self._heard is not None:
-                    self._heard(message)
+                self._heard(message)
                 if message.get_type() == "PARAM_VALUE":
                     parameter = self._decoded(message)
                     if math.isfinite(parameter.value):
