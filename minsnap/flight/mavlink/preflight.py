@@ -52,11 +52,6 @@ class FlightNeeds:
     reach: float = 0.0
 
     @property
-    def from_home(self) -> str:
-        """How far from home it goes, in words."""
-        return f"the file goes {self.reach:.1f} m away from it and {self.height:.1f} m above"
-
-    @property
     def tilt_degrees(self) -> float:
         """The tilt, in the unit of autopilots [deg]."""
         return math.degrees(self.tilt)
@@ -429,15 +424,16 @@ class VehicleWatch:
 
     def findings(self, autopilot: Autopilot, samples: Samples | None) -> list[Finding]:
         """Return one finding a subject from the messages; a subject without a message is unknown."""
-        vehicle, system = self._link.vehicle, self._said.get("SYS_STATUS")
+        vehicle, system, needs = self._link.vehicle, self._said.get("SYS_STATUS"), self.needs(samples)
         places = None if samples is None else np.asarray(map_vectors(samples.position, "enu", self._frame))
+        from_home = f"the file goes {needs.reach:.1f} m away from it and {needs.height:.1f} m above"
         subjects = {
             "mode": (None, f"{autopilot.mode_name(vehicle)}, {'' if vehicle.armed else 'not '}armed"),
             "estimate": _estimate(self._said.get("ESTIMATOR_STATUS"), system),
             "arming checks": _arming(vehicle, system),
             "battery": _battery(system),
             "position": _position(vehicle, places),
-            "home": (None, None if samples is None or self.home is None else self.needs(samples).from_home),
+            "home": (None, None if samples is None or self.home is None else from_home),
             "link": self._quality(),
         }
         return [Finding((), name, *told, grave=name == "estimate" and bool(told[0])) for name, told in subjects.items()]
