@@ -83,12 +83,10 @@ def undisturbed(real_time: bool, within: bool = False) -> Iterator[str]:
 
 def _go_first() -> tuple[int, os.sched_param] | None:
     """Give this thread real-time priority; return what it had before, None if that is not granted."""
-    if not hasattr(os, "sched_setscheduler"):
-        return None
-    before = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
+        before = os.sched_getscheduler(0), os.sched_getparam(0)
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(SENDING.priority))
-    except OSError:
+    except (OSError, AttributeError):
         return None
     return before
 
@@ -240,8 +238,7 @@ class ThreadedSender:
         known = 0 if self._emptied else next((k for k, each in enumerate(steps) if self._differs(slot + k, each)), None)
         if known is not None:
             self._supply(slot + known, steps[known:])
-        for old in [number for number in self._prepared if number < slot - MOST_AHEAD]:
-            del self._prepared[old]
+        self._prepared = {number: each for number, each in self._prepared.items() if number >= slot - MOST_AHEAD}
         left, self._left = self._left, []
         return left
 

@@ -120,11 +120,6 @@ class Sequence:
         """Slot of the flight's first setpoint; None unless it is flying."""
         return self._first_slot if self.phase is Phase.FLYING else None
 
-    @property
-    def entered(self) -> bool:
-        """Whether the vehicle was seen outside the mode during the stream, if the trigger requires that."""
-        return self._was_outside or not self._on_entry
-
     def step(self, at: Conditions) -> SetpointStep | None:
         """Return the setpoint and commands of this slot, or None once the flight has ended and sending must stop."""
         self._watch_mode(at)
@@ -212,7 +207,8 @@ class Sequence:
 
     def _consider_start(self, at: Conditions) -> None:
         """Begin the flight when all conditions hold; what was brought about for it and is lost again ends it."""
-        self.ready = self.entered and self._autopilot.follows(at.vehicle) and self._is_there(at)
+        entered = self._was_outside or not self._on_entry
+        self.ready = entered and self._autopilot.follows(at.vehicle) and self._is_there(at)
         lost = self._lost_again(at.vehicle)
         if self._options.arm and lost:
             self.aborted = True
@@ -242,9 +238,8 @@ class Sequence:
 
     def waits_for(self, vehicle: VehicleState) -> str | None:
         """Return the reason why the flight of a vehicle in its mode does not begin yet, or None."""
-        return (
-            "the vehicle is not armed" if vehicle.disarmed else self._rules.unsettled(vehicle, self.setpoint.position)
-        )
+        unsettled = self._rules.unsettled(vehicle, self.setpoint.position)
+        return "the vehicle is not armed" if vehicle.disarmed else unsettled
 
     def _is_there(self, at: Conditions) -> bool:
         """Return whether the vehicle is armed and at rest at the start, for long enough, and has taken off for it."""
@@ -288,9 +283,8 @@ class Sequence:
             return True
         if self._taken(at):
             if self.aborted:
-                self.reason = (
-                    f"{self.reason}; {self._autopilot.mode_name(at.vehicle)} has the vehicle, and it is left to it"
-                )
+                mode = self._autopilot.mode_name(at.vehicle)
+                self.reason = f"{self.reason}; {mode} has the vehicle, and it is left to it"
             return True
         if at.now - at.vehicle.heard > self._options.give_up:
             self.gave_up = True

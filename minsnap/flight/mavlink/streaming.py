@@ -16,14 +16,7 @@ from minsnap.flight.mavlink.sender import SentSetpoint, open_sender, undisturbed
 from minsnap.flight.mavlink.sequence import Conditions, Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import ChangingTable, SetpointTable, setpoint_message
 from minsnap.flight.mavlink.stream_options import STREAM, Phase, StreamOptions, StreamReport
-from minsnap.flight.mavlink.vehicle_messages import (
-    Autopilot,
-    Message,
-    Vector,
-    VehicleState,
-    get_autopilot,
-    rate_request,
-)
+from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, VehicleState, get_autopilot, rate_request
 from minsnap.replanning.memory import Change
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -153,11 +146,11 @@ class Streamer:
         """
         try:
             autopilot = self._meet()
-            here = self._check_start()
+            self._check_start()
             with undisturbed(type(self._clock) is Clock, within=self._common is not None) as granted:
                 if granted and self._common is None:
                     self._say(granted)
-                self._fly(autopilot, here)
+                self._fly(autopilot)
         finally:
             self._observer.close()
         return self._conclude()
@@ -219,8 +212,8 @@ class Streamer:
                 request += STREAM.blind_wait
             self._listen(min(deadline, self._clock.now() + 0.1))
 
-    def _check_start(self) -> Vector | None:
-        """Check the start before sending; return the position to start from, if not that of the file."""
+    def _check_start(self) -> None:
+        """Check the start before sending."""
         options, vehicle = self._options, self._link.vehicle
         if self._table.missing:
             has = ", ".join(self._table.fields)
@@ -228,17 +221,16 @@ class Streamer:
         if options.relative:
             if vehicle.position is None:
                 raise FlightError("the vehicle does not report LOCAL_POSITION_NED: the flight cannot start where it is")
-            return vehicle.position
+            return
         refusal = self._options.rules.start_refusal(vehicle, self._table.start.position, options.arm)
         if refusal is not None:
             advice = "" if vehicle.position is None else ": bring it there, or start where it is (--origin current)"
             raise FlightError(f"{refusal}{advice}; nothing was sent")
-        return None
 
-    def _fly(self, autopilot: Autopilot, here: Vector | None) -> None:
+    def _fly(self, autopilot: Autopilot) -> None:
         """Serve slots until the flight is over; after an exception the flight stops and the hold continues."""
-        options, self._origin = self._options, self._clock.now()
-        self._sequence = Sequence(self._table, autopilot, options, self._origin, here)
+        here = self._link.vehicle.position if self._options.relative else None
+        self._sequence = Sequence(self._table, autopilot, self._options, self._clock.now(), here)
         self._autopilot, self._remind_at = autopilot, math.inf
         if self._table.note:
             self._say(self._table.note)
@@ -250,15 +242,11 @@ class Streamer:
             while not self._is_over(self._sequence):
                 pass
         finally:
-            self._finish(self._sequence)
-
-    def _finish(self, sequence: Sequence) -> None:
-        """Stop sending, and record what has left since the last slot."""
-        left = self._sender.close()
-        try:
-            self._tell(left, sequence)
-        except Exception as error:
-            self._failures.append(error)
+            left = self._sender.close()  # which stops sending
+            try:
+                self._tell(left, self._sequence)
+            except Exception as error:
+                self._failures.append(error)
 
     def _is_over(self, sequence: Sequence) -> bool:
         """Serve one slot, also after an exception; return whether it was the last."""
