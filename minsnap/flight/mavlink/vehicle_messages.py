@@ -284,8 +284,7 @@ class VehicleState:
         if message.result == _ACCEPTED:
             return None
         before = self.refusal
-        again = before is not None and before.command == message.command
-        times = before.times + 1 if before is not None and again else 1
+        times = before.times + 1 if before is not None and before.command == message.command else 1
         return Refusal(message.command, message.result, times)
 
     def distance(self, position: Vector) -> float:
@@ -336,11 +335,8 @@ class Autopilot:
 
     def losses(self, vehicle: VehicleState) -> list[str]:
         """Return what a vehicle that flew by setpoints has lost, in words: the mode, its armed motors."""
-        lost = {
-            f"the vehicle left {self.mode}": not self.follows(vehicle),
-            "the vehicle was disarmed": vehicle.disarmed,
-        }
-        return [words for words, is_lost in lost.items() if is_lost]
+        lost = [] if self.follows(vehicle) else [f"the vehicle left {self.mode}"]
+        return [*lost, "the vehicle was disarmed"] if vehicle.disarmed else lost
 
     def acts_alone(self, vehicle: VehicleState) -> bool:
         """Return whether the vehicle flies by itself: a return or landing that a pilot or its failsafe began."""
