@@ -14,6 +14,7 @@ import socket
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import Any, TypeVar
 from urllib.parse import urlparse
 
@@ -46,10 +47,8 @@ class UdpLink:
 
     def send(self, packet: bytes) -> None:
         """Send a packet; a port where nobody listens is told by the silence that follows."""
-        try:
+        with suppress(ConnectionRefusedError):
             self._socket.send(packet)
-        except ConnectionRefusedError:
-            return
 
     def receive(self, timeout: float) -> bytes | None:
         """Return the next packet, or None after a time [s]."""

@@ -366,19 +366,14 @@ def upload(
     """
     contents = uploads(fleet, uris)
     say = told or (lambda line: None)
-    links: list[CrtpLink] = []
-    try:
-        for uri in uris:
-            links.append(open_link(uri))
+    with ExitStack() as opened:
+        links = [opened.enter_context(closing(open_link(uri))) for uri in uris]
         act_on_each(links, lambda link, i: store(link, contents[i]))
         size, off = sum(len(part.content) for part in contents), max(part.distance for part in contents)
         say(f"{len(links)} memories written and read back, {size} bytes, at most {1e3 * off:.2g} mm from the curves")
         if start:
             with ended_in_order():
                 _fly(fleet, links, timing or FlightTimes(), places or [None] * len(links), say)
-    finally:
-        for link in links:
-            link.close()
 
 
 def _fly(
