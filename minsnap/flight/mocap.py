@@ -293,9 +293,8 @@ def mocap_message(microseconds: int, position: list[float], attitude: list[float
 
 def vision_message(microseconds: int, position: list[float], attitude: list[float], frame: str) -> Message:
     """VISION_POSITION_ESTIMATE, read by PX4's EKF2 and by ArduPilot."""
-    return load_dialect().MAVLink_vision_position_estimate_message(
-        microseconds, *position, *euler_angles(attitude), _UNKNOWN, 0
-    )
+    numbers = (*position, *euler_angles(attitude), _UNKNOWN, 0)
+    return load_dialect().MAVLink_vision_position_estimate_message(microseconds, *numbers)
 
 
 def odometry_message(
