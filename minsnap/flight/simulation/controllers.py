@@ -94,8 +94,7 @@ def unit(a: Sequence[float], otherwise: Vector) -> Vector:
 
 def relative(body: Axes, desired: Axes) -> Axes:
     """Return the rows of ``R^T R_d``: scalar products of each body axis with each desired axis."""
-    rows = [(dot(axis, desired[0]), dot(axis, desired[1]), dot(axis, desired[2])) for axis in body]
-    return rows[0], rows[1], rows[2]
+    return times(desired, body[0]), times(desired, body[1]), times(desired, body[2])
 
 
 def times(matrix: Sequence[Sequence[float]], vector: Sequence[float]) -> Vector:

@@ -378,13 +378,8 @@ class StateEstimator:
         if count % self._every == 0:
             self._correct(self._past[max(count - self._late, 0)], self._noise[count // self._every])
         self._truth = state[3:6]
-        position, velocity = self._position, self._velocity
-        return Estimate(
-            (position[0], position[1], position[2]),
-            (velocity[0], velocity[1], velocity[2]),
-            (state[6], state[7], state[8], state[9]),
-            (state[10], state[11], state[12]),
-        )
+        (x, y, z), (u, v, w), (a, b, c, d), (p, q, r) = self._position, self._velocity, state[6:10], state[10:13]
+        return Estimate((x, y, z), (u, v, w), (a, b, c, d), (p, q, r))
 
     def _carry(self, state: list[float]) -> None:
         """Predict velocity and position with the measured acceleration."""

@@ -205,8 +205,8 @@ def _states(
     step: float,
 ) -> Iterator[list[float]]:
     """Yield the state, rotor speeds and whether these are saturated, for every setpoint and wind, a step [s] apart."""
-    body, (half, whole) = RigidBody(vehicle), _lags(vehicle.motor_time_constant, step)
-    state, speeds = _start(vehicle, table)
+    body, lag, (state, speeds) = RigidBody(vehicle), vehicle.motor_time_constant, _start(vehicle, table)
+    half, whole = (math.exp(-share * step / lag) if lag else 0.0 for share in (0.5, 1.0))  # what is left of a gap
     for setpoint, wind in inputs:
         command = pilot.command(observer.estimate(state), setpoint)
         yield [*state, *speeds, command.saturated]
@@ -226,13 +226,6 @@ def _start(vehicle: Quadrotor, table: ReferenceTable) -> tuple[list[float], list
     parts = (samples.position[0], velocity, states.quaternion[0], states.body_rates[0])
     speeds = np.clip(states.rotor_speed[0], vehicle.rotor_speed_min, vehicle.rotor_speed_max)
     return np.concatenate(parts).tolist(), speeds.tolist()
-
-
-def _lags(time_constant: float, step: float) -> tuple[float, float]:
-    """Return the remaining fraction of a rotor's deviation from its command after half a step and after a full step."""
-    if time_constant == 0.0:
-        return 0.0, 0.0
-    return math.exp(-0.5 * step / time_constant), math.exp(-step / time_constant)
 
 
 def _check_bounds(state: list[float], goal: Vector) -> None:
