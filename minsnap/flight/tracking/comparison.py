@@ -17,7 +17,7 @@ from minsnap.basics.checks import SIZE, check_kind, check_number, check_switch, 
 from minsnap.basics.messages import aligned, shown
 from minsnap.errors import InputError
 from minsnap.trajectory.path import MOST_SAMPLES
-from minsnap.trajectory.samples import Samples, gap_remarks, gaps, in_gaps
+from minsnap.trajectory.samples import Samples, axis_names, gap_remarks, gaps, in_gaps
 
 
 @dataclass(frozen=True)
@@ -379,7 +379,7 @@ class Comparison(OwnsArrays):
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain numbers, for JSON."""
         return {
-            "rmse": dict(zip(_axis_names(self.error.shape[1]), self.rmse.tolist(), strict=True)),
+            "rmse": dict(zip(axis_names(self.error.shape[1]), self.rmse.tolist(), strict=True)),
             **{name: getattr(self, name) for name in FIGURES},
             "constant_offset": self.constant_offset.tolist(),
             "rmse_3d_without_delay": self.late_rmse_3d,
@@ -394,13 +394,9 @@ FIGURES = "rmse_3d max_error worst_instant along_rmse across_rmse delay path_rms
 """Properties of a comparison that are one number each."""
 
 
-def _axis_names(count: int) -> list[str]:
-    return list("xyz"[:count]) if count <= 3 else [str(axis) for axis in range(count)]
-
-
 def comparison_text(comparisons: Mapping[str, Comparison]) -> str:
     """Return one row per flight: errors per axis and in 3-D, greatest error, delay, errors in shape and in time."""
-    axes = _axis_names(max(comparison.error.shape[1] for comparison in comparisons.values()))
+    axes = axis_names(max(comparison.error.shape[1] for comparison in comparisons.values()))
     head = ["along", "across", "greatest", "at [s]", "delay [s]", "less delay", "from the curve", "in time"]
     rows = [["flight", *axes, "3-D", *head]]
     for name, one in comparisons.items():

@@ -197,12 +197,12 @@ class FlightFit(BodyDragFit):
     def __str__(self) -> str:
         lines = [f"fitted to {self.source}"]
         for name, axis in zip("xyz", self.axes, strict=True):
-            linear, quadratic = _told(axis.linear, "1/s"), _told(axis.quadratic, "1/m")
+            linear, quadratic = told(axis.linear, "1/s"), told(axis.quadratic, "1/m")
             lines.append(f"  drag along {name:<12}{linear}, quadratic {quadratic}")
         if self.wind is not None:
-            lines.append(f"  wind {_told(self.wind[0], 'm/s')} along x, {_told(self.wind[1], 'm/s')} along y")
-        lines.append(f"  hover throttle        {_told(self.hover, '')}")
-        lines.append(f"  delay of the position {_told(self.delay, 's')} after its setpoint{self._offset()}")
+            lines.append(f"  wind {told(self.wind[0], 'm/s')} along x, {told(self.wind[1], 'm/s')} along y")
+        lines.append(f"  hover throttle        {told(self.hover)}")
+        lines.append(f"  delay of the position {told(self.delay, 's')} after its setpoint{self._offset()}")
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
     def _offset(self) -> str:
@@ -251,8 +251,8 @@ class FlightFit(BodyDragFit):
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain numbers, for JSON."""
         axes = {
-            axis: {"speed": told.speed, "linear": _plain(told.linear), "quadratic": _plain(told.quadratic)}
-            for axis, told in zip(AXES, self.axes, strict=True)
+            axis: {"speed": drag.speed, "linear": _plain(drag.linear), "quadratic": _plain(drag.quadratic)}
+            for axis, drag in zip(AXES, self.axes, strict=True)
         }
         return {
             "source": self.source,
@@ -336,9 +336,8 @@ def _delay(reference: Samples, flight: Samples) -> FittedNumber | None:
     t, place = flown.t[inside], flown.position[inside]
 
     def away(values: FloatArray) -> FloatArray:
-        return np.asarray(
-            place - position_at(setpoints, np.clip(t - values[0], setpoints.t[0], setpoints.t[-1])) - values[1:]
-        )
+        sent = np.clip(t - values[0], setpoints.t[0], setpoints.t[-1])
+        return np.asarray(place - position_at(setpoints, sent) - values[1:])
 
     return fitted(away, np.array([start, *np.zeros(flown.dim)]), len(t) / (t[-1] - t[0]))[0][0]
 
@@ -347,7 +346,8 @@ def _value(number: FittedNumber | None) -> float:
     return 0.0 if number is None else number.value
 
 
-def _told(number: FittedNumber | None, unit: str) -> str:
+def told(number: FittedNumber | None, unit: str = "") -> str:
+    """Return a number with its unit in words."""
     return "not told" if number is None else f"{number} {unit}".rstrip()
 
 

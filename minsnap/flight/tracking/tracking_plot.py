@@ -12,7 +12,7 @@ from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError, MinsnapError
 from minsnap.flight.tracking.comparison import position_at
-from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight
+from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight, told
 from minsnap.flight.tracking.log_comparison import ComparedFlight
 from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.geometry import finish_place, view_coordinates
@@ -329,7 +329,6 @@ def _fits(fits: Mapping[str, FlightFit]) -> str:
     for name, fit in fits.items():
         drag = [axis.linear for axis in fit.axes[:2] if axis.linear is not None]
         wind = "not told" if fit.wind is None else " and ".join(str(each) for each in fit.wind)
-        delay = "not told" if fit.delay is None else str(fit.delay)
-        rows.append([name, str(drag[0]) if drag else "not told", wind, delay])
+        rows.append([name, told(drag[0] if drag else None), wind, told(fit.delay)])
     columns = ["flight", "drag over mass [1/s]", "wind along x and y [m/s]", "delay [s]"]
     return table("What the logs tell", columns, rows)
