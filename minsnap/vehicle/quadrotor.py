@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -385,8 +385,7 @@ def vehicle_from(content: Any, where: str = "the vehicle") -> Quadrotor:
 
 def description_of(vehicle: Quadrotor) -> dict[str, Any]:
     """Return the fields of a vehicle as plain numbers, text and lists."""
-    values = {field.name: getattr(vehicle, field.name) for field in fields(vehicle)}
-    return {name: _describe(value) if name == "drag" else plain(value) for name, value in values.items()}
+    return {**plain(vehicle), "drag": _describe(vehicle.drag)}
 
 
 def _drag_from(values: Mapping[str, Any]) -> Drag:
