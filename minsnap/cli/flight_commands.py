@@ -181,13 +181,11 @@ def systems_of(system: str | None, count: int) -> list[int | None]:
 
 def check_apart(fleet: Fleet) -> None:
     """Refuse a fleet whose vehicles jump, or do not keep the separation that its files ask for."""
-    from minsnap.fleet.fleet_certificate import fault_together
-
     if fleet.separation is None:
         print("preflight: the files do not say how far apart the vehicles must be", file=sys.stderr)
     certificate = minsnap.certify_fleet(fleet)
     if not certificate.ok:
-        raise FlightError(f"not flown: {fault_together(certificate)}; nothing was sent")
+        raise FlightError(f"not flown: {certificate.fault}; nothing was sent")
 
 
 def _log_of(log: FileName | None, name: str) -> Path | None:

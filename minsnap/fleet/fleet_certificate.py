@@ -103,9 +103,7 @@ def _least(points: FloatArray) -> FloatArray:
     """Return the proved least value of each coordinate over all pieces, shape (dim,)."""
     rows = -np.moveaxis(points, 2, 0)
     largest = native.maxima(rows.reshape(-1, points.shape[1]), None, points.shape[2])
-    if largest is None:
-        return np.array([-native.maximum(each)[0] for each in rows])
-    return -largest[1]
+    return np.array([-native.maximum(each)[0] for each in rows]) if largest is None else -largest[1]
 
 
 REACH = 1.5
@@ -148,9 +146,6 @@ class FleetCertificate:
 
     Parameters
     ----------
-    ok : bool
-        All conditions hold: separations and limits to ``EXACT`` of themselves, clearances and the room to
-        ``EXACT`` [m]; and no vehicle jumps.
     closest : NearPair or None
         The pair that comes nearest to its separation; None for one vehicle.
     nearest : tuple of NearPair
@@ -168,7 +163,6 @@ class FleetCertificate:
     separation : Separation or None
     """
 
-    ok: bool
     closest: NearPair | None
     nearest: tuple[NearPair, ...] = field(repr=False)
     utilisation: tuple[FleetUse, ...]
@@ -177,6 +171,29 @@ class FleetCertificate:
     nearest_obstacles: IntArray | None = field(repr=False)
     fleet: Fleet = field(repr=False)
     separation: Separation | None = field(repr=False)
+
+    @property
+    def ok(self) -> bool:
+        """Whether all conditions hold, separations and limits to ``EXACT`` of themselves, others to ``EXACT`` [m]."""
+        return self.fault is None
+
+    @cached_property
+    def fault(self) -> str | None:
+        """The first condition that does not hold, in words; None where all do."""
+        for used in self.utilisation:
+            if not used.kept:
+                reached = f"{used.use.name} reaches {used.use.value:.9g} at {used.use.instant:.4g} s"
+                return f"vehicle {used.vehicle}: {reached} where {used.use.limit:.9g} is allowed"
+        if self.room_margins is not None and not self.room_margins.min() >= -EXACT:
+            return f"vehicle {self.room_margins.argmin()} leaves the room by {-self.room_margins.min():.3g} m"
+        if self.clearances is not None and not self.clearances.min() >= -EXACT:
+            return f"vehicle {self.clearances.argmin()} is {-self.clearances.min():.3g} m inside an obstacle"
+        if self.jump is not None:
+            return f"vehicle {self.jump[0]} jumps by {self.jump[2]:.3g} m at {self.jump[1]:.4g} s"
+        if self.closest is not None and not self.closest.share >= 1.0 - EXACT:
+            near = self.closest
+            return f"vehicles {near.pair} come as near as {near.distance:.9g} m at {near.instant:.4g} s"
+        return None
 
     @property
     def least_distance(self) -> float | None:
@@ -196,7 +213,13 @@ class FleetCertificate:
     @cached_property
     def jump(self) -> tuple[int, float, float] | None:
         """The greatest step in position over 1 cm: vehicle, instant [s] and distance [m]; None without one."""
-        return _greatest_jump(self.fleet)
+        points = [curve.control_points for curve in self.fleet]
+        steps = [np.linalg.norm(each[1:, 0] - each[:-1, -1], axis=1) for each in points]
+        vehicle = int(np.argmax([each.max(initial=0.0) for each in steps]))
+        if steps[vehicle].max(initial=0.0) <= 0.01:  # numbers of few digits make small ones
+            return None
+        knot = int(steps[vehicle].argmax())
+        return vehicle, float(self.fleet[vehicle].breaks[knot + 1]), float(steps[vehicle][knot])
 
     @cached_property
     def room_margin(self) -> float | None:
@@ -260,37 +283,14 @@ def certify_fleet(
     margins = room_margins(flown, rooms[0]) if rooms else None
     obstacles = as_obstacles(avoid)
     clear, which = _clearances(flown, obstacles, workers) if obstacles else (None, None)
-    return FleetCertificate(
-        all(pair.share >= 1.0 - EXACT for pair in pairs[:1])
-        and all(used.kept for used in use)
-        and (margins is None or bool((margins >= -EXACT).all()))
-        and (clear is None or bool((clear >= -EXACT).all()))
-        and _greatest_jump(flown) is None,
-        pairs[0] if pairs else None,
-        tuple(pair for pair in pairs if pair.share < reach),
-        use,
-        margins,
-        clear,
-        which,
-        flown,
-        apart,
-    )
+    near = tuple(pair for pair in pairs if pair.share < reach)
+    return FleetCertificate(pairs[0] if pairs else None, near, use, margins, clear, which, flown, apart)
 
 
 def _listed(fleet: Any) -> tuple[Any, ...]:
     if not isinstance(fleet, Sequence):
         raise FleetError(f"certify_fleet takes a Fleet or a list of trajectories, not {type(fleet).__name__}")
     return tuple(fleet)
-
-
-def _greatest_jump(fleet: Fleet, least: float = 0.01) -> tuple[int, float, float] | None:
-    """Return vehicle, instant and size of the greatest step in position [m]; numbers of few digits make small ones."""
-    steps = [np.linalg.norm(curve.control_points[1:, 0] - curve.control_points[:-1, -1], axis=1) for curve in fleet]
-    vehicle = int(np.argmax([each.max(initial=0.0) for each in steps]))
-    if steps[vehicle].max(initial=0.0) <= least:
-        return None
-    knot = int(steps[vehicle].argmax())
-    return vehicle, float(fleet[vehicle].breaks[knot + 1]), float(steps[vehicle][knot])
 
 
 def _nearest(fleet: Fleet, separation: Separation, reach: float, threads: int) -> tuple[NearPair, ...]:
@@ -346,8 +346,8 @@ def fleet_fault(task: FleetTask, fleet: Fleet, threads: int) -> str | None:
         wrong = next(_faults_alone(task, vehicle, curve, duration), None)
         if wrong is not None:
             return f"vehicle {vehicle}: {wrong}"
-    together = certify_fleet(fleet, task.separation, None, task.room, task.avoid, threads=threads)
-    return _broken_limit(task, fleet) or (None if together.ok else fault_together(together))
+    limited = None if task.limits is None else certify_fleet(planned, limits=task.limits).fault
+    return limited or certify_fleet(fleet, task.separation, None, task.room, task.avoid, threads=threads).fault
 
 
 def _faults_alone(task: FleetTask, vehicle: int, curve: Trajectory, duration: float) -> Iterator[str]:
@@ -394,30 +394,3 @@ def legs_left(boxes: Boxes, curve: Trajectory, leg: IntArray, slack: float = 0.0
     low, high = (np.stack(end) for end in zip(*ends, strict=True))
     outside = (low < boxes.lower[leg] - slack) | (high > boxes.upper[leg] + slack)
     return [int(number) for number in leg[outside.any(axis=1)]]
-
-
-def _broken_limit(task: FleetTask, fleet: Fleet) -> str | None:
-    if task.limits is None:
-        return None
-    for used in certify_fleet(fleet[: len(task)], limits=task.limits).utilisation:
-        if not used.kept:
-            own = used.use
-            return (
-                f"vehicle {used.vehicle}: {own.name} reaches {own.value:.9g} at {own.instant:.4g} s where "
-                f"{own.limit:.9g} is allowed"
-            )
-    return None
-
-
-def fault_together(certificate: FleetCertificate) -> str:
-    """Return what a certificate that is not ``ok`` says, but for limits."""
-    if certificate.room_margin is not None and certificate.room_margin < -EXACT:
-        return f"vehicle {int(np.argmin(certificate.room_margins))} leaves the room by {-certificate.room_margin:.3g} m"  # type: ignore[arg-type]
-    if certificate.clearance is not None and certificate.clearance < -EXACT:
-        return f"vehicle {int(np.argmin(certificate.clearances))} is {-certificate.clearance:.3g} m inside an obstacle"  # type: ignore[arg-type]
-    if certificate.jump is not None:
-        vehicle, instant, distance = certificate.jump
-        return f"vehicle {vehicle} jumps by {distance:.3g} m at {instant:.4g} s"
-    return (
-        f"vehicles {certificate.pair} come as near as {certificate.least_distance:.9g} m at {certificate.instant:.4g} s"
-    )
