@@ -128,26 +128,24 @@ PIECES = 5
 """Polynomials of one curve unless the caller says otherwise: more than that fly hardly shorter from rest to rest."""
 
 
-def one_curve(
-    task: FleetTask, total_time: float | None, polish: float, pieces: int
-) -> tuple[list[Trajectory], str] | None:
+def one_curve(task: FleetTask, polish: float, pieces: int) -> tuple[list[Trajectory], str] | None:
     """Return the trajectories of a fleet that one curve decides, and by which method; None for another fleet."""
     if any(task.holds_of(vehicle).any() for vehicle in range(len(task))):
         return None
     if len(task) + len(task.fixed) == 1:
-        return [_single(task, total_time, polish, pieces)], "single"
-    lines = _straight(task, total_time, polish, pieces)
+        return [_single(task, polish, pieces)], "single"
+    lines = _straight(task, polish, pieces)
     return None if lines is None else (lines, "straight")
 
 
-def _single(task: FleetTask, total_time: float | None, polish: float, pieces: int) -> Trajectory:
+def _single(task: FleetTask, polish: float, pieces: int) -> Trajectory:
     """Return the plan of the only vehicle."""
     walls = [each for each in (*task.corridors, task.room) if each is not None]
     start = {DERIVATIVES[order]: value for order, value in task.states[0].items()} or None
     arguments: dict[str, Any] = {"corridor": walls or None, "start": start, "avoid": task.avoid or None}
     arguments["limits"] = None if task.limits is None else task.limits[0]
     arguments["pieces"] = 1 if task.avoid else pieces  # legs are cut where they go around
-    return _polished(task.waypoints[0], total_time, polish, arguments)
+    return _polished(task.waypoints[0], task.total_time, polish, arguments)
 
 
 def _polished(points: ArrayLike, total_time: float | None, polish: float, arguments: dict[str, Any]) -> Trajectory:
@@ -158,7 +156,7 @@ def _polished(points: ArrayLike, total_time: float | None, polish: float, argume
     return plan(points, total_time=(1.0 + polish) * curve.duration, **arguments)
 
 
-def _straight(task: FleetTask, total_time: float | None, polish: float, pieces: int) -> list[Trajectory] | None:
+def _straight(task: FleetTask, polish: float, pieces: int) -> list[Trajectory] | None:
     """Return straight lines with one common profile; None where there are other conditions, or they meet.
 
     The profile is the curve of one vehicle on a line whose limits are the strictest of all, in units of their ways.
@@ -177,7 +175,7 @@ def _straight(task: FleetTask, total_time: float | None, polish: float, pieces: 
     line = [(0.0, 0.0, 0.0), (longest, 0.0, 0.0)]
     try:
         limits = _strictest(task, ways, longest)
-        profile = _polished(line, total_time, polish, {"limits": limits, "pieces": pieces})
+        profile = _polished(line, task.total_time, polish, {"limits": limits, "pieces": pieces})
     except (InfeasibleError, SolverError):
         return None
     return _along(task, profile, longest)

@@ -122,7 +122,7 @@ def plan_fleet(
     given = _headings(task, yaw), checked_names(names, len(task) + len(task.fixed))
     with progress_line(progress, "fleet", _line) as callback:
         search = TimeSearch(task, count, workers, lambda: monotonic() > due, callback)
-        return _searched(search, partial(_finished, task, search, *given), total_time, polish, seed, pieces)
+        return _searched(search, partial(_finished, task, search, *given), polish, seed, pieces)
 
 
 def _finished(
@@ -149,13 +149,11 @@ def _finished(
     return fleet
 
 
-def _searched(
-    search: TimeSearch, finished: Callable[..., Fleet], total_time: float | None, polish: float, seed: int, pieces: Any
-) -> Fleet:
+def _searched(search: TimeSearch, finished: Callable[..., Fleet], polish: float, seed: int, pieces: Any) -> Fleet:
     """Return the best fleet: by one curve where that decides it, or by a joint search."""
     stopped = ""
     count = PIECES * (max(len(points) for points in search.task.waypoints) == 2) or 3
-    quick = one_curve(search.task, total_time, polish, count if pieces == "auto" else pieces)
+    quick = one_curve(search.task, polish, count if pieces == "auto" else pieces)
     if quick is not None:
         try:
             return finished(*quick)
@@ -163,19 +161,19 @@ def _searched(
             if len(quick[0]) == 1:
                 raise
     try:
-        best = _joint(search, total_time, polish, seed)
+        best = _joint(search, polish, seed)
         stopped = "time_limit" if search.stopped() else ""
     except KeyboardInterrupt:
-        if search.best is None or total_time is not None:
+        if search.best is None or search.task.total_time is not None:
             raise
         best, stopped = search.best, "Ctrl-C"
     return finished(flown(best.curves[: len(search.task)], best.time), "joint", stopped)
 
 
-def _joint(search: TimeSearch, total_time: float | None, polish: float, seed: int) -> Certified:
+def _joint(search: TimeSearch, polish: float, seed: int) -> Certified:
     bound = least = float(search.task.bounds.max())
-    if total_time is not None:
-        return _timed(search, float(total_time), seed)
+    if search.task.total_time is not None:
+        return _timed(search, search.task.total_time, seed)
     certified: list[Certified] = []
     for kind in TIMES.guesses:
         opened = search.open(seed, kind, max(bound, 1e-3))
@@ -209,7 +207,7 @@ def _alone(search: TimeSearch) -> float:
         return 0.0
     lone = TimeSearch(_lone_task(search.task, int(np.argmax(search.task.bounds))), search.pieces, 1, search.stopped)
     try:
-        return _joint(lone, None, 0.0, 0).time
+        return _joint(lone, 0.0, 0).time
     except UnprovedError:
         return 0.0
 
