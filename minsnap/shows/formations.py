@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import atan2, ceil, cos, pi, radians, sin, sqrt, tan
 from typing import Any
 from xml.etree import ElementTree
@@ -242,25 +242,28 @@ def _element_lines(name: str, attributes: dict[str, str]) -> list[FloatArray]:
     return []
 
 
+def _turned(degrees: float, x: float = 0.0, y: float = 0.0) -> Affine:
+    c, s = cos(radians(degrees)), sin(radians(degrees))
+    return (c, -s, x - c * x + s * y), (s, c, y - s * x - c * y)
+
+
+Affine = tuple[tuple[float, float, float], tuple[float, float, float]]
+TRANSFORMS: dict[str, Callable[..., Affine]] = {
+    "matrix": lambda a, b, c, d, e, f: ((a, c, e), (b, d, f)),
+    "translate": lambda x, y=0.0: ((1.0, 0.0, x), (0.0, 1.0, y)),
+    "scale": lambda x, *y: ((x, 0.0, 0.0), (0.0, *(y or (x,)), 0.0)),
+    "rotate": _turned,
+    "skewX": lambda degrees: ((1.0, tan(radians(degrees)), 0.0), (0.0, 1.0, 0.0)),
+    "skewY": lambda degrees: ((1.0, 0.0, 0.0), (tan(radians(degrees)), 1.0, 0.0)),
+}
+"""Two rows of the matrix of each transform, from its numbers."""
+
+
 def _transform(text: str) -> FloatArray:
     """Return the matrix (3, 3) of a list of transforms."""
     whole = np.eye(3)
     for name, inside in re.findall(r"(\w+)\s*\(([^)]*)\)", text):
-        v = [float(each) for each in NUMBER.findall(inside)]
-        if name == "matrix":
-            one = [[v[0], v[2], v[4]], [v[1], v[3], v[5]]]
-        elif name == "translate":
-            one = [[1, 0, v[0]], [0, 1, v[1] if len(v) > 1 else 0]]
-        elif name == "scale":
-            one = [[v[0], 0, 0], [0, v[-1], 0]]
-        elif name == "rotate":
-            c, s = cos(radians(v[0])), sin(radians(v[0]))
-            x, y = v[1:3] if len(v) > 1 else (0.0, 0.0)
-            one = [[c, -s, x - c * x + s * y], [s, c, y - s * x - c * y]]
-        else:
-            slope = tan(radians(v[0]))
-            one = [[1, slope, 0], [0, 1, 0]] if name == "skewX" else [[1, 0, 0], [slope, 1, 0]]
-        whole = whole @ np.array([*one, [0, 0, 1]], dtype=np.float64)
+        whole = whole @ np.array([*TRANSFORMS[name](*map(float, NUMBER.findall(inside))), (0.0, 0.0, 1.0)])
     return whole
 
 
@@ -274,34 +277,29 @@ def _path(text: str) -> list[FloatArray]:
             command, place = words[place], place + 1
         kind, count = command.upper(), COUNT[command.upper()]
         v = [float(word) for word in words[place : place + count]]
-        place += max(count, 0 if kind == "Z" else 1)
+        place += count
         base = now if command.islower() else 0j
         ends = [base + complex(x, y) for x, y in zip(v[::2], v[1::2], strict=False)]
         if kind == "M":
             lines.append(line)
-            now = begin = ends[0]
-            line, command = [now], "l" if command == "m" else "L"
+            begin, line, command = ends[0], [ends[0]], "l" if command == "m" else "L"
         elif kind == "Z":
-            line.append(begin)
-            lines.append(line)
-            now, line, command = begin, [begin], "M"
-        elif kind in "LHV":
-            if kind == "H":
-                ends = [complex(v[0] + base.real, now.imag)]
-            elif kind == "V":
-                ends = [complex(now.real, v[0] + base.imag)]
-            now = ends[0]
-            line.append(now)
+            lines.append([*line, begin])
+            line, command = [begin], "M"
+        elif kind == "L":
+            line.append(ends[0])
+        elif kind == "H":
+            line.append(complex(v[0] + base.real, now.imag))
+        elif kind == "V":
+            line.append(complex(now.real, v[0] + base.imag))
         elif kind == "A":
-            end = base + complex(v[5], v[6])
-            line += _arc(now, v, end)
-            now = end
+            line += _arc(now, v, base + complex(v[5], v[6]))
         else:
             if kind in "ST":  # the first control point mirrors the last one of the curve before
                 ends.insert(0, 2.0 * now - kept if before in ("CS" if kind == "S" else "QT") and before else now)
             line += _bezier([now, *ends])
-            kept, now = ends[-2], ends[-1]
-        before = kind
+            kept = ends[-2]
+        now, before = line[-1], kind
     return [np.array([(z.real, z.imag) for z in each]) for each in [*lines, line] if len(each) > 1]
 
 
@@ -324,5 +322,5 @@ def _arc(start: complex, v: list[float], end: complex) -> list[complex]:
     first, last = atan2(y - cy, x - cx), atan2(-y - cy, -x - cx)
     sweep = (last - first) % (2.0 * pi) if v[4] else -((first - last) % (2.0 * pi))
     middle, count = (start + end) / 2.0 + complex(cx * rx, cy * ry) * turned, ceil(4 * STEPS * abs(sweep) / (2.0 * pi))
-    angles = [first + sweep * (k + 1) / count for k in range(count)]
-    return [middle + complex(rx * cos(a), ry * sin(a)) * turned for a in angles]
+    angles = [first + sweep * (k + 1) / count for k in range(count - 1)]
+    return [*(middle + complex(rx * cos(a), ry * sin(a)) * turned for a in angles), end]
