@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
 
@@ -12,7 +12,6 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import point_text
 from minsnap.basics.storage.text import FileName, digest_of
-from minsnap.basics.tolerances import EXACT
 from minsnap.fleet.common_clock import Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, extent_of
 from minsnap.limits.limits import Limits
@@ -64,9 +63,7 @@ class SafetyReport:
     @property
     def ok(self) -> bool:
         """Whether separation and room hold of the files, and the limits of the plan."""
-        apart = all(pair.share >= 1.0 - EXACT for pair in self.held.nearest)
-        inside = self.held.room_margin is None or self.held.room_margin >= -EXACT
-        return apart and inside and self.planned.ok
+        return replace(self.held, utilisation=()).ok and self.planned.ok
 
     @property
     def exceeded(self) -> list[str]:
@@ -99,8 +96,7 @@ def _verdict(report: SafetyReport) -> str:
 
 def _facts(report: SafetyReport) -> str:
     held, separation = report.held, report.held.separation
-    corners = [curve.control_points.reshape(-1, 3) for curve in held.fleet]
-    points = np.concatenate(corners)
+    points = np.concatenate([curve.control_points.reshape(-1, 3) for curve in held.fleet])
     rows = [("vehicles", str(len(held.fleet))), ("duration", f"{held.fleet.duration:.2f} s")]
     if separation is not None:
         apart = "radii of each vehicle" if separation.distance is None else f"{separation.distance:g} m"

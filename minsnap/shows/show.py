@@ -9,7 +9,7 @@ are those that it has, times the scale. At knots they have the exact values and 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, pi
 from pathlib import Path
@@ -105,15 +105,7 @@ def moved(move: Move, points: FloatArray, limits: Limits) -> list[Trajectory]:
 
 def _shape(move: Move, breaks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return values and three derivatives of cosine, sine and scale at knots of a unit of time, (knots, 4) each."""
-    s = breaks[:, None]
-    rise = np.hstack(
-        (
-            s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3),
-            140.0 * (s * (1.0 - s)) ** 3,
-            420.0 * (s * (1.0 - s)) ** 2 * (1.0 - 2.0 * s),
-            840.0 * s * (1.0 - s) * (1.0 - 5.0 * s + 5.0 * s**2),
-        )
-    )
+    rise = Trajectory(np.repeat([0.0, 1.0], 4)[None, :, None], np.ones(1)).states(breaks, 4)[..., 0]
     angle, scale = move.turn * rise, (move.scale - 1.0) * rise + (1.0, 0.0, 0.0, 0.0)
     ones = np.exp(1j * angle[:, 0])
     first, second, third = 1j * angle[:, 1], 1j * angle[:, 2], 1j * angle[:, 3]
@@ -132,11 +124,6 @@ def _pieces(breaks: FloatArray, data: FloatArray) -> FloatArray:
     from scipy.interpolate import BPoly
 
     return np.asarray(BPoly.from_derivatives(breaks, data).c.transpose(1, 0, 2))
-
-
-def ends(curves: Sequence[Trajectory]) -> FloatArray:
-    """Return where vehicles are in the end, (vehicles, 3)."""
-    return np.stack([curve.control_points[-1, -1] for curve in curves])
 
 
 Told = Callable[[str], None]
@@ -216,10 +203,8 @@ class Show:
 
     def check(self) -> None:
         """Refuse limits that leave a climb free, and acts that do not fit, are below home, or stand too close."""
-        for name, value in (
-            ("take_off", self.take_off),
-            *((f"hold of act {act.name!r}", act.hold) for act in self.acts),
-        ):
+        times = [("take_off", self.take_off), *((f"hold of act {act.name!r}", act.hold) for act in self.acts)]
+        for name, value in times:
             if not 0.0 <= value <= LONGEST:
                 raise FleetError(f"{name} is {value}: give a number from 0 to {LONGEST:g}")
         if not np.isfinite(table_of(self.limits)[:2, 2:4]).any():
@@ -384,7 +369,7 @@ class _Course:
         """Fly and hold, and return the stage; without curves all stay where they are."""
         start = self.stages[-1].end if self.stages else 0.0
         arrival = start + max((curve.duration for curve in curves), default=0.0)
-        self.now = ends(curves) if curves else self.now
+        self.now = np.stack([curve.control_points[-1, -1] for curve in curves]) if curves else self.now
         for i, (part, goal) in enumerate(zip(self.parts, self.now, strict=True)):
             flown = curves[i : i + 1]
             part.extend([*flown, *_wait(goal, arrival - start - sum(curve.duration for curve in flown) + hold)])
@@ -440,12 +425,8 @@ def _joined(parts: list[Trajectory]) -> Trajectory:
     """Return curves one after the other; all rest where they meet."""
     if not parts:
         raise FleetError("nothing moves in this show: give it a climb, or acts")
-    size = max(part.degree for part in parts)
-    if any(part.degree != size for part in parts):
-        raise FleetError("the flights of a show have different degrees")
-    return Trajectory(
-        np.concatenate([part.control_points for part in parts]), np.concatenate([part.durations for part in parts])
-    )
+    points, durations = zip(*((part.control_points, part.durations) for part in parts), strict=True)
+    return Trajectory(np.concatenate(points), np.concatenate(durations))
 
 
 def _lights(show: Show, shown: list[tuple[IntArray, Stage]], end: float, vehicle: int) -> Lights:
