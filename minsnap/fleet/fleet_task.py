@@ -117,8 +117,7 @@ class FleetTask:
 
     def walls(self, pieces: int) -> FloatArray:
         """Return the bounds of each piece, shape (m, pieces, 2, 3), the fixed vehicles' infinite [m]."""
-        walls = np.empty((len(self) + len(self.fixed), pieces, 2, 3))
-        walls[:, :, 0], walls[:, :, 1] = -inf, inf
+        walls = np.full((len(self) + len(self.fixed), pieces, 2, 3), [[-inf], [inf]])
         inwards = INWARDS * self.length
         if self.room is not None:
             walls[: len(self), :, 0], walls[: len(self), :, 1] = self.room.lower, self.room.upper
@@ -237,12 +236,9 @@ def _trapezoid(way: float, speed: float, acceleration: float) -> float:
 
 def limits_of(limits: Any, vehicles: int) -> list[Limits]:
     """Return the limits of each vehicle, from one for all or one each."""
-    if isinstance(limits, Sequence):
-        if len(limits) != vehicles:
-            raise FleetError(f"{len(limits)} limits for {vehicles} vehicles: give one for all, or one each")
-        each = list(limits)
-    else:
-        each = [limits] * vehicles
+    each = list(limits) if isinstance(limits, Sequence) else [limits] * vehicles
+    if len(each) != vehicles:
+        raise FleetError(f"{len(each)} limits for {vehicles} vehicles: give one for all, or one each")
     for one in {id(one): one for one in each}.values():
         check_limits(one)
     return each
@@ -304,10 +300,8 @@ def _checked_waypoints(waypoints: Any) -> tuple[FloatArray, ...]:
 
 
 def _checked_states(start: Any, count: int) -> tuple[Mapping[int, FloatArray], ...]:
-    each = [None] * count if start is None else start
-    each = _one_each(
-        each, count, f"start must be a list of {count} states, each None or such as {{'velocity': (1, 0, 0)}}"
-    )
+    sentence = f"start must be a list of {count} states, each None or such as {{'velocity': (1, 0, 0)}}"
+    each = _one_each([None] * count if start is None else start, count, sentence)
     return tuple(check_state(state, f"the start of vehicle {i}", 4, 3) for i, state in enumerate(each))
 
 
@@ -331,10 +325,10 @@ def _checked_corridors(corridors: Any, points: tuple[FloatArray, ...]) -> tuple[
                 f"the corridor of vehicle {vehicle} must be Boxes, one in space for each leg", vehicle=vehicle
             )
         ends = np.stack((own[:-1], own[1:]))
-        if ((ends < boxes.lower) | (ends > boxes.upper)).any():
-            leg = int(np.argmax(((ends < boxes.lower) | (ends > boxes.upper)).any(axis=(0, 2))))
-            text = f"leg {leg} of vehicle {vehicle} begins or ends outside of its box: move the waypoint or the box"
-            raise FleetError(text, vehicle=vehicle)
+        outside = ((ends < boxes.lower) | (ends > boxes.upper)).any(axis=(0, 2))
+        if outside.any():
+            text = f"leg {outside.argmax()} of vehicle {vehicle} begins or ends outside of its box"
+            raise FleetError(f"{text}: move the waypoint or the box", vehicle=vehicle)
     return entries
 
 
@@ -408,13 +402,10 @@ def _refuse_outside(task: FleetTask) -> None:
     """Refuse the first waypoint outside of the room or inside an obstacle."""
     for vehicle, points in enumerate(task.waypoints):
         for index, point in enumerate(points):
+            text = f"waypoint {index} of vehicle {vehicle}, {point_text(point)}, is"
             if task.room is not None and ((point < task.room.lower) | (point > task.room.upper)).any():
-                text = f"waypoint {index} of vehicle {vehicle}, {point_text(point)}, is outside of the room"
-                raise FleetError(f"{text}: move it or make the room larger", vehicle=vehicle)
+                raise FleetError(f"{text} outside of the room: move it or make the room larger", vehicle=vehicle)
             for which, obstacle in enumerate(task.avoid):
                 depth = -clearance_of(obstacle, point)
                 if depth > EXACT:
-                    text = f"{depth:.3g} m inside obstacle {which}: move it"
-                    raise FleetError(
-                        f"waypoint {index} of vehicle {vehicle}, {point_text(point)}, is {text}", vehicle=vehicle
-                    )
+                    raise FleetError(f"{text} {depth:.3g} m inside obstacle {which}: move it", vehicle=vehicle)

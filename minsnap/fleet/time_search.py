@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from itertools import islice
 from math import sqrt
+from operator import add
 from time import process_time
 
 import numpy as np
@@ -135,15 +137,9 @@ class TimeSearch:
         task = self.task
         obstacles = np.array([each.numbers() for each in task.avoid]).reshape(-1, 13)
         downwash = 1.0 if task.separation is None else task.separation.downwash
-        shares = (
-            task.radii,
-            task.limit_table * (1.0 if task.free_time else self.inside),
-            task.walls(self.pieces),
-            self._free(),
-            np.diff(knot_shares(self.pieces)),
-            obstacles,
-        )
-        return FleetSearch(*shares, samples, downwash, task.length, self.threads)
+        limits, shares = task.limit_table * (1.0 if task.free_time else self.inside), np.diff(knot_shares(self.pieces))
+        question = (task.radii, limits, task.walls(self.pieces), self._free(), shares, obstacles)
+        return FleetSearch(*question, samples, downwash, task.length, self.threads)
 
     def _free(self) -> FloatArray:
         free = np.zeros((len(self.task) + len(self.task.fixed), self.pieces + 1, 4, 3))
@@ -166,10 +162,8 @@ class TimeSearch:
     def opening(self, seed: int, kind: int, time: float) -> FloatArray:
         """Return a guess of a kind for a time."""
         curves = guess(self.task, self.pieces, seed, kind)
-        if self.task.fixed:
-            still = np.stack([frozen(each, time, self.pieces) for each in self.task.fixed])
-            curves = np.concatenate((curves, still))
-        return np.ascontiguousarray(self.at_time(curves, time))
+        still = np.zeros((len(self.task.fixed), *curves.shape[1:]))
+        return np.ascontiguousarray(self.at_time(np.concatenate((curves, still)), time))
 
     def at_time(self, curves: FloatArray, time: float) -> FloatArray:
         """Return curves with the states that a time fixes: moving starts, and vehicles that fly as they do."""
@@ -312,12 +306,7 @@ def _root(value: float, order: int) -> float:
 
 def _weighed(data: FloatArray) -> FloatArray:
     """Return the four control points at an end of each piece, by sums whose order is fixed."""
-    rows = []
-    for weights in _LEFT:
-        row = weights[0] * data[:, :, 0]
-        for e in range(1, 4):
-            row = row + weights[e] * data[:, :, e]
-        rows.append(row)
+    rows = [reduce(add, (weight * data[:, :, e] for e, weight in enumerate(weights))) for weights in _LEFT]
     return np.stack(rows, axis=2)
 
 
