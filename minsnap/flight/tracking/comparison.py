@@ -144,7 +144,7 @@ def _to_chords(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatA
     return np.asarray(np.linalg.norm(points - start - np.clip(part, 0.0, 1.0)[:, None] * along, axis=-1))
 
 
-def estimate_delay(reference: Samples, flight: Samples, most: float | None) -> float:
+def estimate_delay(reference: Samples, flight: Samples, most: float) -> float:
     """Return the delay of a flight: the lag of greatest correlation of position, summed over all axes [s].
 
     The correlation coefficient is computed for every lag on a uniform grid, by FFT, without the gaps of both; from the
@@ -154,8 +154,8 @@ def estimate_delay(reference: Samples, flight: Samples, most: float | None) -> f
     ----------
     reference, flight : Samples
         Of equal dimension.
-    most : float or None
-        Longest delay, either way [s]; None looks at every lag at which half of the shorter signal overlaps.
+    most : float
+        Longest delay, either way [s]; infinity for every lag at which half of the shorter signal overlaps.
 
     Returns
     -------
@@ -169,7 +169,6 @@ def estimate_delay(reference: Samples, flight: Samples, most: float | None) -> f
     start = float(flight.t[0] - reference.t[0])
     lags = np.asarray((np.arange(len(one) + len(other) - 1) - (len(one) - 1)) * step + start, dtype=np.float64)
     scores = _coefficients(one, other, known, seen)
-    most = np.inf if most is None else most
     scores[np.abs(lags) > most] = -1.0
     best = float(np.clip(lags[int(np.argmax(scores))], -most, most))
     return _refined(reference, flight, best, step, most)
@@ -436,7 +435,7 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
     check_number("max_delay", max_delay, 0.0, np.inf, "it must be a time of 0 or more [s]")
     if reference.dim != flight.dim:
         raise InputError(f"the reference has {reference.dim} coordinates and the flight {flight.dim}: they must agree")
-    offset = -estimate_delay(reference, flight, None) if align else -reference.lead
+    offset = -estimate_delay(reference, flight, np.inf) if align else -reference.lead
     delay = estimate_delay(reference, _common(reference, flight, offset), max_delay)
     there = _common(reference, flight, offset, delay)
     t, position = there.t, there.position

@@ -332,7 +332,7 @@ def _delay(reference: Samples, flight: Samples) -> FittedNumber | None:
     inside &= ~in_gaps(flown.t - 0.5 * RESPONSE.longest, setpoints.t, 0.5 * RESPONSE.longest)
     if inside.sum() < 10:
         return None
-    start = min(max(estimate_delay(setpoints, flown, RESPONSE.longest), 0.0), RESPONSE.longest)
+    start = max(estimate_delay(setpoints, flown, RESPONSE.longest), 0.0)
     t, place = flown.t[inside], flown.position[inside]
 
     def away(values: FloatArray) -> FloatArray:
