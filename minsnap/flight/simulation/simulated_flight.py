@@ -286,7 +286,11 @@ def simulate_open_loop(
         log = [[np.inf]]
     if not np.isfinite(log[-1]).all():
         raise DivergenceError("the motion leaves the range of numbers: slow down the path or the wind")
-    return _flight(path, t, log, states, air)
+    position, velocity, quaternion, rates = np.split(np.array(log), [3, 6, 10], axis=1)
+    reference = Samples(t, spatial(path(t)), spatial(path(t, 1)), yaw=path.yaw(t))
+    winds, free = np.tile(air, (len(t), 1)), np.zeros(len(t), dtype=bool)
+    speeds = np.concatenate([states.rotor_speed[::3], states.rotor_speed[-1:]])
+    return Flight(t, position, velocity, quaternion, rates, speeds, winds, free, reference)
 
 
 def _instants(path: Path, step: float) -> FloatArray:
@@ -308,11 +312,3 @@ def _integrate(
         first, middle, last = speeds[3 * index : 3 * index + 3]
         log.append(body.advance(log[-1], (first, middle, last), wind, step))
     return log
-
-
-def _flight(path: Path, t: FloatArray, log: list[list[float]], states: FlatStates, wind: tuple[float, ...]) -> Flight:
-    position, velocity, quaternion, rates = np.split(np.array(log), [3, 6, 10], axis=1)
-    reference = Samples(t, spatial(path(t)), spatial(path(t, 1)), yaw=path.yaw(t))
-    air, free = np.tile(wind, (len(t), 1)), np.zeros(len(t), dtype=bool)
-    speeds = np.concatenate([states.rotor_speed[::3], states.rotor_speed[-1:]])
-    return Flight(t, position, velocity, quaternion, rates, speeds, air, free, reference)

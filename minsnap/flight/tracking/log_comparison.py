@@ -381,14 +381,13 @@ def flight_figures(flight: Flight, vehicle: Quadrotor) -> dict[str, Any]:
         which the rotors could not do what the controller commanded.
     """
     comparison = compared(flight).comparison
-    apart = np.linalg.norm(flight.error, axis=1)
     upright = 1.0 - 2.0 * (flight.quaternion[:, 1:3] ** 2).sum(axis=1)
     return {
         "duration": flight.duration,
         "rmse": comparison.rmse_3d,
         "rmse_axes": comparison.rmse.tolist(),
-        "max_error": float(apart.max()),
-        "max_error_instant": float(flight.t[apart.argmax()]),
+        "max_error": comparison.max_error,
+        "max_error_instant": comparison.worst_instant,
         "delay": comparison.delay,
         "max_speed": float(np.linalg.norm(flight.velocity, axis=1).max()),
         "max_tilt": float(np.arccos(np.clip(upright, -1.0, 1.0)).max()),
@@ -439,15 +438,9 @@ def simulated_log(
     slow = slice(None, None, max(1, round((len(flight.t) - 1) / (STATES * flight.duration))))
     states = replace(flight.samples[slow], yaw=None)
     thrust = vehicle.wrench(flight.rotor_speed)[:, 0]
-    felt = _specific_force(vehicle, flight, thrust)
-    felt = felt + noise * np.random.default_rng(seed).normal(size=felt.shape)
+    drag = drag_in_body(vehicle.drag, rotations(flight.quaternion), flight.velocity - flight.wind, flight.rotor_speed)
+    felt = (drag + thrust[:, None] * np.array([0.0, 0.0, 1.0])) / vehicle.mass
+    felt += noise * np.random.default_rng(seed).normal(size=felt.shape)
     throttle = thrust / (vehicle.max_thrust_to_weight * vehicle.weight)
     inertial = InertialLog(flight.t[slow], flight.quaternion[slow], flight.t, felt, flight.t[slow], throttle[slow])
     return FlightLog(replace(sent, t=sent.t - sent.t[0]), states, 0.0, inertial=inertial)
-
-
-def _specific_force(vehicle: Quadrotor, flight: Flight, thrust: FloatArray) -> FloatArray:
-    """Return the measurements of an accelerometer in the body, shape (m, 3) [m/s^2]."""
-    air = flight.velocity - flight.wind
-    force = drag_in_body(vehicle.drag, rotations(flight.quaternion), air, flight.rotor_speed)
-    return np.asarray((force + thrust[:, None] * np.array([0.0, 0.0, 1.0])) / vehicle.mass)
