@@ -104,16 +104,12 @@ class Sequence:
         self._lost_at: float | None = None
         self._arm_sent = -math.inf
         self._lacking: list[str] | None = None
-        self.offset: Vector = (0.0, 0.0, 0.0)
-        self.setpoint = table.start
-        self.planned: Vector = self.setpoint.position
         self._first_slot = 0
         self._was_outside = False
         self._outside_since: float | None = None
         self._settled_since: float | None = None
         self._next_command = start
-        if here is not None:
-            self._start_here(here)
+        self._start_here(table.start.position if here is None else here)
 
     @property
     def first_slot(self) -> int | None:
@@ -251,7 +247,7 @@ class Sequence:
         first = self._table.start
         self.offset = self._options.offset(first.position, place)
         self.setpoint = first.shifted(self.offset)
-        self.planned = self.setpoint.position
+        self.planned: Vector = self.setpoint.position
 
     def _advance(self, at: Conditions) -> None:
         """Advance to the setpoint due now, unless a rule is broken or the end is reached."""
@@ -277,16 +273,16 @@ class Sequence:
 
     def _may_leave(self, at: Conditions) -> bool:
         """Return whether sending may stop: the vehicle left the mode or is silent, or the user stopped twice."""
-        if at.stops >= 2 or (at.stops and self._autopilot.main_mode is None) or self._on_the_ground(at):
-            return True
-        if at.stops and at.now - at.vehicle.heard > self._rules.heartbeat_timeout:
+        silence = at.now - at.vehicle.heard
+        lost = self._autopilot.main_mode is None or silence > self._rules.heartbeat_timeout
+        if at.stops >= 2 or (at.stops and lost) or self._on_the_ground(at):
             return True
         if self._taken(at):
             if self.aborted:
                 mode = self._autopilot.mode_name(at.vehicle)
                 self.reason = f"{self.reason}; {mode} has the vehicle, and it is left to it"
             return True
-        if at.now - at.vehicle.heard > self._options.give_up:
+        if silence > self._options.give_up:
             self.gave_up = True
             return True
         return self._outside_since is not None and at.now - self._outside_since >= STREAM.linger

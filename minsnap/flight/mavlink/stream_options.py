@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
+from minsnap.basics.checks import check_number
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError, TimingError
 from minsnap.flight.mavlink.link import Lateness
@@ -281,10 +282,8 @@ class StreamOptions:
     fastest: float = 0.0
 
     def __post_init__(self) -> None:
-        if not self.prestream >= 2.0:
-            raise TimingError(
-                f"prestream is {self.prestream} s: autopilots need the first setpoint for at least 2 s before"
-            )
+        give = "autopilots need the first setpoint for at least 2 s before"
+        check_number("prestream", self.prestream, 2.0, math.inf, give, TimingError, unit="s")
         if self.on_abort not in ON_ABORT:
             raise InputError(f"on_abort is {self.on_abort!r}: choose {', '.join(ON_ABORT[:-1])} or {ON_ABORT[-1]}")
         if self.delay is not None and not 0.0 <= self.delay < math.inf:

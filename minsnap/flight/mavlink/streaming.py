@@ -192,14 +192,14 @@ class Streamer:
         usual = autopilot.delay if craft is None or not craft.delay else craft.delay
         delay = max(0.0, (usual if options.delay is None else options.delay) - table.lead)
         speed = max(table.speed, options.fastest)
-        refusal = self._options.rules.lag_refusal(speed, delay)
-        if refusal is not None and self._options.rules.abort_distance is not None:
-            raise FlightError(f"{refusal}; nothing was sent")
-        self._options = replace(options, rules=options.rules.fitting(speed * delay))
+        lag = speed * delay
+        rules = options.rules.fitting(lag)
+        refusal = rules.lag_refusal(speed, delay)
         if refusal is not None:
-            self._say(
-                f"{self._options.rules.farthest:.1f} m from the plan are allowed: it will lag {speed * delay:.1f} m"
-            )
+            raise FlightError(f"{refusal}; nothing was sent")
+        self._options = replace(options, rules=rules)
+        if lag >= options.rules.farthest:
+            self._say(f"{rules.farthest:.1f} m from the plan are allowed: it will lag {lag:.1f} m")
 
     def _wait_for_position(self, vehicle: VehicleState) -> None:
         """Wait for the first position, which a vehicle that has just booted does not report for a while."""
