@@ -368,11 +368,10 @@ class Orders:
 
 
 def _order_of(line: str) -> dict[str, Any]:
-    text = line.strip()
     try:
-        order = text if text in SHORT else json.loads(text)
+        order = json.loads(line)
     except (ValueError, RecursionError):
-        order = text
+        order = line.strip()
     order = {order: True} if isinstance(order, str) else order
     if not isinstance(order, dict):
         raise InputError(f"the order is {shown(order)}: {_WANTED}")
@@ -381,7 +380,7 @@ def _order_of(line: str) -> dict[str, Any]:
 
 def _named(order: dict[str, Any]) -> dict[str, Any]:
     """Return the id of an order, if it has one, for the answer."""
-    named = {name: order[name] for name in ("id",) if name in order}
+    named = {"id": order["id"]} if "id" in order else {}
     try:
         json.dumps(named, allow_nan=False)
     except (ValueError, RecursionError):
