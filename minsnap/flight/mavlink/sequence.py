@@ -111,6 +111,12 @@ class Sequence:
         self._next_command = start
         self._start_here(table.start.position if here is None else here)
 
+    def _start_here(self, place: Vector) -> None:
+        first = self._table.start
+        self.offset = self._options.offset(first.position, place)
+        self.setpoint = first.shifted(self.offset)
+        self.planned: Vector = self.setpoint.position
+
     @property
     def first_slot(self) -> int | None:
         """Slot of the flight's first setpoint; None unless it is flying."""
@@ -242,12 +248,6 @@ class Sequence:
         ready = not self._options.arm or (at.vehicle.armed and not self._takes_off_alone(at.vehicle))
         time = 0.0 if math.isinf(self._rules.max_start_distance) else self._rules.settle_time
         return ready and self._settled_since is not None and at.now - self._settled_since >= time
-
-    def _start_here(self, place: Vector) -> None:
-        first = self._table.start
-        self.offset = self._options.offset(first.position, place)
-        self.setpoint = first.shifted(self.offset)
-        self.planned: Vector = self.setpoint.position
 
     def _advance(self, at: Conditions) -> None:
         """Advance to the setpoint due now, unless a rule is broken or the end is reached."""
