@@ -269,11 +269,6 @@ def _checked_inertia(value: ArrayLike) -> FloatArray:
     """
     values = check_array("inertia", value, ((3,), (3, 3)), "3 finite moments or a finite 3 x 3 matrix", VehicleError)
     matrix = np.diag(values) if values.ndim == 1 else values
-    _check_body(matrix)
-    return read_only(0.5 * (matrix + matrix.T))
-
-
-def _check_body(matrix: FloatArray) -> None:
     if np.abs(matrix - matrix.T).max() > _SLACK * np.abs(matrix).max():
         raise VehicleError("the inertia matrix is not symmetric: check its off-diagonal entries")
     least, middle, most = np.linalg.eigvalsh(matrix)
@@ -284,6 +279,7 @@ def _check_body(matrix: FloatArray) -> None:
             f"the principal moments {least:g}, {middle:g} and {most:g} kg m^2 cannot be those of a rigid body: "
             "the largest must not exceed the sum of the others"
         )
+    return read_only(0.5 * (matrix + matrix.T))
 
 
 AXES = several(NUMBER, "three numbers, along the body's axes", 3, 3)
