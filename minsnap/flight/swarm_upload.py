@@ -176,37 +176,30 @@ class GroupStart:
 
     Parameters
     ----------
-    channels : tuple of str
-        Radio channels with a broadcast.
-    alone : int
-        Vehicles that were told on links of their own.
+    ways : str
+        By which broadcasts, and how many vehicles on links of their own, in words.
     spread : float
         Time from before the first packet to after the last [s]; no two vehicles began further apart.
     volleys : int
         1, or more where a vehicle heard none.
     """
 
-    channels: tuple[str, ...]
-    alone: int
+    ways: str
     spread: float
     volleys: int
 
     def __str__(self) -> str:
         again = f", told {self.volleys} times" if self.volleys > 1 else ""
-        return f"started {ways(self.channels, self.alone)}, all within {1e3 * self.spread:.1f} ms{again}"
-
-
-def ways(channels: Sequence[str], alone: int) -> str:
-    """Return how vehicles are started, in words."""
-    words = [f"by a broadcast on {', '.join(channels)}"] if channels else []
-    words += [f"link by link ({alone} without a broadcast)"] if alone else []
-    return " and ".join(words)
+        return f"started {self.ways}, all within {1e3 * self.spread:.1f} ms{again}"
 
 
 def planned_ways(uris: Sequence[str]) -> str:
     """Return how vehicles of these addresses would be started, in words."""
     channels = [channel_of(uri) for uri in uris]
-    return ways(sorted({one for one in channels if one}), channels.count(None))
+    named, alone = sorted({one for one in channels if one}), channels.count(None)
+    words = [f"by a broadcast on {', '.join(named)}"] if named else []
+    words += [f"link by link ({alone} without a broadcast)"] if alone else []
+    return " and ".join(words)
 
 
 def start_group(links: Sequence[CrtpLink], volleys: Volleys) -> GroupStart:
@@ -230,7 +223,7 @@ def start_group(links: Sequence[CrtpLink], volleys: Volleys) -> GroupStart:
             spread = _send_copies(sends, volleys)
             begun: list[bool] = act_on_each(links, lambda link, _: _has_begun(link, volleys.hearing))
             if all(begun):
-                return GroupStart(tuple(named), len(alone), spread, number)
+                return GroupStart(planned_ways([link.name for link in links]), spread, number)
     deaf = ", ".join(link.name for link, told in zip(links, begun, strict=True) if not told)
     raise LinkError(f"{deaf} does not answer to the start: out of reach, or on another channel than its address says")
 

@@ -56,7 +56,7 @@ def test_vehicles_on_links_of_their_own_are_told_one_after_the_other():
         how = start_group(links, VOLLEYS)
         for link in links:
             link.close()
-    assert (how.channels, how.alone, how.volleys) == ((), 2, 1)
+    assert (how.ways, how.volleys) == ("link by link (2 without a broadcast)", 1)
     assert str(how).startswith("started link by link (2 without a broadcast), all within ")
     assert starts(one) == [START] * VOLLEYS.copies and set(starts(two)) == {START}
     told = [when for vehicle in (one, two) for when, _ in vehicle.commands]
