@@ -244,10 +244,8 @@ def _headings(task: FleetTask, yaw: Any) -> list[ChosenHeading | None]:
 def _pieces_of(task: FleetTask, pieces: Any) -> int:
     legs = max(len(points) for points in task.waypoints) - 1
     if isinstance(pieces, str) and pieces == "auto":
-        length = np.mean([way_of(points) for points in task.waypoints])
-        count = (
-            6 if len(task) >= 150 else 8 if length < 20.0 * task.length else 10 if length < 40.0 * task.length else 12
-        )
+        length = float(np.mean([way_of(points) for points in task.waypoints]))
+        count = 6 if len(task) >= 150 else 8 + 2 * sum(length >= far * task.length for far in (20.0, 40.0))
         count = max(count, 4 * legs if legs > 1 else 0)
         waiting = max(float(task.holds_of(i).sum()) for i in range(len(task))) / max(float(task.bounds.max()), 1e-12)
         return count if waiting == 0.0 else ceil(count / max(1.0 - waiting, 0.25)) + 2

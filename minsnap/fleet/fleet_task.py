@@ -201,8 +201,7 @@ def table_of(limits: Limits) -> FloatArray:
     for order, name in enumerate(PLAIN):
         value = getattr(limits, name)
         if value is not None:
-            table[order, : 3 if limits.norm == "axis" else 0] = value
-            table[order, 3] = inf if limits.norm == "axis" else value
+            table[order, slice(3) if limits.norm == "axis" else 3] = value
     values = limits.given()
     for order, name in enumerate(PLAIN[:2]):
         table[order, 4] = values.get(f"horizontal_{name}", inf)
@@ -225,8 +224,6 @@ def _add_thrust(table: FloatArray, values: Mapping[str, float], gravity: float) 
 
 def _trapezoid(way: float, speed: float, acceleration: float) -> float:
     """Return the least time from rest to rest over a way [s]."""
-    if way == 0.0:
-        return 0.0
     if acceleration == inf:
         return way / speed
     if speed == inf or way * acceleration < speed * speed:

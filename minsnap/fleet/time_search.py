@@ -285,7 +285,7 @@ def slowed(curves: Sequence[Trajectory], limits: Limits | Sequence[Limits]) -> f
     for entry in certify_fleet(curves, limits=limits).utilisation:
         order = KIND[entry.use.name].order
         share = max(entry.use.fraction, 0.0)
-        factor = max(factor, _root(share, order) if order else (1.0 if share <= 1.0 else share))
+        factor = max(factor, _root(share, order) if order else max(1.0, share))
     return factor * (1.0 + 1e-13)
 
 
