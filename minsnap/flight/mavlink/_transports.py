@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import re
 import socket
 import time
 from abc import ABC, abstractmethod
@@ -80,18 +81,17 @@ class SerialPort(LinkTransport):
         serial = optional("serial", "serial ports need pyserial", "mavlink")
         try:
             self._port = serial.Serial(device, baud, timeout=0, write_timeout=0)
-        except (serial.SerialException, ValueError) as error:
+        except (OSError, ValueError) as error:
             raise LinkError(f"cannot open {self.address}: {error}", address=self.address) from None
-        self._failures: tuple[type[Exception], ...] = (serial.SerialException, OSError)
         self._gone = False
 
     def send(self, data: bytes) -> None:
-        with suppress(*self._failures):
+        with suppress(OSError):  # pyserial's errors among them
             self._port.write(data)
 
     def receive(self) -> tuple[bytes, Peer]:
         data, self._gone = b"", True
-        with suppress(*self._failures):
+        with suppress(OSError):
             data, self._gone = self._port.read(4096), False
         return data, self.address
 
@@ -103,15 +103,6 @@ class SerialPort(LinkTransport):
 
     def close(self) -> None:
         self._port.close()
-
-
-def open_port(text: str, baud: int) -> SerialPort:
-    """Open ``DEVICE``, ``DEVICE:BAUD`` or ``DEVICE,BAUD``."""
-    for separator in (",", ":"):
-        device, separated, rate = text.rpartition(separator)
-        if separated and rate.isdecimal():
-            return SerialPort(device, int(rate))
-    return SerialPort(text, baud)
 
 
 _PATIENCE, _RETRY_AFTER = 3.0, 0.5
@@ -340,7 +331,9 @@ def open_transport(connection: str, baud: int = 115200) -> LinkTransport:
     """
     kind, _, rest = connection.partition(":")
     if kind == "serial" or "/" in kind or kind.upper().startswith("COM"):
-        return open_port(rest if kind == "serial" else connection, baud)
+        device = rest if kind == "serial" else connection
+        rated = re.fullmatch(r"(.*)[,:](\d+)", device)
+        return SerialPort(rated[1], int(rated[2])) if rated else SerialPort(device, baud)
     kinds: dict[str, Callable[[str, int], LinkTransport]] = {"udpin": listen_udp, "udp": listen_udp, "udpout": send_udp}
     kinds |= {"tcp": TcpClient, "tcpin": TcpListener}
     host, port = _host_and_port(rest if kind in kinds else connection, connection)
