@@ -78,10 +78,8 @@ def upload_of(trajectory: Trajectory, farthest: float = 0.01) -> Upload:
         held = curve_of_bytes(content)
     distance = float(distance_bounds(trajectory, held)[0])
     if distance > farthest:
-        raise FileError(
-            f"the vehicle would hold a curve up to {distance:.2g} m from the planned one, rounded to its numbers: "
-            "fly slower, or plan legs of more even durations"
-        )
+        text = f"the vehicle would hold a curve up to {distance:.2g} m from the planned one, rounded to its numbers"
+        raise FileError(f"{text}: fly slower, or plan legs of more even durations")
     return Upload(content, kind, len(held.durations), distance)
 
 

@@ -346,10 +346,8 @@ def _check_laps(samples: Samples, laps: int, turns: bool) -> None:
         raise InputError(f"the end is not at the start's velocity: it cannot be flown {laps} times without a jerk")
     turn = math.remainder(samples.yaw[-1] - samples.yaw[0], math.tau) if turns and samples.yaw is not None else 0.0
     if abs(turn) > ALLOWED.turn:
-        raise InputError(
-            f"the heading at the end is {abs(turn):.3g} rad from that at the start: it cannot be flown {laps} times "
-            "without a jerk; close it, or leave yaw out of the fields"
-        )
+        text = f"the heading at the end is {abs(turn):.3g} rad from that at the start: it cannot be flown {laps} times"
+        raise InputError(f"{text} without a jerk; close it, or leave yaw out of the fields")
 
 
 def _resampled(samples: Samples, rate: float | None) -> Samples:
@@ -466,9 +464,8 @@ class ChangingTable:
         before, after = exchange
         late = elapsed - after.began
         if late > 0.0:
-            raise TimingError(
-                f"the change takes over at {after.began:.6g} s of the flight, {late:.3g} s ago: it is too late"
-            )
+            when = f"at {after.began:.6g} s of the flight, {late:.3g} s ago"
+            raise TimingError(f"the change takes over {when}: it is too late")
         if before is not self._flown:
             raise FlightError("another change was taken over meanwhile: replan from what is flown now")
         self._flown = after

@@ -243,9 +243,8 @@ class DrydenWind:
         speed = max(math.hypot(*self.mean), 1.0) if self.airspeed is None else self.airspeed
         check_seed(self.seed)
         if not (is_number(speed) and speed >= SMALLEST) or min(self.length) < SMALLEST:
-            raise InputError(
-                f"gusts need lengths and an airspeed above 0, not {self.length} m and {shown(self.airspeed)} m/s"
-            )
+            given = f"{self.length} m and {shown(self.airspeed)} m/s"
+            raise InputError(f"gusts need lengths and an airspeed above 0, not {given}")
         set_fields(self, _speed=float(speed))
 
     def sample(self, count: int, step: float) -> FloatArray:

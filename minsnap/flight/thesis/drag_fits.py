@@ -267,9 +267,8 @@ def plot_coefficient_fit(
     axes.plot(dense / RPM, line, color=AXIS_STYLES[1]["color"], label="fit")
     axes.plot(measured / RPM, np.asarray(values), label="measured", **_POINTS)
     axes.set(xlabel="rotor speed [RPM]", ylabel=quantity)
-    axes.set_title(
-        f"k = {fit.value * RPM**2:.4g} ± {fit.standard_error * RPM**2:.1g} per RPM², R² = {fit.r_squared:.4f}"
-    )
+    value, error = fit.value * RPM**2, fit.standard_error * RPM**2
+    axes.set_title(f"k = {value:.4g} ± {error:.1g} per RPM², R² = {fit.r_squared:.4f}")
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     return axes

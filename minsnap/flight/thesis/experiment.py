@@ -228,9 +228,8 @@ def drag_model(name: str, vehicle: Quadrotor) -> Drag:
     if name == "exact":
         return vehicle.drag
     if vehicle.name != MEASURED:
-        raise VehicleError(
-            f"the {name} model was measured on the {MEASURED}, not on {vehicle.name or 'this vehicle'}: use 'exact'"
-        )
+        other = vehicle.name or "this vehicle"
+        raise VehicleError(f"the {name} model was measured on the {MEASURED}, not on {other}: use 'exact'")
     return consistent_parasitic_drag() if name == "consistent" else published_drag("linear")
 
 

@@ -185,9 +185,8 @@ def flown_span(flight: Samples) -> tuple[float, float]:
         raise FitError("the log has no velocities: log them")
     moving = flight.t[np.linalg.norm(flight.velocity, axis=1) > FIT.moving]
     if not len(moving) or moving[-1] - moving[0] < FIT.least:
-        raise FitError(
-            f"the log has less than {FIT.least:g} s of flight: fly a course at several speeds, such as a circle"
-        )
+        advice = "fly a course at several speeds, such as a circle"
+        raise FitError(f"the log has less than {FIT.least:g} s of flight: {advice}")
     return float(moving[0]), float(moving[-1])
 
 
@@ -340,10 +339,8 @@ def _is_told(estimate: FittedNumber | None) -> bool:
 
 
 def _unexcited(axis: str, speed: float) -> str:
-    return (
-        f"drag along {axis} of the body is not told: the speed along it varied by {speed:.2f} m/s, "
-        f"and {FIT.excited:g} m/s are needed"
-    )
+    varied = f"the speed along it varied by {speed:.2f} m/s, and {FIT.excited:g} m/s are needed"
+    return f"drag along {axis} of the body is not told: {varied}"
 
 
 def _no_quadratic(axis: str, quadratic: FittedNumber | None) -> str:

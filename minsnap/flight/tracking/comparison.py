@@ -452,9 +452,8 @@ def check_samples(what: str, samples: Samples, *used: str) -> None:
         if (not used or name in used) and not bounded(values).all():
             raise InputError(f"the {what} has numbers in {name} that are not finite, {SIZE}")
     if not (len(samples) and (np.diff(samples.t) > 0.0).all()):
-        raise InputError(
-            f"the {what} has {len(samples)} instants: it needs one or more, each later than the one before"
-        )
+        give = "it needs one or more, each later than the one before"
+        raise InputError(f"the {what} has {len(samples)} instants: {give}")
 
 
 def _common(reference: Samples, flight: Samples, offset: float, delay: float = 0.0) -> Samples:
@@ -463,10 +462,8 @@ def _common(reference: Samples, flight: Samples, offset: float, delay: float = 0
     kept = (t >= reference.t[0] - 1e-9) & (t <= reference.t[-1] + 1e-9)
     kept &= ~(in_gaps(t, reference.t) | in_gaps(t - delay, reference.t))
     if np.count_nonzero(kept) < 2:
-        raise InputError(
-            f"the flight, {t[0]:g} to {t[-1]:g} s, and its reference, {reference.t[0]:g} to {reference.t[-1]:g} s, "
-            "have no time in common: compare them with align=True"
-        )
+        times = f"the flight, {t[0]:g} to {t[-1]:g} s, and its reference, {reference.t[0]:g} to {reference.t[-1]:g} s,"
+        raise InputError(f"{times} have no time in common: compare them with align=True")
     return moved(flight, offset)[kept]
 
 

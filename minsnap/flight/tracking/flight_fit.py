@@ -225,9 +225,8 @@ class FlightFit(BodyDragFit):
         """
         known = [axis for axis in self.axes[:2] if axis.linear is not None]
         if not known:
-            raise FitError(
-                "this flight does not determine the horizontal drag: fly along the body's x or y at several speeds"
-            )
+            advice = "fly along the body's x or y at several speeds"
+            raise FitError(f"this flight does not determine the horizontal drag: {advice}")
         sides = [axis if axis.linear is not None else known[0] for axis in self.axes[:2]]
         parts = [(_value(axis.linear), _value(axis.quadratic)) for axis in (*sides, self.axes[2])]
         linear, quadratic = np.maximum(np.array(parts).T, 0.0) * mass
