@@ -175,9 +175,8 @@ class Fleet(ReadOnly, Sequence[Trajectory]):
             raise FleetError("a fleet needs at least one trajectory, and there is none")
         for i, curve in enumerate(curves):
             if curve.dim not in (2, 3) or curve.dim != curves[0].dim:
-                raise FleetError(
-                    f"trajectory {i} has {curve.dim} coordinates: give all vehicles three, or all two", vehicle=i
-                )
+                text = f"trajectory {i} has {curve.dim} coordinates: give all vehicles three, or all two"
+                raise FleetError(text, vehicle=i)
         set_fields(self, trajectories=curves, names=checked_names(self.names, len(curves)))
         if self.separation is not None:
             self.separation.radii_of(len(curves))

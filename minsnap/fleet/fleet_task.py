@@ -318,9 +318,8 @@ def _checked_corridors(corridors: Any, points: tuple[FloatArray, ...]) -> tuple[
         if boxes is None:
             continue
         if not isinstance(boxes, Boxes) or boxes.lower.shape != (len(own) - 1, 3):
-            raise FleetError(
-                f"the corridor of vehicle {vehicle} must be Boxes, one in space for each leg", vehicle=vehicle
-            )
+            text = f"the corridor of vehicle {vehicle} must be Boxes, one in space for each leg"
+            raise FleetError(text, vehicle=vehicle)
         ends = np.stack((own[:-1], own[1:]))
         outside = ((ends < boxes.lower) | (ends > boxes.upper)).any(axis=(0, 2))
         if outside.any():
@@ -373,11 +372,9 @@ def refuse_meetings(task: FleetTask, pieces: int) -> None:
             gap = task.separation.flat(task.waypoints[one][i] - task.waypoints[two][j])
             away = float(np.sqrt((gap**2).sum()))
             if away < (1.0 - EXACT) * (task.radii[one] + task.radii[two]):
-                raise FleetError(
-                    f"waypoint {i} of vehicle {one} and waypoint {j} of vehicle {two} are passed at one instant, "
-                    f"{away:.4g} m apart: move one, or give one of the vehicles another waypoint before it",
-                    pair=(one, two),
-                )
+                text = f"waypoint {i} of vehicle {one} and waypoint {j} of vehicle {two} are passed at one instant"
+                advice = "move one, or give one of the vehicles another waypoint before it"
+                raise FleetError(f"{text}, {away:.4g} m apart: {advice}", pair=(one, two))
 
 
 def _refuse_starts(task: FleetTask) -> None:
@@ -389,10 +386,9 @@ def _refuse_starts(task: FleetTask) -> None:
             raise FleetError(f"{text}: leave out its start or that hold", vehicle=vehicle)
         for used in task.limits[vehicle].use_of_state(state, 3) if task.limits else ():
             if used.fraction > 1.0 - RECOVERY.on_limit:
-                text = (
-                    f"the start of vehicle {vehicle} has {used.name} {used.value:.6g}, and its limit is {used.limit:g}"
-                )
-                raise FleetError(f"{text}: a fleet starts within its limits; change it, or the start", vehicle=vehicle)
+                text = f"the start of vehicle {vehicle} has {used.name} {used.value:.6g}"
+                give = "a fleet starts within its limits; change it, or the start"
+                raise FleetError(f"{text}, and its limit is {used.limit:g}: {give}", vehicle=vehicle)
 
 
 def _refuse_outside(task: FleetTask) -> None:

@@ -225,11 +225,9 @@ class Show:
             least, pair = spacing_of(self.separation.flat(points))
             apart = self.separation.between(*pair)
             if least < apart:
-                raise FleetError(
-                    f"points {pair[0]} and {pair[1]} of {name} are {least:.3f} m apart, {apart - least:.3f} m less "
-                    f"than the separation of {apart:g} m: spread it, or give it fewer vehicles",
-                    pair=pair,
-                )
+                text = f"points {pair[0]} and {pair[1]} of {name} are {least:.3f} m apart, {apart - least:.3f} m less"
+                give = "spread it, or give it fewer vehicles"
+                raise FleetError(f"{text} than the separation of {apart:g} m: {give}", pair=pair)
 
 
 @dataclass(frozen=True)
@@ -407,11 +405,8 @@ def _checked(curves: list[Trajectory], show: Show, name: str) -> list[Trajectory
     certificate = certify_fleet(curves, show.separation, room=show.room)
     near = certificate.closest
     if near is not None and near.share < 1.0 - EXACT:
-        raise FleetError(
-            f"vehicles {near.pair[0]} and {near.pair[1]} come within {near.distance:.3f} m of {near.required:g} m in a "
-            f"move of {name!r}: shrink it less",
-            pair=near.pair,
-        )
+        text = f"vehicles {near.pair[0]} and {near.pair[1]} come within {near.distance:.3f} m of {near.required:g} m"
+        raise FleetError(f"{text} in a move of {name!r}: shrink it less", pair=near.pair)
     if certificate.room_margin is not None and certificate.room_margin < -EXACT:
         raise FleetError(f"a move of {name!r} leaves the room by {-certificate.room_margin:.3g} m: move it less far")
     return curves

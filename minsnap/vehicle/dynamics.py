@@ -338,9 +338,5 @@ def check_rotor_limits(vehicle: Quadrotor, states: FlatStates, t: ArrayLike) -> 
         high = above[worst] >= below[worst]
         limit, side = (most, "above the most") if high else (least, "below the least")
         instant = float(np.asarray(t, dtype=np.float64)[worst])
-        raise ThrustError(
-            f"at t = {instant:.3f} s a rotor must give {excess:.3g} N {side} it can ({limit:.3g} N): "
-            "fly it slower, or with a stronger vehicle",
-            instant=instant,
-            excess=excess,
-        )
+        text = f"at t = {instant:.3f} s a rotor must give {excess:.3g} N {side} it can ({limit:.3g} N)"
+        raise ThrustError(f"{text}: fly it slower, or with a stronger vehicle", instant=instant, excess=excess)

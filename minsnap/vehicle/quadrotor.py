@@ -396,9 +396,8 @@ def _surface_from(values: Mapping[str, Any], count: int) -> Drag:
         drag = SurfaceDrag(Surface(**{**values, "measured": measured}), count)
         drag.force(np.ones(3))
     except (AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
-        raise VehicleError(
-            f"the surface of the drag is malformed ({str(error)[:SHOWN]}): give the fields of Surface"
-        ) from None
+        text = f"the surface of the drag is malformed ({str(error)[:SHOWN]})"
+        raise VehicleError(f"{text}: give the fields of Surface") from None
     return drag
 
 

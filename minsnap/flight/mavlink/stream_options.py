@@ -135,10 +135,9 @@ class SafetyRules:
         lag = speed * delay
         if lag < self.farthest:
             return None
-        return (
-            f"this plan will lag {lag:.1f} m behind at {speed:.1f} m/s ({delay:.2g} s): an abort distance of "
-            f"{self.farthest:g} m would stop it; allow {STREAM.lag_room * lag:.1f} m, or plan it slower"
-        )
+        text = f"this plan will lag {lag:.1f} m behind at {speed:.1f} m/s ({delay:.2g} s)"
+        give = f"allow {STREAM.lag_room * lag:.1f} m, or plan it slower"
+        return f"{text}: an abort distance of {self.farthest:g} m would stop it; {give}"
 
     def start_refusal(self, vehicle: VehicleState, start: Vector, on_the_ground: bool = False) -> str | None:
         """Return the reason why the vehicle must not start, or None.
