@@ -392,6 +392,7 @@ class Relay:
             raise InputError(f"the largest age is {max_age} s: it must be positive")
         self._source, self._link, self._clock = source, link, clock
         self._build, self._frame, self._target = MESSAGES[message], get_frame(frame).name, vehicle_frame(frame)
+        self._message(Pose(0.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))  # what is imported for it delays no pose
         self._max_age, self._schedule = max_age, Schedule(rate, clock.now())
         self._last = -math.inf
         self._sent: deque[tuple[float, float]] = deque(maxlen=RECENT)

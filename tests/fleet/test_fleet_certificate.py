@@ -1,5 +1,6 @@
 """Least distances of pairs against exact rationals and dense samples, and what else a fleet's certificate says."""
 
+import re
 from fractions import Fraction
 from math import comb
 
@@ -153,6 +154,23 @@ def test_bad_input_is_one_sentence(arguments, sentence):
     line = minsnap.plan([(0.0, 0.0, 1.0), (4.0, 0.0, 1.0)], total_time=4.0)
     with pytest.raises(minsnap.InputError, match=sentence):
         minsnap.certify_fleet(**{"fleet": [line, line], "separation": 0.1, **arguments})
+
+
+@pytest.mark.parametrize(
+    ("asked", "fault"),
+    [
+        ({}, None),
+        ({"separation": 1.5}, r"vehicles \(0, 1\) come as near as 1 m at"),
+        ({"limits": minsnap.Limits(speed=1.0)}, r"vehicle [01]: speed reaches 2\.\d+ at .* s where 1 is allowed"),
+        ({"room": [(0.0, 0.0, 0.0), (4.0, 0.8, 2.0)]}, "vehicle 1 leaves the room by 0.2 m"),
+        ({"avoid": minsnap.Cylinder((2.0, 1.0), 0.25)}, r"vehicle 1 is 0\.25 m inside an obstacle"),
+    ],
+)
+def test_a_certificate_names_its_first_fault(asked, fault):
+    fleet = [minsnap.plan([(0.0, y, 1.0), (4.0, y, 1.0)], total_time=4.0) for y in (0.0, 1.0)]
+    found = minsnap.certify_fleet(fleet, **{"separation": 0.9} | asked)
+    assert found.ok is (fault is None)
+    assert found.fault is None if fault is None else re.match(fault, found.fault)
 
 
 def test_a_vehicle_that_jumps_does_not_fly():

@@ -269,7 +269,12 @@ def test_a_drawing_stands_upright_with_its_top_above(tmp_path):
     assert points[:, 2].min() == pytest.approx(3.0, abs=0.5) and np.ptp(points[:, 0]) == pytest.approx(8.0, abs=0.5)
 
 
-@pytest.mark.parametrize("content", ["", "no xml", "<svg></svg>", '<!DOCTYPE s [<!ENTITY a "b">]><svg>&a;</svg>'])
+UNKNOWN = '<svg><line transform="tilt(3)" x2="1"/></svg>'
+
+
+@pytest.mark.parametrize(
+    "content", ["", "no xml", "<svg></svg>", '<!DOCTYPE s [<!ENTITY a "b">]><svg>&a;</svg>', UNKNOWN]
+)
 def test_what_is_no_drawing_is_refused(tmp_path, content):
     (tmp_path / "a.svg").write_text(content)
     with pytest.raises(FileError):
