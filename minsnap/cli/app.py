@@ -11,10 +11,10 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import Annotated, Any, NoReturn, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, NoReturn, TypeVar, get_args
 
 import typer
 from typer.core import TyperCommand
@@ -105,9 +105,11 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     """
     words = sys.argv[1:] if arguments is None else list(arguments)
     load_commands(words[0] if words else "")
-    _open_closed()
     os.environ["MPLBACKEND"] = "agg"  # figures are written into files, whatever window the environment asks for
-    for stream in (sys.stdout, sys.stderr):
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:  # closed, as under some daemons: no file is to take its place
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a superscript must not raise on a terminal that lacks it
     command = _built(len(app.registered_commands))
@@ -121,13 +123,6 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except KeyboardInterrupt:
         sys.exit(130)
     sys.exit(status if isinstance(status, int) else 0)
-
-
-def _open_closed() -> None:
-    """Give standard streams that are closed, as under some daemons, to the null device: no file takes their place."""
-    for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
 
 
 @lru_cache(maxsize=1)
@@ -261,11 +256,8 @@ def _flat(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _options(group: Any) -> list[inspect.Parameter]:
-    hints, kind = get_type_hints(group, include_extras=True), inspect.Parameter.KEYWORD_ONLY
-    return [
-        _declared(inspect.Parameter(field.name, kind, default=field.default, annotation=hints[field.name]))
-        for field in fields(group)
-    ]
+    parameters = inspect.signature(group, eval_str=True).parameters.values()
+    return [_declared(field.replace(kind=field.KEYWORD_ONLY)) for field in parameters]
 
 
 def _declared(parameter: inspect.Parameter) -> inspect.Parameter:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
+import minsnap
 from minsnap.basics.messages import labelled
 from minsnap.basics.progress import ProgressLine
 from minsnap.cli import options
@@ -23,7 +24,6 @@ from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.basics.arrays import FloatArray
-    from minsnap.limits.limits import Limits
 
 FIRST = 100
 """Rows after the first ones with which the time that all of them will take is told, once."""
@@ -224,11 +224,9 @@ def _times(call: Callable[[], Any], seconds: float) -> list[float]:
     return took
 
 
-def _replans(points: FloatArray, limits: Limits, seconds: float) -> Iterator[float]:
+def _replans(points: FloatArray, limits: minsnap.Limits, seconds: float) -> Iterator[float]:
     """Yield how long replans took whose waypoints ahead have moved by up to 5 cm [s]."""
     import numpy as np
-
-    import minsnap
 
     flown, draw = minsnap.plan(points, limits=limits, corridor=1.0), np.random.default_rng(1)
     total, count = 0.0, 0

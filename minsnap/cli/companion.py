@@ -23,12 +23,8 @@ from typing import TYPE_CHECKING, Any
 from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
 
 if TYPE_CHECKING:
-    from minsnap.corridors.boxes import Room
-    from minsnap.flight.mavlink.stream_options import StreamStatus
-    from minsnap.flight.mavlink.streaming import Streamer
-    from minsnap.limits.limits import Limits
+    import minsnap.flight
     from minsnap.replanning.memory import Change
-    from minsnap.trajectory.trajectory import Trajectory
 
 _INTERVAL = 0.2  # of the bar, and of looking whether the flight is over [s]
 _WIDTH = 30
@@ -55,9 +51,9 @@ class Listening:
         If the port cannot be listened on.
     """
 
-    flown: Trajectory
-    limits: Limits
-    room: Room
+    flown: minsnap.Trajectory
+    limits: minsnap.Limits
+    room: minsnap.Room
     port: str | None = None
 
     def open(self) -> socket.socket | None:
@@ -95,7 +91,7 @@ class Companion:
                 end.close()
         self._next_bar, self._gone, self._listening = 0.0, False, listening is not None
         self._first: float | None = None
-        self.streamer: Streamer | None = None
+        self.streamer: minsnap.flight.Streamer | None = None
         self._send("listen", listening)
 
     def __enter__(self) -> Companion:
@@ -113,7 +109,7 @@ class Companion:
         """Show a sentence."""
         self._send("event", text)
 
-    def status(self, status: StreamStatus) -> None:
+    def status(self, status: minsnap.flight.StreamStatus) -> None:
         """Show the status of the flight, and take over what was ordered."""
         if monotonic() >= self._next_bar:
             self._next_bar = monotonic() + _INTERVAL
@@ -128,14 +124,14 @@ class Companion:
         if self._gone and self._listening:
             self._end_input(self.streamer)
 
-    def _end_input(self, streamer: Streamer) -> None:
+    def _end_input(self, streamer: minsnap.flight.Streamer) -> None:
         """Take the end of the process for the end of the orders; it shows nothing any more, so it is said here."""
         self._listening = False
         streamer.finish()
         with suppress(OSError):
             print("minsnap: what took the orders has ended: the flight ends where its plan does", file=sys.stderr)
 
-    def _obey(self, streamer: Streamer) -> None:
+    def _obey(self, streamer: minsnap.flight.Streamer) -> None:
         try:
             name, change = self._pipe.recv()
         except (EOFError, OSError):
@@ -169,7 +165,7 @@ def _interrupts_ignored() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def progress_line(status: StreamStatus) -> str:
+def progress_line(status: minsnap.flight.StreamStatus) -> str:
     """Return one line: the phase, a bar, the time, the tracking error."""
     share = status.elapsed / status.duration if status.duration else 1.0
     bar = "#" * round(_WIDTH * share)
@@ -193,7 +189,7 @@ class RemoteFlight:
         """Instant on the clock of the trajectory that is flown [s]; None unless it is flying."""
         return None if self._first is None else max(monotonic() - self._first, 0.0) - self.began
 
-    def change(self, change: Change) -> Trajectory:
+    def change(self, change: Change) -> minsnap.Trajectory:
         """Hand a change over; return what is flown from its splice on."""
         chosen = change.trajectory if change.certified else change.stop
         self._pipe.send(("change", change))

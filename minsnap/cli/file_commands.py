@@ -15,12 +15,9 @@ from minsnap.cli.output import as_json, on_terminal
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.certificate import Certificate
     from minsnap.files.consistency import AxisFigures, ConsistencyReport, Membership
     from minsnap.files.formats.polynomials import PlanFile
-    from minsnap.fleet.common_clock import Fleet, Separation
     from minsnap.fleet.fleet_certificate import FleetCertificate
-    from minsnap.trajectory.samples import Samples
 
 LISTED = 10
 """Pairs that are shown."""
@@ -87,7 +84,7 @@ def _plan(file: Path, exact: bool) -> PlanFile | None:
     return None
 
 
-def _proved(certificate: Certificate) -> dict[str, Any]:
+def _proved(certificate: minsnap.Certificate) -> dict[str, Any]:
     """Prove a certificate again without rounding: its margin, greatest norms and waypoint error.
 
     ``exceeded`` are limits that the plan does not keep, as certified, without a proof in exact arithmetic.
@@ -97,7 +94,7 @@ def _proved(certificate: Certificate) -> dict[str, Any]:
     return {"holds": certificate.verify(), **known, "exceeded": exceeded}
 
 
-def _membership(samples: Samples, waypoints: Path | None, corridor: str | None) -> Membership | None:
+def _membership(samples: minsnap.Samples, waypoints: Path | None, corridor: str | None) -> Membership | None:
     if waypoints is None:
         return None
     from minsnap.files.consistency import check_membership
@@ -151,7 +148,7 @@ def _table(axes: tuple[AxisFigures, ...]) -> str:
     return aligned(rows)
 
 
-def separation_of(fleet: Fleet, separation: float | None, downwash: float | None) -> Separation | None:
+def separation_of(fleet: minsnap.Fleet, separation: float | None, downwash: float | None) -> minsnap.Separation | None:
     """Return the separation of a fleet, with what is given in place of its own; None where neither says one."""
     if separation is not None:
         return minsnap.Separation(separation, 1.0 if downwash is None else downwash)
@@ -278,7 +275,6 @@ def convert(
     they are fitted to 1 mm.
     """
     from minsnap.files.convert import RATE, format_of, formats, read_any, write_any
-    from minsnap.trajectory.samples import Samples
 
     chosen = format_of(target, to)
     chosen.check_frame(frame)
@@ -286,7 +282,8 @@ def convert(
     with told_warnings():
         content = read_any(source, from_frame)
     if rate is not None and not (chosen.holds == "samples" and isinstance(content, minsnap.Trajectory)):
-        held = "samples, which keep their instants" if isinstance(content, Samples) else "a trajectory, which is kept"
+        kept = isinstance(content, minsnap.Samples)
+        held = "samples, which keep their instants" if kept else "a trajectory, which is kept"
         raise InputError(f"{source} holds {held}: --rate is of a trajectory that is sampled; leave it out")
     name, lost = write_any(content, target, to, RATE if rate is None else rate, frame, clobber=not no_clobber)
     print(f"{target}: {name}, frame {formats()[name].frame or frame}{f'; {lost}' if lost else ''}")

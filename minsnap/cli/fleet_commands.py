@@ -23,7 +23,6 @@ from minsnap.errors import FileError, InputError
 
 if TYPE_CHECKING:
     from minsnap.files.formats.skybrush import Lights
-    from minsnap.fleet.common_clock import Fleet
     from minsnap.fleet.fleet_certificate import FleetCertificate
     from minsnap.shows.safety_report import SafetyReport
     from minsnap.shows.show import Show
@@ -89,13 +88,13 @@ def fleet(
 
 def _wider(show: Show, more: float) -> Show:
     """Return the show with what the files may lose added to its separation."""
-    from minsnap.fleet.common_clock import Separation
-
     apart = show.separation
-    return replace(show, separation=Separation((apart.distance or 0.0) + more, apart.downwash)) if more else show
+    return (
+        replace(show, separation=minsnap.Separation((apart.distance or 0.0) + more, apart.downwash)) if more else show
+    )
 
 
-def _certified(show: Show, planned: Fleet, held: Fleet) -> tuple[FleetCertificate, FleetCertificate]:
+def _certified(show: Show, planned: minsnap.Fleet, held: minsnap.Fleet) -> tuple[FleetCertificate, FleetCertificate]:
     """Return the certificates of the files and of the plan."""
     named = replace(held, separation=show.separation)
     first, second = (minsnap.certify_fleet(one, show.separation, show.limits, show.room) for one in (named, planned))
@@ -169,7 +168,7 @@ def _page(file: Path | None, folder: Path, host: str, port: int, obstacles: Path
 
 def _fleet(
     file: Path, separation: float | None, downwash: float | None
-) -> tuple[Fleet, Sequence[Lights | None] | None] | None:
+) -> tuple[minsnap.Fleet, Sequence[Lights | None] | None] | None:
     """Return the fleet of a folder or a ``.skyc``, or of a show, which is planned, and its lights; None for a scene."""
     from minsnap.shows.fleet_files import is_fleet, read_fleet, read_skyc, show_at
     from minsnap.shows.show import fly

@@ -18,18 +18,14 @@ import minsnap
 import minsnap.flight
 from minsnap.basics.interrupts import HANGUP
 from minsnap.basics.storage.atomic import refuse_source
-from minsnap.basics.storage.text import FileName
 from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.errors import FileError, FlightError, InputError, LinkError
 
 if TYPE_CHECKING:
     from minsnap.cli.companion import Listening
-    from minsnap.fleet.common_clock import Fleet
     from minsnap.flight.mavlink.link import Clock, Link
     from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
-    from minsnap.trajectory.samples import Samples
-    from minsnap.trajectory.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
@@ -54,9 +50,11 @@ class FlightOptions:
         InputError
             If the trigger is unknown.
         """
-        from minsnap.flight.mavlink.stream_options import SafetyRules, StreamOptions
+        from minsnap.flight.mavlink.stream_options import StreamOptions
 
-        own = {"trigger": trigger_of(self.trigger), "rules": SafetyRules(abort_distance=self.abort_distance)}
+        named = one_of("--trigger", self.trigger, ("enter", "mode", "now"))
+        own: dict[str, Any] = {"trigger": EnterKey() if named == "enter" else named}
+        own |= {"rules": minsnap.flight.SafetyRules(abort_distance=self.abort_distance)}
         return StreamOptions(arm=self.arm, land=self.land, **{**own, **others})
 
 
@@ -79,16 +77,13 @@ class EnterKey:
         if self._ended:
             return False
         if not select.select([sys.stdin], [], [], 0.0)[0]:
-            self._ask_once()
+            if not self._asked and self._say is not None:
+                self._say("press Enter to fly (the vehicle must be armed and in its mode)")
+            self._asked = True
             return False
         typed = os.read(sys.stdin.fileno(), 4096)
         self._ended = not typed
         return self._asked and b"\n" in typed
-
-    def _ask_once(self) -> None:
-        if not self._asked and self._say is not None:
-            self._say("press Enter to fly (the vehicle must be armed and in its mode)")
-        self._asked = True
 
 
 def _ask_by(settings: StreamOptions, say: Callable[[str], None]) -> None:
@@ -97,7 +92,7 @@ def _ask_by(settings: StreamOptions, say: Callable[[str], None]) -> None:
 
 
 def fly(
-    source: Path | Samples | Trajectory,
+    source: Path | minsnap.Samples | minsnap.Trajectory,
     connect: str,
     settings: StreamOptions,
     system: int | None,
@@ -135,7 +130,8 @@ def fly_fleet(
     ways = zip(names, links_of(connect, len(fleet)), systems_of(system, len(fleet)), fleet, strict=True)
     if preflight:
         check_apart(fleet)
-    each = [replace(settings, log=_log_of(settings.log, name)) for name in names]
+    log = None if settings.log is None else Path(settings.log)
+    each = [replace(settings, log=log and log.with_name(f"{log.stem}-{name}{log.suffix}")) for name in names]
     tables = [prepare(curve, how) for curve, how in zip(fleet, each, strict=True)]
     links: list[Link] = []
     with ExitStack() as opened:
@@ -179,7 +175,7 @@ def systems_of(system: str | None, count: int) -> list[int | None]:
     return list(map(int, ids))
 
 
-def check_apart(fleet: Fleet) -> None:
+def check_apart(fleet: minsnap.Fleet) -> None:
     """Refuse a fleet whose vehicles jump, or do not keep the separation that its files ask for."""
     if fleet.separation is None:
         print("preflight: the files do not say how far apart the vehicles must be", file=sys.stderr)
@@ -188,12 +184,12 @@ def check_apart(fleet: Fleet) -> None:
         raise FlightError(f"not flown: {certificate.fault}; nothing was sent")
 
 
-def _log_of(log: FileName | None, name: str) -> Path | None:
-    return None if log is None else Path(log).with_name(f"{Path(log).stem}-{name}{Path(log).suffix}")
-
-
 def _check(
-    link: Link, clock: Clock, source: Path | Samples | Trajectory, settings: StreamOptions, who: str = ""
+    link: Link,
+    clock: Clock,
+    source: Path | minsnap.Samples | minsnap.Trajectory,
+    settings: StreamOptions,
+    who: str = "",
 ) -> None:
     """Say what of a vehicle, of a fleet with its name, does not fit the flight; refuse it if something must end it."""
     from minsnap.flight.mavlink.offboard import sampled
@@ -211,11 +207,6 @@ def _check(
     grave = next((finding for finding in wrong if finding.grave), None)
     if grave is not None:
         raise FlightError(f"not flown: {who}{grave.problem}; nothing was sent (--no-preflight flies all the same)")
-
-
-def trigger_of(name: str) -> str | Callable[[], bool]:
-    """Return the trigger that --trigger names."""
-    return EnterKey() if one_of("--trigger", name, ("enter", "mode", "now")) == "enter" else name
 
 
 def one_of(option: str, value: str, choices: tuple[str, ...]) -> str:
@@ -418,9 +409,8 @@ def tune(
         flown = tune_in_flight(wanted, pilot.fly, flights, settings, before)
     write_csv(best_to_fly(flown), output, frame=axes)
     if report is not None:
-        named = {f"flight {number}": each for number, each in enumerate(flown, 1)}
-        pages = {name: each.flown for name, each in named.items()}
-        logged = {name: each.log for name, each in named.items()}
+        pages = {f"flight {number}": each.flown for number, each in enumerate(flown, 1)}
+        logged = dict(zip(pages, [each.log for each in flown], strict=True))
         write_flight_page(pages, report, title="Flights of one plan, tuned", logs=logged)
     for number, each in enumerate(flown, 1):
         for remark in each.flown.remarks():
@@ -438,7 +428,7 @@ class _Pilot:
         self._connect, self._how, self._output = connect, how, output
         self._logs, self._preflight = logs, preflight
 
-    def fly(self, sent: Samples, number: int) -> Path:
+    def fly(self, sent: minsnap.Samples, number: int) -> Path:
         """Fly, and return the autopilot's log, or that of the stream where there is none that can be read."""
         from minsnap.flight.tracking.tuning import flight_in
 

@@ -16,7 +16,6 @@ from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.flight.tracking.log_comparison import ComparedFlight
-    from minsnap.trajectory.samples import Samples
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,9 @@ class Matching:
                     flights_by_name[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
         return flights_by_name
 
-    def _flights(self, wanted: Samples, sent: Samples | None, path: Path, reference: Path) -> list[ComparedFlight]:
+    def _flights(
+        self, wanted: minsnap.Samples, sent: minsnap.Samples | None, path: Path, reference: Path
+    ) -> list[ComparedFlight]:
         """Return the flights of a file: those of a log at its own setpoints, the only one of a table of samples."""
         from minsnap.files.flights import load_flight, load_log
         from minsnap.flight.tracking.comparison import moved
@@ -111,7 +112,9 @@ def compare(
     _say(compared, kept, json)
 
 
-def _kept(flight: Samples, waypoints: Path | None, corridor: str | None, max_speed: float | None) -> dict[str, Any]:
+def _kept(
+    flight: minsnap.Samples, waypoints: Path | None, corridor: str | None, max_speed: float | None
+) -> dict[str, Any]:
     """Return how a flight kept a corridor and a speed limit."""
     import numpy as np
 

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import minsnap
+import minsnap.flight
 from minsnap.basics.limit_kinds import KINDS
 from minsnap.errors import InputError, LimitError
 
 if TYPE_CHECKING:
     from minsnap.corridors.keep_out import Obstacle
-    from minsnap.flight.mavlink.setpoints import FeedForward
-    from minsnap.flight.simulation.controllers import Controller
     from minsnap.flight.simulation.flight_inputs import Wind
     from minsnap.vehicle.quadrotor import Quadrotor
 
@@ -91,11 +90,10 @@ def refuse_unwritten(output: Path | None, **given: bool) -> None:
         raise InputError(f"{unused[0]} is of the file that is written: give -o FILE with it")
 
 
-def feed_forward_of(options: Any) -> FeedForward:
+def feed_forward_of(options: Any) -> minsnap.flight.FeedForward:
     """Return what ``--drag``, ``--vehicle`` and ``--lead`` among options offset."""
-    from minsnap.flight.mavlink.setpoints import FeedForward
-
-    return FeedForward(options.drag, None if options.vehicle is None else vehicle_of(options.vehicle), options.lead)
+    vehicle = None if options.vehicle is None else vehicle_of(options.vehicle)
+    return minsnap.flight.FeedForward(options.drag, vehicle, options.lead)
 
 
 @dataclass(frozen=True)
@@ -122,14 +120,12 @@ class SimulatedVehicle:
         gusts = (self.gust, self.gust, 0.5 * self.gust)
         return DrydenWind(self.wind, gusts, seed=self.seed) if self.gust else ConstantWind(self.wind)
 
-    def pilot(self, references: str) -> Controller:
+    def pilot(self, references: str) -> minsnap.flight.Controller:
         """Return the controller; ``references`` is what the cascade follows."""
-        from minsnap.flight.simulation.controllers import CascadeController, GeometricController
-
         if self.controller == "cascade":
-            return CascadeController(references=references)
+            return minsnap.flight.CascadeController(references=references)
         if self.controller in ("lee", "mellinger"):
-            return GeometricController(feed_forward=self.controller == "lee")
+            return minsnap.flight.GeometricController(feed_forward=self.controller == "lee")
         raise InputError(f"--controller is {self.controller!r}: it must be one of cascade, lee, mellinger")
 
 

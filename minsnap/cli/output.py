@@ -21,20 +21,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from minsnap.basics.arrays import ArrayLike
-    from minsnap.corridors.gates import Gate
     from minsnap.corridors.keep_out import Obstacle
     from minsnap.files.convert import Format
-    from minsnap.limits.limits import Limits
-    from minsnap.trajectory.path import Path
-    from minsnap.trajectory.samples import Samples
-    from minsnap.trajectory.trajectory import Trajectory
 
 _LINES = (
     ("duration", "duration", "{:.6g} s"),
     ("start", "start", "{}"),
     ("standing", "from standing", "{:.6g} s, from rest to rest"),
     ("legs", "legs", "{}"),
-    ("cost", "cost", "{:.6g}"),
+    ("cost", "cost", "{:.6g} {cost_unit}"),
     *((f"max_{kind.name}", f"max {kind.label}", f"{{:.4g}} {kind.unit}") for kind in KINDS[:3]),
     ("corridor_margin", "corridor margin", "{:.3g} m, at every instant"),
     ("obstacle_distance", "obstacle distance", "{:.4g} m, at every instant"),
@@ -63,7 +58,7 @@ _LIMITS_AFTER = 8
 
 
 def summarise(
-    path: Path, corridor: Any = None, waypoints: ArrayLike | None = None, limits: Limits | None = None
+    path: minsnap.Path, corridor: Any = None, waypoints: ArrayLike | None = None, limits: minsnap.Limits | None = None
 ) -> dict[str, Any]:
     """Return the figures of a path; figures that do not apply are None.
 
@@ -117,13 +112,9 @@ def _lines(figures: Mapping[str, Any], wanted: tuple[tuple[str, str, str], ...])
 def _line(figures: Mapping[str, Any], name: str, form: str) -> str:
     if name == "pieces_auto":
         return f"{figures[name]:.6g} s, {100.0 * figures['pieces_auto_gain']:.1f} % shorter"
-    text = form.format(_parts(figures[name]) if name == "parts" else figures[name])
-    return f"{text} {figures['cost_unit']}" if name == "cost" else text
-
-
-def _parts(parts: Any) -> str:
-    """Return names and durations of the parts of a mission."""
-    return ", ".join(f"{part['name']} {part['duration']:.4g} s" for part in parts)
+    if name == "parts":
+        return ", ".join(f"{part['name']} {part['duration']:.4g} s" for part in figures[name])
+    return form.format(figures[name], **figures)
 
 
 def as_json(figures: Mapping[str, Any]) -> str:
@@ -131,7 +122,7 @@ def as_json(figures: Mapping[str, Any]) -> str:
     return json.dumps(finite(dict(figures)), indent=2, allow_nan=False)
 
 
-def _of_plan(path: Trajectory) -> dict[str, Any]:
+def _of_plan(path: minsnap.Trajectory) -> dict[str, Any]:
     """Return the figures that a shape does not have."""
     from minsnap.trajectory.report import cost_unit
 
@@ -253,15 +244,15 @@ class Destination:
 
     def deliver(
         self,
-        path: Path,
+        path: minsnap.Path,
         corridor: Any = None,
         waypoints: ArrayLike | None = None,
-        limits: Limits | None = None,
+        limits: minsnap.Limits | None = None,
         further: Mapping[str, Any] | None = None,
         draw: Callable[..., Figure] | None = None,
         origin: Sequence[float] | None = None,
         avoid: Sequence[Obstacle] = (),
-        gates: Mapping[int, Gate] | None = None,
+        gates: Mapping[int, minsnap.Gate] | None = None,
         note: str = "",
     ) -> None:
         """Write the requested files, then print the summary: on stderr when standard output carries the setpoints.
@@ -298,7 +289,7 @@ class Destination:
             beside = noted_beside(self.output)
         return {"frame": (other and other.frame) or self.frame.lower(), "beside": beside}
 
-    def _write(self, path: Path, facts: dict[str, Any], origin: Sequence[float] | None) -> str | None:
+    def _write(self, path: minsnap.Path, facts: dict[str, Any], origin: Sequence[float] | None) -> str | None:
         """Write the path; return a sentence on data that its format cannot hold."""
         source, note = self._offset(path) if self._offsets else (path, None)
         assert self.output is not None
@@ -317,7 +308,7 @@ class Destination:
             note = "; ".join(filter(None, (note, lost)))
         return note
 
-    def _offset(self, path: Path) -> tuple[Samples, str]:
+    def _offset(self, path: minsnap.Path) -> tuple[minsnap.Samples, str]:
         """Return the setpoints with their feed-forward, and a sentence on it."""
         from minsnap.files.setpoint_csv import in_space
 
@@ -325,13 +316,13 @@ class Destination:
         return feed_forward.stated(samples), feed_forward.describe(samples)
 
 
-def _passed(path: Path, gates: Mapping[int, Gate] | None) -> dict[str, Any]:
+def _passed(path: minsnap.Path, gates: Mapping[int, minsnap.Gate] | None) -> dict[str, Any]:
     """Return when, how fast and how far from its edges each gate is passed; nothing without gates."""
     if not gates:
         return {}
     from minsnap.corridors.knot_regions import gate_passages
 
-    return {"gates": [asdict(passed) for passed in gate_passages(cast("Trajectory", path), gates)]}
+    return {"gates": [asdict(passed) for passed in gate_passages(cast("minsnap.Trajectory", path), gates)]}
 
 
 def check_figure(plot: FilePath | None, view: str | None, colour_by: str | None = None) -> None:

@@ -33,11 +33,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from minsnap.corridors.keep_out import Obstacle
-    from minsnap.limits.limits import Limits
-    from minsnap.paths.missions.course import Course
     from minsnap.paths.missions.mission import Mission
     from minsnap.planning.request import PlanRequest
-    from minsnap.trajectory.trajectory import Trajectory
 
 
 @command()
@@ -89,7 +86,7 @@ def plan(
     if request.room is None and "limits" in chosen and not request.boxes:
         request = replace(request, **altitudes_of(planning, request.waypoints))
 
-    def planned(progress: bool | None = None, **changes: Any) -> Trajectory:
+    def planned(progress: bool | None = None, **changes: Any) -> minsnap.Trajectory:
         return minsnap.plan(**request.changed(**changes).arguments(), progress=progress)
 
     path = planned(on_terminal(destination.json))
@@ -129,7 +126,7 @@ def _of_mission(file: Path) -> dict[str, Any]:
     return {"origin": tuple(mission.home.tolist()), "note": mission.left_out}
 
 
-def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> Course | None:
+def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> minsnap.Course | None:
     """Return the course: that of a file, or waypoints with laps, take-off or landing; None without these."""
     from minsnap.paths.missions.course import is_course, read_course
 
@@ -179,7 +176,7 @@ def _chosen(planning: Planning) -> dict[str, Any]:
 
 
 def _beside_those_of(
-    limits: Limits | None,
+    limits: minsnap.Limits | None,
     obstacles: Sequence[Obstacle],
     chosen: dict[str, Any],
     planning: Planning,
@@ -235,7 +232,9 @@ def course_of(file: Path) -> minsnap.Course:
     return minsnap.Course(tuple(minsnap.Stop(point) for point in points.points), name=file.stem)
 
 
-def fly_course(course: Course, planning: Planning, destination: Destination, note: str = "", **how: Any) -> None:
+def fly_course(
+    course: minsnap.Course, planning: Planning, destination: Destination, note: str = "", **how: Any
+) -> None:
     """Plan a course and deliver it, with a note and what else is known of it."""
     from minsnap.planning.request import plan_arguments
 
@@ -261,14 +260,14 @@ def fly_course(course: Course, planning: Planning, destination: Destination, not
     destination.deliver(mission.trajectory, mission.corridor or None, **how)
 
 
-def _beside(course: Course, arguments: dict[str, Any], mission: Mission, took: float) -> dict[str, Any]:
+def _beside(course: minsnap.Course, arguments: dict[str, Any], mission: Mission, took: float) -> dict[str, Any]:
     """Return how long the course would last with more pieces, and flying laps, all of them, from a standing start."""
     from minsnap.planning.request import plan_arguments
 
     quiet = {name: value for name, value in arguments.items() if name not in ("search", "progress")}
     laps = course.changed(closed=False, stops=(*course.stops, *course.stops[:1]))
 
-    def again(**changes: Any) -> Trajectory:
+    def again(**changes: Any) -> minsnap.Trajectory:
         return minsnap.plan_mission(course, **quiet, **plan_arguments(changes)).trajectory
 
     known = quiet.keys() & {"pieces", "continuity"} or course.pieces != 1

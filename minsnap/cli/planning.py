@@ -12,16 +12,10 @@ from minsnap.cli import options
 from minsnap.cli.output import STANDING
 from minsnap.errors import InputError, MinsnapError, TimingError
 
-if TYPE_CHECKING:
-    from minsnap.limits.limits import Limits
-    from minsnap.trajectory.path import Path
-    from minsnap.trajectory.trajectory import Trajectory
-
 Center = Annotated[tuple[float, float], "X Y", "Center [m]."]
 Altitude = Annotated[float, "M", "z [m]."]
 Clockwise = Annotated[bool, "Turn clockwise seen from above."]
 Laps = Annotated[float, "Turns, spin-up and spin-down included."]
-Speed = Annotated[float | None, "M/S", "Full speed, instead of the period [m/s]."]
 
 
 @dataclass(frozen=True)
@@ -64,30 +58,25 @@ class LimitOptions(LimitFields):
     no_limit: options.NoLimit = None
 
     @property
-    def limits(self) -> Limits | None:
-        """The limits of the options, or None."""
-        return limits_of(self)
+    def limits(self) -> minsnap.Limits | None:
+        """The limits of the options, completed by the ordinary ones where they choose the time; None without any."""
+        chosen = options.limit_values(self)
+        if not chosen and self.no_limit is None:
+            return None
+        from minsnap.limits.ordinary import completed
+
+        if getattr(self, "time", None) is not None:
+            if self.no_limit is not None:
+                raise InputError("with --time only the limits that are named hold: leave out --no-limit")
+            return minsnap.Limits(**chosen)
+        off = [name for name in options.taken_off(self.no_limit) if name != "altitude"]
+        kept: dict[str, Any] = completed(chosen, off)
+        if not kept:
+            raise InputError("--no-limit leaves no limit: name one, such as --max-jerk, or give --time")
+        return minsnap.Limits(**kept)
 
 
-def limits_of(planning: Any) -> minsnap.Limits | None:
-    """Return the limits among options, completed by the ordinary ones where they choose the time; None without any."""
-    chosen = options.limit_values(planning)
-    if not chosen and planning.no_limit is None:
-        return None
-    from minsnap.limits.ordinary import completed
-
-    if getattr(planning, "time", None) is not None:
-        if planning.no_limit is not None:
-            raise InputError("with --time only the limits that are named hold: leave out --no-limit")
-        return minsnap.Limits(**chosen)
-    off = [name for name in options.taken_off(planning.no_limit) if name != "altitude"]
-    kept: dict[str, Any] = completed(chosen, off)
-    if not kept:
-        raise InputError("--no-limit leaves no limit: name one, such as --max-jerk, or give --time")
-    return minsnap.Limits(**kept)
-
-
-def limits_over(own: Limits | None, planning: Any, timed: bool = False) -> Limits | None:
+def limits_over(own: minsnap.Limits | None, planning: Any, timed: bool = False) -> minsnap.Limits | None:
     """Return the limits of the options with those of a file that they neither name nor take off.
 
     Parameters
@@ -99,7 +88,7 @@ def limits_over(own: Limits | None, planning: Any, timed: bool = False) -> Limit
     timed : bool
         Whether the file has a time, so that the ordinary limits do not hold in it.
     """
-    chosen: Limits | None = planning.limits
+    chosen: minsnap.Limits | None = planning.limits
     if own is None or chosen is None:
         return chosen
     from minsnap.limits.ordinary import ORDINARY
@@ -122,7 +111,9 @@ def altitudes_of(planning: Any, points: Any) -> dict[str, Any]:
     return {"room": ordinary_room(points)}
 
 
-def gain_of_auto_pieces(plan: Callable[..., Path], named: dict[str, Any], path: Trajectory) -> dict[str, Any]:
+def gain_of_auto_pieces(
+    plan: Callable[..., minsnap.Path], named: dict[str, Any], path: minsnap.Trajectory
+) -> dict[str, Any]:
     """Return how long a plan would last with ``--pieces auto``, where one polynomial per leg was searched for.
 
     Nothing where times, pieces or a split are set, limits are not, or the search took more than ``GAIN.quick``.
@@ -137,7 +128,7 @@ def gain_of_auto_pieces(plan: Callable[..., Path], named: dict[str, Any], path: 
     return gain(lambda **again: plan(**plan_arguments(named | again)), path, report.milliseconds)
 
 
-def gain(plan: Callable[..., Path], path: Path, milliseconds: float) -> dict[str, Any]:
+def gain(plan: Callable[..., minsnap.Path], path: minsnap.Path, milliseconds: float) -> dict[str, Any]:
     """Return the same for what a function plans again with other arguments, where the search took so long.
 
     It gets as long again, and no less than ``GAIN.least``.
@@ -152,7 +143,7 @@ def gain(plan: Callable[..., Path], path: Path, milliseconds: float) -> dict[str
     return {"pieces_auto": again.duration, "pieces_auto_gain": share} if share >= GAIN.worth else {}
 
 
-def standing(plan: Callable[[], Path], path: Trajectory) -> dict[str, Any]:
+def standing(plan: Callable[[], minsnap.Path], path: minsnap.Trajectory) -> dict[str, Any]:
     """Return how long laps that begin at speed last from a standing start, as another plan finds it."""
     if float(sum(part**2 for part in path(0.0, 1))) <= STANDING**2:
         return {}
@@ -219,7 +210,7 @@ class Planning(TimingOptions):
         """The limits of the options; a yaw rate alone, which limits no time, is not completed."""
         if self.no_limit is None and list(options.limit_values(self)) == ["yaw_rate"]:
             return minsnap.Limits(**options.limit_values(self))
-        return limits_of(self)
+        return super().limits
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that the options name."""
@@ -250,9 +241,9 @@ class RectanglePlanning(Planning):
         return RECTANGLE_WALLS if self.corridor is None else super().walls
 
     @property
-    def limits(self) -> Limits | None:
+    def limits(self) -> minsnap.Limits | None:
         """The limits of the options, or those of ``rectangle`` where no time is set either."""
-        chosen = limits_of(self)
+        chosen = super(Planning, self).limits
         if chosen is not None or self.time is not None or self.time_weight is not None:
             return chosen
         from minsnap.limits.ordinary import ordinary_limits
@@ -265,7 +256,7 @@ class Turning(LimitOptions):
     """Options of a circle, a helix or a figure of eight."""
 
     period: Annotated[float | None, "S", "Time per lap at full speed [s]; default 6."] = None
-    speed: Speed = None
+    speed: Annotated[float | None, "M/S", "Full speed, instead of the period [m/s]."] = None
     laps: Laps = 1.0
     ramp: Annotated[float | None, "DEG", "Angle of spin-up and spin-down [degrees]; default 90; 0 starts at speed."] = (
         None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import minsnap
 import minsnap.flight
@@ -16,9 +16,6 @@ from minsnap.cli.app import command
 from minsnap.cli.options import SimulatedVehicle
 from minsnap.cli.output import as_json, check_figure, on_terminal
 from minsnap.errors import InputError
-
-if TYPE_CHECKING:
-    from minsnap.flight.simulation.simulated_flight import Flight
 
 
 @dataclass(frozen=True)
@@ -48,7 +45,7 @@ class FlightFiles:
             check_destination(written)
             refuse_source(written, source)
 
-    def write(self, flight: Flight, shown: bool) -> dict[str, str | None]:
+    def write(self, flight: minsnap.flight.Flight, shown: bool) -> dict[str, str | None]:
         """Write what does not need the vehicle, and return all names."""
         view = self.view or "xy"
         if self.output is not None:

@@ -22,8 +22,6 @@ from minsnap.errors import FileError, LinkError
 
 if TYPE_CHECKING:
     from minsnap.flight.mavlink.preflight import Finding
-    from minsnap.flight.mocap import RelayReport
-    from minsnap.limits.limits import Limits
     from minsnap.vehicle.quadrotor import Quadrotor
 
 
@@ -116,10 +114,9 @@ def limits(
     """
     from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.parameters import PARAMETERS, Parameters, autopilot_limits
-    from minsnap.flight.mavlink.setpoints import FeedForward
     from minsnap.flight.mavlink.vehicle_messages import get_autopilot
 
-    given, clock = FeedForward(drag, None if vehicle is None else vehicle_of(vehicle)), Clock()
+    given, clock = minsnap.flight.FeedForward(drag, None if vehicle is None else vehicle_of(vehicle)), Clock()
     with closing(open_link(connect, clock)) as link:
         stack = get_autopilot(autopilot, link.wait_for_vehicle(wait)).name
         parameters = Parameters(link, clock).read(PARAMETERS.get(stack, ()))
@@ -131,7 +128,7 @@ def limits(
     print(as_json(values) if json else text.rstrip())
 
 
-def _with_drag_of(craft: Quadrotor, within: Callable[[float], Limits]) -> Limits:
+def _with_drag_of(craft: Quadrotor, within: Callable[[float], minsnap.Limits]) -> minsnap.Limits:
     """Return the limits for the drag over mass [1/s] that a vehicle has at the greatest speed that they leave to it."""
     import numpy as np
 
@@ -174,7 +171,7 @@ def relay(
     return 0 if report.sent else 1
 
 
-def _line(report: RelayReport) -> str:
+def _line(report: minsnap.flight.RelayReport) -> str:
     """Return a report in one line."""
     return (
         f"{report.sent} poses at {report.rate:.1f} Hz, {1e3 * report.latency:.1f} ms old (99 %: "
