@@ -22,7 +22,7 @@ from measure import table
 
 import minsnap
 from minsnap.batch import read_mapping, run_batch
-from minsnap.batch.folder import ShardJob, claimed, made_with, make_shard
+from minsnap.batch.folder import ShardJob, claimed, make_shard
 from minsnap.batch.run import connected, write_shards
 from minsnap.batch.solving import Solving
 
@@ -101,9 +101,9 @@ def datasets(count):
 
 @contextmanager
 def job(count):
-    spec, made = walks(count), made_with()
-    with tempfile.TemporaryDirectory() as folder, claimed(Path(folder), spec, made, True):
-        yield spec, ShardJob(folder, spec.plain(), spec.name(), made, 60.0)
+    spec = walks(count)
+    with tempfile.TemporaryDirectory() as folder, claimed(Path(folder), spec, True):
+        yield spec, ShardJob(Path(folder), spec, 60.0)
 
 
 def besides_planning(count, repeats=3):

@@ -221,7 +221,7 @@ def walks(shape: Shape, dim: int, rng: np.random.Generator) -> dict[str, Any]:
 def gates(shape: Shape, dim: int, rng: np.random.Generator) -> dict[str, Any]:
     """Return a walk whose inner waypoints are square gates that face the next one."""
     points, lengths = _walk(shape, dim, rng)
-    sides = shape["opening"].draws(rng, len(lengths) - 1)
+    sides = shape["opening"].draw(rng, len(lengths) - 1)
     inner = [Gate(points[i + 1], points[i + 2] - points[i], side) for i, side in enumerate(sides.tolist())]
     return {"waypoints": [points[0], *inner, points[-1]], "durations": _durations(lengths, shape, rng)}
 
@@ -239,7 +239,7 @@ def _walk(shape: Shape, dim: int, rng: np.random.Generator) -> tuple[FloatArray,
     legs = shape["legs"].whole(rng)
     directions = rng.normal(size=(legs, dim))
     directions /= np.sqrt((directions * directions).sum(axis=1))[:, None]
-    lengths = shape["step"].draws(rng, legs)
+    lengths = shape["step"].draw(rng, legs)
     points = np.zeros((legs + 1, dim))
     np.cumsum(directions * lengths[:, None], axis=0, out=points[1:])
     return points, lengths
@@ -248,7 +248,7 @@ def _walk(shape: Shape, dim: int, rng: np.random.Generator) -> tuple[FloatArray,
 def _durations(lengths: FloatArray, shape: Shape, rng: np.random.Generator) -> FloatArray:
     """Return durations of legs: lengths at one speed, each stretched by a factor of its own."""
     speed = shape["speed"].draw(rng)
-    return np.asarray(lengths / speed * shape["stretch"].draws(rng, len(lengths)))
+    return np.asarray(lengths / speed * shape["stretch"].draw(rng, len(lengths)))
 
 
 GENERATORS = {"walks": walks, "gates": gates, "boxes": in_maps}

@@ -10,7 +10,7 @@ from typing import Any
 
 from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.batch.columns import BINS, UNITS, Tally, planned_curves
-from minsnap.batch.folder import DATASHEET, Shard, shard_name
+from minsnap.batch.folder import DATASHEET, Shard, made_with, shard_name
 from minsnap.batch.spec import Spec
 from minsnap.plot.style import Axes
 from minsnap.trajectory.trajectory import Trajectory
@@ -22,14 +22,13 @@ EXAMPLES = 9
 """Trajectories that are drawn."""
 
 
-def write_datasheet(folder: Path, spec: Spec, made_with: dict[str, str], tally: Tally, shards: Sequence[Shard]) -> None:
+def write_datasheet(folder: Path, spec: Spec, tally: Tally, shards: Sequence[Shard]) -> None:
     """Write ``_datasheet/README.md`` and its figures.
 
     Parameters
     ----------
     folder : Path
     spec : Spec
-    made_with : dict of str to str
     tally : Tally
         Of all rows.
     shards : sequence of Shard
@@ -38,17 +37,17 @@ def write_datasheet(folder: Path, spec: Spec, made_with: dict[str, str], tally: 
     sheet.mkdir(exist_ok=True)
     _draw_histograms(sheet / "histograms.png", tally)
     _draw_examples(sheet / "examples.png", folder / shard_name(0))
-    write_file(sheet / "README.md", datasheet(spec, made_with, tally, shards))
+    write_file(sheet / "README.md", datasheet(spec, tally, shards))
 
 
-def datasheet(spec: Spec, made_with: dict[str, str], tally: Tally, shards: Sequence[Shard]) -> str:
+def datasheet(spec: Spec, tally: Tally, shards: Sequence[Shard]) -> str:
     """Return the text of the datasheet, in Markdown."""
     statuses = "\n".join(f"| {name} | {count} |" for name, count in sorted(tally.statuses.items()))
     rows = [(name, *tally.ranges[name], unit) for name, unit in UNITS.items() if name in tally.ranges]
     ranges = "\n".join(f"| {name} | {low:.6g} | {high:.6g} | {unit} |" for name, low, high, unit in rows)
     facts: dict[str, Any] = {"count": spec.count, "done": tally.statuses.get("done", 0), "certified": tally.certified}
     facts |= {"files": len(shards), "megabytes": sum(shard.size for shard in shards) / 1e6}
-    words = made_with | {"name": spec.name(), "spec": json.dumps(spec.identity(), indent=1)}
+    words = made_with() | {"name": spec.name(), "spec": json.dumps(spec.identity(), indent=1)}
     text = Path(__file__).with_name("datasheet.md.txt").read_text(encoding="utf-8")
     return text.format(**facts, **words, statuses=statuses, ranges=ranges)
 

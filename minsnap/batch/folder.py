@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -16,7 +17,7 @@ from minsnap.basics.storage.text import digest_of, read_text, reading
 from minsnap.basics.version import __version__
 from minsnap.batch.columns import Tally, parquet_writer, schema
 from minsnap.batch.solving import solving
-from minsnap.batch.spec import Spec, pyarrow_parquet, read_mapping
+from minsnap.batch.spec import Spec, pyarrow_parquet
 from minsnap.errors import BatchError, FileError
 from minsnap.native.library import core
 
@@ -34,16 +35,19 @@ Told = Callable[[Mapping[str, int]], None]
 """Called with the number of new rows by status."""
 
 
+def made_with() -> dict[str, str]:
+    """Return what decides the bytes besides the specification: the version of the library, and which core plans."""
+    return {"version": __version__, "core": "python" if core().library is None else "native"}
+
+
 @contextmanager
-def claimed(folder: Path, spec: Spec, made_with: dict[str, str], resume: bool) -> Iterator[None]:
+def claimed(folder: Path, spec: Spec, resume: bool) -> Iterator[None]:
     """Make a folder the one of a batch, or check that it is, and keep other runs out of it.
 
     Parameters
     ----------
     folder : Path
     spec : Spec
-    made_with : dict
-        What else decides the bytes: the version of the library and its core.
     resume : bool
         Whether a folder that was begun already is taken.
 
@@ -55,7 +59,7 @@ def claimed(folder: Path, spec: Spec, made_with: dict[str, str], resume: bool) -
     BatchError
         If another run writes into it.
     """
-    began = {"name": spec.name(), "spec": spec.identity(), "made_with": made_with}
+    began = {"name": spec.name(), "spec": spec.identity(), "made_with": made_with()}
     refuse_mixed(folder, EPISODES)
     _make(folder, resume)
     path, other = folder / SPEC, next(folder.glob("*.parquet"), None)
@@ -147,10 +151,10 @@ def _told(value: Any) -> str:
     return "nothing" if value is None else shown(value)
 
 
-def write_manifest(folder: Path, spec: Spec, made_with: dict[str, str], shards: Sequence[Any], counts: Any) -> None:
+def write_manifest(folder: Path, spec: Spec, shards: Sequence[Any], counts: Any) -> None:
     """Write the manifest: its presence says that the dataset is complete."""
     files = [{"name": shard_name(s.number), "rows": s.rows, "bytes": s.size, "sha256": s.digest} for s in shards]
-    manifest = {"name": spec.name(), "spec": spec.identity(), "made_with": made_with, "rows": spec.count}
+    manifest = {"name": spec.name(), "spec": spec.identity(), "made_with": made_with(), "rows": spec.count}
     write_file(folder / MANIFEST, json.dumps(manifest | {"statuses": counts, "files": files}, indent=1) + "\n")
 
 
@@ -227,23 +231,19 @@ class ShardJob:
 
     Parameters
     ----------
-    folder : str
+    folder : Path
         Absolute.
-    content : mapping
-        The specification as plain values.
-    name : str
-        That of the specification.
-    made_with : dict of str to str
-        See ``made_with``.
+    spec : Spec
     timeout : float
         Seconds of processor time that a problem may take.
+    made_with : dict of str to str
+        What the function of this name returns where the run was started.
     """
 
-    folder: str
-    content: Mapping[str, Any]
-    name: str
-    made_with: dict[str, str]
+    folder: Path
+    spec: Spec
     timeout: float
+    made_with: dict[str, str] = field(default_factory=made_with)
 
 
 def shard_name(number: int) -> str:
@@ -269,18 +269,18 @@ def make_shard(job: ShardJob, number: int, told: Told | None = None) -> Shard:
     FileError
         If the file cannot be written: the disk is full.
     """
-    folder = Path(job.folder)
-    if not belongs(folder, job.name):
+    folder, spec, name = job.folder, job.spec, job.spec.name()
+    if not belongs(folder, name):
         raise BatchError(f"{folder} is not the folder of this batch on this machine: use a disk that all workers share")
     if made_with() != job.made_with:
         raise BatchError(f"a worker has minsnap {made_with()} and not {job.made_with}: install the same on all workers")
-    kept = kept_shard(folder, job.name, number)
+    kept = kept_shard(folder, name, number)
     if kept is not None:
         return kept
-    path, spec = folder / shard_name(number), read_mapping(job.content)
-    notes = {"minsnap": job.made_with["version"], "batch": job.name, "shard": str(number)}
+    path = folder / shard_name(number)
+    notes = {"minsnap": job.made_with["version"], "batch": name, "shard": str(number)}
     _write(path, solving(spec, job.timeout).rows, spec.rows_of(number), notes, told)
-    return read_shard(path, job.name, number)
+    return read_shard(path, name, number)
 
 
 def kept_shard(folder: Path, name: str, number: int) -> Shard | None:
@@ -303,11 +303,6 @@ def kept_shard(folder: Path, name: str, number: int) -> Shard | None:
     return None if known is None else shard
 
 
-def made_with() -> dict[str, str]:
-    """Return what decides the bytes besides the specification: the version of the library, and which core plans."""
-    return {"version": __version__, "core": "python" if core().library is None else "native"}
-
-
 def _write(
     path: Path, rows_of: Callable[[range], Iterator[Any]], numbers: range, notes: dict[str, str], told: Told | None
 ) -> None:
@@ -315,8 +310,8 @@ def _write(
     tally = Tally()
     with atomic_write(path, "wb") as file:
         with parquet_writer(file, notes) as writer:
-            for first in range(numbers.start, numbers.stop, GROUP_ROWS):
-                table = _group(rows_of(range(first, min(first + GROUP_ROWS, numbers.stop))), told)
+            for first in range(0, len(numbers), GROUP_ROWS):
+                table = _group(rows_of(numbers[first : first + GROUP_ROWS]), told)
                 tally.add(table)
                 writer.write_table(table, row_group_size=GROUP_ROWS)
             writer.add_key_value_metadata({"tally": json.dumps(tally.plain(), sort_keys=True)})
@@ -332,8 +327,7 @@ def _group(batches: Iterator[Any], told: Told | None) -> Any:
     for batch in batches:
         parts.append(batch)
         if told is not None:
-            counts = batch.column("status").value_counts().to_pylist()
-            told({entry["values"]: entry["counts"] for entry in counts})
+            told(Counter(batch.column("status").to_pylist()))
     return pyarrow.Table.from_batches(parts, schema=schema()).combine_chunks()
 
 

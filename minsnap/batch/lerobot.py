@@ -63,8 +63,7 @@ def export_lerobot(plans: FileName, folder: FileName, fps: int = 20) -> int:
     check_number("fps", fps, 1, 1000, "give a whole number of frames a second, 1 to 1000", whole=True)
     refuse_mixed(Path(folder), SPEC)
     root, episodes, ranges = Path(folder), Episodes(), _Ranges()
-    parts = sorted(Path(plans).glob("part-*.parquet"))
-    for number, part in enumerate(parts):
+    for number, part in enumerate(sorted(Path(plans).glob("part-*.parquet"))):
         frames = [_frames(curve, fps) for curve in planned_curves(part)]
         if frames:
             _write_frames(root, fps, number, frames, episodes, ranges)

@@ -22,19 +22,9 @@ from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.text import FileName
 from minsnap.batch.columns import Tally
 from minsnap.batch.datasheet import write_datasheet
-from minsnap.batch.folder import (
-    Shard,
-    ShardJob,
-    claimed,
-    is_complete,
-    kept_shard,
-    made_with,
-    make_shard,
-    shard_name,
-    write_manifest,
-)
+from minsnap.batch.folder import Shard, ShardJob, claimed, is_complete, kept_shard, make_shard, write_manifest
 from minsnap.batch.spec import Spec
-from minsnap.errors import BatchError, FileError, MinsnapError
+from minsnap.errors import BatchError, FileError
 
 AHEAD = 2
 """Files that are handed out for each thread: one at work, one next."""
@@ -88,7 +78,10 @@ def write_shards(job: ShardJob, numbers: Sequence[int], client: Any, counted: Co
     topic = f"minsnap-batch-{secrets.token_hex(8)}"
     left, pause = iter(numbers), _threads(client) / TOLD
     submit = partial(client.submit, _make, job, topic, pause, pure=False)
-    with _named_failures(client), _told(client, topic, counted):
+    with _named_failures(client), ExitStack() as ended:
+        if counted is not None:
+            client.subscribe_topic(topic, lambda event: counted(event[1]["rows"]))
+            ended.callback(client.unsubscribe_topic, topic)  # the scheduler is not to tell a client that has gone
         first = [submit(number) for number in islice(left, AHEAD * _threads(client))]
         at_work = as_completed(first, loop=client.loop)
         for future in at_work:
@@ -99,19 +92,6 @@ def write_shards(job: ShardJob, numbers: Sequence[int], client: Any, counted: Co
             future.release()
             while at_work.count() < AHEAD * _threads(client) and (more := next(left, None)) is not None:
                 at_work.add(submit(more))
-
-
-@contextmanager
-def _told(client: Any, topic: str, counted: Counted | None) -> Iterator[None]:
-    """Tell new rows, until the end: the scheduler is not to tell a client that has gone."""
-    if counted is None:
-        yield
-        return
-    client.subscribe_topic(topic, lambda event: counted(event[1]["rows"]))
-    try:
-        yield
-    finally:
-        client.unsubscribe_topic(topic)
 
 
 def _make(job: ShardJob, topic: str, pause: float, number: int) -> Shard | Exception:
@@ -189,8 +169,6 @@ def _named_failures(client: Any) -> Iterator[None]:
         ) from error
     except (CancelledError, CommClosedError, TimeoutError) as error:
         raise BatchError("the connection to the scheduler was lost") from error
-    except (MinsnapError, KeyboardInterrupt, ImportError):
-        raise
     except OSError as error:
         raise BatchError(f"a worker stopped: {error}") from error
 
@@ -332,33 +310,24 @@ def run_batch(
     if not os.fspath(folder):
         raise FileError("the folder of a dataset has no name: give one")
     where = Path(folder).resolve()
-    made = made_with()
-    job = ShardJob(str(where), spec.plain(), spec.name(), made, float(problem_timeout))
-    with claimed(where, spec, made, resume):
-        kept = [one for one in (kept_shard(where, job.name, n) for n in range(spec.shards)) if one is not None]
-        there = [shard.number for shard in kept]
+    job = ShardJob(where, spec, float(problem_timeout))
+    with claimed(where, spec, resume):
+        kept = [one for one in (kept_shard(where, spec.name(), n) for n in range(spec.shards)) if one is not None]
         if is_complete(where, spec, kept):
             return _result(where, spec, kept, len(kept))
-        with _finished_files_named(spec, where):
-            counted = None if watch is None else watch(sum(len(spec.rows_of(number)) for number in there))
+        try:
+            counted = None if watch is None else watch(sum(shard.rows for shard in kept))
             with connected(workers, scheduler) as client:
                 written = write_shards(job, range(spec.shards), client, counted)
                 shards = sorted(written, key=lambda shard: shard.number)
-            result = _result(where, spec, shards, len(there))
-            write_datasheet(where, spec, made, _joined(shards), shards)
-            write_manifest(where, spec, made, shards, result.statuses)
+            result = _result(where, spec, shards, len(kept))
+            write_datasheet(where, spec, _joined(shards), shards)
+            write_manifest(where, spec, shards, result.statuses)
+        except (BatchError, FileError) as error:
+            there = len(list(where.glob("part-*.parquet")))
+            state = f"{there} of {spec.shards} files are finished, and the same command goes on from there"
+            raise BatchError(f"{error}; {state}") from error
     return result
-
-
-@contextmanager
-def _finished_files_named(spec: Spec, folder: Path) -> Iterator[None]:
-    """Add to what ends a run how far it came."""
-    try:
-        yield
-    except (BatchError, FileError) as error:
-        there = sum(1 for number in range(spec.shards) if (folder / shard_name(number)).exists())
-        state = f"{there} of {spec.shards} files are finished, and the same command goes on from there"
-        raise BatchError(f"{error}; {state}") from error
 
 
 def _result(folder: Path, spec: Spec, shards: list[Shard], present: int) -> BatchResult:

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
 from minsnap.basics.cached import cached_property
 from minsnap.basics.messages import shown
 from minsnap.basics.optional_packages import optional
@@ -155,28 +154,6 @@ SHARD_BYTES = 64_000_000
 SHARDS = 100
 """Least number of shards of a batch, so that many workers have something to do, unless it has fewer problems."""
 
-_PACE = {"speed": ([1.0, 3.0], 1e-3, BIGGEST, False), "stretch": (1.0, 0.01, 100.0, False)}
-_LEGS = {"legs": ([4, 10], 1, 1000, True)}
-
-SHAPES: Mapping[str, Mapping[str, tuple[Any, float, float, bool]]] = {
-    "walks": {**_LEGS, "step": ([1.0, 5.0], 1e-3, BIGGEST, False), **_PACE},
-    "gates": {
-        **_LEGS,
-        "step": ([3.0, 8.0], 1e-3, BIGGEST, False),
-        **_PACE,
-        "opening": ([0.8, 2.0], 1e-3, BIGGEST, False),
-    },
-    "boxes": {
-        "extent": (20.0, 2.0, BIGGEST, False),
-        "height": (5.0, 1.0, BIGGEST, False),
-        "cell": (0.5, 0.01, BIGGEST, False),
-        "occupied": ([0.05, 0.2], 0.0, 0.9, False),
-        "clearance": (0.2, 0.0, BIGGEST, False),
-        **_PACE,
-    },
-}
-"""What each generator draws: the default, least, greatest, and whether it is a whole number."""
-
 LIMITS = tuple(LIMIT_KEYS)
 
 
@@ -192,22 +169,17 @@ class Range:
     low: float
     high: float
 
-    def draw(self, rng: np.random.Generator) -> float:
-        """Return a number; takes one draw, also where there is only one number."""
-        return float(rng.uniform(self.low, self.high))
-
-    def draws(self, rng: np.random.Generator, count: int) -> FloatArray:
-        """Return numbers (count,)."""
-        return np.asarray(rng.uniform(self.low, self.high, count))
+    def draw(self, rng: np.random.Generator, count: int | None = None) -> Any:
+        """Return a number, or numbers (count,); takes a draw for each, also where there is only one number."""
+        return rng.uniform(self.low, self.high, count)
 
     def whole(self, rng: np.random.Generator) -> int:
         """Return a whole number, both ends among them."""
         return int(rng.integers(int(self.low), int(self.high), endpoint=True))
 
-    def plain(self, whole: bool = False) -> Any:
+    def plain(self) -> Any:
         """Return it as a specification says it: a number, or a list of two."""
-        low, high = (int(value) if whole else float(value) for value in (self.low, self.high))
-        return low if low == high else [low, high]
+        return self.low if self.low == self.high else [self.low, self.high]
 
 
 def ranged(least: float, most: float, whole: bool = False) -> Form:
@@ -221,11 +193,30 @@ def ranged(least: float, most: float, whole: bool = False) -> Form:
     json = {"anyOf": [number.json, {"type": "array", "items": number.json, "minItems": 2, "maxItems": 2}]}
     kind = "a whole number" if whole else "a number"
     wording = f"{kind} or [low, high], from {least:g} to {most:g}"
-    return Form(wording, fits, lambda where, value: Range(*_ends(value)), json)
+    return Form(wording, fits, lambda where, value: Range(*map(int if whole else float, _ends(value))), json)
 
 
 def _ends(value: Any) -> list[Any]:
     return value if isinstance(value, list) else [value, value]
+
+
+_LENGTH = ranged(1e-3, BIGGEST)
+_PACE = {"speed": ([1.0, 3.0], _LENGTH), "stretch": (1.0, ranged(0.01, 100.0))}
+_LEGS = {"legs": ([4, 10], ranged(1, 1000, whole=True))}
+
+SHAPES: Mapping[str, Mapping[str, tuple[Any, Form]]] = {
+    "walks": {**_LEGS, "step": ([1.0, 5.0], _LENGTH), **_PACE},
+    "gates": {**_LEGS, "step": ([3.0, 8.0], _LENGTH), **_PACE, "opening": ([0.8, 2.0], _LENGTH)},
+    "boxes": {
+        "extent": (20.0, ranged(2.0, BIGGEST)),
+        "height": (5.0, ranged(1.0, BIGGEST)),
+        "cell": (0.5, ranged(0.01, BIGGEST)),
+        "occupied": ([0.05, 0.2], ranged(0.0, 0.9)),
+        "clearance": (0.2, ranged(0.0, BIGGEST)),
+        **_PACE,
+    },
+}
+"""What each generator draws: the default, and the form of another."""
 
 
 def seed_of(seed: int, number: int) -> int:
@@ -268,7 +259,7 @@ TABLE = mapping(
 
 
 def _generated(source: str) -> Form:
-    shape = {name: Key(ranged(least, most, whole)) for name, (_, least, most, whole) in SHAPES[source].items()}
+    shape = {name: Key(form) for name, (_, form) in SHAPES[source].items()}
     head = {
         "generator": Key(word(source), "what draws the problems", needed=True),
         "count": Key(from_to(WHOLE, 1, 10**12), "how many problems", needed=True),
@@ -342,8 +333,7 @@ class Spec:
         """Return it as plain values, every default written out; ``read_mapping`` takes them again."""
         head: dict[str, Any] = {"table": self.table} if self.table else {"generator": self.source, "dim": self.dim}
         head |= {"count": self.count, "seed": self.seed, "shard_rows": self.shard_rows}
-        kinds = SHAPES.get(self.source, {})
-        shape = {name: value.plain(kinds[name][3]) for name, value in self.shape.items()}
+        shape = {name: value.plain() for name, value in self.shape.items()}
         drawn = {name: value.plain() for name, value in self.drawn.items()}
         limits = {"limits": {name: value.plain() for name, value in self.limits.items()}} if self.limits else {}
         vehicles = {"vehicle": list(self.vehicles)} if self.vehicles else {}

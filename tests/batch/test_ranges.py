@@ -13,7 +13,7 @@ def test_seeds_depend_on_both_numbers_and_stay_what_they_are():
 
 def test_draws_are_uniform_over_the_range():
     rng = draws_of(3)
-    values = Range(2.0, 5.0).draws(rng, 20_000)
+    values = Range(2.0, 5.0).draw(rng, 20_000)
     assert values.min() >= 2.0 and values.max() <= 5.0
     assert np.mean(values) == pytest.approx(3.5, abs=4 * 3 / np.sqrt(12 * 20_000))
     whole = [Range(4, 6).whole(rng) for _ in range(3000)]
@@ -25,7 +25,7 @@ def test_one_number_is_a_range_that_takes_a_draw_all_the_same():
     assert ranged(0, 1).read("corridor", 0.3).draw(one) == 0.3
     ranged(0, 1).read("corridor", [0.2, 0.5]).draw(two)
     assert one.random() == two.random()
-    assert ranged(0, 1).read("x", 0.3).plain() == 0.3 and ranged(0, 9).read("x", [1, 2]).plain(whole=True) == [1, 2]
+    assert ranged(0, 1).read("x", 0.3).plain() == 0.3 and ranged(0, 9, whole=True).read("x", [1, 2]).plain() == [1, 2]
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from batches import walks
 
 from minsnap.batch import folder
 from minsnap.batch.columns import record_batch
-from minsnap.batch.folder import claimed, made_with
+from minsnap.batch.folder import claimed
 from minsnap.errors import BatchError
 
 PART = 256
@@ -49,8 +49,8 @@ def test_a_file_of_any_length_takes_the_memory_of_one_group(rows, tmp_path):
 
 def test_of_runs_that_begin_at_once_one_is_kept_out(tmp_path, monkeypatch):
     """Each looked before the other wrote what the folder is begun with, and both wrote datasets into it."""
-    with claimed(tmp_path, walks(), made_with(), True), monkeypatch.context() as late:
+    with claimed(tmp_path, walks(), True), monkeypatch.context() as late:
         late.setattr(Path, "exists", lambda path: False)
         with pytest.raises(BatchError, match="another run writes into"):
-            with claimed(tmp_path, walks(), made_with(), True):
+            with claimed(tmp_path, walks(), True):
                 pass

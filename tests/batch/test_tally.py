@@ -18,7 +18,7 @@ def test_a_tally_counts_what_the_rows_hold(table):
     tally = Tally()
     tally.add(table)
     costs = np.array([cost for cost in table.column("cost").to_pylist() if cost is not None])
-    assert tally.statuses == {"done": 11, "timeout": 1} and (tally.rows, tally.certified) == (12, 11)
+    assert tally.statuses == {"done": 11, "timeout": 1} and tally.certified == 11
     assert tally.ranges["cost"] == [costs.min(), costs.max()]
     low, counts = tally.histogram("cost")
     assert (counts == np.histogram(costs, np.append(low, low[-1] * 10 ** (1 / 8)))[0]).all() and counts.sum() == 11
