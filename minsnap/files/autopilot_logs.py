@@ -395,5 +395,4 @@ def _heading(columns: dict[str, dict[str, FloatArray]], t: FloatArray, name: str
     attitude = columns.get("ATT", {})
     if name not in attitude:
         return None
-    unwrapped = np.unwrap(np.radians(attitude[name]))
-    return np.interp(t, attitude["TimeUS"] * 1e-6, unwrapped)
+    return np.interp(t, attitude["TimeUS"] * 1e-6, np.unwrap(np.radians(attitude[name])))

@@ -147,13 +147,13 @@ def _reader(path: FileName) -> Format:
     return next((entry for entry in able if entry.recognises is None or entry.recognises(path)), able[-1])
 
 
-def resolution_of(path: FileName, rate: float = RATE) -> float:
+def resolution_of(path: FileName) -> float:
     """Return the rounding error of a difference of two samples of a file [m, m/s, rad]; 0.001 at least."""
     chosen = _reader(path)
     if chosen.rounding is None:
         return RESOLUTION
     content = read_any(path)
-    return max(RESOLUTION, chosen.rounding(content, 1.0 / rate)) if isinstance(content, Trajectory) else RESOLUTION
+    return max(RESOLUTION, chosen.rounding(content, 1.0 / RATE)) if isinstance(content, Trajectory) else RESOLUTION
 
 
 def read_samples(path: FileName, frame: str | None = None, rate: float = RATE) -> Samples:

@@ -17,6 +17,10 @@ WORLD, BODY = FRAMES["ned"].matrix, FRAMES["ned"].body_matrix
 """From NED to ENU, and from forward-right-down to forward-left-up."""
 
 
+Track = tuple[FloatArray, FloatArray]
+"""Instants (m,) and values (m,) or (m, n)."""
+
+
 @dataclass(frozen=True, eq=False)
 class InertialLog(OwnsArrays):
     """Attitude, specific force and throttle of a flight, on the clock of its :class:`FlightLog`.
@@ -47,11 +51,7 @@ class InertialLog(OwnsArrays):
 
 
 def inertial_log(
-    attitude: tuple[FloatArray, FloatArray],
-    force: tuple[FloatArray, FloatArray],
-    throttle: tuple[FloatArray, FloatArray] | None,
-    hover: float | None,
-    start: float,
+    attitude: Track, force: Track, throttle: Track | None, hover: float | None, start: float
 ) -> InertialLog:
     """Convert from z-down axes and time since boot.
 
@@ -86,7 +86,7 @@ def from_euler(roll: FloatArray, pitch: FloatArray, yaw: FloatArray) -> FloatArr
     return np.roll(Rotation.from_euler("ZYX", np.stack([yaw, pitch, roll], axis=1)).as_quat(), 1, axis=1)
 
 
-def _finite(t: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _finite(t: FloatArray, values: FloatArray) -> Track:
     """Leave out rows that are not finite, or whose time does not rise."""
     good = _good(t, values)
     return t[good], values[good]

@@ -94,8 +94,7 @@ def limits_of(where: str, content: Any, folder: Path) -> Limits:
     rotors = values.pop("rotors", None)
     if rotors is None:
         return Limits(**values)
-    vehicle = vehicle_of(rotors["vehicle"], folder)
-    return Limits.of(vehicle, rotors.get("reserve", RESERVE), **values)
+    return Limits.of(vehicle_of(rotors["vehicle"], folder), rotors.get("reserve", RESERVE), **values)
 
 
 def besides_rotors(limits: VehicleLimits) -> dict[str, float]:
@@ -296,14 +295,10 @@ def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any]) 
     if "limits" in changes:
         timed = request.durations is not None or "total_time" in changes
         changes |= _limits(f"{where}: limits", changes.pop("limits"), timed)
-    widths = changes.get("corridor")
+    widths, ends = changes.get("corridor"), (request.waypoints[0], request.waypoints[-1])
     if isinstance(widths, float):
         changes["corridor"] = (widths,) * max(request.legs, 1)
-    elif (
-        widths is not None
-        and len(widths) != request.legs
-        and not (changes.get("closed", request.closed) and request.waypoints[0] != request.waypoints[-1])
-    ):
+    elif widths is not None and len(widths) != request.legs and not (changes.get("closed") and ends[0] != ends[1]):
         count = f"{len(widths)} numbers for {request.legs} legs"
         raise FileError(f"{where}: corridor has {count}: give one, or one per leg")
     return request.changed(**changes.pop("view", {}) | changes)

@@ -249,7 +249,7 @@ def _make_skyb(curve: Trajectory, lamp: Lamp) -> tuple[bytes, float]:
 
 
 def _make_traj(curve: Trajectory, lamp: Lamp) -> tuple[bytes, float]:
-    return crazyflie.compressed(curve), crazyflie.rounding_bounds(curve).position
+    return crazyflie.compressed(curve), float(crazyflie.rounding_bounds(curve)[0])
 
 
 FOLDERS: dict[str, tuple[str, Maker]] = {

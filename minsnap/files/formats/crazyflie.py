@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import struct
 import warnings
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -50,21 +49,6 @@ MOST_PIECES = (MEMORY - 8 - len(END)) // 31
 
 FIXED_YAW = "2026.08"
 """First firmware that flies a compressed yaw as it is written; older ones divide it wrongly."""
-
-
-@dataclass(frozen=True)
-class Rounding:
-    """Bounds of the difference between the stored and the planned curve, at any instant.
-
-    Parameters
-    ----------
-    position, velocity, acceleration : float
-        Upper bounds of the distances [m], [m/s], [m/s^2].
-    """
-
-    position: float
-    velocity: float
-    acceleration: float
 
 
 def compressed(trajectory: Trajectory) -> bytes:
@@ -141,14 +125,16 @@ def _lowest_degrees(exact: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.in
     return shown.astype(np.int64), degrees
 
 
-def rounding_bounds(trajectory: Trajectory) -> Rounding:
-    """Return upper bounds of the distance between what the file holds and the trajectory, and of their derivatives.
+def rounding_bounds(trajectory: Trajectory) -> FloatArray:
+    """Return upper bounds of the distance between what the file holds and the trajectory at any instant, shape (3,).
+
+    They are those of position, velocity and acceleration [m], [m/s], [m/s^2].
 
     From the control points of the difference, at equal instants: rounded times are part of it. The bound of the
     acceleration grows with the inverse square of the pieces' durations, 0.15 m/s^2 at 1 s and 15 m/s^2 at 0.1 s for
     three axes of degree 7: long pieces and low degrees are stored best.
     """
-    return Rounding(*distance_bounds(trajectory, curve_of_bytes(_content(trajectory)[0]), 3).tolist())
+    return distance_bounds(trajectory, curve_of_bytes(_content(trajectory)[0]), 3)
 
 
 def write_compressed(trajectory: Path, path: FileName, *, clobber: bool = True) -> None:
@@ -196,10 +182,10 @@ def _control_points(trajectory: Trajectory) -> FloatArray:
 
 def _write(content: Trajectory, path: FileName, *, clobber: bool) -> str:
     write_compressed(content, path, clobber=clobber)
-    error = rounding_bounds(content)
+    place, speed, push = rounding_bounds(content)
     return (
-        f"rounding moves the curve by {1e3 * error.position:.2g} mm at most, its velocity by {error.velocity:.2g} m/s "
-        f"and its acceleration by {error.acceleration:.2g} m/s^2"
+        f"rounding moves the curve by {1e3 * place:.2g} mm at most, its velocity by {speed:.2g} m/s and its "
+        f"acceleration by {push:.2g} m/s^2"
     )
 
 

@@ -42,8 +42,7 @@ def write_mav_yaml(trajectory: Path, path: FileName, *, clobber: bool = True) ->
     trajectory = polynomials_of(trajectory)[0]
     powers = _powers(trajectory)
     head = "# mav_trajectory_generation segments; world axes, z up (frame: enu)\nsegments:\n"
-    segments = map(_segment, trajectory.durations.tolist(), powers)
-    write_file(path, head + "".join(segments), clobber=clobber)
+    write_file(path, head + "".join(map(_segment, trajectory.durations.tolist(), powers)), clobber=clobber)
 
 
 def _powers(trajectory: Trajectory) -> FloatArray:

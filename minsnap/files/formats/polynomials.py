@@ -249,8 +249,8 @@ def _limits(limits: Limits) -> dict[str, Any]:
 
 
 def is_polynomials(path: FileName) -> bool:
-    """Whether a file begins like a file of polynomials."""
-    return MARK in beginning(path)[:200]
+    """Whether a file has the ending of a file of polynomials and begins like one."""
+    return MARK in beginning(path)[:200] and FilePath(path).suffix.lower() in ENDINGS
 
 
 ENDINGS = (".json", ".yaml", ".yml")

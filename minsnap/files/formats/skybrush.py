@@ -85,17 +85,11 @@ class Lights(ReadOnly):
 
     def __call__(self, t: ArrayLike) -> FloatArray:
         """Return the colour at instants of any shape, black before the first: ``t.shape + (3,)``."""
-        t = np.asarray(t, dtype=np.float64)
-        after = np.searchsorted(self.instants, t, side="right")
-        padded = np.vstack([np.zeros(3), self.colours])
-        if not len(self.instants):
-            return np.zeros((*t.shape, 3))
-        start = np.concatenate([[0.0], self.instants])[after]
-        following = np.minimum(after, len(self.instants) - 1)
-        fading = (after < len(self.instants)) & self.fades[following]
-        width = np.maximum(self.instants[following] - start, 1e-12)
-        share = np.where(fading, (t - start) / width, 0.0)[..., None]
-        return np.asarray(padded[after] * (1.0 - share) + self.colours[following] * share)
+        shown = np.vstack([np.zeros(3), self.colours])
+        before = np.where(self.fades[:, None], self.colours, shown[:-1])  # just before each instant
+        keys = np.vstack([shown[:1], np.stack([before, self.colours], axis=1).reshape(-1, 3)])
+        times = np.concatenate([[0.0], np.repeat(self.instants, 2)])
+        return np.stack([np.interp(np.asarray(t), times, column) for column in keys.T], axis=-1)
 
 
 def light_bytes(lights: Lights | None) -> bytes:
@@ -106,15 +100,10 @@ def light_bytes(lights: Lights | None) -> bytes:
     colours = [bytes(row) for row in np.round(lights.colours).astype(np.uint8).tolist()]
     programme, now = b"", bytes(3)
     for wait, colour, fades in zip(ticks, colours, lights.fades.tolist(), strict=True):
-        if fades:
-            programme += bytes([LightCommand.FADE]) + colour + _varint(wait)
-        else:
-            programme += (
-                (bytes([LightCommand.SET]) + now + _varint(wait) if wait else b"")
-                + bytes([LightCommand.SET])
-                + colour
-                + _varint(0)
-            )
+        if wait and not fades:
+            programme += bytes([LightCommand.SET]) + now + _varint(wait)
+            wait = 0
+        programme += bytes([LightCommand.FADE if fades else LightCommand.SET]) + colour + _varint(wait)
         now = colour
     return programme + bytes([LightCommand.END])
 
@@ -157,13 +146,8 @@ def _commands(programme: bytes) -> list[tuple[int, tuple[int, ...], int]]:
             count = (3, 1, 0, 0)[command % 4]
             colour = tuple(programme[offset : offset + count]) or (0 if command % 4 == 2 else 255,)
             ticks, offset = _read_varint(programme, offset + count)
-            commands.append(
-                (
-                    LightCommand.SET if command < LightCommand.FADE else LightCommand.FADE,
-                    colour * (3 // len(colour)),
-                    ticks,
-                )
-            )
+            kind = LightCommand.SET if command < LightCommand.FADE else LightCommand.FADE
+            commands.append((kind, colour * (3 // len(colour)), ticks))
         elif command == LightCommand.LOOP and offset < len(programme):
             loops.append([offset + 1, programme[offset] - 1])
             offset += 1
@@ -298,9 +282,8 @@ def _whole(breaks: FloatArray) -> _Integers:
     whole = np.unique(np.round(breaks * 1e3).astype(np.int64))
     end = max(int(np.ceil(breaks[-1] * 1e3 - 1e-6)), 1)
     whole = np.append(whole[whole < end], end)
-    return np.union1d(
-        whole, np.concatenate([np.arange(a, b, CUBIC.longest) for a, b in zip(whole, whole[1:], strict=False)])
-    )
+    parts = [np.arange(a, b, CUBIC.longest) for a, b in zip(whole, whole[1:], strict=False)]
+    return np.concatenate([*parts, [end]])
 
 
 def _coarse(trajectory: Trajectory, breaks: _Integers, tolerance: float) -> _Integers:

@@ -41,10 +41,7 @@ def checked_samples(samples: Samples) -> Samples:
         raise FileError(f"samples have instants (m,) and positions (m, dim), not {count} and {samples.position.shape}")
     if not (np.isfinite(samples.lead) and samples.lead >= 0.0):
         raise FileError(f"the lead is {samples.lead} s: it must be 0 or more")
-    for name in ARRAYS:
-        values = getattr(samples, name)
-        if values is None:
-            continue
+    for name, values in samples.arrays().items():
         wanted = (*count, *dim) if name in VECTORS else count
         if values.shape != wanted:
             raise FileError(f"{name} has the shape {values.shape}, and the instants ask for {wanted}")
@@ -74,9 +71,9 @@ def to_dataframe(samples: Samples, frame: str = "enu") -> Any:
         If the samples have another number of coordinates.
     """
     pandas = _pandas()
-    if samples.position.shape[1] != 3:
-        dim = samples.position.shape[1]
-        raise FileError(f"a table has x, y and z, and the samples have {dim} coordinates: write them with an altitude")
+    if samples.dim != 3:
+        have = f"the samples have {samples.dim} coordinates"
+        raise FileError(f"a table has x, y and z, and {have}: write them with an altitude")
     table = pandas.DataFrame(columns_of(map_samples(samples, "enu", frame)))
     table.attrs["frame"] = get_frame(frame).name
     if samples.lead:
