@@ -249,9 +249,7 @@ class Player:
             if self._closed.is_set():
                 return
             elapsed, before = (0.0 if waited else monotonic() - before), monotonic()
-            self.now = (self.now + elapsed) % self.duration
-            follow(self._slider, round(self.now, 2))
-            self._moved(self.now)
+            self.seek((self.now + elapsed) % self.duration)
 
 
 def framing(points: FloatArray, fov: float, aspect: float) -> tuple[FloatArray, FloatArray]:

@@ -162,12 +162,10 @@ def kind_of(path: FileName) -> str:
     """Return which of :data:`EXPORTS` a file that can be opened is; empty where it is another one."""
     from minsnap.files.formats.polynomials import is_polynomials
 
-    ending = Path(path).suffix.lower()
-    if ending not in (".json", ".yaml", ".yml"):
-        return ""
     if is_polynomials(path):
         return "plan (JSON)"
-    return "" if ending == ".json" or is_course(path) else "request (YAML)"
+    is_yaml = Path(path).suffix.lower() in (".yaml", ".yml")
+    return "request (YAML)" if is_yaml and not is_course(path) else ""
 
 
 def example_scene() -> PlanRequest:
@@ -193,13 +191,12 @@ def open_scene(path: FileName) -> PlanRequest:
     """
     from minsnap.files.formats.polynomials import is_polynomials
 
-    ending = Path(path).suffix.lower()
-    if ending not in ENDINGS:
+    if Path(path).suffix.lower() not in ENDINGS:
         raise FileError(f"{Path(path).name} cannot be opened by its ending: it must be one of {', '.join(ENDINGS)}")
     if is_course(path):
         request = _of_course(read_course(path))
     else:
-        request = _of_plan(path) if ending != ".csv" and is_polynomials(path) else read_request(path)
+        request = _of_plan(path) if is_polynomials(path) else read_request(path)
     if len(request.waypoints) > MOST:
         raise FileError(f"{Path(path).name} has {len(request.waypoints)} waypoints: the studio shows up to {MOST}")
     if len(request.waypoints[0]) != 3:

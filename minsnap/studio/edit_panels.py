@@ -21,7 +21,7 @@ from minsnap.studio import edits
 from minsnap.studio.page_inputs import InputRows, Inputs, follow, sentence, table, when_changed, when_clicked
 from minsnap.studio.path_view import GateView, PathView, WaypointView
 from minsnap.studio.wall_view import NO_FACES, WallView
-from minsnap.studio.workbench import BenchState
+from minsnap.studio.workbench import BenchState, Present
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import VEHICLES, named_vehicle
 
@@ -60,7 +60,7 @@ class RoutePanel:
         view.when_clicked(self.choose)
         self._rows = InputRows(gui.add_folder("Waypoints [m]"), self._row)
         self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), self.choose)
-        gui.add_button_group("Order", tuple(ORDER)).on_click(self._reordered)
+        when_changed(gui.add_button_group("Order", tuple(ORDER)), self.reorder)
         self._gate, gated = gui.add_checkbox("Gate", False), lambda request: self._opening(request) is not None
         bind(self._gate, gated, self._at(edits.with_gate))
         self._size = gui.add_vector2("Width, height [m]", (1.0, 1.0), min=(0.05, 0.05), step=0.05, visible=False)
@@ -89,14 +89,10 @@ class RoutePanel:
         move = lambda request, place: edits.move_waypoint(request, index, place)  # noqa: E731
         return (self._inputs.edits(point, move, f"waypoint {index}"),)
 
-    async def _reordered(self, event: Any) -> None:
-        if event.client_id is not None:
-            self.reorder(event.target.value)
-
     def reorder(self, what: str) -> None:
         """Do one of :data:`ORDER` with the chosen waypoint."""
         index, (change, step) = self._index, ORDER[what]
-        self._inputs.editor.edit(lambda request: change(request, _within(request, index)))
+        self._inputs.editor.edit(lambda request: change(request, min(max(index, 0), request.legs)))
         self.choose(index + step)
 
     def choose(self, index: int) -> None:
@@ -145,10 +141,6 @@ def _fixed_angle(request: PlanRequest) -> float | None:
     if _heading(request) != HEADINGS[0]:
         return None
     return round(degrees(request.yaw), 9) if isinstance(request.yaw, float) else 0.0
-
-
-def _within(request: PlanRequest, index: int) -> int:
-    return min(max(index, 0), len(request.waypoints) - 1)
 
 
 class CorridorPanel:
@@ -342,7 +334,7 @@ class VehiclePanel:
         Returns what is shown.
     """
 
-    def __init__(self, inputs: Inputs, path: PathView, state: Callable[[], BenchState]) -> None:
+    def __init__(self, inputs: Inputs, path: PathView, state: Present) -> None:
         self._inputs, self._path, self._state, gui = inputs, path, state, inputs.gui
         vehicle = gui.add_dropdown("Vehicle", VEHICLES, initial_value=DRAWN)
         self._inputs.bind(vehicle, lambda r: r.vehicle or DRAWN, lambda r, name: replace(r, vehicle=name))
@@ -356,8 +348,8 @@ class VehiclePanel:
     def show(self, state: BenchState, larger: float) -> None:
         """Show vehicle and frame of the document; ``larger`` is how many times its size the vehicle is drawn."""
         self._inputs.show(state.request)
-        scale = f"drawn {larger:.3g} times as large as it is" if larger > 1.0 else "drawn to scale"
-        self._size.content = sentence(scale)
+        drawn = f"drawn {larger:.3g} times as large as it is" if larger > 1.0 else "drawn to scale"
+        self._size.content = sentence(drawn)
         planned = None if state.planned is None else state.planned.trajectory
         if self._flight_of is not None and planned not in (None, self._flight_of):
             self._flight_of = None

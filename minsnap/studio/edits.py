@@ -55,9 +55,8 @@ def insert_waypoint(request: PlanRequest, index: int) -> PlanRequest:
     points = [np.array(point) for point in request.waypoints]
     last = len(points) - 1
     leg = min(index, last - 1)
-    new = (
-        points[last] + (points[last] - points[last - 1]) / 2.0 if index >= last else (points[leg] + points[leg + 1]) / 2
-    )
+    start, end = points[leg : leg + 2]
+    new = end + (end - start) / 2.0 if index >= last else (start + end) / 2
     points.insert(index + 1, new)
     yaw = request.yaw_in([*range(index + 1), index, *range(index + 1, last + 1)])
     shares = (1.0, 0.5) if index >= last else (0.5, 0.5)

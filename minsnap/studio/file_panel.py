@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable
 from math import degrees
 from pathlib import Path
@@ -15,8 +14,8 @@ from minsnap.planning.request import PLAIN, PlanRequest
 from minsnap.studio.documents import ENDINGS, EXPORTS, WorkingFolder, open_upload, save_as
 from minsnap.studio.ground_view import ENDINGS as OBSTACLE_ENDINGS
 from minsnap.studio.ground_view import PICTURES, Obstacles, floor, read_obstacles
-from minsnap.studio.page_inputs import Editor, copyable, sentence, table, when_clicked
-from minsnap.studio.workbench import BenchState
+from minsnap.studio.page_inputs import Editor, copyable, sentence, table, when_changed, when_clicked
+from minsnap.studio.workbench import BenchState, Present
 from minsnap.trajectory.report import cost_unit
 
 END = "END_OF_REQUEST"
@@ -40,19 +39,11 @@ def as_python(request: PlanRequest) -> str:
     )
 
 
-def as_command(request: PlanRequest, output: str = "setpoints.csv") -> str:
-    """Return shell commands that write the request to a file and plan it.
-
-    Parameters
-    ----------
-    request : PlanRequest
-    output : str
-        Name of the file of setpoints; that of the request has the ending ``.yaml`` instead.
-    """
-    stem = output.removesuffix(".csv")
-    file, target = shlex.quote(f"{stem}.yaml"), shlex.quote(f"{stem}.csv")
+def as_command(request: PlanRequest) -> str:
+    """Return shell commands that write the request to ``setpoints.yaml`` and plan it into ``setpoints.csv``."""
     frame = f" --frame {request.frame}" if request.frame != "enu" else ""
-    return f"cat > {file} <<'{END}'\n{request_text(request)}{END}\nminsnap plan {file}{frame} -o {target}\n"
+    written = f"cat > setpoints.yaml <<'{END}'\n{request_text(request)}{END}\n"
+    return f"{written}minsnap plan setpoints.yaml{frame} -o setpoints.csv\n"
 
 
 def _limits(request: PlanRequest) -> str | None:
@@ -99,12 +90,7 @@ class FilePanel:
     """
 
     def __init__(
-        self,
-        gui: Any,
-        editor: Editor,
-        folder: WorkingFolder,
-        state: Callable[[], BenchState],
-        obstacles: Callable[[Obstacles], None],
+        self, gui: Any, editor: Editor, folder: WorkingFolder, state: Present, obstacles: Callable[[Obstacles], None]
     ) -> None:
         self._gui, self._editor, self._folder, self._state = gui, editor, folder, state
         self._obstacles = obstacles
@@ -186,13 +172,8 @@ class StatusPanel:
         self._facts = gui.add_html("")
         self._told = gui.add_html(sentence(SEARCHING))
         self._message = gui.add_html("", visible=False)
-        buttons = gui.add_button_group("Edits", ("Undo", "Redo"))
-
-        async def act(event: Any) -> None:
-            if event.client_id is not None:
-                editor.attempt(editor.undo if event.target.value == "Undo" else editor.redo)
-
-        buttons.on_click(act)
+        does = {"Undo": editor.undo, "Redo": editor.redo}
+        when_changed(gui.add_button_group("Edits", tuple(does)), lambda what: editor.attempt(does[what]))
 
     def show(self, state: BenchState) -> None:
         """Show what holds of the plan, and what cannot be done."""

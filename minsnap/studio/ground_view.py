@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, NDArray, ReadOnly
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, NDArray, ReadOnly
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import FileName, check_size, reading
 from minsnap.errors import FileError, InputError
@@ -95,14 +95,10 @@ class Obstacles(ReadOnly):
         A picture on the ground.
     """
 
-    boxes: FloatArray
-    points: FloatArray
+    boxes: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    points: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     point_size: float = 0.05
     floor: Floor | None = None
-
-    def surface(self) -> tuple[FloatArray, IntArray]:
-        """Return the boxes as vertices (8 m, 3) [m] and triangles (12 m, 3)."""
-        return box_surface(self.boxes)
 
 
 def cloud(points: ArrayLike) -> Obstacles:
@@ -118,7 +114,7 @@ def cloud(points: ArrayLike) -> Obstacles:
         raise InputError(f"a point cloud has shape (n, 3) and finite coordinates, not shape {values.shape}")
     step = -(-len(values) // MOST_POINTS)
     size = 0.004 * float(max(np.ptp(values, axis=0).max(), 1.0))
-    return Obstacles(np.zeros((0, 2, 3)), values[::step], size)
+    return Obstacles(points=values[::step], point_size=size)
 
 
 def grid(occupancy: ArrayLike, resolution: ArrayLike, origin: ArrayLike | None = None) -> Obstacles:
@@ -147,7 +143,7 @@ def grid(occupancy: ArrayLike, resolution: ArrayLike, origin: ArrayLike | None =
         taken, side, corner = taken[:, :, None], np.append(side, 1.0), np.append(corner, 0.0)
     if taken.sum() > MOST_CELLS:
         raise InputError(f"{int(taken.sum())} cells are occupied: the studio shows up to {MOST_CELLS}")
-    return Obstacles(corner + side * _columns(taken), np.zeros((0, 3)))
+    return Obstacles(corner + side * _columns(taken))
 
 
 def floor(path: FileName, resolution: float, corner: ArrayLike) -> Obstacles:
@@ -170,9 +166,7 @@ def floor(path: FileName, resolution: float, corner: ArrayLike) -> Obstacles:
         if opened.width * opened.height > MOST_PIXELS:
             raise FileError(f"{path} has {opened.width} x {opened.height} pixels: at most {MOST_PIXELS} are shown")
         picture = np.array(opened.convert("RGB"), dtype=np.uint8)
-    nothing = np.zeros((0, 3))
-    shown = Floor(picture, float(resolution), (float(place[0]), float(place[1])))
-    return Obstacles(np.zeros((0, 2, 3)), nothing, floor=shown)
+    return Obstacles(floor=Floor(picture, float(resolution), (float(place[0]), float(place[1]))))
 
 
 def read_obstacles(path: FileName) -> Obstacles:
@@ -208,8 +202,7 @@ def _columns(taken: BoolArray) -> FloatArray:
     padded = np.pad(taken, ((0, 0), (0, 0), (1, 1))).astype(np.int8)
     change = np.diff(padded, axis=2)
     starts, ends = np.argwhere(change == 1), np.argwhere(change == -1)
-    upper = ends + [1, 1, 0]
-    return np.stack([starts, upper], axis=1).astype(np.float64)
+    return np.stack([starts, ends + [1, 1, 0]], axis=1).astype(np.float64)
 
 
 class GroundView:
@@ -247,7 +240,7 @@ class GroundView:
     def show_obstacles(self, obstacles: Obstacles) -> None:
         """Draw occupied cells and points."""
         if len(obstacles.boxes):
-            vertices, faces = obstacles.surface()
+            vertices, faces = box_surface(obstacles.boxes)
             look = {"color": OBSTACLE, "opacity": 0.55, "flat_shading": True, "side": "double"}
             self._server.scene.add_mesh_simple("/obstacles/cells", vertices, faces, **look)
         if len(obstacles.points):

@@ -47,7 +47,7 @@ class Editor(Protocol):
 
 
 def when_changed(handle: Any, act: Callable[[Any], None]) -> Any:
-    """Call ``act`` with every value that a browser gives an input; return the input.
+    """Call ``act`` with every value that a browser gives an input, or a group of buttons; return the input.
 
     Values that the program sets itself are not reported. The calls come from the event loop, in the order in which
     browsers sent them.
@@ -57,7 +57,7 @@ def when_changed(handle: Any, act: Callable[[Any], None]) -> Any:
         if event.client_id is not None:
             act(event.target.value)
 
-    handle.on_update(changed)
+    (handle.on_update if hasattr(handle, "on_update") else handle.on_click)(changed)
     return handle
 
 

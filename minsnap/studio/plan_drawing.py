@@ -181,6 +181,9 @@ CHARTS |= {"thrust [weights]": KIND["max_thrust"], "tilt [degrees]": KIND["tilt"
 
 ROTORS = "rotor thrusts [N]"
 
+Bounds = tuple[float, float, float, float]
+"""Lower and upper edge of a plot, lower and upper limit."""
+
 
 class Charts:
     """The plots of a page.
@@ -195,17 +198,16 @@ class Charts:
         names: dict[str, tuple[str, ...]] = {title: (title.split(" [")[0],) for title in CHARTS}
         names[ROTORS] = tuple(f"rotor {number}" for number in (1, 2, 3, 4))
         self._handles = {title: time_chart(gui, title, of) for title, of in names.items()}
-        self._profiles: Profiles | None = None
-        self._bounds: dict[str, tuple[float, float, float, float]] = {}
+        self._drawn: dict[str, tuple[FloatArray, FloatArray, Bounds]] = {}
 
     def show(self, profiles: Profiles, request: PlanRequest, vehicle: Quadrotor, now: float) -> None:
         """Draw profiles with their limits, and the cursor at an instant [s]."""
-        self._profiles = profiles
         limits = dict(request.limits)
         limited: dict[str, tuple[float | None, float | None]] = {ROTORS: vehicle.rotor_thrust_limits}
         limited |= {title: (None, _shown(kind, limits.get(kind.name))) for title, kind in CHARTS.items()}
         for title, handle in self._handles.items():
-            low, high, *_ = self._bounds[title] = _bounds(profiles.curves[title], *limited[title])
+            low, high, *_ = bounds = _bounds(profiles.curves[title], *limited[title])
+            self._drawn[title] = profiles.t, profiles.curves[title], bounds
             scales = {"x": {"time": False, "range": (0.0, float(profiles.t[-1]))}, "y": {"range": (low, high)}}
             if handle.scales != scales:
                 handle.scales = scales
@@ -213,10 +215,8 @@ class Charts:
 
     def point_at(self, now: float) -> None:
         """Move the cursor to an instant [s]."""
-        if self._profiles is None:
-            return
-        for title, handle in self._handles.items():
-            handle.data = data_with_cursor(self._profiles.t, self._profiles.curves[title], self._bounds[title], now)
+        for title, drawn in self._drawn.items():
+            self._handles[title].data = data_with_cursor(*drawn, now)
 
 
 def time_chart(gui: Any, title: str, names: tuple[str, ...], height: int = HEIGHT) -> Any:
@@ -228,9 +228,7 @@ def time_chart(gui: Any, title: str, names: tuple[str, ...], height: int = HEIGH
     return gui.add_uplot((np.linspace(0.0, 1.0, 8),) + (np.zeros(8),) * (len(series) - 1), series, **still)
 
 
-def data_with_cursor(
-    t: FloatArray, curves: FloatArray, bounds: tuple[float, float, float, float], now: float
-) -> tuple[FloatArray, ...]:
+def data_with_cursor(t: FloatArray, curves: FloatArray, bounds: Bounds, now: float) -> tuple[FloatArray, ...]:
     """Return the columns of a plot: time, curves, both limits, and the cursor.
 
     The cursor is a curve along the lower edge that rises to the upper one at its instant, which is there three times.
@@ -259,7 +257,7 @@ def data_with_cursor(
     return times, *drawn, np.full(len(times), least), np.full(len(times), most), cursor
 
 
-def _bounds(curves: FloatArray, least: float | None, most: float | None) -> tuple[float, float, float, float]:
+def _bounds(curves: FloatArray, least: float | None, most: float | None) -> Bounds:
     """Return the edges of a plot and its limits; a limit that is not set lies outside."""
     high = round_up(1.05 * max(float(curves.max()), most or 0.0, 1e-3))
     low = -round_up(-1.05 * float(curves.min())) if curves.min() < 0.0 else 0.0

@@ -179,7 +179,7 @@ class Studio(Page):
             return
         curve, request = state.planned.trajectory, state.request
         key = (curve, request.limits, request.vehicle)
-        if len(self._profiled) == len(key) and all(a is b or a == b for a, b in zip(self._profiled, key, strict=True)):
+        if self._profiled == key:
             return
         self._profiled = key
         self._player.show(curve.duration)

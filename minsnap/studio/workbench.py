@@ -99,10 +99,9 @@ def planned_in_stages(
     """
     began = perf_counter()
     arguments = request.arguments()
-    limits: Limits | None = arguments.get("limits")
-    if limits is not None and request.durations is None and request.total_time is None:
-        quick = _quick_plan(request, dict(arguments), limits, durations)
-        shown = None if quick is None else _certified(request, quick, limits, False, began)
+    if "limits" in arguments and request.durations is None and request.total_time is None:
+        quick = _quick_plan(request, arguments, durations)
+        shown = None if quick is None else _certified(request, quick, False, began)
         if shown is not None and shown.certificate.ok:
             yield shown
 
@@ -113,29 +112,24 @@ def planned_in_stages(
     check()
     searches = arguments.get("durations") is None
     curve = plan(**arguments, progress=check) if searches else plan(**arguments)
-    yield _certified(request, curve, limits, True, began)
+    yield _certified(request, curve, True, began)
 
 
-def _certified(
-    request: PlanRequest, curve: Trajectory, limits: Limits | None, final: bool, began: float
-) -> PlannedScene:
+def _certified(request: PlanRequest, curve: Trajectory, final: bool, began: float) -> PlannedScene:
     tolerance = 0.0 if request.waypoint_tolerance is None else request.waypoint_tolerance
-    certificate = certify(curve, request.places, request.walls, limits, tolerance)
+    certificate = certify(curve, request.places, request.walls, request.bounds, tolerance)
     return PlannedScene(request, curve, certificate, final, 1e3 * (perf_counter() - began))
 
 
-def _quick_plan(
-    request: PlanRequest, arguments: dict[str, Any], limits: Limits, durations: FloatArray | None
-) -> Trajectory | None:
+def _quick_plan(request: PlanRequest, arguments: dict[str, Any], durations: FloatArray | None) -> Trajectory | None:
     """Plan with fixed durations, stretched as often as the limits need; None if that does not end."""
     times = np.array(straight_durations(request) if durations is None else durations)
     if len(times) != request.legs:
         times = np.array(straight_durations(request))
-    del arguments["limits"]
-    arguments["pieces"] = 1
+    limits: Limits = arguments["limits"]
     try:
         for attempt in range(STRETCHES):
-            curve = plan(**arguments | {"durations": times})
+            curve = plan(**arguments | {"limits": None, "pieces": 1, "durations": times})
             factor = max(_stretch(used.name, used.fraction) for used in limits.utilisation(curve))
             if factor <= 1.0 and (attempt or factor > 1.0 - SLACK):
                 return curve
@@ -338,6 +332,7 @@ class BenchState:
 
 
 Observer = Callable[[BenchState], None]
+Present = Callable[[], BenchState]
 
 
 class Workbench:

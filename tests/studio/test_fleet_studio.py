@@ -86,11 +86,8 @@ def test_vehicles_have_the_colours_of_their_lamps_while_these_shine():
             assert tuple(opened._vehicles.batched_colors[2]) == colour
         assert tuple(opened._vehicles.batched_colors[0]) == VEHICLE
         opened.seek(0.6)
-        assert opened._vehicles.batched_colors[2].tolist() == [
-            128 + VEHICLE[0] // 2,
-            VEHICLE[1] // 2,
-            128 + VEHICLE[2] // 2,
-        ]
+        mixed = (128 + VEHICLE[0] // 2, VEHICLE[1] // 2, 128 + VEHICLE[2] // 2)
+        assert np.abs(opened._vehicles.batched_colors[2].astype(int) - mixed).max() <= 1
     finally:
         opened.close()
     with pytest.raises(FleetError, match="1 of 3 vehicles"):

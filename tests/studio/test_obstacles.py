@@ -6,6 +6,7 @@ from PIL import Image
 
 from minsnap.errors import FileError, InputError
 from minsnap.studio.ground_view import MOST_POINTS, cloud, floor, grid, read_obstacles
+from minsnap.studio.wall_view import box_surface
 
 
 def test_boxes_cover_exactly_the_occupied_cells():
@@ -20,7 +21,7 @@ def test_boxes_cover_exactly_the_occupied_cells():
 
 def test_a_surface_has_the_triangles_of_all_boxes():
     shown = grid(np.array([[1, 0], [0, 1]]), 1.0)
-    vertices, faces = shown.surface()
+    vertices, faces = box_surface(shown.boxes)
     assert vertices.shape == (16, 3) and faces.shape == (24, 3) and faces.max() == 15
     assert vertices[:, 2].max() == 1.0
 

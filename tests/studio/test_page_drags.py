@@ -3,7 +3,6 @@
 import asyncio
 import time
 from concurrent.futures import ThreadPoolExecutor
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -158,7 +157,7 @@ def press(studio, label):
 
 def test_a_new_waypoint_is_chosen_and_keys_delete_undo_and_redo(studio):
     studio._route.choose(1)
-    asyncio.run(studio._route._reordered(SimpleNamespace(client_id=1, target=SimpleNamespace(value="Add"))))
+    studio._route.reorder("Add")
     assert len(studio.request.waypoints) == 6
     assert studio._route._chosen.value == 2 == studio._waypoints._chosen
     press(studio, "Delete the waypoint")

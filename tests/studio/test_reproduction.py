@@ -56,7 +56,7 @@ def test_the_shell_writes_the_same_setpoints(tmp_path, name):
     program = tmp_path / "minsnap"
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m minsnap "$@"\n')
     program.chmod(0o755)
-    text = f'PATH="{tmp_path}:$PATH"\n' + as_command(scene, "a flight.csv")
+    text = f'PATH="{tmp_path}:$PATH"\n' + as_command(scene)
     subprocess.run(["sh", "-e", "-c", text], cwd=tmp_path, check=True, capture_output=True)
     minsnap.write_csv(minsnap.plan(**scene.arguments()), tmp_path / "same.csv", 20.0, scene.frame)
-    assert (tmp_path / "a flight.csv").read_bytes() == (tmp_path / "same.csv").read_bytes()
+    assert (tmp_path / "setpoints.csv").read_bytes() == (tmp_path / "same.csv").read_bytes()
