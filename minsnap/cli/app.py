@@ -113,7 +113,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a superscript must not raise on a terminal that lacks it
     command = _built(len(app.registered_commands))
-    warnings.showwarning = _show_warning  # type: ignore[assignment]
+    warnings.showwarning = tell  # type: ignore[assignment]
     try:
         with command.make_context("minsnap", words) as context:
             status = command.invoke(context)
@@ -131,9 +131,9 @@ def _built(commands: int) -> Any:
     return typer.main.get_command(app)
 
 
-def _show_warning(message: Warning | str, *_: object) -> None:
-    """Print a warning in one line on stderr, like an error."""
-    print(f"minsnap: {message}", file=sys.stderr)
+def tell(message: object, *_: object) -> None:
+    """Print one line on stderr: an error, a warning, or what is done at the moment."""
+    print(f"minsnap: {message}", file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -141,13 +141,13 @@ def told_warnings() -> Iterator[None]:
     """Print all warnings at once, such as those about the part of a damaged log that could not be read."""
     with warnings.catch_warnings():
         warnings.simplefilter("always")
-        warnings.showwarning = _show_warning  # type: ignore[assignment]
+        warnings.showwarning = tell  # type: ignore[assignment]
         yield
 
 
 def fail(message: str, status: int) -> NoReturn:
     """Print ``message`` on stderr and exit with ``status``."""
-    print(f"minsnap: {message}", file=sys.stderr)
+    tell(message)
     sys.exit(status)
 
 

@@ -12,8 +12,8 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -84,8 +84,11 @@ class Companion:
         orders = None if listening is None else listening.open()
         inherited = [end.fileno() for end in (theirs, orders) if end is not None]
         command = [sys.executable, "-m", "minsnap.cli.companion", *map(str, inherited)]
-        with _interrupts_ignored():
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C stops the flight and not what shows it
+        try:
             self._process = subprocess.Popen(command, pass_fds=inherited)
+        finally:
+            signal.signal(signal.SIGINT, before)
         for end in (theirs, orders):
             if end is not None:
                 end.close()
@@ -153,16 +156,6 @@ class Companion:
                 self._pipe.send((name, content))
         except OSError:
             self._gone = True
-
-
-@contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    """Let a process that is started here ignore Ctrl-C, which stops the flight and not what shows it."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def progress_line(status: minsnap.flight.StreamStatus) -> str:

@@ -58,7 +58,7 @@ def check(
     options.check_corridor(corridor, waypoints)
     samples, axes = read_samples(file, frame), frame_of(file, frame)
     report = check_samples(map_samples(samples, "enu", axes), resolution=resolution_of(file))
-    inside = _membership(samples, waypoints, corridor)
+    inside = membership(samples, waypoints, corridor)
     plan = _plan(file, exact)
     certificate, faults = (None, []) if plan is None else plan.certified()
     proved = _proved(certificate) if exact and certificate is not None else None
@@ -77,7 +77,7 @@ def _plan(file: Path, exact: bool) -> PlanFile | None:
     """Return the plan of a file of polynomials, None of another."""
     from minsnap.files.formats.polynomials import is_polynomials, read_polynomials
 
-    if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
+    if is_polynomials(file):
         return read_polynomials(file)
     if exact:
         raise InputError(f"{file} holds no plan to prove: --exact takes .json or .yaml of polynomials")
@@ -94,7 +94,8 @@ def _proved(certificate: minsnap.Certificate) -> dict[str, Any]:
     return {"holds": certificate.verify(), **known, "exceeded": exceeded}
 
 
-def _membership(samples: minsnap.Samples, waypoints: Path | None, corridor: str | None) -> Membership | None:
+def membership(samples: minsnap.Samples, waypoints: Path | None, corridor: str | None) -> Membership | None:
+    """Return how samples keep a corridor around the legs of a file, None where none is given."""
     if waypoints is None:
         return None
     from minsnap.files.consistency import check_membership
@@ -124,8 +125,7 @@ def _as_text(
     if report.lead:
         lines.append(("lead", f"sent {report.lead:g} s before the instants that they are planned for"))
     if inside is not None:
-        margin = f"{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s"
-        lines.append(("corridor margin", margin))
+        lines.append(("corridor margin", f"{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s"))
     if proved is not None:
         least, error = proved["corridor_margin"], proved["waypoint_error"]
         margin = "" if least is None else f", corridor margin {least:.3g} m"
@@ -168,12 +168,12 @@ def check_fleet(path: Path, separation: float | None, downwash: float | None, js
     return 0 if certificate.ok else 1
 
 
-def pair_rows(certificate: FleetCertificate, most: int = LISTED) -> list[list[str]]:
+def pair_rows(certificate: FleetCertificate) -> list[list[str]]:
     """Return the pairs that come nearest, as rows of text under a heading."""
     from minsnap.basics.checks import point_text
 
     rows = [["vehicles", "", "distance [m]", "separation [m]", "at [s]", "between [m]"]]
-    for near in certificate.nearest[:most]:
+    for near in certificate.nearest[:LISTED]:
         names = [certificate.fleet.name(vehicle) for vehicle in near.pair]
         figures = f"{near.distance:.4f}", f"{near.required:.4g}", f"{near.instant:.2f}"
         rows.append([*names, *figures, point_text(certificate.middle_of(near).round(2) + 0.0)])
@@ -182,8 +182,7 @@ def pair_rows(certificate: FleetCertificate, most: int = LISTED) -> list[list[st
 
 def _fleet_text(certificate: FleetCertificate) -> str:
     fleet = certificate.fleet
-    fastest = max(curve.max_norm(1)[0] for curve in fleet)
-    hardest = max(curve.max_norm(2)[0] for curve in fleet)
+    fastest, hardest = (max(curve.max_norm(order)[0] for curve in fleet) for order in (1, 2))
     lines = [("vehicles", str(len(fleet))), ("duration", f"{fleet.duration:.6g} s")]
     lines += [("top speed", f"{fastest:.4g} m/s"), ("top acceleration", f"{hardest:.4g} m/s^2")]
     table = ["", aligned(pair_rows(certificate))] if certificate.nearest else []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,7 +15,7 @@ import minsnap
 from minsnap.basics.messages import labelled
 from minsnap.basics.storage.atomic import check_destination, refuse_source
 from minsnap.cli import options
-from minsnap.cli.app import command
+from minsnap.cli.app import command, tell
 from minsnap.cli.file_commands import separation_of
 from minsnap.cli.output import on_terminal
 from minsnap.errors import FileError, InputError
@@ -69,7 +68,7 @@ def fleet(
     lost = worst_distance(described.reach) if to not in EXACT_KINDS else 0.0
     progress = on_terminal(quiet=False)
     wider, kept = _wider(described, 2.0 * lost), output / "flights"
-    flown = fly(wider, kept, lambda line: print(f"minsnap: {line}", file=sys.stderr, flush=True), progress)
+    flown = fly(wider, kept, tell, progress)
     output.mkdir(parents=True, exist_ok=True)
     place = output / "show.skyc" if to == "skyc" else output
     named = replace(flown.fleet, separation=described.separation)
@@ -89,9 +88,8 @@ def fleet(
 def _wider(show: Show, more: float) -> Show:
     """Return the show with what the files may lose added to its separation."""
     apart = show.separation
-    return (
-        replace(show, separation=minsnap.Separation((apart.distance or 0.0) + more, apart.downwash)) if more else show
-    )
+    wider = minsnap.Separation((apart.distance or 0.0) + more, apart.downwash)
+    return replace(show, separation=wider) if more else show
 
 
 def _certified(show: Show, planned: minsnap.Fleet, held: minsnap.Fleet) -> tuple[FleetCertificate, FleetCertificate]:
@@ -181,7 +179,7 @@ def _fleet(
     elif is_fleet(file):
         fleet = read_fleet(file)
     elif is_show(file):
-        flown = fly(read_show(file), None, lambda line: print(f"minsnap: {line}", file=sys.stderr))
+        flown = fly(read_show(file), None, tell)
         fleet, lights = flown.fleet, flown.lights
     elif separation is not None or downwash is not None:
         raise InputError(f"{file} is one vehicle: --separation and --downwash are for a fleet")

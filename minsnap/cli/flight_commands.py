@@ -19,13 +19,16 @@ import minsnap.flight
 from minsnap.basics.interrupts import HANGUP
 from minsnap.basics.storage.atomic import refuse_source
 from minsnap.cli import options
-from minsnap.cli.app import command
+from minsnap.cli.app import command, tell
+from minsnap.cli.companion import Companion, Listening
 from minsnap.errors import FileError, FlightError, InputError, LinkError
+from minsnap.flight.mavlink.vehicle_messages import PX4, get_autopilot
 
 if TYPE_CHECKING:
-    from minsnap.cli.companion import Listening
     from minsnap.flight.mavlink.link import Clock, Link
     from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
+
+    Source = Path | minsnap.Samples | minsnap.Trajectory
 
 
 @dataclass(frozen=True)
@@ -92,25 +95,18 @@ def _ask_by(settings: StreamOptions, say: Callable[[str], None]) -> None:
 
 
 def fly(
-    source: Path | minsnap.Samples | minsnap.Trajectory,
-    connect: str,
-    settings: StreamOptions,
-    system: int | None,
-    key: Path | None,
-    preflight: bool,
-    listening: Listening | None,
+    source: Source, connect: str, settings: StreamOptions, preflight: bool, heard: Listening | None = None, **how: Any
 ) -> StreamReport:
-    """Fly with a display on stderr; Ctrl-C stops the flight and holds."""
-    from minsnap.cli.companion import Companion
+    """Fly with a display on stderr, by a link that is opened so; Ctrl-C stops the flight and holds."""
     from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.offboard import prepare
     from minsnap.flight.mavlink.streaming import Streamer
 
     table, clock = prepare(source, settings), Clock()
-    with closing(open_link(connect, clock, system=system, signing_key=key)) as link:
+    with closing(open_link(connect, clock, **how)) as link:
         if preflight:
             _check(link, clock, source, settings)
-        with Companion(listening) as beside:
+        with Companion(heard) as beside:
             _ask_by(settings, beside.event)
             streamer = beside.streamer = Streamer(table, link, settings, clock, beside.event, beside.status)
             with _stopped_by_signals(streamer.stop):
@@ -121,7 +117,6 @@ def fly_fleet(
     folder: Path, connect: str, settings: StreamOptions, system: str | None, key: Path | None, preflight: bool
 ) -> dict[str, StreamReport | FlightError]:
     """Fly a fleet from files, each vehicle over its own link; Ctrl-C stops all and holds."""
-    from minsnap.cli.companion import Companion
     from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.offboard import prepare, stream_together
 
@@ -184,18 +179,11 @@ def check_apart(fleet: minsnap.Fleet) -> None:
         raise FlightError(f"not flown: {certificate.fault}; nothing was sent")
 
 
-def _check(
-    link: Link,
-    clock: Clock,
-    source: Path | minsnap.Samples | minsnap.Trajectory,
-    settings: StreamOptions,
-    who: str = "",
-) -> None:
+def _check(link: Link, clock: Clock, source: Source, settings: StreamOptions, who: str = "") -> None:
     """Say what of a vehicle, of a fleet with its name, does not fit the flight; refuse it if something must end it."""
     from minsnap.flight.mavlink.offboard import sampled
     from minsnap.flight.mavlink.preflight import check_vehicle
     from minsnap.flight.mavlink.setpoints import vehicle_frame
-    from minsnap.flight.mavlink.vehicle_messages import get_autopilot
 
     autopilot = get_autopilot(settings.autopilot, link.wait_for_vehicle(settings.wait))
     samples, frame = sampled(source, settings)
@@ -318,8 +306,6 @@ class OrderOptions:
             return None
         import numpy as np
 
-        from minsnap.cli.companion import Listening
-
         if file.suffix.lower() not in (".yaml", ".yml"):
             raise InputError(f"{file} is no course: --listen plans from what is flown, so give a course in YAML")
         if trigger == "enter" and self.port is None:
@@ -360,7 +346,8 @@ def stream(
             print(f"{name}: {one if isinstance(one, FlightError) else flight_summary(one).splitlines()[0]}")
         return 0 if all(not isinstance(one, FlightError) and one.completed for one in flights.values()) else 1
     source = file if heard is None else heard.flown
-    report = fly(source, connect, settings, systems_of(system, 1)[0], signing_key, flying.preflight, heard)
+    how: dict[str, Any] = {"system": systems_of(system, 1)[0], "signing_key": signing_key}
+    report = fly(source, connect, settings, flying.preflight, heard, **how)
     print(flight_summary(report), file=sys.stderr if orders.listen else sys.stdout)
     return 0 if report.completed else 1
 
@@ -437,14 +424,14 @@ class _Pilot:
         own = Path(f"{stem}-{number}.log.csv")
         own.unlink(missing_ok=True)
         before = self._known()
-        flown = fly(sent, self._connect, replace(self._how, log=own), None, None, self._preflight, None)
+        flown = fly(sent, self._connect, replace(self._how, log=own), self._preflight)
         if not flown.completed:
             raise FlightError(f"flight {number} was not completed: {flown.reason}", report=flown)
         try:
             log = self._newest(before) if self._logs is not None else self._fetched(before, f"{stem}-{number}")
             flight_in(log)
         except (LinkError, FileError, InputError, ImportError) as error:
-            print(f"minsnap: the log of the stream is used, for {error}", file=sys.stderr)
+            tell(f"the log of the stream is used, for {error}")
             return own
         return log
 
@@ -477,12 +464,11 @@ class _Pilot:
     def _fetched(self, before: list[Any], stem: str) -> Path:
         from minsnap.flight.mavlink.link import Clock, open_link
         from minsnap.flight.mavlink.parameters import download_log
-        from minsnap.flight.mavlink.vehicle_messages import PX4
 
         clock = Clock()
         with closing(open_link(self._connect, clock)) as link:
             link.wait_for_vehicle(self._how.wait)
-            print("minsnap: waiting for the vehicle to disarm, which closes its log", file=sys.stderr)
+            tell("waiting for the vehicle to disarm, which closes its log")
             for _ in link.pump(clock.now() + _DISARMED):
                 if not link.vehicle.armed:
                     break

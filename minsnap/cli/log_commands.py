@@ -11,6 +11,7 @@ import minsnap.flight
 from minsnap.basics.storage.atomic import refuse_source
 from minsnap.cli import options
 from minsnap.cli.app import command, told_warnings
+from minsnap.cli.file_commands import membership
 from minsnap.cli.output import as_json, check_figure
 from minsnap.errors import InputError
 
@@ -93,6 +94,7 @@ def compare(
     or as the file or the log of the stream says) are compared at their planned instants.
     """
     from minsnap.basics.checks import check_positive
+    from minsnap.flight.tracking.tracking_plot import plot_comparison, write_flight_page
 
     options.check_corridor(corridor, waypoints)
     check_figure(plot, view)
@@ -101,12 +103,8 @@ def compare(
     compared = matching.compared(reference, flights)
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in compared.items()}
     if plot is not None:
-        from minsnap.flight.tracking.tracking_plot import plot_comparison
-
         minsnap.plot.save_figure(plot_comparison(compared, view or "xy"), plot)
     if report is not None:
-        from minsnap.flight.tracking.tracking_plot import write_flight_page
-
         legs = None if waypoints is None else minsnap.read_waypoints(waypoints).points
         write_flight_page(compared, report, logs={_name(path, flights): path for path in flights}, waypoints=legs)
     _say(compared, kept, json)
@@ -118,12 +116,8 @@ def _kept(
     """Return how a flight kept a corridor and a speed limit."""
     import numpy as np
 
-    kept: dict[str, Any] = {}
-    if waypoints is not None:
-        from minsnap.files.consistency import check_membership
-
-        inside = check_membership(flight, minsnap.read_waypoints(waypoints).points, options.parse_corridor(corridor))
-        kept["corridor_margin"] = inside.margin
+    inside = membership(flight, waypoints, corridor)
+    kept: dict[str, Any] = {} if inside is None else {"corridor_margin": inside.margin}
     if max_speed is not None and flight.velocity is not None:
         kept["max_speed"] = float(np.linalg.norm(flight.velocity, axis=1).max())
         kept["max_speed_allowed"] = max_speed

@@ -53,15 +53,16 @@ OffsetVehicle = Annotated[str | None, "NAME", "Take the drag of a vehicle instea
 Lead = Annotated[float, "S", "Send setpoints S seconds earlier, against the vehicle's delay."]
 FlownLead = Annotated[float | None, "S", "How much earlier than planned the flight's setpoints were sent."]
 NoLimit = Annotated[
-    str | None,
-    "NAME",
-    "Remove a default limit: speed, acceleration, tilt or altitude; several with commas.",
+    str | None, "NAME", "Remove a default limit: speed, acceleration, tilt or altitude; several with commas."
 ]
 
 Corridor = Annotated[str | None, "M", "Half-width around each leg [m]: one, or one per leg with commas."]
 References = Annotated[str, "What the cascade follows: position, velocity or acceleration."]
 Yaw = Annotated[str | None, "Heading [degrees]; velocity: along the flight; tilt: no rotation about the thrust axis."]
 LookAtPoint = Annotated[tuple[float, float] | None, "X Y", "Point that the nose points at [m]."]
+Center = Annotated[tuple[float, float], "X Y", "Center [m]."]
+Altitude = Annotated[float, "M", "z [m]."]
+Clockwise = Annotated[bool, "Turn clockwise seen from above."]
 Degree = Annotated[int, "Degree of the polynomials: 3, 5, 7, 9 or 11."]
 
 

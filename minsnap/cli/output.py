@@ -126,18 +126,14 @@ def _of_plan(path: minsnap.Trajectory) -> dict[str, Any]:
     """Return the figures that a shape does not have."""
     from minsnap.trajectory.report import cost_unit
 
-    figures: dict[str, Any] = {"legs": path.legs, "start": _start(path), "cost": path.cost()}
+    speed = sum(float(part) ** 2 for part in path(0.0, 1)) ** 0.5
+    start = f"flying, at {speed:.4g} m/s: a vehicle has to reach it first" if speed > STANDING else None
+    figures: dict[str, Any] = {"legs": path.legs, "start": start, "cost": path.cost()}
     figures["cost_unit"], report = cost_unit(path.cost_order), path.report
     if report is None:
         return figures
     figures |= {name: getattr(report, name) for name in ("solver", "rounds", "milliseconds")}
     return figures | {"interrupted": "yes" if report.interrupted else None, "note": "; ".join(report.notes) or None}
-
-
-def _start(path: Any) -> str | None:
-    """Return the speed at which a path begins; None at rest."""
-    speed = sum(float(part) ** 2 for part in path(0.0, 1)) ** 0.5
-    return f"flying, at {speed:.4g} m/s: a vehicle has to reach it first" if speed > STANDING else None
 
 
 STANDARD_OUTPUT = FilePath("-")
@@ -268,52 +264,42 @@ class Destination:
             draw = draw or partial(minsnap.plot.plot_overview, path, avoid=avoid, **known)
             figure = draw(view=self.view or "xy", colour_by=self.colour_by)
             minsnap.plot.save_figure(figure, self.plot, clobber=not self.no_clobber)
+        frame = beside = None
         if self.output is not None:
             facts = known | {"gates": gates, "command": ("minsnap", *sys.argv[1:])}
-            notes.append(self._write(path, facts, origin))
+            lost, beside = self._write(path, facts, origin)
+            notes.append(lost)
+            frame = (self._other and self._other.frame) or self.frame.lower()
         figures["note"] = "; ".join(filter(None, notes)) or None
         named = {"output": self.output, "plot": self.plot}
         figures |= {name: None if file is None else str(file) for name, file in named.items()}
-        figures |= self._written_further()
+        figures |= {"frame": frame, "beside": beside}
         text = as_json(figures) if self.json else as_text(figures)
         print(text, file=sys.stderr if self.output == STANDARD_OUTPUT else sys.stdout)
 
-    def _written_further(self) -> dict[str, Any]:
-        """Return the axes of what was written, and the file that was written beside it."""
-        if self.output is None:
-            return {"frame": None, "beside": None}
-        other, beside = self._other, None
-        if other is None and self.output != STANDARD_OUTPUT:
-            from minsnap.files.setpoint_csv import noted_beside
+    def _write(self, path: minsnap.Path, facts: dict[str, Any], origin: Sequence[float] | None) -> list[str | None]:
+        """Write the path; return a sentence on data that its format cannot hold, and the file written beside it."""
+        from minsnap.files.setpoint_csv import csv_lines, in_space, noted_beside
 
-            beside = noted_beside(self.output)
-        return {"frame": (other and other.frame) or self.frame.lower(), "beside": beside}
-
-    def _write(self, path: minsnap.Path, facts: dict[str, Any], origin: Sequence[float] | None) -> str | None:
-        """Write the path; return a sentence on data that its format cannot hold."""
-        source, note = self._offset(path) if self._offsets else (path, None)
         assert self.output is not None
+        source: minsnap.Path | minsnap.Samples = path
+        note = beside = None
+        if self._offsets:
+            samples, feed_forward = in_space(path.sample(self.rate)), options.feed_forward_of(self)
+            source, note = feed_forward.stated(samples), feed_forward.describe(samples)
         if self.output == STANDARD_OUTPUT:
-            from minsnap.files.setpoint_csv import csv_lines
-
             sys.stdout.writelines(csv_lines(source, self.rate, self.frame))
             sys.stdout.flush()
         elif self._other is None:
             minsnap.write_csv(source, self.output, self.rate, self.frame, clobber=not self.no_clobber, origin=origin)
+            beside = noted_beside(self.output)
         else:
             from minsnap.files.convert import write_any
 
             how: dict[str, Any] = {"clobber": not self.no_clobber, "facts": facts}
             lost = write_any(source, self.output, self.format, self.rate, self.frame, **how)[1]
             note = "; ".join(filter(None, (note, lost)))
-        return note
-
-    def _offset(self, path: minsnap.Path) -> tuple[minsnap.Samples, str]:
-        """Return the setpoints with their feed-forward, and a sentence on it."""
-        from minsnap.files.setpoint_csv import in_space
-
-        samples, feed_forward = in_space(path.sample(self.rate)), options.feed_forward_of(self)
-        return feed_forward.stated(samples), feed_forward.describe(samples)
+        return [note, beside]
 
 
 def _passed(path: minsnap.Path, gates: Mapping[int, minsnap.Gate] | None) -> dict[str, Any]:

@@ -17,22 +17,10 @@ from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
 from minsnap.cli.output import Destination, on_terminal
-from minsnap.cli.planning import (
-    GAIN,
-    Planning,
-    TimingOptions,
-    altitudes_of,
-    gain,
-    gain_of_auto_pieces,
-    limits_over,
-    standing,
-)
+from minsnap.cli.planning import GAIN, Planning, TimingOptions, gain, gain_of_auto_pieces, standing
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from minsnap.corridors.keep_out import Obstacle
     from minsnap.paths.missions.mission import Mission
     from minsnap.planning.request import PlanRequest
 
@@ -64,7 +52,7 @@ def plan(
     from minsnap.files.request_yaml import read_request, vehicle_files
 
     refuse_source(destination.output, file)
-    if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
+    if is_polynomials(file):
         _deliver_again(file, planning, destination, closed or bool(laps) or takeoff or land or from_frame is not None)
         return
     refuse_source(destination.output, *vehicle_files(file))
@@ -77,14 +65,14 @@ def plan(
     read, chosen = _in_frame(read_request(file), file, from_frame), _chosen(planning)
     chosen.pop("corridor", None)
     timed = read.durations is not None or read.total_time is not None
-    chosen = _beside_those_of(read.bounds, read.obstacles, chosen, planning, timed)
+    chosen = _beside_those_of(read, chosen, planning, timed)
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
     request = _with_corridor(_closed(read, file, searched) if closed else read, planning)
     if "split" in chosen and not searched and request.total_time is None and not request.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
     request, walls = _timed(request, chosen | {"on_interrupt": "return"}, searched), request.walls
     if request.room is None and "limits" in chosen and not request.boxes:
-        request = replace(request, **altitudes_of(planning, request.waypoints))
+        request = replace(request, **planning.altitudes(request.waypoints))
 
     def planned(progress: bool | None = None, **changes: Any) -> minsnap.Trajectory:
         return minsnap.plan(**request.changed(**changes).arguments(), progress=progress)
@@ -135,10 +123,8 @@ def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: boo
     if not (described or wanted):
         return None
     course = read_course(file) if described else course_of(file)
-    options = {"closed": closed, "laps": laps, "takeoff": takeoff, "land": land}
-    return course.changed(
-        **{name: value for name, value in options.items() if value is not None and value is not False}
-    )
+    named = options.present(closed=closed or None, laps=laps, takeoff=takeoff or None, land=land or None)
+    return course.changed(**named)
 
 
 def _deliver_again(file: Path, planning: Planning, destination: Destination, closed: bool) -> None:
@@ -176,18 +162,14 @@ def _chosen(planning: Planning) -> dict[str, Any]:
 
 
 def _beside_those_of(
-    limits: minsnap.Limits | None,
-    obstacles: Sequence[Obstacle],
-    chosen: dict[str, Any],
-    planning: Planning,
-    timed: bool = False,
+    said: PlanRequest | minsnap.Course, chosen: dict[str, Any], planning: Planning, timed: bool = False
 ) -> dict[str, Any]:
     """Return the chosen arguments, with the limits of a file that no option names, and with its obstacles."""
     own: dict[str, Any] = {}
     if "limits" in chosen:
-        own["limits"] = limits_over(limits, planning, timed)
+        own["limits"] = planning.limits_over(said.bounds, timed)
     if "avoid" in chosen:
-        own["avoid"] = [*obstacles, *chosen["avoid"]]
+        own["avoid"] = [*said.obstacles, *chosen["avoid"]]
     return chosen | own
 
 
@@ -243,11 +225,11 @@ def fly_course(
     if refused:
         option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
         raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
-    named = _beside_those_of(course.bounds, course.obstacles, named, planning)
+    named = _beside_those_of(course, named, planning)
     arguments = plan_arguments({"yaw": course.yaw} | named | destination.search)
     own = {"limits": "limits", "yaw": "yaw", "tube": "corridor"}
     chosen = {name: arguments.pop(argument, None) for name, argument in own.items()}
-    flown = course.changed(**{name: value for name, value in chosen.items() if value is not None})
+    flown = course.changed(**options.present(**chosen))
     began = perf_counter()
     mission = minsnap.plan_mission(flown, **arguments)
     took = 1e3 * (perf_counter() - began)

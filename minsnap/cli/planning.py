@@ -12,9 +12,6 @@ from minsnap.cli import options
 from minsnap.cli.output import STANDING
 from minsnap.errors import InputError, MinsnapError, TimingError
 
-Center = Annotated[tuple[float, float], "X Y", "Center [m]."]
-Altitude = Annotated[float, "M", "z [m]."]
-Clockwise = Annotated[bool, "Turn clockwise seen from above."]
 Laps = Annotated[float, "Turns, spin-up and spin-down included."]
 
 
@@ -75,40 +72,26 @@ class LimitOptions(LimitFields):
             raise InputError("--no-limit leaves no limit: name one, such as --max-jerk, or give --time")
         return minsnap.Limits(**kept)
 
+    def limits_over(self, own: minsnap.Limits | None, timed: bool = False) -> minsnap.Limits | None:
+        """Return the limits of the options with those of a file that they neither name nor take off.
 
-def limits_over(own: minsnap.Limits | None, planning: Any, timed: bool = False) -> minsnap.Limits | None:
-    """Return the limits of the options with those of a file that they neither name nor take off.
+        Parameters
+        ----------
+        own : Limits or None
+            Of the file.
+        timed : bool
+            Whether the file has a time, so that the ordinary limits do not hold in it.
+        """
+        chosen = self.limits
+        if own is None or chosen is None:
+            return chosen
+        from minsnap.limits.ordinary import ORDINARY
 
-    Parameters
-    ----------
-    own : Limits or None
-        Of the file.
-    planning : Planning
-        The options.
-    timed : bool
-        Whether the file has a time, so that the ordinary limits do not hold in it.
-    """
-    chosen: minsnap.Limits | None = planning.limits
-    if own is None or chosen is None:
-        return chosen
-    from minsnap.limits.ordinary import ORDINARY
-
-    named, off = options.limit_values(planning), options.taken_off(planning.no_limit)
-    filled = {*(ORDINARY if timed else ()), *(["tilt"] if "acceleration" in off else [])}
-    values: dict[str, Any] = {name: getattr(chosen, name) for name in filled if getattr(own, name) is None}
-    values = {} if own.max_thrust is not None else values
-    return replace(own, **values | {name: None for name in off if name in ORDINARY} | named)
-
-
-def altitudes_of(planning: Any, points: Any) -> dict[str, Any]:
-    """Return the floor and the ceiling of ordinary flight as the argument ``room``, where limits choose the time."""
-    named = bool(options.limit_values(planning)) or planning.no_limit is not None
-    off = "altitude" in options.taken_off(planning.no_limit)
-    if not named or off or planning.time is not None or len(points[0]) != 3:
-        return {}
-    from minsnap.limits.ordinary import ordinary_room
-
-    return {"room": ordinary_room(points)}
+        named, off = options.limit_values(self), options.taken_off(self.no_limit)
+        filled = {*(ORDINARY if timed else ()), *(["tilt"] if "acceleration" in off else [])}
+        values: dict[str, Any] = {name: getattr(chosen, name) for name in filled if getattr(own, name) is None}
+        values = {} if own.max_thrust is not None else values
+        return replace(own, **values | {name: None for name in off if name in ORDINARY} | named)
 
 
 def gain_of_auto_pieces(
@@ -176,6 +159,16 @@ class TimingOptions(LimitOptions, Span):
     def __post_init__(self) -> None:
         if self.time is not None and self.time_weight is not None:
             raise TimingError("--time and --time-weight exclude each other: give the duration or the price of time")
+
+    def altitudes(self, points: Any) -> dict[str, Any]:
+        """Return floor and ceiling of ordinary flight as the argument ``room``, where limits choose the time."""
+        named = bool(options.limit_values(self)) or self.no_limit is not None
+        off = "altitude" in options.taken_off(self.no_limit)
+        if not named or off or self.time is not None or len(points[0]) != 3:
+            return {}
+        from minsnap.limits.ordinary import ordinary_room
+
+        return {"room": ordinary_room(points)}
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that the options name."""
@@ -261,9 +254,9 @@ class Turning(LimitOptions):
     ramp: Annotated[float | None, "DEG", "Angle of spin-up and spin-down [degrees]; default 90; 0 starts at speed."] = (
         None
     )
-    center: Center = (0.0, 0.0)
-    altitude: Altitude = 1.5
-    clockwise: Clockwise = False
+    center: options.Center = (0.0, 0.0)
+    altitude: options.Altitude = 1.5
+    clockwise: options.Clockwise = False
     yaw: options.Yaw = None
     look_at: options.LookAtPoint = None
 

@@ -7,22 +7,12 @@ from math import radians
 from typing import Annotated, Any
 
 import minsnap
+from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import (
-    Altitude,
-    Center,
-    Climbing,
-    Clockwise,
-    RectanglePlanning,
-    TimingOptions,
-    Turning,
-    altitudes_of,
-    gain_of_auto_pieces,
-)
+from minsnap.cli.planning import Climbing, RectanglePlanning, TimingOptions, Turning, gain_of_auto_pieces
 
 StartAngle = Annotated[float, "DEG", "Where it begins [degrees]."]
-Point = tuple[float, float, float]
 
 
 @command()
@@ -32,11 +22,11 @@ def rect(
     *,
     width: Annotated[float, "M", "Side along x [m]."] = 6.0,
     length: Annotated[float, "M", "Side along y [m]."] = 4.0,
-    altitude: Altitude = 1.5,
+    altitude: options.Altitude = 1.5,
     laps: Annotated[int, "Number of laps, without a stop between them."] = 1,
     start_corner: Annotated[int, "0 to 3, from the least x and y."] = 0,
-    clockwise: Clockwise = False,
-    center: Center = (0.0, 0.0),
+    clockwise: options.Clockwise = False,
+    center: options.Center = (0.0, 0.0),
 ) -> None:
     """Plan a rectangle from rest to rest, inside a corridor.
 
@@ -58,8 +48,8 @@ def line(
     timing: TimingOptions,
     destination: Destination,
     *,
-    start: Annotated[Point, "X Y Z", "First end [m]."] = (0.0, 1.0, 1.5),
-    goal: Annotated[Point, "X Y Z", "Other end [m]."] = (7.0, 1.0, 1.5),
+    start: Annotated[options.Triple, "X Y Z", "First end [m]."] = (0.0, 1.0, 1.5),
+    goal: Annotated[options.Triple, "X Y Z", "Other end [m]."] = (7.0, 1.0, 1.5),
     constant_speed: Annotated[bool, "Equal steps from end to end."] = False,
 ) -> None:
     """Plan a straight line, from rest to rest or at constant speed."""
@@ -67,7 +57,7 @@ def line(
 
     search = {} if constant_speed else destination.search
     if not constant_speed:
-        search |= altitudes_of(timing, [start, goal])
+        search |= timing.altitudes([start, goal])
     arguments = timing.arguments() | search
     path = minsnap.line(start, goal, constant_speed=constant_speed, **plan_arguments(arguments))
     figures = {} if constant_speed else gain_of_auto_pieces(partial(minsnap.line, start, goal), arguments, path)

@@ -15,10 +15,11 @@ import minsnap
 import minsnap.flight
 from minsnap.basics.storage.atomic import write_file
 from minsnap.cli import options
-from minsnap.cli.app import command
+from minsnap.cli.app import command, tell
 from minsnap.cli.options import vehicle_of
 from minsnap.cli.output import as_json
 from minsnap.errors import FileError, LinkError
+from minsnap.flight.mavlink.vehicle_messages import TEXTS, get_autopilot, read_events
 
 if TYPE_CHECKING:
     from minsnap.flight.mavlink.preflight import Finding
@@ -47,7 +48,6 @@ def preflight(
     from minsnap.flight.mavlink.parameters import Parameters
     from minsnap.flight.mavlink.preflight import check_vehicle
     from minsnap.flight.mavlink.setpoints import vehicle_frame
-    from minsnap.flight.mavlink.vehicle_messages import TEXTS, get_autopilot, read_events
 
     samples = None if file is None else read_csv(file, frame)
     axes = "ned" if file is None else vehicle_frame(frame_of(file, frame))
@@ -114,7 +114,6 @@ def limits(
     """
     from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.parameters import PARAMETERS, Parameters, autopilot_limits
-    from minsnap.flight.mavlink.vehicle_messages import get_autopilot
 
     given, clock = minsnap.flight.FeedForward(drag, None if vehicle is None else vehicle_of(vehicle)), Clock()
     with closing(open_link(connect, clock)) as link:
@@ -214,13 +213,8 @@ def upload(
         return 0
     if start:
         check_apart(fleet)
-    swarm_upload.upload(
-        fleet,
-        uris,
-        start=start,
-        told=lambda line: print(f"minsnap: {line}", file=sys.stderr),
-        places=[robot["place"] for robot in robots] or None,
-    )
+    places = [robot["place"] for robot in robots] or None
+    swarm_upload.upload(fleet, uris, start=start, told=tell, places=places)
     return 0
 
 
