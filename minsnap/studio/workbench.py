@@ -123,9 +123,8 @@ def _certified(request: PlanRequest, curve: Trajectory, final: bool, began: floa
 
 def _quick_plan(request: PlanRequest, arguments: dict[str, Any], durations: FloatArray | None) -> Trajectory | None:
     """Plan with fixed durations, stretched as often as the limits need; None if that does not end."""
-    times = np.array(straight_durations(request) if durations is None else durations)
-    if len(times) != request.legs:
-        times = np.array(straight_durations(request))
+    known = durations is not None and len(durations) == request.legs
+    times = np.array(durations if known else straight_durations(request))
     limits: Limits = arguments["limits"]
     try:
         for attempt in range(STRETCHES):
