@@ -142,6 +142,8 @@ def axes_of(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return unit vectors along the width and the height of an opening with these corners, (m, 3)."""
     normal = Gate.polygon(corners).normal
     across = np.cross((0.0, 0.0, 1.0) if abs(normal[2]) < 0.99 else (0.0, 1.0, 0.0), normal)
+    if len(corners) == 4:  # of a gate that is rolled, the side that is nearest to level
+        across = max(np.diff(corners[:3], axis=0), key=lambda side: abs(side @ across) / np.linalg.norm(side))
     across /= np.linalg.norm(across)
     return across, np.cross(normal, across)
 

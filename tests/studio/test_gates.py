@@ -50,6 +50,18 @@ def test_a_gate_is_turned_and_sized_about_its_center():
     assert np.linalg.norm(np.diff(larger.corners, axis=0), axis=1) == pytest.approx([2.0, 0.5, 2.0])
 
 
+@pytest.mark.parametrize("roll", [-0.7, 0.5, 1.2])
+def test_a_rolled_gate_is_sized_along_its_sides(roll):
+    x, y, z = gate_of(SCENE).normal
+    about = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rolled = edits.reshape_gate(SCENE, 1, np.eye(3) + np.sin(roll) * about + (1.0 - np.cos(roll)) * about @ about)
+    assert edits.size_of(gate_of(rolled).corners) == pytest.approx([1.0, 1.0])
+    larger = gate_of(edits.resize_gate(rolled, 1, (2.0, 0.5))).corners
+    sides = np.diff(larger, axis=0)
+    assert sorted(np.linalg.norm(sides[:2], axis=1)) == pytest.approx([0.5, 2.0])
+    assert sides[0] @ sides[1] == pytest.approx(0.0, abs=1e-12)
+
+
 def test_files_and_python_hold_gates_exactly(tmp_path):
     write_request(SCENE, tmp_path / "a.yaml")
     assert read_request(tmp_path / "a.yaml") == documents.open_scene(tmp_path / "a.yaml") == SCENE
