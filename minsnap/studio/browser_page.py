@@ -277,8 +277,8 @@ def framing(points: FloatArray, fov: float, aspect: float) -> tuple[FloatArray, 
 
 def frame(client: Any, points: FloatArray) -> FloatArray:
     """Let the camera of a browser see points, shape (n, 3) [m]; return where it stands."""
-    camera = client.camera
-    place, center = framing(points, camera.fov, camera.image_width / camera.image_height)
+    camera = client.camera  # the picture of a hidden page has no pixels
+    place, center = framing(points, camera.fov, max(camera.image_width, 1) / max(camera.image_height, 1))
     with client.atomic():
         camera.position, camera.look_at = place, center
     return place

@@ -57,6 +57,14 @@ def test_a_page_that_opens_late_at_its_first_place_is_framed_again(browser):
     assert browser.camera.position == place(500 / 600)
 
 
+def test_a_page_that_opens_without_pixels_is_framed_when_it_has_some(browser):
+    vars(browser.camera).update(image_width=0, image_height=0)
+    opening, _ = framing(SCENE, 1.3, 1.0)
+    keep_framed(browser, lambda: SCENE, opening)
+    browser.report(image_width=500, image_height=600)
+    assert browser.camera.position == place(500 / 600)
+
+
 def test_a_camera_follows_the_size_of_its_picture_until_its_user_moves_it(browser):
     keep_framed(browser, lambda: SCENE, framing(SCENE, 1.3, 1.0)[0])
     browser.report(image_width=900)
