@@ -216,10 +216,11 @@ def facts(state: BenchState) -> list[tuple[str, str]]:
 
 
 def _uses(holds: Certificate) -> list[tuple[str, str]]:
-    """Return how far each limit is used."""
+    """Return the extreme of what each limit bounds; of rotors, ``fraction`` is the share of their room from hover."""
     rows = []
     for used in holds.utilisation:
-        scale, unit = (degrees(1.0), "°") if KIND[used.name].degrees else (1.0, f" {KIND[used.name].unit}")
-        shares = f"{100.0 * used.fraction:.1f} % of {scale * used.limit:.3g}{unit}"
-        rows.append((KIND[used.name].label, f"{shares}, on leg {used.leg}"))
+        kind = KIND[used.name]
+        scale, unit = (degrees(1.0), "°") if kind.degrees else (1.0, f" {kind.unit}")
+        share = f"{used.value:.3g} of at least" if kind.least else f"{100.0 * used.value / used.limit:.1f} % of"
+        rows.append((kind.label, f"{share} {scale * used.limit:.3g}{unit}, on leg {used.leg}"))
     return rows

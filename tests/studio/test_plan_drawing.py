@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.native.library import core
+from minsnap.planning.request import PlanRequest
 from minsnap.studio import plan_drawing as drawing
 from minsnap.studio.documents import example_scene
+from minsnap.studio.file_panel import facts
 from minsnap.studio.plan_drawing import CHARTS, ROTORS, Charts, data_with_cursor, round_up
+from minsnap.studio.workbench import BenchState, planned_in_stages
 from minsnap.vehicle import Quadrotor
 
 VEHICLE = Quadrotor.crazyflie()
@@ -83,3 +87,17 @@ def test_plots_have_a_column_for_every_series_and_the_limits_of_the_scene(curve)
     assert set(page.plots[4].data[-2]) == {VEHICLE.rotor_thrust_limits[1]}
     low, _ = page.plots[1].scales["y"]["range"]
     assert page.plots[1].data[-2].max() < low
+
+
+@pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")
+def test_the_use_of_limits_is_said_in_their_units():
+    limits = (("min_thrust", 0.5), ("speed", 2.0), ("tilt", 0.5))
+    scene = PlanRequest(((0, 0, 1), (4, 0, 1), (4, 3, 2)), limits=limits, rotors=0.1, vehicle="crazyflie")
+    planned = list(planned_in_stages(scene, None, lambda: False))[-1]
+    said = dict(facts(BenchState(scene, planned)))
+    rotors = drawing.profiles_of(planned.trajectory, VEHICLE).curves[ROTORS]
+    part, limit = said["rotor thrust"].split(" % of ")
+    assert 0.01 * float(part) * float(limit.split()[0]) == pytest.approx(rotors.max(), rel=0.02)
+    assert float(said["min rotor thrust"].split(" of at least ")[0]) == pytest.approx(rotors.min(), rel=0.02)
+    assert said["min thrust"].split(" of at least ")[1].startswith("0.5 of the weight")
+    assert said["speed"].startswith("100.0 % of 2 m/s")
