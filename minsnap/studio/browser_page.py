@@ -312,7 +312,7 @@ class Page:
 
     def __init__(self, host: str, port: int) -> None:
         self._server: Any = start_server(host, port)
-        self.url = f"http://{host}:{self._server.get_port()}"
+        self.url = f"http://{f'[{host}]' if ':' in host else host}:{self._server.get_port()}"
         self._closed = threading.Event()
         self._lock = threading.RLock()
         gui = self._server.gui

@@ -1,6 +1,8 @@
 """Who may connect to a page, and inputs in which nothing is evaluated."""
 
 import asyncio
+import socket
+import urllib.request
 from dataclasses import replace
 
 import pytest
@@ -13,6 +15,15 @@ from minsnap.studio.documents import example_scene
 from minsnap.studio.page_inputs import copyable, sentence, table
 
 HERE = "127.0.0.1"
+
+
+def has_ipv6():
+    """Whether the loopback of IPv6 can be listened on."""
+    try:
+        with socket.create_server(("::1", 0), family=socket.AF_INET6):
+            return True
+    except OSError:
+        return False
 
 
 @pytest.mark.parametrize(
@@ -54,6 +65,17 @@ def test_another_page_is_turned_away_and_a_program_is_not(studio):
     assert asyncio.run(first_message(studio.url))
     with pytest.raises(websockets.exceptions.ConnectionClosedError, match="1008"):
         asyncio.run(first_message("http://elsewhere.example"))
+
+
+@pytest.mark.skipif(not has_ipv6(), reason="this machine has no IPv6")
+def test_the_address_of_ipv6_can_be_opened(tmp_path):
+    pytest.importorskip("viser")
+    page = Studio(example_scene(), str(tmp_path), host="::1", port=0)
+    try:
+        with urllib.request.urlopen(page.url, timeout=30.0) as answer:
+            assert page.url.startswith("http://[::1]:") and answer.status == 200
+    finally:
+        page.close()
 
 
 def test_a_refused_scene_says_why(studio):
