@@ -165,7 +165,7 @@ def _leave(error: Exception, words: list[str]) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # so that nothing is flushed into it at exit
         sys.exit(141)
     if isinstance(error, OSError):
-        fail(f"{error.filename}: {error.strerror}" if error.filename else str(error), 2)
+        fail(f"{error.filename or 'the standard output'}: {error.strerror or error} [file]", 2)
     if isinstance(error, ImportError):
         fail(str(error), 2)
     if isinstance(error, typer.Exit):

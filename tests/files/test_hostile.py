@@ -1,6 +1,8 @@
 """Hostile files: each ends in one sentence of one exception, soon, whatever is in it."""
 
 import io
+import os
+import threading
 import zipfile
 
 import numpy as np
@@ -10,7 +12,7 @@ import minsnap
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.text import LARGEST_YAML, load_yaml
 from minsnap.errors import FileError, TimingError
-from minsnap.files.convert import read_any
+from minsnap.files.convert import formats, read_any, write_any
 from minsnap.files.formats.tables import read_npz, write_npz
 
 PATH = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1)], [2.0, 1.5], yaw=[0.0, 0.5, 0.0])
@@ -169,6 +171,23 @@ def test_a_full_disk_names_the_file_that_was_asked_for(tmp_path):
                     raise OSError(error.errno, error.strerror) from None
             file.write("never")
     assert ".part" not in str(caught.value) and not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="Linux has it")
+@pytest.mark.parametrize("to", sorted(name for name, entry in formats().items() if entry.write))
+def test_every_format_says_that_a_device_is_full_and_is_written_into_a_pipe(tmp_path, to):
+    path = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1)], [2.0, 1.5])
+    with pytest.raises(FileError, match="/dev/full cannot be written: No space left"):
+        write_any(path, "/dev/full", to)
+    pipe, read = tmp_path / "pipe", []
+    os.mkfifo(pipe)
+    held = os.open(pipe, os.O_RDWR)
+    reader = threading.Thread(target=lambda: read.append(os.read(held, 1 << 16)))
+    reader.start()
+    write_any(path, pipe, to)
+    reader.join()
+    os.close(held)
+    assert read[0]
 
 
 @pytest.mark.parametrize("rate", [1e12, 1e300])

@@ -139,7 +139,7 @@ def _named(beside: Path, destination: Path) -> Iterator[None]:
     except OSError as error:
         if error.filename not in (None, str(beside)):
             raise
-        raise FileError(f"{destination} cannot be written: {error.strerror}") from error
+        raise FileError(f"{destination} cannot be written: {error.strerror or error}") from error
 
 
 def _publish(beside: Path, destination: Path, clobber: bool) -> None:

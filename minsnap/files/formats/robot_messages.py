@@ -10,6 +10,7 @@ header.
 
 from __future__ import annotations
 
+import io
 import json
 import math
 from typing import Any
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, NDArray
-from minsnap.basics.storage.atomic import atomic_write, write_file
+from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError
 from minsnap.files.convert import Format
@@ -70,9 +71,9 @@ def offboard_control_mode(timestamp: int = 0) -> dict[str, int | bool]:
 
 def write_px4(samples: Samples, path: FileName, *, clobber: bool = True) -> None:
     """Write the messages as a NumPy file of :data:`DTYPE`; ``numpy.load`` reads it."""
-    messages = px4_setpoints(samples)
-    with atomic_write(path, "wb", clobber=clobber) as file:
-        np.save(file, messages, allow_pickle=False)
+    content = io.BytesIO()  # numpy writes into a pipe or onto a full disk only through a file that is none
+    np.save(content, px4_setpoints(samples), allow_pickle=False)
+    write_file(path, content.getvalue(), clobber=clobber)
 
 
 def _or_nan(values: FloatArray | None) -> FloatArray | float:
