@@ -141,6 +141,24 @@ def test_an_interrupt_is_130_in_silence_and_leaves_nothing(tmp_path):
     assert os.listdir(tmp_path) == []
 
 
+def test_an_interrupt_while_the_command_is_loaded_is_130_in_silence(monkeypatch, capsys):
+    def interrupt(first):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(app, "load_commands", interrupt)
+    with pytest.raises(SystemExit) as left:
+        app.main(["rect"])
+    assert left.value.code == 130 and capsys.readouterr() == ("", "")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="Linux has it")
+def test_a_full_standard_output_is_one_sentence_with_its_heading():
+    with open("/dev/full", "w") as full:
+        run = subprocess.run([*COMMAND, "--help"], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert run.returncode == 2
+    assert run.stderr == "minsnap: the standard output: No space left on device [file]\n"
+
+
 def test_the_command_loads_nothing_heavy_before_it_is_needed(tmp_path):
     code = (
         "import sys; from minsnap.cli.app import load_commands; load_commands();"
