@@ -198,6 +198,9 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
         stack.enter_context(dask.config.set(CONFIG))
         where = scheduler if scheduler is not None else stack.enter_context(_here(workers))
         try:
+            # a client of what is no address takes 10 s to end, with a traceback
+            if scheduler is not None and distributed.comm.parse_address(scheduler)[0] not in ("inproc", "ucx"):
+                distributed.comm.get_address_host_port(scheduler)
             client = stack.enter_context(distributed.Client(where, set_as_default=False, timeout="5s"))
         except (OSError, ValueError) as error:
             raise BatchError(f"there is no scheduler at {scheduler}: {error}") from error

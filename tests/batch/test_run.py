@@ -204,6 +204,13 @@ def test_a_cluster_at_an_address_and_none_there(whole, there, tmp_path):
         run_batch(walks(), tmp_path / "h", scheduler="tcp://127.0.0.1:1")
 
 
+@pytest.mark.parametrize("address", ["foo", "", "tcp://", "tcp://host:x", "http://host:8786"])
+def test_what_is_no_address_is_refused_at_once_without_a_client(tmp_path, monkeypatch, address):
+    monkeypatch.delattr("distributed.Client")
+    with pytest.raises(BatchError, match=f"there is no scheduler at {address}: .*goes on from there"):
+        run_batch(walks(), tmp_path / "h", scheduler=address)
+
+
 def test_kill_9_of_the_whole_group_loses_no_finished_file(whole, there, tmp_path):
     folder = tmp_path / "i"
     process = begin(folder, WALKS, "--workers", "2")
