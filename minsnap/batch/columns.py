@@ -79,7 +79,7 @@ def trajectory_of(row: Mapping[str, Any]) -> Trajectory:
 def planned_curves(file: Path) -> Iterator[Trajectory]:
     """Read the trajectories of a file of the dataset, of which some problems may have none."""
     columns = ["status", "dim", "degree", "pieces", "durations", "control_points"]
-    with pyarrow_parquet().ParquetFile(file) as table:
+    with open(file, "rb") as opened, pyarrow_parquet().ParquetFile(opened) as table:
         for batch in table.iter_batches(1024, columns=columns):
             yield from (trajectory_of(row) for row in batch.to_pylist() if row["status"] == "done")
 

@@ -343,7 +343,7 @@ def read_shard(path: Path, name: str, number: int) -> Shard:
     """
     with reading(path, "a file of this batch"):
         digest = digest_of(path)
-        with pyarrow_parquet().ParquetFile(path) as table:
+        with open(path, "rb") as file, pyarrow_parquet().ParquetFile(file) as table:
             notes = {key.decode(): value.decode() for key, value in (table.metadata.metadata or {}).items()}
             rows = int(table.metadata.num_rows)
     if (notes.get("batch"), notes.get("shard")) != (name, str(number)):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import minsnap
 from minsnap.basics.messages import aligned, labelled
 from minsnap.basics.storage.atomic import check_destination, refuse_source
+from minsnap.basics.storage.text import name_as_text
 from minsnap.cli import options
 from minsnap.cli.app import command, told_warnings
 from minsnap.cli.output import as_json, on_terminal
@@ -240,7 +241,7 @@ def plot(
     if is_fleet(file):
         fleet = read_fleet(file)
         if moving:
-            animate_fleet(fleet, output, view=view or "xy", title=title or file.name, **how)
+            animate_fleet(fleet, output, view=view or "xy", title=name_as_text(title or file.name), **how)
         else:
             figure: Any = minsnap.plot.plot_fleet(fleet, view or "xy").figure
             save_figure(figure, output, clobber=not no_clobber)
@@ -248,7 +249,7 @@ def plot(
     samples = read_samples(file, frame)
     points = None if waypoints is None else minsnap.read_waypoints(waypoints).points
     drawn: dict[str, Any] = {"corridor": options.parse_corridor(corridor), "waypoints": points}
-    drawn |= {"view": view or "xy", "title": title or file.name}
+    drawn |= {"view": view or "xy", "title": name_as_text(title or file.name)}
     if moving:
         if colour_by is not None:
             raise InputError("--colour-by is of a figure: an animation has one colour")

@@ -14,6 +14,7 @@ import typer
 import minsnap
 from minsnap.basics.messages import labelled
 from minsnap.basics.storage.atomic import check_destination, refuse_source
+from minsnap.basics.storage.text import name_as_text
 from minsnap.cli import options
 from minsnap.cli.app import command, tell
 from minsnap.cli.file_commands import separation_of
@@ -76,7 +77,7 @@ def fleet(
     for page in pages:
         refuse_source(page, *written.files)
     certificates = _certified(described, flown.fleet, read_fleet(place))
-    safety = SafetyReport(show.stem, *certificates, written.distance, flown.stages, written.files)
+    safety = SafetyReport(name_as_text(show.stem), *certificates, written.distance, flown.stages, written.files)
     if report is not None:
         write_report(safety, report, clobber=not no_clobber)
     if animate is not None:

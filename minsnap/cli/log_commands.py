@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import minsnap
 import minsnap.flight
 from minsnap.basics.storage.atomic import refuse_source
+from minsnap.basics.storage.text import name_as_text
 from minsnap.cli import options
 from minsnap.cli.app import command, told_warnings
 from minsnap.cli.file_commands import membership
@@ -127,7 +128,7 @@ def _kept(
 def _name(path: Path, flights: list[Path]) -> str:
     """Return a file's name, with its folder if two files have the same name."""
     alike = [other for other in flights if other.name == path.name]
-    return path.name if len(alike) == 1 else str(path)
+    return name_as_text(path.name if len(alike) == 1 else path)
 
 
 def _say(compared: dict[str, ComparedFlight], kept: dict[str, dict[str, Any]], json: bool) -> None:

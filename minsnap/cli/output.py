@@ -201,9 +201,9 @@ class Destination:
         check_figure(self.plot, self.view, self.colour_by)
         named = ("format", "frame", "rate", "drag", "vehicle", "lead")
         options.refuse_unwritten(self.output, **{n: getattr(self, n) != getattr(Destination, n) for n in named})
-        for file in (self.output, self.plot):
-            if file is not None and file != STANDARD_OUTPUT:
-                check_destination(file, clobber=not self.no_clobber)
+        files = [file for file in (self.output, self.plot) if file is not None and file != STANDARD_OUTPUT]
+        if len({check_destination(file, clobber=not self.no_clobber) for file in files}) < len(files):
+            raise FileError(f"{self.plot} is the file of -o and of --plot: choose another name for one of them")
         if self.output == STANDARD_OUTPUT and self.format not in (None, "setpoints"):
             raise FileError(f"standard output takes setpoints only: write {self.format} to a file")
         if self.output == STANDARD_OUTPUT and sys.__stdout__ is None:

@@ -13,6 +13,7 @@ from typer.core import TyperCommand
 
 import minsnap
 from minsnap.basics.storage.atomic import refuse_source
+from minsnap.basics.storage.text import name_as_text
 from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
@@ -211,7 +212,7 @@ def course_of(file: Path) -> minsnap.Course:
     if points.durations is not None or points.yaw is not None:
         what = "durations" if points.durations is not None else "a yaw for each waypoint"
         raise InputError(f"{file} has {what}: --laps, --takeoff and --land go by limits and one --yaw; leave them out")
-    return minsnap.Course(tuple(minsnap.Stop(point) for point in points.points), name=file.stem)
+    return minsnap.Course(tuple(minsnap.Stop(point) for point in points.points), name=name_as_text(file.stem))
 
 
 def fly_course(
@@ -365,7 +366,7 @@ def route(
     figures = shorter | {"obstacle_distance": planned.distance, "obstacle_instant": planned.approach.instant}
     figures["altitude"] = 0.0 if planned.dim == 2 else None
     how: dict[str, Any] = {"corridor": planned.corridor, "limits": planned.limits, "further": figures}
-    how["draw"] = lambda **view: minsnap.plot.plot_route(planned, title=map_file.name, **view)
+    how["draw"] = lambda **view: minsnap.plot.plot_route(planned, title=name_as_text(map_file.name), **view)
     destination.deliver(planned.trajectory, **how)
 
 

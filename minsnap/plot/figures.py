@@ -202,7 +202,7 @@ def check_figure_name(path: FileName) -> str:
 def write_page(path: FileName, title: str, parts: Sequence[str], *, clobber: bool = True) -> None:
     """Write a page of HTML parts under a title, in one atomic step."""
     head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
-    with atomic_write(path, clobber=clobber) as file:
+    with atomic_write(path, clobber=clobber, errors="replace") as file:  # names of files may be no text
         style = FilePath(__file__).with_name("page.css").read_text(encoding="utf-8")
         file.write(f"{head}<style>\n{style}</style><h1>{escape(title)}</h1>{''.join(parts)}</html>\n")
 

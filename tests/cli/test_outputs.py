@@ -67,6 +67,38 @@ def test_what_cannot_be_written_is_refused_before_planning(call, tmp_path, monke
     assert not list(tmp_path.iterdir())
 
 
+def test_a_figure_does_not_replace_the_path(call, tmp_path):
+    done = call(*RECT, "-o", "a.png", "--format", "setpoints", "--plot", f"{tmp_path}/./a.png")
+    assert done.returncode == 2 and "is the file of -o and of --plot" in done.stderr
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="names are text there")
+def test_a_name_that_is_no_text_is_drawn_and_written(call, tmp_path):
+    name = os.fsdecode(b"\xe9")
+    assert call("circle", "-o", f"{name}.csv").returncode == 0
+    assert call("simulate", f"{name}.csv", "-o", f"{name}2.csv").returncode == 0
+    np.save(tmp_path / f"{name}.npy", np.zeros((9, 9), dtype=bool))
+    ends = ("--resolution", "1", "--start", "2", "2", "--goal", "7", "7")
+    acts = "acts: [{formation: {points: [[3, 3, 8]]}, hold: 1}]"
+    show = (
+        f"vehicles: 1\nseparation: 1\nlimits: {{speed: 4, acceleration: 3}}\nhome: {{grid: {{spacing: 2}}}}\n{acts}\n"
+    )
+    (tmp_path / f"{name}.yaml").write_text(show)
+    for words in [
+        ("plot", f"{name}.csv", "-o", "a.svg"),
+        ("plot", f"{name}.csv", "-o", "b.svg", "--title", name),
+        ("route", f"{name}.npy", *ends, "--time", "9", "--plot", "c.png"),
+        ("compare", f"{name}.csv", f"{name}2.csv", "--plot", "d.png", "--report", "e.html"),
+        ("convert", f"{name}.csv", f"{name}.parquet"),
+        ("check", f"{name}.parquet"),
+        ("fleet", f"{name}.yaml", "-o", name, "--report", "f.html"),
+    ]:
+        done = call(*words)
+        assert done.returncode == 0, done.stderr
+    assert "\ufffd" in (tmp_path / "e.html").read_text() and "\ufffd" in (tmp_path / "f.html").read_text()
+
+
 def test_a_shape_that_is_no_polynomial_is_fitted(call, tmp_path):
     assert call("circle", "-o", "c.json").returncode == 0
     t = np.linspace(0.0, 6.0, 50)

@@ -55,6 +55,11 @@ def reading(path: FileName, what: str, largest: int | None = None) -> Iterator[N
         raise FileError(f"{path} is not {what}") from error
 
 
+def name_as_text(name: FileName) -> str:
+    """Return a name for figures and pages, which hold text alone: bytes of it that are no text become ``\ufffd``."""
+    return os.fsencode(name).decode(errors="replace")
+
+
 def check_regular(path: FileName) -> None:
     """Raise FileError for a device, a pipe or a socket, which may have no end; what is not there is said on opening."""
     if not isinstance(path, (str, os.PathLike)):

@@ -122,7 +122,8 @@ def read_parquet(path: FileName, frame: str | None = None) -> Samples:
     """
     pandas = _pandas()
     with reading(path, "a Parquet file", LARGEST):
-        table = pandas.read_parquet(path, engine="pyarrow")
+        with open(path, "rb") as file:  # pyarrow takes no name that is not UTF-8
+            table = pandas.read_parquet(file, engine="pyarrow")
         wanted = None if frame is None else get_frame(frame).name
         if table.attrs.setdefault("frame", wanted or "enu") != wanted is not None:
             raise FrameError(f"{path} is in {table.attrs['frame']}, as it says, not in {wanted}: leave the frame out")
