@@ -104,7 +104,6 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         What follows the command's name; ``sys.argv[1:]`` unless given.
     """
     words = sys.argv[1:] if arguments is None else list(arguments)
-    _open_closed()
     os.environ["MPLBACKEND"] = "agg"  # figures are written into files, whatever window the environment asks for
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
@@ -112,7 +111,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a superscript must not raise on a terminal that lacks it
-    warnings.showwarning = _show_warning  # type: ignore[assignment]
+    warnings.showwarning = tell  # type: ignore[assignment]
     try:
         load_commands(words[0] if words else "")
         command = _built(len(app.registered_commands))

@@ -309,7 +309,10 @@ def _slowing(law: PhaseLaw) -> float:
 
 def _check(law: PhaseLaw, rounding: float, error: float) -> None:
     if rounding >= error:
-        raise ShapeError(f"an error of {error:g} m is not more than rounding, {rounding:.2g} m: allow more")
+        raise ShapeError(
+            f"an error of {error:g} m is not more than rounding, {rounding:.2g} m: "
+            "allow more, or give a smaller shape nearer to the origin, or fewer laps"
+        )
     if 0.0 < law.spin_time < SHAPE.ramp * law.duration:
         raise ShapeError(
             f"a spin-up of {law.spin_time:.2g} s is too short for polynomials: give ramp=0 or a longer one"
@@ -322,7 +325,9 @@ def _count(bound: Callable[[int], float], error: float) -> int:
     while bound(high) > error:
         low, high = high, 2 * high
         if high > SHAPE.pieces:
-            raise ShapeError(f"an error of {error:g} m takes more than {SHAPE.pieces} polynomials: allow more")
+            raise ShapeError(
+                f"an error of {error:g} m takes more than {SHAPE.pieces} polynomials: allow more, or give fewer laps"
+            )
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (middle, high) if bound(middle) > error else (low, middle)

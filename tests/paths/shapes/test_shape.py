@@ -54,3 +54,11 @@ def test_a_path_without_polynomials_says_so():
     for ask in (Sine().as_trajectory, lambda: minsnap.certify(Sine()), lambda: Sine().then(Sine())):
         with pytest.raises(InputError, match="no polynomials are known for a Sine"):
             ask()
+
+
+@pytest.mark.parametrize("laps", [1.0, 2.3, 4.1, 9.7, 2.169])
+def test_a_ramp_of_half_of_the_way_in_degrees_is_taken(laps):
+    whole = minsnap.circle(laps=laps, ramp=np.radians(180.0 * laps))
+    assert whole.law.spin_time == pytest.approx(whole.duration / 2)
+    with pytest.raises(ShapeError, match="half of the way round"):
+        minsnap.circle(laps=laps, ramp=np.radians(180.0 * laps) * (1.0 + 1e-14))
