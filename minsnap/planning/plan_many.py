@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from time import perf_counter
@@ -32,7 +33,7 @@ from minsnap.planning.problem_rows import (
     no_durations,
 )
 from minsnap.trajectory.report import LinearSystem
-from minsnap.trajectory.trajectories import Gradients, Reports, ReportsExcept, Slopes, Trajectories
+from minsnap.trajectory.trajectories import Gradients, Reports, Slopes, Trajectories
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory
 
 
@@ -188,7 +189,7 @@ def _mended(
             if slopes.widths is not None:
                 slopes.widths[legs] = own.widths
     gradients = None if slopes is None else Gradients.of_legs(*slopes, batch.offsets)
-    reports = ReportsExcept(made, own_reports)
+    reports: Reports = ChainMap(own_reports, made)  # type: ignore[arg-type]  # of which only entries are taken
     return Trajectories(points, batch.durations, breaks, batch.offsets, tuple(errors), reports, many.workers, gradients)
 
 

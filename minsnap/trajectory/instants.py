@@ -27,8 +27,10 @@ def as_instants(t: ArrayLike) -> FloatArray:
 
 def within(t: FloatArray, duration: float) -> FloatArray:
     """Return instants as (m,), in [0, duration] but for rounding; IntervalError where one is outside or no number."""
-    flat = t.reshape(-1)
-    check_instants(flat, duration)
+    flat, slack = t.reshape(-1), ROUNDING * duration
+    if flat.size and not (flat.min() >= -slack and flat.max() <= duration + slack):
+        bad = flat[~((flat >= -slack) & (flat <= duration + slack))][0]
+        raise IntervalError(f"t = {bad} s is outside the path's interval [0, {duration}] s")
     return np.asarray(np.clip(flat, 0.0, duration))
 
 
@@ -39,14 +41,6 @@ def parted_instants(path: Any, parts: int, otherwise: int) -> FloatArray:
         return np.linspace(0.0, path.duration, otherwise + 1)
     inner = breaks[:-1, None] + np.diff(breaks)[:, None] * (np.arange(parts) / parts)
     return np.append(inner.reshape(-1), path.duration)
-
-
-def check_instants(t: FloatArray, duration: float) -> None:
-    """Raise IntervalError unless every instant of shape (m,) is in [0, duration], but for rounding."""
-    slack = ROUNDING * duration
-    if t.size and not (t.min() >= -slack and t.max() <= duration + slack):
-        bad = t[~((t >= -slack) & (t <= duration + slack))][0]
-        raise IntervalError(f"t = {bad} s is outside the path's interval [0, {duration}] s")
 
 
 def check_order(order: int) -> int:

@@ -138,7 +138,9 @@ class LookAtHeading(RuledHeading):
 
     def _at(self, t: FloatArray, order: int) -> FloatArray:
         if order == 0:
-            return self._angle(t)
+            grid, _, turned = self._table
+            near = turned[np.clip(np.searchsorted(grid, t, side="right") - 1, 0, len(grid) - 1)]
+            return nearest_turn(np.angle(self._spoke(t, 0)), near)
         w = [self._spoke(t, n) for n in range(order + 1)]
         q: list[Any] = []
         for m in range(order):
@@ -151,12 +153,6 @@ class LookAtHeading(RuledHeading):
         place = -self.path(t, order)[:, :2]
         place = place + self.target.point[:2] if order == 0 else place
         return np.asarray(place[:, 0] + 1j * place[:, 1])
-
-    def _angle(self, t: FloatArray) -> FloatArray:
-        grid, _, turned = self._table
-        angle = np.angle(self._spoke(t, 0))
-        near = turned[np.clip(np.searchsorted(grid, t, side="right") - 1, 0, len(grid) - 1)]
-        return nearest_turn(angle, near)
 
     @cached_property
     def _table(self) -> tuple[FloatArray, Any, FloatArray]:

@@ -12,7 +12,7 @@ from minsnap.basics.arrays import LARGEST, ArrayLike, FloatArray
 from minsnap.basics.checks import check_positive, is_whole
 from minsnap.errors import InputError, TimingError
 from minsnap.trajectory.heading import ZERO_YAW, Heading
-from minsnap.trajectory.instants import as_instants, check_instants, check_order
+from minsnap.trajectory.instants import as_instants, check_order, within
 from minsnap.trajectory.samples import Samples
 
 MOST_SAMPLES = 20_000_000
@@ -24,8 +24,6 @@ class Path(ABC):
 
     Implementations give ``duration``, ``dim``, ``yaw`` and ``_evaluate``; calling, checking and sampling are shared.
     """
-
-    __slots__ = ("__weakref__",)
 
     yaw: Heading = ZERO_YAW
 
@@ -63,9 +61,7 @@ class Path(ABC):
             If an instant is outside [0, duration] or not a number.
         """
         instants = as_instants(t)
-        flat = instants.reshape(-1)
-        check_instants(flat, self.duration)
-        inside = np.clip(flat, 0.0, self.duration)
+        inside = within(instants, self.duration)
         return self._evaluate(inside, check_order(order)).reshape(*instants.shape, self.dim)
 
     def states(self, t: ArrayLike, orders: int) -> FloatArray:

@@ -5,6 +5,7 @@ They are also piecewise polynomials, with a proved bound on the difference.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import comb, factorial, nextafter
@@ -289,25 +290,6 @@ def _steady(law: PhaseLaw, pieces: int) -> FloatArray:
 
 def _knots(path: PhasePath, error: float) -> FloatArray:
     law, (bound, rounding) = path.law, _error_bound(path)
-    _check(law, rounding, error)
-    pieces = _count(lambda n: bound(_spinning(law, n)), error) if law.ramp > 0.0 else 0
-    spin = np.linspace(0.0, law.spin_time, pieces + 1)
-    down = law.duration - spin[-2::-1]
-    if law.duration - 2.0 * law.spin_time <= SHAPE.ramp * law.duration:
-        return np.concatenate((spin, down))
-    pieces = _count(lambda n: bound(_steady(law, n)), error)
-    return np.concatenate((spin, np.linspace(law.spin_time, _slowing(law), pieces + 1)[1:], down))
-
-
-def _slowing(law: PhaseLaw) -> float:
-    """Return the last instant at which the law counts as at full rate, where its derivatives are free of rounding."""
-    last = law.duration - law.spin_time
-    while law.duration - last < law.spin_time:
-        last = nextafter(last, 0.0)
-    return last
-
-
-def _check(law: PhaseLaw, rounding: float, error: float) -> None:
     if rounding >= error:
         raise ShapeError(
             f"an error of {error:g} m is not more than rounding, {rounding:.2g} m: "
@@ -317,28 +299,31 @@ def _check(law: PhaseLaw, rounding: float, error: float) -> None:
         raise ShapeError(
             f"a spin-up of {law.spin_time:.2g} s is too short for polynomials: give ramp=0 or a longer one"
         )
+    pieces = _count(lambda n: bound(_spinning(law, n)), error) if law.ramp > 0.0 else 0
+    spin = np.linspace(0.0, law.spin_time, pieces + 1)
+    down = law.duration - spin[-2::-1]
+    if law.duration - 2.0 * law.spin_time <= SHAPE.ramp * law.duration:
+        return np.concatenate((spin, down))
+    pieces, last = _count(lambda n: bound(_steady(law, n)), error), law.duration - law.spin_time
+    while law.duration - last < law.spin_time:  # the last instant at full rate has derivatives free of rounding
+        last = nextafter(last, 0.0)
+    return np.concatenate((spin, np.linspace(law.spin_time, last, pieces + 1)[1:], down))
 
 
 def _count(bound: Callable[[int], float], error: float) -> int:
     """Return the number of pieces from which on the bound is at most the error."""
-    low, high = 0, 1
+    high = 1
     while bound(high) > error:
-        low, high = high, 2 * high
+        high *= 2
         if high > SHAPE.pieces:
-            raise ShapeError(
-                f"an error of {error:g} m takes more than {SHAPE.pieces} polynomials: allow more, or give fewer laps"
-            )
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if bound(middle) > error else (low, middle)
-    return high
+            raise ShapeError(f"an error of {error:g} m takes more than {SHAPE.pieces} polynomials: allow more")
+    return bisect_left(range(high), True, lo=high // 2 + 1, key=lambda n: bound(n) <= error)
 
 
 def _through(path: PhasePath, knots: FloatArray) -> Trajectory:
     """Return the polynomials of degree 7 with the path's first derivatives at both ends of each piece."""
     durations = np.diff(knots)
-    inside = np.minimum(knots, path.duration)
-    states = path.states(inside, 4)
+    states = path.states(np.minimum(knots, path.duration), 4)
     powers = durations[:, None, None] ** np.arange(4)[None, :, None]
     ends = np.concatenate([states[:-1] * powers, states[1:] * powers], axis=1)
     return Trajectory(np.einsum("ij,mjd->mid", ends_to_points(SHAPE.degree), ends), durations)

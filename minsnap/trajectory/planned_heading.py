@@ -171,8 +171,7 @@ def _sampled(function: Callable[[Any], Any], curve: Trajectory) -> Heading:
             f"the function that gives the yaw jumps, or turns too fast, near t = {between[apart.argmax()]:.3g} s: "
             "give one that is smooth over 20 ms"
         )
-    powers = Trajectory.from_ppoly(PPoly(spline.c[:, :, None], spline.x))
-    return PlannedHeading(powers)
+    return PlannedHeading(Trajectory.from_ppoly(PPoly(spline.c[:, :, None], spline.x)))
 
 
 def _angles(yaw: Any) -> FloatArray:

@@ -244,12 +244,10 @@ def unlimited_notes(curve: Any, limited: Collection[str] = ()) -> tuple[str, ...
     """
     if curve.dim > 3:
         return ()
-    open_ = [noted for noted in NOTED if not noted[-1].intersection(limited)]
-    reached = [curve.max_norm(order)[0] for _, order, *_ in open_]
     notes = [
         f"the {name} is not limited and reaches {value:.4g} {unit}"
-        for (name, _, most, unit, _), value in zip(open_, reached, strict=True)
-        if value > most
+        for name, order, most, unit, bounding in NOTED
+        if not bounding.intersection(limited) and (value := curve.max_norm(order)[0]) > most
     ]
     return (*notes, *_extent_note(curve))
 

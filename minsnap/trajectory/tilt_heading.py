@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.cached import cached_property
 from minsnap.errors import YawError
 from minsnap.trajectory.heading import Heading, Largest, RuledHeading, nearest_turn
@@ -104,20 +104,18 @@ class Transport:
 
     def frame(self, t: FloatArray, thrust: FloatArray | None = None) -> Frame:
         """Body axes at instants (m,), where the thrust (3, m) may be known."""
-        cell = self._cell_of(t)
+        cell = np.clip(np.searchsorted(self.start, t, side="right") - 1, 0, len(self.start) - 1)
         share = (t - self.start[cell]) / self.width[cell]
         angle = self.angle[cell] + self.width[cell] * _integral(self.series[cell], 2.0 * share - 1.0)
         thrust = lift_of(self.path, self.medium, t)[0] if thrust is None else thrust
-        return turned_frame(thrust, angle, self.below[cell])
+        x, y, z = least_rotation(thrust, self.below[cell])
+        cosine, sine = np.cos(angle), np.sin(angle)
+        return cosine * x + sine * y, cosine * y - sine * x, z
 
     def grid(self, count: int) -> FloatArray:
         """``count`` equally spaced instants a cell, and the end."""
         inner = self.start[:, None] + self.width[:, None] * np.linspace(0.0, 1.0, count, endpoint=False)
         return np.append(inner.reshape(-1), self.path.duration)
-
-    def _cell_of(self, t: FloatArray) -> IntArray:
-        cells = np.searchsorted(self.start, t, side="right") - 1
-        return np.asarray(np.clip(cells, 0, len(self.start) - 1), dtype=np.intp)
 
 
 def carried(path: Path, angle: float, medium: Medium) -> Transport:
@@ -205,13 +203,6 @@ def least_rotation(thrust: FloatArray, below: BoolArray) -> Frame:
     x = np.stack([1.0 - a * a * share, -a * b * share * turn, -a * turn])
     y = np.stack([-a * b * share, (1.0 - b * b * share) * turn, -b * turn])
     return x, y, np.stack([a, turn * b, turn * c])
-
-
-def turned_frame(thrust: FloatArray, angle: FloatArray, below: BoolArray) -> Frame:
-    """Least rotation to a thrust, turned about it by an angle."""
-    x, y, z = least_rotation(thrust, below)
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return cosine * x + sine * y, cosine * y - sine * x, z
 
 
 def _between_charts(thrust: FloatArray, below: BoolArray) -> FloatArray:

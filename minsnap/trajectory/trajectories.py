@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly, read_only
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly, read_only, set_fields
 from minsnap.basics.cached import cached_property
 from minsnap.errors import InputError, IntervalError, MinsnapError
 from minsnap.native.plan_batches import many_values
@@ -64,9 +64,7 @@ class Gradients(ReadOnly):
     offsets: IntArray
 
     def __post_init__(self) -> None:
-        for array in (self.durations, self.waypoints, self.corridor):
-            if array is not None:
-                read_only(array)
+        set_fields(self, **vars(self))
 
     @classmethod
     def of_legs(
@@ -126,17 +124,6 @@ class Reports(Protocol):
     def __getitem__(self, index: int, /) -> ReportMaker:
         """Return the report of one plan, or what makes it."""
         ...
-
-
-@dataclass(frozen=True, eq=False)
-class ReportsExcept:
-    """Reports of ``all`` plans but for some that have their ``own``."""
-
-    all: Reports
-    own: Mapping[int, ReportMaker]
-
-    def __getitem__(self, index: int) -> ReportMaker:
-        return self.own[index] if index in self.own else self.all[index]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -291,12 +278,9 @@ class Trajectories(ReadOnly):
             if rows is not None and not rows[1].any():
                 return rows[0]
         values = np.full((len(self), t.shape[-1], self.dim), np.nan)
-        for index in np.flatnonzero(self.present):
-            values[index] = self._one(int(index), t if t.ndim == 1 else t[index], order)
+        for index in np.flatnonzero(self.present).tolist():
+            try:
+                values[index] = self[index](t if t.ndim == 1 else t[index], order)
+            except IntervalError as error:
+                raise IntervalError(f"plan {index}: {error}") from None
         return values
-
-    def _one(self, index: int, t: FloatArray, order: int) -> FloatArray:
-        try:
-            return self[index](t, order)
-        except IntervalError as error:
-            raise IntervalError(f"plan {index}: {error}") from None

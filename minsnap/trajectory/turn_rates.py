@@ -21,16 +21,6 @@ RESTING = 1e-9
 """Share of a piece's largest velocity control point below which one counts as rest."""
 
 
-def _largest_turn(velocity: Trajectory) -> tuple[float, float]:
-    """Largest rate at which a horizontal velocity turns, and when."""
-    best = (0.0, 0.0)
-    for pieces, points in _by_degree(velocity.control_points[..., :2]):
-        value, row, s = _fastest_turn(points, velocity.durations[pieces])
-        piece = pieces[row]
-        best = max(best, (value, float(velocity.breaks[piece] + s * velocity.durations[piece])))
-    return best
-
-
 def largest_turn_within(traj: Trajectory, intervals: FloatArray) -> tuple[float, float]:
     """Largest rate at which the horizontal velocity turns in some intervals.
 
@@ -48,10 +38,12 @@ def largest_turn_within(traj: Trajectory, intervals: FloatArray) -> tuple[float,
         When [s].
     """
     best, velocity = (0.0, 0.0), traj.with_yaw(ZERO_YAW).derivative(1)
-    for first, last in intervals.tolist():
-        if first < last:
-            value, instant = _largest_turn(_cut(velocity, first, last))
-            best = max(best, (value, first + instant))
+    for first, last in intervals[intervals[:, 0] < intervals[:, 1]].tolist():
+        part = _cut(velocity, first, last)
+        for pieces, points in _by_degree(part.control_points[..., :2]):
+            value, row, s = _fastest_turn(points, part.durations[pieces])
+            piece = pieces[row]
+            best = max(best, (value, first + float(part.breaks[piece] + s * part.durations[piece])))
     return best
 
 

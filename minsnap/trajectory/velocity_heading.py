@@ -84,7 +84,9 @@ class HeadingTable:
 
         An index of -1, or m, is that of a hold that begins, or ends, with the path; holds that meet are joined.
         """
-        runs, at = self._slow_runs, 0
+        slow = np.concatenate(([False], ~self.fast, [False]))
+        edges = np.flatnonzero(slow[1:] != slow[:-1]).reshape(-1, 2)
+        runs, at = [(int(first) - 1, int(last)) for first, last in edges], 0
         while at < len(runs):
             low = runs[at - 1][1] if at else 0
             high = runs[at + 1][0] if at + 1 < len(runs) else len(self.t) - 1
@@ -101,12 +103,6 @@ class HeadingTable:
         eased = 0.5 * ease * (self.rate[first] + self.rate[last])
         angle = self.angle[last] - self.angle[first] - eased
         return ease, span - 2.0 * ease, np.asarray(angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi)))
-
-    @cached_property
-    def _slow_runs(self) -> list[tuple[int, int]]:
-        slow = np.concatenate(([False], ~self.fast, [False]))
-        edges = np.flatnonzero(slow[1:] != slow[:-1]).reshape(-1, 2)
-        return [(int(first) - 1, int(last)) for first, last in edges]
 
     def _widened(self, hold: tuple[int, int], room: tuple[int, int], most: float) -> tuple[int, int] | None:
         """Return the narrowest hold around one that turns at ``most`` or less; None if the room is too narrow."""
@@ -134,8 +130,7 @@ class HeadingTable:
     def _joined(self, runs: list[tuple[int, int]], at: int, room: tuple[int, int]) -> list[tuple[int, int]]:
         """Join a hold that has no room with its nearer neighbour, or let it begin or end with the path."""
         (first, last), (low, high), size = runs[at], room, len(self.t)
-        backwards = first >= 0 and (last >= size or first - low <= high - last)
-        if backwards:
+        if first >= 0 and (last >= size or first - low <= high - last):
             merged = (runs[at - 1][0] if at else -1, last)
             return [*runs[: max(at - 1, 0)], merged, *runs[at + 1 :]]
         merged = (first, runs[at + 1][1] if at + 1 < len(runs) else size)
@@ -296,17 +291,15 @@ class VelocityHeading(RuledHeading):
     def __init__(self, path: Path, yaw_rate: float | None = None, hold_below: float | None = None) -> None:
         if path.dim < 2:
             raise YawError("a yaw along the velocity needs at least two coordinates, this path has one")
-        self.path = path
-        self.yaw_rate = (
-            TURNING.held_rate if yaw_rate is None else check_positive("yaw_rate", yaw_rate, "rad/s", YawError)
-        )
-        self.hold_below = None if hold_below is None else check_positive("hold_below", hold_below, "m/s", YawError)
+        rule = Velocity(yaw_rate, hold_below)
+        self.path, self.hold_below = path, rule.hold_below
+        self.yaw_rate = TURNING.held_rate if rule.yaw_rate is None else rule.yaw_rate
         grid = parted_instants(path, TURNING.samples, 4095)
         velocity = path(grid, 1)
         speed = np.linalg.norm(velocity[:, :2], axis=1)
         if not speed.max() > TURNING.resting * np.linalg.norm(velocity, axis=1).max():
             raise YawError("a yaw along the velocity needs a horizontal velocity, and this path has none")
-        slow = self._slow(float(speed.max()))
+        slow = min(self._slow(float(speed.max())), float(speed.max()))
         dips = _dips(path, grid, speed, slow)
         if len(dips):
             grid = np.sort(np.append(grid, dips))
@@ -316,26 +309,14 @@ class VelocityHeading(RuledHeading):
         self._angle = np.unwrap(_angle(velocity))
 
     def _slow(self, top: float) -> float:
-        """Speed from which on the heading follows the velocity [m/s]: the top speed at most."""
-        slow = min(TURNING.slow, TURNING.slow_share * top) if self.hold_below is None else self.hold_below
-        return min(slow, top)
+        """Speed from which on the heading follows the velocity of a path with this top speed [m/s]."""
+        return min(TURNING.slow, TURNING.slow_share * top) if self.hold_below is None else self.hold_below
 
     @cached_property
-    def _turns(self) -> Turns:
+    def turns(self) -> Turns:
         """How the heading goes on, piece by piece."""
         rate = self._rate(self._grid, np.where(self._fast[:, None], self.path(self._grid, 1)[:, :2], 1.0))
         return turns_of(HeadingTable(self._grid, self._angle, rate, self._fast), self.yaw_rate)
-
-    def held_rate(self, start: float, end: float) -> tuple[float, float]:
-        """Largest rate between two instants where the heading does not follow the velocity [rad/s], and where [s]."""
-        return self._turns.largest(start, end)
-
-    @property
-    def followed(self) -> FloatArray:
-        """Intervals in which the heading follows the velocity, shape (m, 2) [s]."""
-        starts = self._turns.starts
-        both = np.stack((starts, np.append(starts[1:], self.path.duration)), axis=1)
-        return np.asarray(both[self._turns.follows])
 
     def on(self, curve: Path, start: float = 0.0, rate: float = 1.0) -> Heading:
         """Return the heading along the velocity of the whole path at another pace, else the same angles."""
@@ -347,23 +328,23 @@ class VelocityHeading(RuledHeading):
 
     def largest_rate(self, start: float, end: float) -> Largest | None:
         """Return the larger one of held turns and of those of a trajectory's velocity."""
-        path = self.path
+        path, turns = self.path, self.turns
         if not isinstance(path, Trajectory):
             return None
         start, end = max(start, 0.0), min(end, path.duration)
-        return max(self.held_rate(start, end), largest_turn_within(path, self.followed.clip(start, end)))
+        parts = np.stack((turns.starts, np.append(turns.starts[1:], path.duration)), axis=1)
+        return max(turns.largest(start, end), largest_turn_within(path, parts[turns.follows].clip(start, end)))
 
     def rate_limits(self, most: float, length: float, speed: float) -> list[InstantLimit]:
         """Return the limit on the turns of the velocity, at speed."""
-        held = min(TURNING.slow, TURNING.slow_share * speed) if self.hold_below is None else self.hold_below
-        return [InstantLimit(InstantKind.HEADING_RATE, (most, speed, held, TURNING.held_room))]
+        return [InstantLimit(InstantKind.HEADING_RATE, (most, speed, self._slow(speed), TURNING.held_room))]
 
     def _rule(self) -> dict[str, Any]:
         return {"rule": "velocity", "yaw_rate": self.yaw_rate, "hold_below": self.hold_below}
 
     def _at(self, t: FloatArray, order: int) -> FloatArray:
-        value = self._turns(t, order)
-        follows = self._turns.follows[self._turns.piece(t)]
+        value = self.turns(t, order)
+        follows = self.turns.follows[self.turns.piece(t)]
         value[follows] = self._following(t[follows], order)
         return value
 
@@ -372,21 +353,16 @@ class VelocityHeading(RuledHeading):
         if order == 1:
             return self._rate(t, velocity)
         if order == 2:
-            return self._acceleration(t, velocity)
-        turns = self._turns
-        piece = turns.piece(t)
-        began = np.interp(turns.starts[piece], self._grid, self._angle)
-        near = turns.coefficients[piece, 0] + np.interp(t, self._grid, self._angle) - began
-        raw = _angle(velocity)
-        return nearest_turn(raw, near)
+            acceleration, jerk = self.path(t, 2)[:, :2], self.path(t, 3)[:, :2]
+            square, along = (velocity**2).sum(axis=1), (velocity * acceleration).sum(axis=1)
+            return np.asarray(_cross(velocity, jerk) / square - 2.0 * self._rate(t, velocity) * along / square)
+        piece = self.turns.piece(t)
+        began = np.interp(self.turns.starts[piece], self._grid, self._angle)
+        near = self.turns.coefficients[piece, 0] + np.interp(t, self._grid, self._angle) - began
+        return nearest_turn(_angle(velocity), near)
 
     def _rate(self, t: FloatArray, velocity: FloatArray) -> FloatArray:
         return np.asarray(_cross(velocity, self.path(t, 2)[:, :2]) / (velocity**2).sum(axis=1))
-
-    def _acceleration(self, t: FloatArray, velocity: FloatArray) -> FloatArray:
-        acceleration, jerk = self.path(t, 2)[:, :2], self.path(t, 3)[:, :2]
-        square, along = (velocity**2).sum(axis=1), (velocity * acceleration).sum(axis=1)
-        return np.asarray(_cross(velocity, jerk) / square - 2.0 * self._rate(t, velocity) * along / square)
 
 
 def _dips(path: Path, t: FloatArray, speed: FloatArray, slow: float) -> FloatArray:

@@ -35,7 +35,7 @@ def test_a_heading_is_continuous_with_the_rate_that_is_reported_exactly(name):
     assert traj.yaw(middles, 1) == pytest.approx(rates, abs=2e-3 * max(largest, 1.0))
     used = Limits(yaw_rate=1.0).utilisation(traj)[0]
     assert used.method == "exact" and largest <= used.value * (1.0 + 1e-9) <= largest * (1.0 + 1e-3) + 1e-9
-    assert traj.yaw.held_rate(0.0, traj.duration)[0] <= 1.5
+    assert traj.yaw.turns.largest(0.0, traj.duration)[0] <= 1.5
 
 
 @pytest.mark.parametrize("name", COURSES)
@@ -43,9 +43,7 @@ def test_where_it_follows_it_is_the_angle_of_the_velocity_and_elsewhere_the_path
     traj = minsnap.plan(*COURSES[name], yaw=minsnap.Velocity(yaw_rate=50.0, hold_below=0.3), corridor=0.5)
     t = np.linspace(0.0, traj.duration, 2001)
     velocity = traj(t, 1)
-    follows = np.zeros(len(t), dtype=bool)
-    for start, end in traj.yaw.followed:
-        follows |= (t >= start) & (t <= end)
+    follows = traj.yaw.turns.follows[traj.yaw.turns.piece(t)]
     off = np.angle(np.exp(1j * (traj.yaw(t) - np.arctan2(velocity[:, 1], velocity[:, 0]))))
     assert follows.any() and np.abs(off[follows]).max() < 1e-9
     assert np.linalg.norm(velocity[follows, :2], axis=1).min() >= 0.3 * 0.9
