@@ -44,18 +44,10 @@ def _difference(degree: int, order: int) -> Rational:
     return perm(degree, order) * _exact(degree - order + 1, degree + 1, entry)
 
 
-def _bernstein_gram(degree: int) -> Rational:
-    r"""Return :math:`\int_0^1 B_i B_j = \binom{n}{i}\binom{n}{j} / ((2n+1)\binom{2n}{i+j})`."""
-
-    def entry(i: int, j: int) -> Fraction:
-        return Fraction(comb(degree, i) * comb(degree, j), (2 * degree + 1) * comb(2 * degree, i + j))
-
-    return _exact(degree + 1, degree + 1, entry)
-
-
 def _exact_gram(degree: int, order: int) -> Rational:
-    difference = _difference(degree, order)
-    return difference.T @ _bernstein_gram(degree - order) @ difference
+    difference, n = _difference(degree, order), degree - order
+    products = _exact(n + 1, n + 1, lambda i, j: Fraction(comb(n, i) * comb(n, j), (2 * n + 1) * comb(2 * n, i + j)))
+    return difference.T @ products @ difference
 
 
 def _exact_ends_map(degree: int) -> Rational:
@@ -136,11 +128,7 @@ def gram_root(degree: int) -> FloatArray:
 @cache
 def points_to_powers(degree: int) -> FloatArray:
     """Matrix from control points to the coefficients of 1, s, s², …: shape (degree + 1, degree + 1)."""
-
-    def entry(i: int, j: int) -> Any:
-        return (-1) ** (i + j) * comb(degree, i) * comb(i, j)
-
-    return _rounded(_exact(degree + 1, degree + 1, entry))
+    return _rounded(_exact(degree + 1, degree + 1, lambda i, j: (-1) ** (i + j) * comb(degree, i) * comb(i, j)))
 
 
 @cache
@@ -230,9 +218,8 @@ def derivative_basis_map(degree: int, order: int) -> FloatArray:
 @cache
 def _square_weights(degree: int) -> FloatArray:
     weights = np.zeros((2 * degree + 1, degree + 1, degree + 1))
-    for i in range(degree + 1):
-        for j in range(degree + 1):
-            weights[i + j, i, j] = comb(degree, i) * comb(degree, j) / comb(2 * degree, i + j)
+    for i, j in np.ndindex(degree + 1, degree + 1):
+        weights[i + j, i, j] = comb(degree, i) * comb(degree, j) / comb(2 * degree, i + j)
     return weights
 
 
@@ -269,27 +256,6 @@ def _linear_powers(parts: int, part: int, degree: int) -> list[np.ndarray[Any, A
         np.array([comb(i, j) * part**j * (parts - part) ** (i - j) for j in range(i + 1)], dtype=object)
         for i in range(degree + 1)
     ]
-
-
-def restriction(degree: int, low: Any, high: Any) -> list[list[Any]]:
-    """Matrix from control points on [0, 1] to those on [low, high], by blossoming, in exact rationals."""
-
-    def polar(row: int, column: int) -> Any:
-        # blossom of B_column at (degree - row) copies of low and row copies of high
-        return sum(
-            (
-                comb(degree - row, a)
-                * comb(row, column - a)
-                * low**a
-                * (1 - low) ** (degree - row - a)
-                * high ** (column - a)
-                * (1 - high) ** (row - column + a)
-                for a in range(max(0, column - row), min(degree - row, column) + 1)
-            ),
-            Fraction(0),
-        )
-
-    return [[polar(row, column) for column in range(degree + 1)] for row in range(degree + 1)]
 
 
 def subdivide(points: FloatArray, parts: int) -> FloatArray:

@@ -236,17 +236,13 @@ def largest_ratio(top: FloatArray, bottom: FloatArray, largest: Maximum = maximu
     trial = float(first[row])
     while np.isfinite(trial):
         _, row, where = largest(top - trial * bottom)
-        ratio = _ratio(top[row], bottom[row], where)
+        weights = basis(top.shape[1] - 1, np.array([where]))[0]
+        p, q = float(weights @ top[row]), float(weights @ bottom[row])
+        ratio = p / q if q > 0.0 else np.inf
         if not ratio > trial + 4.0 * np.finfo(np.float64).eps * abs(trial):
             return max(ratio, trial), row, where
         trial = ratio
     return trial, row, where
-
-
-def _ratio(top: FloatArray, bottom: FloatArray, where: float) -> float:
-    weights = basis(len(top) - 1, np.array([where]))[0]
-    p, q = float(weights @ top), float(weights @ bottom)
-    return p / q if q > 0.0 else np.inf
 
 
 REFINED_BELOW = 0.05
@@ -259,16 +255,10 @@ STEPS = 2
 
 
 @cache
-def _grid(degree: int) -> tuple[FloatArray, FloatArray]:
+def _grid(degree: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return grid points, the steps down and up to the next ones, and the matrix from control points to values."""
     s = np.linspace(0.0, 1.0, 4 * degree + 1)
-    return s, np.ascontiguousarray(basis(degree, s).T)
-
-
-@cache
-def _reach(degree: int) -> tuple[FloatArray, FloatArray]:
-    """Return the steps down and up to the next grid points."""
-    s, _ = _grid(degree)
-    return -np.diff(s, prepend=0.0), np.diff(s, append=1.0)
+    return s, -np.diff(s, prepend=0.0), np.diff(s, append=1.0), np.ascontiguousarray(basis(degree, s).T)
 
 
 @cache
@@ -277,7 +267,7 @@ def _expansions(degree: int) -> FloatArray:
 
     Shape (grid, 3 (degree + 1), degree + 1): three rows of coefficients one after the other, ended by zeros.
     """
-    s, _ = _grid(degree)
+    s = _grid(degree)[0]
     matrices = np.zeros((len(s), 3, degree + 1, degree + 1))
     for order in range(3):
         for k in range(degree + 1 - order):
@@ -304,11 +294,10 @@ def peaks(points: FloatArray, above: float) -> tuple[IntArray, FloatArray, Float
         return may, np.zeros(0), np.zeros(0)
     if points.shape[1] == 1:
         return may, np.zeros(len(may)), points[may, 0]
-    grid, values_of = _grid(points.shape[1] - 1)
     points = points[may]
-    values = points @ values_of
+    values = points @ _grid(points.shape[1] - 1)[3]
     row, column = _summits(values, above - REFINED_BELOW * (highest[may] - points.min(axis=1))[:, None])
-    s, value = _refine(points[row], grid, values, row, column)
+    s, value = _refine(points[row], values, row, column)
     kept = value > above
     return may[row[kept]], s[kept], value[kept]
 
@@ -323,19 +312,17 @@ def _summits(values: FloatArray, floor: FloatArray) -> tuple[IntArray, IntArray]
     return row, column
 
 
-def _refine(
-    points: FloatArray, grid: FloatArray, values: FloatArray, row: IntArray, column: IntArray
-) -> tuple[FloatArray, FloatArray]:
+def _refine(points: FloatArray, values: FloatArray, row: IntArray, column: IntArray) -> tuple[FloatArray, FloatArray]:
     """Take Newton steps on the derivative, no further than the next grid points; never to a lower value."""
-    s, value, degree = grid[column], values[row, column], points.shape[1] - 1
+    value, degree = values[row, column], points.shape[1] - 1
+    s, low, high = (grid[column] for grid in _grid(degree)[:3])
     if degree < 2 or not len(s):
         return s, value
     taylor = np.matmul(_expansions(degree)[column], points[:, :, None]).reshape(len(s), 3, degree + 1)
-    low, high = (side[column] for side in _reach(degree))
-    step = _within(_newton(taylor[:, 1, 0], taylor[:, 2, 0]), low, high)
+    step = np.clip(_newton(taylor[:, 1, 0], taylor[:, 2, 0]), low, high)
     for _ in range(STEPS):
         local = _at(taylor[:, 1:], step)
-        step = _within(step + _newton(local[:, 0], local[:, 1]), low, high)
+        step = np.clip(step + _newton(local[:, 0], local[:, 1]), low, high)
     refined = _at(taylor[:, :1], step)[:, 0]
     better = refined > value
     return np.where(better, s + step, s), np.where(better, refined, value)
@@ -349,7 +336,3 @@ def _at(taylor: FloatArray, step: FloatArray) -> FloatArray:
 def _newton(slope: FloatArray, curve: FloatArray) -> FloatArray:
     """Step to a maximum; none where the curve is not concave."""
     return np.asarray(slope / np.where(curve < 0.0, -curve, np.inf))
-
-
-def _within(step: FloatArray, low: FloatArray | float, high: FloatArray | float) -> FloatArray:
-    return np.minimum(np.maximum(step, low), high)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.native.proved_extrema import largest_norms, maximum
-from minsnap.polynomials.bernstein import basis, restriction
+from minsnap.polynomials.bernstein import basis, split
 from minsnap.polynomials.enclosures import TINY, UNIT, Enclosure, derivative
 from minsnap.trajectory.instants import SHORTEST_PIECE
 
@@ -102,13 +101,10 @@ def cut(
     low = max((start - breaks[first]) / durations[first], 0.0)
     high = min((end - breaks[last]) / durations[last], 1.0)
     points, durations = points[first : last + 1].copy(), durations[first : last + 1].copy()
-    if first == last:
-        points[0] = _restricted(points[0], low, high)
-        durations[0] *= high - low
-    else:
-        points[0], points[-1] = _restricted(points[0], low, 1.0), _restricted(points[-1], 0.0, high)
-        durations[0] *= 1.0 - low
-        durations[-1] *= high
+    if high < 1.0:
+        points[-1], durations[-1] = split(points[-1], high)[0], durations[-1] * high
+    share = low / high if first == last else low
+    points[0], durations[0] = split(points[0], share)[1], durations[0] * (1.0 - share)
     return points, durations
 
 
@@ -131,8 +127,3 @@ def _pieces_within(breaks: FloatArray, start: float, end: float) -> tuple[int, i
     if first < last and end - breaks[last] <= least[last]:
         last -= 1
     return first, last
-
-
-def _restricted(points: FloatArray, low: float, high: float) -> FloatArray:
-    matrix: Any = restriction(len(points) - 1, low, high)
-    return np.asarray(np.array(matrix, dtype=np.float64) @ points)
