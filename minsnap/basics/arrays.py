@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields, is_dataclass
 from math import isfinite
-from typing import Any, TypeGuard, TypeVar, cast
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike as ArrayLike
@@ -150,10 +150,7 @@ class OwnsArrays(ReadOnly):
     """Base of frozen dataclasses whose array fields become read-only copies when they are made."""
 
     def __post_init__(self) -> None:
-        for field in fields(cast("Any", self)):
-            array = getattr(self, field.name)
-            if isinstance(array, np.ndarray):
-                set_fields(self, **{field.name: array.copy()})
+        set_fields(self, **{name: array.copy() for name, array in vars(self).items() if isinstance(array, np.ndarray)})
 
 
 def _freeze(value: Any) -> None:

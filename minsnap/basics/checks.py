@@ -304,18 +304,13 @@ def check_state(state: Mapping[str, ArrayLike] | None, where: str, half: int, di
         return {}
     if not isinstance(state, Mapping):
         raise WaypointError(f"{where} must be a mapping such as {{'velocity': (1, 0, 0)}}, not {shown(state)}")
-    give = f"{dim} finite numbers"
-    return {
-        _order(name, where, half): check_array(f"the {name} of {where}", value, ((dim,),), give, WaypointError)
-        for name, value in state.items()
-    }
-
-
-def _order(name: Any, where: str, half: int) -> int:
-    allowed = DERIVATIVES[1:half]
-    if name not in allowed:
-        raise WaypointError(f"{where} pins {shown(name)}: degree {2 * half - 1} can pin {', '.join(allowed)}")
-    return DERIVATIVES.index(name)
+    allowed, give, found = DERIVATIVES[1:half], f"{dim} finite numbers", {}
+    for name, value in state.items():
+        if name not in allowed:
+            raise WaypointError(f"{where} pins {shown(name)}: degree {2 * half - 1} can pin {', '.join(allowed)}")
+        order = DERIVATIVES.index(name)
+        found[order] = check_array(f"the {name} of {where}", value, ((dim,),), give, WaypointError)
+    return found
 
 
 def point_text(point: FloatArray | IntArray) -> str:

@@ -41,16 +41,11 @@ def _checked_whole(called: Any) -> Any:
     for kind in called.__mro__:
         for name, method in list(vars(kind).items()) if kind.__module__.startswith("minsnap.") else ():
             if name in ("__init__", "__call__") or not name.startswith("_"):
-                _check_method(kind, name, method)
+                if isinstance(method, FunctionType):
+                    type.__setattr__(kind, name, _checked(method))
+                elif isinstance(method, classmethod | staticmethod):
+                    type.__setattr__(kind, name, type(method)(_checked(method.__func__)))
     return called
-
-
-def _check_method(kind: type, name: str, method: Any) -> None:
-    """Put in the place of a method of a class one that refuses what it cannot take."""
-    if isinstance(method, FunctionType):
-        type.__setattr__(kind, name, _checked(method))
-    elif isinstance(method, classmethod | staticmethod):
-        type.__setattr__(kind, name, type(method)(_checked(method.__func__)))
 
 
 @cache
@@ -92,25 +87,18 @@ def _of_other_kind(target: Callable[..., Any], args: Any, kwargs: Any) -> str | 
 
 def _may_be(value: Any, annotation: str) -> bool:
     """Whether a value, with its elements, may be of the kinds that an annotation names."""
+    from minsnap.basics.arrays import numbers
+
     if isinstance(value, int) and "int" not in annotation and value.bit_length() > sys.float_info.max_exp:
         return False
     outer = annotation
     while "[" in outer:
         outer = re.sub(r"\[[^\[\]]*\]", "", outer)
-    if "ArrayLike" in outer and _is_numeric(value):
+    if "ArrayLike" in outer and value is not None and numbers(value, copy=False) is not None:
         return True
     elements = value if isinstance(value, list | tuple) else ()
     inner = tuple(_kinds(f"{annotation} Iterable"))
     return isinstance(value, tuple(_kinds(outer))) and all(isinstance(one, inner) for one in elements)
-
-
-def _is_numeric(value: Any) -> bool:
-    import numpy as np
-
-    try:
-        return value is not None and np.asarray(value, dtype=np.float64) is not None
-    except (TypeError, ValueError, OverflowError):
-        return False
 
 
 def _kinds(annotation: str) -> Iterator[type]:

@@ -139,7 +139,10 @@ def mapping(keys: Mapping[str, Key], said: str, marks: Collection[str] = ()) -> 
     def fits(value: Any) -> bool:
         return isinstance(value, Mapping) and (not marks or any(mark in value for mark in marks))
 
-    return Form(said, fits, made, _object(keys))
+    needed = [name for name, key in keys.items() if key.needed]
+    entries = {name: {**key.form.json, **({"description": key.text} if key.text else {})} for name, key in keys.items()}
+    json = {"type": "object", "properties": entries, **({"required": needed} if needed else {})}
+    return Form(said, fits, made, json | {"additionalProperties": False})
 
 
 def refuse_unknown(where: str, content: Mapping[Any, Any], known: Mapping[str, Any]) -> None:
@@ -148,17 +151,6 @@ def refuse_unknown(where: str, content: Mapping[Any, Any], known: Mapping[str, A
         near = get_close_matches(str(unknown), known, 1)
         hint = f"did you mean {near[0]}? " if near else ""
         raise FileError(f"{where}: {shown(unknown)} is not known: {hint}the keys are {', '.join(known)}")
-
-
-def _object(keys: Mapping[str, Key]) -> Json:
-    needed = [name for name, key in keys.items() if key.needed]
-    entries = {name: {**key.form.json, **({"description": key.text} if key.text else {})} for name, key in keys.items()}
-    return {
-        "type": "object",
-        "properties": entries,
-        **({"required": needed} if needed else {}),
-        "additionalProperties": False,
-    }
 
 
 def json_schema(title: str, form: Form) -> dict[str, Any]:

@@ -93,11 +93,9 @@ def check_destination(path: FileName, *, clobber: bool = True) -> Path:
         state = os.stat(destination)
     except (TypeError, ValueError):
         raise FileError(f"{shown(path)} is no name of a file") from None
-    except FileNotFoundError as error:
-        if not destination.parent.is_dir():
-            raise FileError(f"{path} cannot be written: {error.strerror}") from error
-        return destination
     except OSError as error:
+        if isinstance(error, FileNotFoundError) and destination.parent.is_dir():
+            return destination
         raise FileError(f"{path} cannot be written: {error.strerror}") from error
     if stat.S_ISDIR(state.st_mode):
         raise FileError(f"{path} is a folder: give the name of a file")

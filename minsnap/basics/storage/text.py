@@ -182,23 +182,13 @@ def load_yaml(path: FileName) -> Any:
     import yaml
 
     text = read_text(path, LARGEST_YAML)
-    try:
-        with reading(path, "YAML"):
-            return parse_yaml(text)
-    except FileError as error:
-        cause = error.__cause__
-        if not isinstance(cause, yaml.YAMLError):
-            raise
-        line = getattr(getattr(cause, "problem_mark", None), "line", None)
-        where = f"{path}, line {line + 1}" if line is not None else f"{path}"
-        raise FileError(f"{where}: {getattr(cause, 'problem', None) or 'this is not YAML'}") from None
-
-
-def parse_yaml(text: str) -> Any:
-    """Return the content of YAML text, as :func:`load_yaml` does; errors are PyYAML's."""
-    import yaml
-
-    return yaml.load(text, Loader=_loader())
+    with reading(path, "YAML"):
+        try:
+            return yaml.load(text, Loader=_loader())
+        except yaml.YAMLError as error:
+            line = getattr(getattr(error, "problem_mark", None), "line", None)
+            where = f"{path}, line {line + 1}" if line is not None else f"{path}"
+            raise FileError(f"{where}: {getattr(error, 'problem', None) or 'this is not YAML'}") from None
 
 
 @cache
@@ -236,9 +226,7 @@ def _loader() -> Any:
             return super().construct_mapping(node, deep)
 
         def construct_yaml_int(self, node: Any) -> Any:
-            if len(node.value) > 18:
-                return float(node.value)
-            return int(node.value)
+            return float(node.value) if len(node.value) > 18 else int(node.value)
 
     patterns = {
         "null": (r"~|null|Null|NULL|", ["~", "n", "N", ""]),
