@@ -34,11 +34,14 @@ class Boxes(ReadOnly):
     lower: FloatArray
     upper: FloatArray
 
-    def __init__(self, lower: ArrayLike, upper: ArrayLike) -> None:
-        low, high = check_bounds(lower, upper, "boxes", 2)
-        _refuse_infinite(low, high)
-        _refuse_apart(*_common(low, high), low, high)
-        set_fields(self, lower=low, upper=high)
+    def __post_init__(self) -> None:
+        lower, upper = check_bounds(self.lower, self.upper, "boxes", 2)
+        endless = np.argwhere(~np.isfinite(lower) | ~np.isfinite(upper))
+        if len(endless):
+            box, axis = endless[0]
+            raise CorridorError(f"box {box} is unbounded along {axis_name(axis)}: bound it, or use HalfSpaces or Room")
+        _refuse_apart(*_common(lower, upper), lower, upper)
+        set_fields(self, lower=lower, upper=upper)
 
     def __len__(self) -> int:
         return len(self.lower)
@@ -144,13 +147,6 @@ def check_dim(dim: int, waypoints: FloatArray, what: str) -> None:
     """Raise CorridorError unless waypoints have as many coordinates."""
     if dim != waypoints.shape[1]:
         raise CorridorError(f"the {what} has {dim} coordinates and the waypoints {waypoints.shape[1]}: give as many")
-
-
-def _refuse_infinite(lower: FloatArray, upper: FloatArray) -> None:
-    wrong = np.argwhere(~np.isfinite(lower) | ~np.isfinite(upper))
-    if len(wrong):
-        box, axis = wrong[0]
-        raise CorridorError(f"box {box} is unbounded along {axis_name(axis)}: bound it, or use HalfSpaces or Room")
 
 
 def _common(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -47,24 +47,30 @@ def nearest_wall(traj: Trajectory, walls: Sequence[Walls]) -> Margin | None:
 
 def margin_to(traj: Trajectory, wall: Walls) -> Margin:
     """Proved least distance to one block of walls over all time."""
-    extremum = native.greatest_excess(wall.record, traj.control_points, traj.durations, traj.pieces)
-    if extremum is not None:
-        return _margin(traj, wall, extremum)
-    excess, row, piece = wall.excess(traj)
-    if not len(row):
+    found = native.greatest_excess(wall.record, traj.control_points, traj.durations, traj.pieces)
+    bound, which, where = _greatest_excess(traj, wall) if found is None else found[1:]
+    if bound == -np.inf:
         return Margin(np.inf, 0, 0.0, wall.name)
+    row, part = divmod(which, traj.pieces)
+    piece = int(wall.leg[row]) * traj.pieces + part
+    instant = float(traj.breaks[piece] + where * traj.durations[piece])
+    return Margin(0.0 - bound, int(wall.leg[row]), instant, wall.name)
+
+
+def _greatest_excess(traj: Trajectory, wall: Walls) -> tuple[float, int, float]:
+    """Return by how much a curve is outside at most, in which row and piece of it, and where on [0, 1]."""
+    excess, row, _ = wall.excess(traj)
+    if not len(row):
+        return -np.inf, 0, 0.0
     if wall.flat:
-        bound, which, where = maximum(excess.points, excess.errors)
-        slack = 0.0 - bound
-    else:
-        highest = maxima(excess.points, excess.errors)
-        slacks = _distances(wall.radius[row], highest.bounds)
-        if wall.slope.any():  # the opposite nappe of the cone has the same squares
-            reach = wall.reach(traj)
-            slacks = np.minimum(slacks, -maxima(-reach.points, reach.errors).bounds)
-        which = int(np.argmin(slacks))
-        slack, where = float(slacks[which]), float(highest.where[which])
-    return Margin(slack, int(wall.leg[row[which]]), _instant(traj, int(piece[which]), where), wall.name)
+        return maximum(excess.points, excess.errors)
+    highest = maxima(excess.points, excess.errors)
+    slacks = _distances(wall.radius[row], highest.bounds)
+    if wall.slope.any():  # the opposite nappe of the cone has the same squares
+        reach = wall.reach(traj)
+        slacks = np.minimum(slacks, -maxima(-reach.points, reach.errors).bounds)
+    which = int(np.argmin(slacks))
+    return -float(slacks[which]), which, float(highest.where[which])
 
 
 def _distances(radius: FloatArray, excess: FloatArray) -> FloatArray:
@@ -72,19 +78,6 @@ def _distances(radius: FloatArray, excess: FloatArray) -> FloatArray:
     square = radius**2 + excess + 4.0 * UNIT * (radius**2 + np.abs(excess))
     slacks = -excess / (radius + np.sqrt(np.maximum(square, 0.0)))
     return np.minimum(slacks - 8.0 * UNIT * np.abs(slacks), radius)
-
-
-def _margin(traj: Trajectory, wall: Walls, extremum: native.Extremum) -> Margin:
-    """Margin from the native core's greatest excess."""
-    if extremum.bound == -np.inf:
-        return Margin(np.inf, 0, 0.0, wall.name)
-    row, part = divmod(extremum.row, traj.pieces)
-    leg = int(wall.leg[row])
-    return Margin(0.0 - extremum.bound, leg, _instant(traj, leg * traj.pieces + part, extremum.where), wall.name)
-
-
-def _instant(traj: Trajectory, piece: int, s: float) -> float:
-    return float(traj.breaks[piece] + s * traj.durations[piece])
 
 
 def margin_holds(traj: Trajectory, wall: Walls, margin: float) -> bool:
