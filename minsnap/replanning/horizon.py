@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import takewhile
 from math import inf
 from typing import Any
@@ -389,13 +388,13 @@ def seen_joined(better: Better, task: Task, aim: Aim) -> Better:
 
 def inside_from(curve: Trajectory, task: Task) -> float:
     """First instant from which a curve is inside all walls to the end [s], by bisection on its first leg."""
-    return first_from(partial(_inside_after, curve, task), float(curve.leg_breaks[1]), 1e-9 * curve.duration)
+    places = [wall for wall in task.walls if wall.order == 0]
 
+    def inside(start: float) -> bool:
+        rest = Splice(curve, start, task.half).rest
+        return rest is not None and room_of(rest, places) >= 0.0
 
-def _inside_after(curve: Trajectory, task: Task, start: float) -> bool:
-    rest = Splice(curve, start, task.half).rest
-    assert rest is not None
-    return room_of(rest, [wall for wall in task.walls if wall.order == 0]) >= 0.0
+    return first_from(inside, float(curve.leg_breaks[1]), 1e-9 * curve.duration)
 
 
 def room_of(curve: Trajectory, walls: Sequence[Walls]) -> float:

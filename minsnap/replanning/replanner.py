@@ -24,17 +24,7 @@ from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.planning.planner import plan
-from minsnap.replanning import horizon
-from minsnap.replanning.course_ahead import (
-    CourseAhead,
-    all_limits,
-    check_half,
-    check_horizon,
-    course_ahead,
-    refuse_outside,
-    replan_heading,
-    waypoint_angles,
-)
+from minsnap.replanning import course_ahead, horizon
 from minsnap.replanning.horizon import Aim, Better, Near, NotShorterError
 from minsnap.replanning.memory import UNCHANGED, Change, Memory, Takes, due_of, leg_start_of
 from minsnap.replanning.splice import Splice, braked, ends_at_rest, has_angles, splice_of, spliced, through_angles
@@ -66,7 +56,7 @@ class _Call:
 
     splice: Splice
     due: float
-    course: CourseAhead
+    course: course_ahead.CourseAhead
     aim: Aim
     seconds: float
     deadline: Deadline
@@ -125,14 +115,14 @@ class Replanner:
         pieces: int = 1,
         clock: Clock = time.monotonic,
     ) -> None:
-        self._half, self._pieces = check_half(degree), check_pieces(pieces)[0]
-        self._limits = all_limits(limits, vehicle)
+        self._half, self._pieces = course_ahead.check_half(degree), check_pieces(pieces)[0]
+        self._limits = course_ahead.all_limits(limits, vehicle)
         self._corridor, self._room = as_constraints(corridor), as_room(room)
-        self._chosen = replan_heading(yaw, self._limits)
+        self._chosen = course_ahead.replan_heading(yaw, self._limits)
         self._recover = check_distance("recover", recover, InputError)
         self._clearance = check_distance("clearance", clearance, InputError)
-        self._horizon = check_horizon(horizon)
-        self._clock, self._lock = checked_clock(clock), threading.Lock()
+        self._horizon = course_ahead.check_horizon(horizon)
+        self._clock, self._lock = clock, threading.Lock()
         self._memory: Memory | None = None
         self._takes = Takes()
         _wake()
@@ -213,9 +203,11 @@ class Replanner:
                 self._memory = None
             self._refuse_short(budget)
             own = self._corridor if corridor is None else as_constraints(corridor)
-            course = self._course(splice, waypoints, [*as_constraints(boxes), *own, *self._room], goal)
+            walls, start = [*as_constraints(boxes), *own, *self._room], leg_start_of(splice, self._memory)
+            course = course_ahead.course_ahead(splice, waypoints, goal, start, walls, self._pieces)
+            course_ahead.refuse_outside(course, self._recover)
             aim = Aim.of(self._limits, durations, total_time, course.task.legs)
-            angles = waypoint_angles(yaw, course.task.legs)
+            angles = course_ahead.waypoint_angles(yaw, course.task.legs)
             closing = self._takes.most("closing", CLOSING * budget)
             deadline = Deadline(due - closing, self._clock, self._takes.most("check"))
             return self._answer(_Call(splice, due, course, aim, budget, deadline, watch, angles))
@@ -223,12 +215,6 @@ class Replanner:
             if collects:
                 gc.enable()
             self._lock.release()
-
-    def _course(self, splice: Splice, waypoints: Any, constraints: list[Constraint], goal: Any) -> CourseAhead:
-        start = leg_start_of(splice, self._memory)
-        course = course_ahead(splice, waypoints, goal, start, constraints, self._pieces)
-        refuse_outside(course, self._recover)
-        return course
 
     def _answer(self, call: _Call) -> Change:
         """Stop first, then the rest, then something better."""
@@ -303,13 +289,8 @@ class Replanner:
 
         And whether it touches none of them.
         """
-        rest, task = call.splice.rest, call.course.task
-        if (
-            rest is None
-            or rest.legs != task.legs
-            or call.course.outside
-            or not horizon.rest_within(call.splice, self._limits)
-        ):
+        rest, task, outside = call.splice.rest, call.course.task, call.course.outside
+        if rest is None or rest.legs != task.legs or outside or not horizon.rest_within(call.splice, self._limits):
             return -inf, False
         return horizon.room_beside(rest, task.walls, self._clearance)
 
@@ -374,16 +355,16 @@ class Replanner:
         if end is None or later is None:
             part = self._part(task, aim, rest, guess)
             better = self._search(part, self._finish(call, splice), seconds, standing)
-            return (
-                better if part.tail is None else horizon.seen_joined(better, horizon.as_smooth(task, splice.flown), aim)
-            )
-        later_legs = horizon.part_of(task, 1, task.legs, {1: end.state})
-        part = self._part(later_legs, later, horizon.after_first_leg(rest), horizon.after_first_leg(guess))
-        better = self._search(part, self._finish(call, end.after, 1), seconds, horizon.after_first_leg(standing))
-        starts = (start and start + end.left.duration for start in (better.limits_from, better.inside_from))
-        return horizon.seen_joined(
-            Better(end.before(better.curve), *starts), horizon.as_smooth(task, splice.flown), aim
-        )
+            if part.tail is None:
+                return better
+        else:
+            later_legs = horizon.part_of(task, 1, task.legs, {1: end.state})
+            rest, guess, standing = map(horizon.after_first_leg, (rest, guess, standing))
+            part = self._part(later_legs, later, rest, guess)
+            better = self._search(part, self._finish(call, end.after, 1), seconds, standing)
+            starts = (start and start + end.left.duration for start in (better.limits_from, better.inside_from))
+            better = Better(end.before(better.curve), *starts)
+        return horizon.seen_joined(better, horizon.as_smooth(task, splice.flown), aim)
 
     def _part(self, task: Task, aim: Aim, rest: Trajectory | None, guess: Trajectory | None) -> Near:
         """Return the legs of the horizon, with the clearance from their walls."""
@@ -429,26 +410,18 @@ class Replanner:
         self, call: _Call, chosen: Better | None, stops: tuple[Trajectory | None, str], safe: bool, reason: str
     ) -> Change:
         splice, (stop, no_stop) = call.splice, stops
-        curve = splice.rest if chosen is None else chosen.curve
-        if curve is None:
-            raise TimingError(f"the flown plan is over at {splice.instant:.6g} s, and no plan was found: {reason}")
-        certified = safe if chosen is None else True
-        if stop is None and certified and ends_at_rest(curve):
-            stop = curve
-        times = (0.0, 0.0) if chosen is None else (chosen.limits_from, chosen.inside_from)
-        return Change(
-            curve,
-            splice.instant,
-            stop,
-            chosen is None,
-            certified,
-            reason,
-            no_stop if stop is None else "",
-            *times,
-            call.watch.on_clock,
-            max(0.0, self._clock() - call.due),
-            splice.passed,
-        )
+        kept, rest = chosen is None, splice.rest
+        if chosen is None:
+            if rest is None:
+                raise TimingError(f"the flown plan is over at {splice.instant:.6g} s, and no plan was found: {reason}")
+            chosen = Better(rest)
+        certified = safe or not kept
+        if stop is None and certified and ends_at_rest(chosen.curve):
+            stop = chosen.curve
+        why, times = "" if stop is not None else no_stop, (chosen.limits_from, chosen.inside_from)
+        took, late = call.watch.on_clock, max(0.0, self._clock() - call.due)
+        known = chosen.curve, splice.instant, stop, kept, certified, reason, why
+        return Change(*known, *times, took, late, splice.passed)
 
 
 def replan(
