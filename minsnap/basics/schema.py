@@ -71,7 +71,7 @@ NUMBER = _plain("a finite number", is_number, float, {"type": "number"})
 WHOLE = _plain("a whole number", is_whole, int, {"type": "integer"})
 FLAG = _plain("true or false", lambda value: isinstance(value, bool), bool, {"type": "boolean"})
 TEXT = _plain("a text", lambda value: isinstance(value, str), str, {"type": "string"})
-ANYTHING = _plain("anything", lambda value: True, lambda value: value, {})
+ANY = _plain("anything", lambda value: True, lambda value: value, {})
 
 
 def from_to(form: Form, least: float, most: float) -> Form:

@@ -15,23 +15,13 @@ from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.basics.tolerances import GAP
 from minsnap.corridors.constraint import Constraint
-from minsnap.errors import InputError, MinsnapError
+from minsnap.errors import CorridorError, InputError, LimitError, MinsnapError, TimingError, WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.native.plan_batches import ManyChains, ManySlopes, many_gradients, many_optima, many_tubes
 from minsnap.native.quick_look import look_over
 from minsnap.native.status import Status
 from minsnap.optimisation.tube_report import TubeReports
-from minsnap.planning.problem_rows import (
-    GRADIENT_GAP,
-    ManyProblems,
-    Pins,
-    ProblemRows,
-    State,
-    corridors_of,
-    end_states,
-    further_arguments,
-    no_durations,
-)
+from minsnap.planning.problem_rows import GRADIENT_GAP, ManyProblems, Pins, ProblemRows, State
 from minsnap.trajectory.report import LinearSystem
 from minsnap.trajectory.trajectories import Gradients, Reports, Slopes, Trajectories
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory
@@ -97,10 +87,13 @@ def plan_many(
     """
     began = perf_counter()
     half = check_degree(degree)
-    batch = ProblemRows.of(waypoints, no_durations(waypoints) if durations is None else durations)
-    ends = end_states(start, "start", batch, half), end_states(end, "end", batch, half)
-    others = further_arguments(len(batch), durations is None, limits=limits, pins=pins, total_time=total_time)
-    walls, workers = corridors_of(corridor, len(batch)), check_threads(threads, InputError)
+    batch = ProblemRows.of(waypoints, durations)
+    ends = batch.ends(start, "start", half), batch.ends(end, "end", half)
+    known = ("limits", limits, LimitError), ("pins", pins, WaypointError), ("total_time", total_time, TimingError)
+    others = {name: batch.each(name, value, error) for name, value, error in known if value is not None}
+    others |= {"durations": [None] * len(batch)} if durations is None else {}
+    walls = None if corridor is None else batch.each("corridor", corridor, CorridorError)
+    workers = check_threads(threads, InputError)
     with progress_line(progress, "planning", _problems_in) as watch:
         return _solved(ManyProblems(batch, half, ends, walls, others, workers, began, watch), gradients)
 
@@ -125,11 +118,8 @@ def _solved(many: ManyProblems, gradients: bool) -> Trajectories:
 def _check_gradients(many: ManyProblems) -> None:
     from minsnap.corridors.named_constraints import CONSTRAINTS
 
-    if any(
-        name != "pins" and (name == "durations" or value is not None)
-        for o in many.others or ()
-        for name, value in o.items()
-    ):
+    timed = {name: [value for value in values if value is not None] for name, values in many.others.items()}
+    if "durations" in timed or timed.get("limits") or timed.get("total_time"):
         raise InputError("gradients are known for fixed durations: leave out gradients=True, or limits and total_time")
     for corridor in many.corridors or ():
         for part in corridor if isinstance(corridor, (list, tuple)) else [corridor]:
@@ -165,10 +155,7 @@ def _solved_in_tubes(many: ManyProblems, widths: FloatArray, gradients: bool) ->
 
 
 def _mended(
-    many: ManyProblems,
-    solved: tuple[FloatArray, FloatArray, IntArray],
-    made: Reports,
-    slopes: ManySlopes | None,
+    many: ManyProblems, solved: tuple[FloatArray, FloatArray, IntArray], made: Reports, slopes: ManySlopes | None
 ) -> Trajectories:
     """Plan by themselves the problems that the native core left, and wrap all."""
     points, breaks, statuses = solved

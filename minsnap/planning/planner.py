@@ -12,20 +12,8 @@ from math import inf
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any
 
+from minsnap.basics import checks
 from minsnap.basics.arrays import ArrayLike
-from minsnap.basics.checks import (
-    check_closing,
-    check_continuity,
-    check_degree,
-    check_durations,
-    check_flag,
-    check_jumps,
-    check_pieces,
-    check_pins,
-    check_position,
-    check_words,
-    refuse_repeated,
-)
 from minsnap.basics.deadline import WORK
 from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, within_memory
@@ -203,10 +191,10 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
     began = perf_counter()
     task, times = task_of(request), request.durations
     if times is None:
-        refuse_repeated(task.waypoints, "give every leg a duration of its own")
+        checks.refuse_repeated(task.waypoints, "give every leg a duration of its own")
     else:
-        times = check_durations(times, task.legs)
-    how, refine = dict(vars(request.search or USUAL)), check_pieces(request.pieces)[1]
+        times = checks.check_durations(times, task.legs)
+    how, refine = dict(vars(request.search or USUAL)), checks.check_pieces(request.pieces)[1]
     limit = how.pop("time_limit")
     due = inf if limit is None else monotonic() + limit
     timing = Timing(times, request.total_time, request.limits, **how, progress=watch, refine=refine, due=due)
@@ -245,7 +233,7 @@ def _steps_in(on_interrupt: str, line: ProgressLine) -> Progress:
 
 def _named_solver(solver: str) -> str:
     """Return the name of a solver that is installed; see ``check_solver``."""
-    check_words(solver=solver)
+    checks.check_words(solver=solver)
     if solver == "auto":
         return solver
     from minsnap.optimisation.qp import check_solver
@@ -259,9 +247,12 @@ def task_of(request: PlanRequest) -> Task:
     corridor, instants = unsampled(request.corridor, limits is not None)
     constraints = as_constraints(corridor)
     knots = as_knots(request.waypoints, request.waypoint_tolerance)
-    half, (pieces, refine) = check_degree(request.degree), check_pieces(request.pieces)
-    smoothness, closed = check_continuity(request.continuity, half), check_flag("closed", request.closed)
-    (first, start), (last, end) = check_position(request.start, "start"), check_position(request.end, "end")
+    half, (pieces, refine) = checks.check_degree(request.degree), checks.check_pieces(request.pieces)
+    smoothness, closed = checks.check_continuity(request.continuity, half), checks.check_flag("closed", request.closed)
+    (first, start), (last, end) = (
+        checks.check_position(request.start, "start"),
+        checks.check_position(request.end, "end"),
+    )
     placement = place(knots, constraints, first, last, closed)
     points, lower, upper = placement.points, placement.lower, placement.upper
     check_dimension(points)
@@ -271,11 +262,11 @@ def task_of(request: PlanRequest) -> Task:
     def finish(curve: Trajectory) -> Trajectory:
         return curve.with_yaw(heading(curve))
 
-    pinned = check_pins(request.pins, start, end, closed, half, points)
-    check_closing(closed, points)
+    pinned = checks.check_pins(request.pins, start, end, closed, half, points)
+    checks.check_closing(closed, points)
     walls = walls_of(constraints, points)
     check_reach(placement, pinned, walls)
-    check_jumps(smoothness, half, pieces == 1 and not refine and not (upper > lower).any())
+    checks.check_jumps(smoothness, half, pieces == 1 and not refine and not (upper > lower).any())
     known = pinned, half, smoothness, closed, pieces, walls, request.solver, placement.regions
     return Task(points, lower, upper, *known, samples=instants, finish=finish)
 

@@ -13,15 +13,7 @@ from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, numbers
 from minsnap.basics.checks import DERIVATIVES, check_state
 from minsnap.basics.messages import shown
 from minsnap.corridors.tubes import Tube, as_constraints
-from minsnap.errors import (
-    CorridorError,
-    InputError,
-    LimitError,
-    MinsnapError,
-    SolverError,
-    TimingError,
-    WaypointError,
-)
+from minsnap.errors import InputError, MinsnapError, SolverError, TimingError, WaypointError
 from minsnap.planning.planner import plan, task_of
 from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.trajectories import Slopes, free_slopes
@@ -69,9 +61,34 @@ class ProblemRows:
         first, last = int(self.offsets[index]), int(self.offsets[index + 1])
         return self.points[first + index : last + index + 1], self.durations[first:last]
 
+    def ends(self, state: State | None, where: str, half: int) -> FloatArray | None:
+        """Return derivatives 1 … k - 1 at an end, (problems, k - 1, dim), or None at rest."""
+        if state is None:
+            return None
+        names = {name: np.zeros(self.dim) for name in state} if isinstance(state, Mapping) else state
+        check_state(names, where, half, self.dim)
+        states = np.zeros((len(self), half - 1, self.dim))
+        for name, value in state.items():
+            values = numbers(value)
+            if values is None or values.shape not in ((self.dim,), (len(self), self.dim)):
+                shapes = f"({self.dim},) or ({len(self)}, {self.dim})"
+                raise WaypointError(f"the {name} of {where} must be numbers of shape {shapes}")
+            states[:, DERIVATIVES.index(name) - 1] = values
+        return states
+
+    def each(self, name: str, value: Any, error: type[MinsnapError]) -> list[Any]:
+        """Return an argument of every problem, from one for all or one for each."""
+        one = hasattr(value, "walls") or not hasattr(value, "__len__") or isinstance(value, (str, bytes, Mapping))
+        values = [value] * len(self) if one or getattr(value, "ndim", 1) == 0 else list(value)
+        if len(values) != len(self):
+            raise error(f"{len(self)} problems need one {name}, or one for each, not {len(values)}")
+        return values
+
     @classmethod
     def of(cls, waypoints: Any, durations: Any) -> ProblemRows:
         """Sort what a caller gave."""
+        if durations is None:
+            durations = [None] * len(_rows(waypoints, "waypoints"))
         points, times = numbers(waypoints, copy=False), numbers(durations)
         if points is not None and times is not None and points.ndim == 3 and min(points.shape[1:]) > 0:
             count, knots, dim = points.shape
@@ -113,65 +130,6 @@ def _rows(values: Any, name: str) -> list[Any]:
         raise InputError(f"{name} are {shown(values)}: give one row for each problem") from None
 
 
-def end_states(state: State | None, where: str, batch: ProblemRows, half: int) -> FloatArray | None:
-    """Return derivatives 1 … k - 1 at an end, (problems, k - 1, dim), or None at rest."""
-    if state is None:
-        return None
-    check_state(
-        {name: np.zeros(batch.dim) for name in state} if isinstance(state, Mapping) else state, where, half, batch.dim
-    )
-    states = np.zeros((len(batch), half - 1, batch.dim))
-    for name, value in state.items():
-        values = numbers(value)
-        if values is None or values.shape not in ((batch.dim,), (len(batch), batch.dim)):
-            shapes = f"({batch.dim},) or ({len(batch)}, {batch.dim})"
-            raise WaypointError(f"the {name} of {where} must be numbers of shape {shapes}")
-        states[:, DERIVATIVES.index(name) - 1] = values
-    return states
-
-
-def corridors_of(corridor: Any, count: int) -> list[Any] | None:
-    """Corridor of every problem; None where there is none at all."""
-    if corridor is None:
-        return None
-    one = hasattr(corridor, "walls") or not hasattr(corridor, "__len__") or isinstance(corridor, (str, bytes, Mapping))
-    if one or getattr(corridor, "ndim", 1) == 0:
-        return [corridor] * count
-    each = list(corridor)
-    if len(each) != count:
-        raise CorridorError(f"{count} problems need one corridor, or one for each, not {len(each)}")
-    return each
-
-
-def no_durations(waypoints: Any) -> list[Any]:
-    """Return a row of no durations for each problem."""
-    return [None] * len(_rows(waypoints, "waypoints"))
-
-
-def further_arguments(count: int, without_durations: bool, **named: Any) -> list[dict[str, Any]] | None:
-    """Return the further arguments of ``plan`` by problem; None where there are none.
-
-    Raises
-    ------
-    InputError
-        If there are others than one for all, or one for each.
-    """
-    if not without_durations and all(value is None for value in named.values()):
-        return None
-    each: list[dict[str, Any]] = [{"durations": None} if without_durations else {} for _ in range(count)]
-    for name, value in named.items():
-        if not isinstance(value, (list, tuple, np.ndarray)) or (isinstance(value, np.ndarray) and not value.ndim):
-            values = [value] * count
-        else:
-            values = list(value)
-        if len(values) != count:
-            kind = LimitError if name == "limits" else WaypointError if name == "pins" else TimingError
-            raise kind(f"{count} problems need one {name}, or one for each, not {len(values)}")
-        for own, one in zip(each, values, strict=True):
-            own[name] = one
-    return each
-
-
 @dataclass(frozen=True, eq=False)
 class ManyProblems:
     """All that a call asks for.
@@ -183,8 +141,8 @@ class ManyProblems:
     ends : tuple of ndarray, shape (problems, k - 1, dim), or None
     corridors : list, or None
         By problem; None where there are none at all.
-    others : list of dict, or None
-        Further arguments of ``plan`` by problem.
+    others : mapping of str to list
+        Further arguments of ``plan`` by problem; empty where there are none.
     workers : int
     began : float
         Reading of ``time.perf_counter`` [s].
@@ -196,7 +154,7 @@ class ManyProblems:
     half: int
     ends: tuple[FloatArray | None, FloatArray | None]
     corridors: list[Any] | None
-    others: list[dict[str, Any]] | None
+    others: Mapping[str, list[Any]]
     workers: int
     began: float
     watch: Callable[[int, int], None] | None = None
@@ -207,7 +165,7 @@ class ManyProblems:
         names = DERIVATIVES[1 : self.half]
         start, end = (None if e is None else dict(zip(names, e[index], strict=True)) for e in self.ends)
         corridor = None if self.corridors is None else self.corridors[index]
-        own = {"durations": durations} | (self.others[index] if self.others else {})
+        own = {"durations": durations} | {name: values[index] for name, values in self.others.items()}
         return PlanRequest(points, corridor=corridor, start=start, end=end, degree=2 * self.half - 1, **own)
 
     def alone(self, index: int) -> Trajectory | MinsnapError:

@@ -10,14 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, numbers
-from minsnap.basics.checks import (
-    check_array,
-    check_degree,
-    check_position,
-    is_number,
-    is_whole,
-    refuse_repeated,
-)
+from minsnap.basics.checks import check_array, check_degree, check_position, is_number, is_whole, refuse_repeated
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_from, walls_of

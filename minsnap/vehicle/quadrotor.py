@@ -31,7 +31,7 @@ from minsnap.basics.arrays import (
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_array, has_method
 from minsnap.basics.messages import SHOWN, shown
-from minsnap.basics.schema import ANYTHING, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
+from minsnap.basics.schema import ANY, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.basics.storage.text import FileName, load_yaml
 from minsnap.errors import FileError, VehicleError
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, Surface, SurfaceDrag
@@ -283,7 +283,7 @@ def _checked_inertia(value: ArrayLike) -> FloatArray:
 
 
 AXES = several(NUMBER, "three numbers, along the body's axes", 3, 3)
-ROWS = several(ANYTHING, "three moments, or three rows of a matrix", 3, 3)
+ROWS = several(ANY, "three moments, or three rows of a matrix", 3, 3)
 """An inertia, whose numbers the vehicle checks."""
 
 SURFACE = mapping(
@@ -292,7 +292,7 @@ SURFACE = mapping(
         "variables": Key(several(TEXT, "a list of names"), "such as velocity, pitch_deg, speed_rpm", needed=True),
         "exponents": Key(several(several(WHOLE, "a list of whole numbers"), "a list of lists"), needed=True),
         "coefficients": Key(several(NUMBER, "a list of numbers"), "one for each term [N]", needed=True),
-        "measured": Key(ANYTHING, "least and greatest measured value of each variable"),
+        "measured": Key(ANY, "least and greatest measured value of each variable"),
         "r_squared": Key(NUMBER, "part of the variance that it explains"),
     },
     "the fields of Surface",

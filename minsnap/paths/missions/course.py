@@ -13,19 +13,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, set_fields
 from minsnap.basics.checks import check_array, check_degree, check_distance, check_number, check_switch, is_number
 from minsnap.basics.messages import shown
-from minsnap.basics.schema import (
-    ANYTHING,
-    FLAG,
-    NUMBER,
-    POINT,
-    TEXT,
-    WHOLE,
-    Key,
-    either,
-    mapping,
-    refuse_unknown,
-    several,
-)
+from minsnap.basics.schema import ANY, FLAG, NUMBER, POINT, TEXT, WHOLE, Key, either, mapping, refuse_unknown, several
 from minsnap.basics.storage.text import FileName, load_yaml, reading
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
@@ -329,8 +317,8 @@ COURSE = mapping(
         "tolerance": Key(NUMBER, "half-width of the boxes around inner waypoints [m]"),
         "yaw": request_yaml.PLAIN["yaw"],
         "vehicle": Key(request_yaml.DESCRIBED),
-        "best": Key(ANYTHING, "a remark"),
-        "published": Key(ANYTHING, "a remark"),
+        "best": Key(ANY, "a remark"),
+        "published": Key(ANY, "a remark"),
     },
     "a mapping with waypoints",
 )
