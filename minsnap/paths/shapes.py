@@ -365,7 +365,7 @@ def line(
         return _constant_speed(ends, total_time, limits, **options)
     if total_time is None and limits is None and not is_priced(options):
         total_time = distance / SPEED
-    return _plan(ends, total_time=total_time, limits=limits, **options)
+    return plan(ends, total_time=total_time, limits=limits, **options)
 
 
 @explains_names({"size": "width= and length=", "height": "altitude=", "speed": "limits=Limits(speed=3)"})
@@ -425,7 +425,7 @@ def rectangle(
     steps = np.arange(4 * turns + 1) * (-1 if check_switch("clockwise", clockwise) else 1)
     waypoints = corners[(first + steps) % 4]
     times = {"total_time": total_time, "durations": durations, "limits": limits}
-    return _plan(waypoints, corridor=corridor, **timed(times | options))
+    return plan(waypoints, corridor=corridor, **timed(times | options))
 
 
 def timed(planning: dict[str, Any]) -> dict[str, Any]:
@@ -466,7 +466,3 @@ def _constant_speed(
     seconds = check_positive("the total time", default if total_time is None else total_time, "s", ShapeError)
     curve = Trajectory(ends[None], np.array([seconds]))
     return curve.with_yaw(chosen_heading(yaw, 1, False)(curve))
-
-
-def _plan(waypoints: FloatArray, **arguments: Any) -> Trajectory:
-    return plan(waypoints, **{name: value for name, value in arguments.items() if value is not None})

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly, numbers, positive, set_fields
+from minsnap.basics.arrays import SMALLEST, ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly, numbers, set_fields
 from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
@@ -63,7 +63,12 @@ class GridMap(ReadOnly):
             raise CorridorError(
                 f"{name} has {cells.size} cells: at most {LARGEST_MAP} are searched; cut it, or make cells larger"
             )
-        sides = np.full(cells.ndim, 1.0) * _sides(name, resolution, cells.ndim)
+        what, shapes, give = (
+            f"the resolution of {self.name}",
+            ((), (cells.ndim,)),
+            "the side of a cell [m], or one per axis",
+        )
+        sides = check_array(what, self.resolution, shapes, give, CorridorError, SMALLEST) + np.zeros(cells.ndim)
         give = f"{cells.ndim} finite numbers [m]"
         start = np.zeros(cells.ndim) if origin is None else origin
         corner = check_array(f"the origin of {name}", start, ((cells.ndim,),), give, CorridorError)
@@ -137,12 +142,3 @@ class GridMap(ReadOnly):
             raise CorridorError(
                 f"the altitudes {pair[0]:g} to {pair[1]:g} m are not in {self.name}: {self.extent_text()}"
             )
-
-
-def _sides(name: str, resolution: ArrayLike, dim: int) -> FloatArray:
-    sides = numbers(resolution)
-    if sides is None or sides.shape not in ((), (dim,)) or not positive(sides).all():
-        raise CorridorError(
-            f"the resolution of {name} is {shown(resolution)}: give the side of a cell [m], or one per axis"
-        )
-    return sides

@@ -266,11 +266,17 @@ def read_map(
         return read_map_yaml(path, how)
     if ending not in ENDINGS:
         raise FileError(f"{path} is no map: give one that ends in {', '.join(ENDINGS)}")
-    side = _needed(path, resolution)
+    if resolution is None:
+        raise CorridorError(f"{path} does not say how large its cells are: give the resolution [m]")
+    give = "give the side of a cell [m]"
+    side = float(check_number("the resolution", resolution, SMALLEST, inf, give, CorridorError))
     if ending in CLOUDS:
+        points = np.asarray(ends, dtype=np.float64)
         if origin is not None or threshold is not None:
             raise CorridorError(f"{path} is a point cloud: it has its own coordinates and no probabilities")
-        return cloud_map(read_cloud(path), side, _in_space(path, ends), clearance, Path(path).name)
+        if points.size and points.shape[-1] != 3:
+            raise CorridorError(f"{path} is a map in space: give start and goal with three coordinates")
+        return cloud_map(read_cloud(path), side, points.reshape(-1, 3), clearance, Path(path).name)
     return array_map(read_array(path), side, origin, how, Path(path).name)
 
 
@@ -284,20 +290,6 @@ def array_map(
             f"{name} has shape {cells.shape}: a map has 2 or 3 axes, x, y and z, and at most {LARGEST_MAP} cells"
         )
     return GridMap(how.occupied(cells, name), resolution, origin, name)
-
-
-def _needed(path: FileName, resolution: Any) -> float:
-    if resolution is None:
-        raise CorridorError(f"{path} does not say how large its cells are: give the resolution [m]")
-    give = "give the side of a cell [m]"
-    return float(check_number("the resolution", resolution, SMALLEST, inf, give, CorridorError))
-
-
-def _in_space(path: FileName, ends: ArrayLike) -> FloatArray:
-    points = np.asarray(ends, dtype=np.float64)
-    if points.size and points.shape[-1] != 3:
-        raise CorridorError(f"{path} is a map in space: give start and goal with three coordinates")
-    return points.reshape(-1, 3)
 
 
 def read_array(path: FileName) -> NDArray[Any]:
@@ -402,7 +394,10 @@ def _layout(header: Mapping[str, list[str]]) -> np.dtype[Any]:
 
 def _rows(data: str, body: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, Any]:
     if data == "ascii":
-        return _text_rows(body, layout, count)
+        names = layout.names or ()
+        places = np.cumsum([0] + [int(np.prod(layout[name].shape)) for name in names])
+        values = np.array(body.split(), dtype=np.float64).reshape(count, places[-1])
+        return {name: values[:, place] for name, place in zip(names, places, strict=False)}
     if data == "binary":
         return np.frombuffer(body, dtype=layout, count=count)  # type: ignore[return-value]
     if data != "binary_compressed":
@@ -411,12 +406,6 @@ def _rows(data: str, body: bytes, layout: np.dtype[Any], count: int) -> Mapping[
     if size != count * layout.itemsize:
         raise ValueError("a block of another size than its points need")
     return _columns(decompress(body[8 : 8 + packed], size), layout, count)
-
-
-def _text_rows(body: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, Any]:
-    places = np.cumsum([0] + [int(np.prod(layout[name].shape)) for name in layout.names or ()])
-    values = np.array(body.split(), dtype=np.float64).reshape(count, places[-1])
-    return {name: values[:, place] for name, place in zip(layout.names or (), places, strict=False)}
 
 
 def _columns(block: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, Any]:

@@ -76,17 +76,12 @@ def nearest_cell(traj: Trajectory, grid: GridMap) -> Approach:
     -------
     Approach
     """
-    cells = _surface(grid)
+    from scipy.ndimage import binary_erosion
+
+    cells = np.argwhere(grid.occupied & ~binary_erosion(grid.occupied))  # with a free face, or on the border
     if not len(cells):
         return Approach(np.inf, np.inf)
     return _NearestPairs(_short_arcs(traj, grid), cells, grid).run()
-
-
-def _surface(grid: GridMap) -> IntArray:
-    """Return the occupied cells that touch a free one through a face, or the border of the map: (n, dim)."""
-    from scipy.ndimage import binary_erosion
-
-    return np.argwhere(grid.occupied & ~binary_erosion(grid.occupied))
 
 
 def _short_arcs(traj: Trajectory, grid: GridMap) -> CurveParts:
