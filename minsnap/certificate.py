@@ -16,8 +16,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly
 from minsnap.basics.cards import Facts, card
-from minsnap.basics.checks import is_number
-from minsnap.basics.messages import shown
+from minsnap.basics.checks import check_number
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball
@@ -182,48 +181,30 @@ def certify(
         raise InputError(f"certify takes a Trajectory or a shape, not {type(traj).__name__}")
     curve: Trajectory = traj.as_trajectory()
     placement = None if waypoints is None else _matching(curve, place(as_knots(waypoints, tolerance), ()))
-    points = knot_positions(curve)[1] if placement is None else placement.points
-    walls = tuple(walls_of(as_constraints(corridor), points))
+    points = None if placement is None else placement.points
+    walls = tuple(walls_of(as_constraints(corridor), knot_positions(curve)[1] if points is None else points))
     nearest = nearest_wall(curve, walls)
-    error = None if placement is None else _waypoint_error(curve, placement.points)
+    margin = None if nearest is None else nearest.value
+    error = None if points is None else _waypoint_error(curve, points)
     excess, met = (None, True) if placement is None else passing(curve, placement)
-    utilisation = () if limits is None else _use(limits, curve, _start_of_limits(limits_from, curve))
+    utilisation = () if limits is None else _use(limits, curve, limits_from)
     if curve is not traj:
         utilisation = tuple(replace(used, leg=None) for used in utilisation)
-    inside = nearest is None or nearest.value >= 0.0
+    holds = met and (margin is None or margin >= 0.0) and all(used.kept for used in utilisation)
     speed, acceleration, jerk, snap = (norm for norm, _ in curve.max_norms((1, 2, 3, 4)))
-    return Certificate(
-        inside and met and all(used.kept for used in utilisation),
-        None if nearest is None else nearest.value,
-        nearest,
-        error,
-        speed,
-        acceleration,
-        jerk,
-        snap,
-        continuity(curve),
-        utilisation,
-        excess,
-        limits,
-        curve,
-        walls,
-        None if placement is None else placement.points,
-    )
+    known = continuity(curve), utilisation, excess, limits, curve, walls, points
+    return Certificate(holds, margin, nearest, error, speed, acceleration, jerk, snap, *known)
 
 
-def _use(limits: Limits, traj: Trajectory, start: float) -> tuple[Utilisation, ...]:
+def _use(limits: Limits, traj: Trajectory, limits_from: float) -> tuple[Utilisation, ...]:
+    """Use of the limits from an instant on."""
     from minsnap.limits.compliance import use_from
     from minsnap.limits.limits import check_limits
 
+    give = f"give an instant from 0 to below {traj.duration:g} s"
+    start = check_number("limits_from", limits_from, 0.0, float(np.nextafter(traj.duration, 0.0)), give)
     check_limits(limits)
     return use_from(limits, traj, start)
-
-
-def _start_of_limits(instant: float, traj: Trajectory) -> float:
-    """Return the instant from which limits hold, or raise InputError."""
-    if not (is_number(instant) and 0.0 <= instant < traj.duration):
-        raise InputError(f"limits_from is {shown(instant)}: give an instant from 0 to below {traj.duration:g} s")
-    return float(instant)
 
 
 def _waypoint_error(traj: Trajectory, points: FloatArray) -> float:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, numbers
-from minsnap.basics.checks import check_array, check_degree, check_position, is_number, is_whole, refuse_repeated
+from minsnap.basics.checks import check_array, check_degree, check_number, check_position, is_number, refuse_repeated
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_from, walls_of
 from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
-from minsnap.errors import CorridorError, DegreeError, InputError, WaypointError, YawError
+from minsnap.errors import CorridorError, DegreeError, WaypointError, YawError
 from minsnap.limits.limits import Limits, check_limits
 from minsnap.optimisation.task import Task
 from minsnap.replanning.splice import Splice
@@ -69,9 +70,8 @@ def waypoint_angles(yaw: Any, legs: int) -> FloatArray | None:
 
 def check_horizon(horizon: Any) -> int | None:
     """Return a number of legs, or None for all."""
-    if horizon is not None and not (is_whole(horizon) and horizon >= 1):
-        raise InputError(f"horizon is {shown(horizon)}: give a number of legs, 1 or more")
-    return None if horizon is None else int(horizon)
+    give = "give a number of legs, 1 or more"
+    return None if horizon is None else int(check_number("horizon", horizon, 1, inf, give, whole=True))
 
 
 @dataclass(frozen=True, eq=False)

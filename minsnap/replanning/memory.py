@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 from dataclasses import dataclass, fields
+from math import inf
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import is_number
-from minsnap.basics.messages import shown
+from minsnap.basics.checks import check_number
 from minsnap.corridors.constraint import Walls, walls_from
-from minsnap.errors import InputError, TimingError
+from minsnap.errors import TimingError
 from minsnap.optimisation.task import Task
 from minsnap.replanning.horizon import PATIENCE, Aim
 from minsnap.replanning.splice import Splice
@@ -210,9 +210,7 @@ def due_of(called: float, now: float, seconds: float, began: float | None) -> fl
     """
     if began is None:
         return called + seconds
-    if not is_number(began):
-        raise InputError(f"began is {shown(began)}: give a number of seconds")
-    due = float(began) + now + seconds
+    due: float = check_number("began", began, -inf, inf, "give a number of seconds") + now + seconds
     if called >= due:
         raise TimingError(
             f"the splice at {now + seconds:.6g} s of the flown plan passed {called - due:.4g} s ago: replan earlier"

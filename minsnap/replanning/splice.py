@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.cached import cached_property
-from minsnap.basics.checks import check_positive, is_number
-from minsnap.basics.messages import shown
+from minsnap.basics.checks import check_number, check_positive
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, TimingError
 from minsnap.polynomials.bernstein import powers_to_points, split
@@ -115,8 +115,7 @@ def splice_of(flown: Trajectory, now: float, budget: float, half: int) -> Splice
     if not isinstance(flown, Trajectory):
         raise InputError(f"a Trajectory is replanned, not a {type(flown).__name__}")
     for name, value in (("now", now), ("budget", budget)):
-        if not is_number(value) or not np.isfinite(value):
-            raise InputError(f"{name} is {shown(value)}: give a number of seconds")
+        check_number(name, value, -inf, inf, "give a number of seconds")
     check_positive("the budget", budget, "s", TimingError)
     if now < 0.0:
         raise TimingError(f"now is {now:.6g} s, before the start of the flown plan of {flown.duration:.6g} s")

@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, bounded, numbers
 from minsnap.basics.cached import cached_property
-from minsnap.basics.checks import is_number
+from minsnap.basics.checks import check_number
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import YawError
@@ -195,9 +195,8 @@ class ConstantHeading(Heading):
     """
 
     def __init__(self, angle: float = 0.0) -> None:
-        if not is_number(angle):
-            raise YawError(f"the yaw is {shown(angle)}: it must be an angle in radians")
-        self.angle = self.constant = float(angle)
+        give = "it must be an angle in radians"
+        self.angle = self.constant = check_number("the yaw", angle, -np.inf, np.inf, give, YawError)
 
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Return ``angle`` for order 0 and zero for every derivative, in the shape of ``t``."""
