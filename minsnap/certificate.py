@@ -22,7 +22,7 @@ from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball
 from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import STORED, Placement, knot_positions, passing, place
-from minsnap.corridors.margins import Margin, nearest_wall
+from minsnap.corridors.margins import Margin, margin_holds, nearest_wall, norm_holds
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
 from minsnap.native import proved_extrema as native
@@ -103,8 +103,6 @@ class Certificate(ReadOnly):
         Slow: some milliseconds per leg and wall. False means that a figure does not hold, or that the curve touches it
         at an instant that no halving reaches.
         """
-        from minsnap.corridors.margins import margin_holds, norm_holds
-
         norms = (self.max_speed, self.max_acceleration, self.max_jerk, self.max_snap)
         margin = self.corridor_margin
         return (

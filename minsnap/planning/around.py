@@ -23,7 +23,7 @@ from minsnap.corridors.keep_out import Obstacle, clearance_of, supporting_planes
 from minsnap.errors import CorridorError, InfeasibleError, SolverError, TimingError, UnprovedError
 from minsnap.native.fleet_border import FleetArrays, clearances
 from minsnap.native.joint_fleet import KINDS, ORDERS, FleetSearch, Settings
-from minsnap.optimisation.task import Task
+from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.time_allocation.allocate import looked_at, plan_timed
 from minsnap.time_allocation.timing import Timed, Timing
 from minsnap.trajectory.trajectory import Trajectory
@@ -193,18 +193,12 @@ def _cut(task: Task, way: Trajectory, parts: int) -> Task:
     reach = np.full(points.shape, float(np.ptp(points, axis=0).max() + task.length))
     lower, upper = -reach, reach.copy()
     points[::parts], lower[::parts], upper[::parts] = task.waypoints, task.lower, task.upper
-    return replace(
-        task,
-        waypoints=points,
-        lower=lower,
-        upper=upper,
-        pins={knot * parts: state for knot, state in task.pins.items()},
-        regions={knot * parts: region for knot, region in task.regions.items()},
-        walls=[wall.cut(parts) for wall in task.walls],
-        explained=False,
-        # Angles belong to waypoints, and the parts have knots between them: the heading is that of the joined curve.
-        finish=lambda curve: curve.with_yaw(task.finish(_joined(curve, parts)).yaw),
-    )
+    pins = {knot * parts: state for knot, state in task.pins.items()}
+    regions = {knot * parts: region for knot, region in task.regions.items()}
+    cut = replace(task, waypoints=points, lower=lower, upper=upper, pins=pins, regions=regions, explained=False)
+    # Angles belong to waypoints, and the parts have knots between them: the heading is that of the joined curve.
+    finish: AttachHeading = lambda curve: curve.with_yaw(task.finish(_joined(curve, parts)).yaw)  # noqa: E731
+    return replace(cut, walls=[wall.cut(parts) for wall in task.walls], finish=finish)
 
 
 def _ways(task: Task, curve: Trajectory, obstacles: Sequence[Obstacle], parts: int) -> Iterator[Trajectory]:

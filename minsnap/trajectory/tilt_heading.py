@@ -112,11 +112,6 @@ class Transport:
         cosine, sine = np.cos(angle), np.sin(angle)
         return cosine * x + sine * y, cosine * y - sine * x, z
 
-    def grid(self, count: int) -> FloatArray:
-        """``count`` equally spaced instants a cell, and the end."""
-        inner = self.start[:, None] + self.width[:, None] * np.linspace(0.0, 1.0, count, endpoint=False)
-        return np.append(inner.reshape(-1), self.path.duration)
-
 
 def carried(path: Path, angle: float, medium: Medium) -> Transport:
     """Integrate along a path: halve cells until the series converge and no chart comes near to where it is singular.
@@ -246,7 +241,9 @@ class TiltHeading(RuledHeading):
         self.path, self.angle, self.medium = path, float(angle), Medium(*medium.values[:3])
 
     def _at(self, t: FloatArray, order: int) -> FloatArray:
-        return self._yaw(t) if order == 0 else self._yaw_derivative(t, order)
+        if order:
+            return self._yaw_derivative(t, order)
+        return nearest_turn(_yaw_of(self.axes(t)[1]), np.interp(t, *self._unwrapped))
 
     def axes(self, t: FloatArray) -> Frame:
         """Body axes x, y, z in the world frame at instants (m,), each of shape (3, m)."""
@@ -292,11 +289,6 @@ class TiltHeading(RuledHeading):
         pull = (z * jerk).sum(axis=0) / size
         return (x, y, z), rates, (across * snap).sum(axis=1) / size - 2.0 * pull * rates
 
-    def _yaw(self, t: FloatArray) -> FloatArray:
-        grid, known = self._unwrapped
-        near, raw = np.interp(t, grid, known), _yaw_of(self.axes(t)[1])
-        return nearest_turn(raw, near)
-
     def _yaw_derivative(self, t: FloatArray, order: int) -> FloatArray:
         """First or second derivative of the angle of the lateral axis, seen from above; y' = roll z without spin."""
         (x, y, z), (roll, pitch), (roll_rate, _) = self._turning(t)
@@ -313,7 +305,12 @@ class TiltHeading(RuledHeading):
     @cached_property
     def _unwrapped(self) -> tuple[FloatArray, FloatArray]:
         """Instants and the continuous yaw there."""
-        grid = self._transport.grid(CARRYING.samples)
+        start, width, shares = (
+            self._transport.start,
+            self._transport.width,
+            np.arange(CARRYING.samples) / CARRYING.samples,
+        )
+        grid = np.append(start[:, None] + width[:, None] * shares, self.path.duration)
         return grid, np.unwrap(_yaw_of(self.axes(grid)[1]))
 
 
