@@ -265,10 +265,9 @@ def _far(rows: FloatArray, waypoints: FloatArray) -> FloatArray:
 def _polytope(rows: FloatArray, guess: FloatArray) -> FloatArray:
     from scipy.spatial import HalfspaceIntersection
 
-    if (rows[:, :-1] @ guess + rows[:, -1]).max() < 0.0:
-        return np.asarray(HalfspaceIntersection(rows, guess).intersections)
-    middle = inner_balls([of_unit_length(rows[:, :-1], -rows[:, -1])])[0][0]
-    return np.asarray(HalfspaceIntersection(rows, middle).intersections)
+    if not (rows[:, :-1] @ guess + rows[:, -1]).max() < 0.0:
+        guess = inner_balls([of_unit_length(rows[:, :-1], -rows[:, -1])])[0][0]
+    return np.asarray(HalfspaceIntersection(rows, guess).intersections)
 
 
 VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "3d": (0, 1, 2)}

@@ -100,11 +100,7 @@ def unit_of(order: int) -> str:
 
 def dense_samples(source: Path | Samples) -> Samples:
     """Return samples unchanged, or a path evaluated densely enough to draw it."""
-    if isinstance(source, Samples):
-        return source
-    t = np.linspace(0.0, source.duration, POINTS)
-    motion: dict[str, Any] = {quantity: source(t, order) for order, quantity in enumerate(QUANTITIES)}
-    return Samples(t, **motion, yaw=source.yaw(t), yaw_rate=source.yaw(t, 1))
+    return source if isinstance(source, Samples) else source.sampled(np.linspace(0.0, source.duration, POINTS))
 
 
 def new_axes(projection: str | None = None, size: tuple[float, float] = (7.0, 4.8)) -> Axes:

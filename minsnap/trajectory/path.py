@@ -13,7 +13,7 @@ from minsnap.basics.checks import check_positive, is_whole
 from minsnap.errors import InputError, TimingError
 from minsnap.trajectory.heading import ZERO_YAW, Heading
 from minsnap.trajectory.instants import as_instants, check_order, within
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import VECTORS, Samples
 
 MOST_SAMPLES = 20_000_000
 """Instants on which a path is sampled at most: 6 hours at 1 kHz, 2 GB."""
@@ -125,11 +125,13 @@ class Path(ABC):
         TimingError
             If the rate is not a positive number.
         """
-        grid = sample_times(self.duration, rate)
-        inside = np.minimum(grid, self.duration)
-        position, velocity, acceleration, jerk, snap = (self(inside, order) for order in range(5))
-        yaw, yaw_rate = self.yaw(inside), self.yaw(inside, 1)
-        return Samples(grid, position, velocity, acceleration, jerk, snap, yaw, yaw_rate)
+        return self.sampled(sample_times(self.duration, rate))
+
+    def sampled(self, t: FloatArray) -> Samples:
+        """Evaluate position to snap, yaw and yaw rate at increasing instants (m,) [s]; past the end, that at it."""
+        inside = np.minimum(t, self.duration)
+        motion: dict[str, Any] = {name: self(inside, order) for order, name in enumerate(VECTORS[:5])}
+        return Samples(t, **motion, yaw=self.yaw(inside), yaw_rate=self.yaw(inside, 1))
 
     def _repr_html_(self) -> str:
         """Return the card of a notebook: a small drawing, and the facts."""
