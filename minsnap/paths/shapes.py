@@ -9,15 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from minsnap.basics import checks
 from minsnap.basics.arrays import ArrayLike, FloatArray
-from minsnap.basics.checks import (
-    check_array,
-    check_number,
-    check_positive,
-    check_switch,
-    check_waypoints,
-    refuse_repeated,
-)
 from minsnap.basics.messages import explains_names, shown
 from minsnap.errors import ShapeError, TimingError, YawError
 from minsnap.planning.planner import plan
@@ -37,13 +30,15 @@ RAMP = math.pi / 2.0
 
 def check_point(name: str, value: Sequence[float], size: int) -> tuple[float, ...]:
     """Return ``value`` as floats, or raise ShapeError unless it has this number of finite entries."""
-    return tuple(check_array(f"the {name}", value, ((size,),), f"{size} finite numbers [m]", ShapeError).tolist())
+    return tuple(
+        checks.check_array(f"the {name}", value, ((size,),), f"{size} finite numbers [m]", ShapeError).tolist()
+    )
 
 
 def check_finite(name: str, value: float, unit: str) -> float:
     """Return ``value``, or raise ShapeError unless it is a finite number."""
     give = f"it must be a finite number [{unit}]"
-    return float(check_number(f"the {name}", value, -math.inf, math.inf, give, ShapeError))
+    return float(checks.check_number(f"the {name}", value, -math.inf, math.inf, give, ShapeError))
 
 
 def phase_law(
@@ -70,13 +65,13 @@ def phase_law(
         raise ShapeError("limits say how fast a shape is flown: give no period and no speed with them")
     if period is not None and speed is not None:
         raise ShapeError(f"a period ({shown(period)} s) and a speed ({shown(speed)} m/s) exclude each other: give one")
-    angle = 2.0 * math.pi * check_positive("the number of laps", laps, "", ShapeError)
+    angle = 2.0 * math.pi * checks.check_positive("the number of laps", laps, "", ShapeError)
     half = angle / 2.0
     give = f"it must be between 0 and {half:.6g} ({math.degrees(half):.6g} degrees), half of the way round"
-    ramp = min(check_number("the ramp", ramp, 0.0, half * (1.0 + 1e-15), give, ShapeError, unit="rad"), half)
+    checks.check_number("the ramp", ramp, 0.0, half, give, ShapeError, unit="rad")
     if speed is not None:
-        return PhaseLaw(check_positive("the speed", speed, "m/s", ShapeError) / reach, angle, float(ramp))
-    seconds = check_positive("the period", 6.0 if period is None else period, "s", ShapeError)
+        return PhaseLaw(checks.check_positive("the speed", speed, "m/s", ShapeError) / reach, angle, float(ramp))
+    seconds = checks.check_positive("the period", 6.0 if period is None else period, "s", ShapeError)
     return PhaseLaw(2.0 * math.pi / seconds, angle, float(ramp))
 
 
@@ -85,7 +80,7 @@ def with_yaw(path: Shape, yaw: float | str | LookAt) -> Shape:
     if isinstance(yaw, LookAt) or (isinstance(yaw, str) and yaw in ("velocity", "tilt")):
         return replace(path, yaw=chosen_heading(yaw, 0, False)(path))
     give = "it must be an angle in radians, 'velocity', 'tilt' or a LookAt"
-    return replace(path, yaw=ConstantHeading(check_number("the yaw", yaw, -math.inf, math.inf, give, YawError)))
+    return replace(path, yaw=ConstantHeading(checks.check_number("the yaw", yaw, -math.inf, math.inf, give, YawError)))
 
 
 class Shape(PhasePath):
@@ -187,7 +182,7 @@ def circle(
     >>> path(0.0), path(0.0, order=1)
     (array([2. , 0. , 1.5]), array([0., 0., 0.]))
     """
-    check_positive("the radius", radius, "m", ShapeError)
+    checks.check_positive("the radius", radius, "m", ShapeError)
     law = phase_law(period, speed, float(radius), laps, ramp, limits)
     harmonics = _turned(radius, start_angle, clockwise)
     return _paced(Shape(law, _center(center, altitude), np.zeros(3), harmonics), yaw, limits)
@@ -237,7 +232,7 @@ def helix(
         As for :func:`circle`.
     """
     climb = check_finite("pitch", pitch, "metres") / (2.0 * math.pi)
-    check_positive("the radius", radius, "m", ShapeError)
+    checks.check_positive("the radius", radius, "m", ShapeError)
     law = phase_law(period, speed, math.hypot(radius, climb), laps, ramp, limits)
     harmonics = _turned(radius, start_angle, clockwise)
     return _paced(Shape(law, _center(center, altitude), np.array([0.0, 0.0, climb]), harmonics), yaw, limits)
@@ -285,10 +280,10 @@ def lemniscate(
     ShapeError, YawError
         As for :func:`circle`.
     """
-    reach_x = check_positive("the length", length, "m", ShapeError) / 2.0
-    reach_y = check_positive("the width", width, "m", ShapeError) / 2.0
+    reach_x = checks.check_positive("the length", length, "m", ShapeError) / 2.0
+    reach_y = checks.check_positive("the width", width, "m", ShapeError) / 2.0
     law = phase_law(period, speed, math.hypot(reach_x, 2.0 * reach_y), laps, ramp, limits)
-    side = 1.0 if check_switch("clockwise", clockwise) else -1.0
+    side = 1.0 if checks.check_switch("clockwise", clockwise) else -1.0
     harmonics = np.array([[-1j * reach_x, 0.0, 0.0], [0.0, -1j * reach_y * side, 0.0]])
     return _paced(Shape(law, _center(center, altitude), np.zeros(3), harmonics), yaw, limits)
 
@@ -306,7 +301,7 @@ def _center(center: Sequence[float], altitude: float) -> FloatArray:
 def _turned(radius: float, start_angle: float, clockwise: bool) -> ComplexArray:
     """Return the harmonics of a circle with a start angle and a direction."""
     amplitude = radius * np.array([1.0, -1j, 0.0]) * np.exp(1j * check_finite("start angle", start_angle, "radians"))
-    return np.asarray([amplitude.conj() if check_switch("clockwise", clockwise) else amplitude])
+    return np.asarray([amplitude.conj() if checks.check_switch("clockwise", clockwise) else amplitude])
 
 
 SPEED = 1.0
@@ -361,7 +356,7 @@ def line(
     distance = float(np.linalg.norm(ends[1] - ends[0]))
     if distance == 0.0:
         raise ShapeError(f"the line starts and ends at {tuple(ends[0].tolist())}: give it two ends")
-    if check_switch("constant_speed", constant_speed):
+    if checks.check_switch("constant_speed", constant_speed):
         return _constant_speed(ends, total_time, limits, **options)
     if total_time is None and limits is None and not is_priced(options):
         total_time = distance / SPEED
@@ -422,7 +417,7 @@ def rectangle(
     corners = _corners(width, length, altitude, center)
     turns = _check_count("number of laps", laps, 1, MOST_LAPS)
     first = _check_count("start corner", start_corner, 0, 3)
-    steps = np.arange(4 * turns + 1) * (-1 if check_switch("clockwise", clockwise) else 1)
+    steps = np.arange(4 * turns + 1) * (-1 if checks.check_switch("clockwise", clockwise) else 1)
     waypoints = corners[(first + steps) % 4]
     times = {"total_time": total_time, "durations": durations, "limits": limits}
     return plan(waypoints, corridor=corridor, **timed(times | options))
@@ -439,13 +434,13 @@ def timed(planning: dict[str, Any]) -> dict[str, Any]:
 
 def leg_durations(waypoints: FloatArray) -> FloatArray:
     """Return leg durations for an average speed of 1 m/s, shape (n - 1,) [s], or refuse a leg without length."""
-    refuse_repeated(check_waypoints(waypoints), "give every leg a duration")
+    checks.refuse_repeated(checks.check_waypoints(waypoints), "give every leg a duration")
     return np.asarray(np.linalg.norm(np.diff(waypoints, axis=0), axis=1) / SPEED)
 
 
 def _corners(width: float, length: float, altitude: float, center: Sequence[float]) -> FloatArray:
-    half_x = check_positive("the width", width, "m", ShapeError) / 2.0
-    half_y = check_positive("the length", length, "m", ShapeError) / 2.0
+    half_x = checks.check_positive("the width", width, "m", ShapeError) / 2.0
+    half_y = checks.check_positive("the length", length, "m", ShapeError) / 2.0
     x, y = check_point("center", center, 2)
     z = check_finite("altitude", altitude, "metres")
     return np.array([[x + i * half_x, y + j * half_y, z] for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
@@ -453,7 +448,7 @@ def _corners(width: float, length: float, altitude: float, center: Sequence[floa
 
 def _check_count(name: str, value: int, least: int, most: int) -> int:
     give = f"it must be a whole number from {least} to {most}"
-    return int(check_number(f"the {name}", value, least, most, give, ShapeError, whole=True))
+    return int(checks.check_number(f"the {name}", value, least, most, give, ShapeError, whole=True))
 
 
 def _constant_speed(
@@ -463,6 +458,6 @@ def _constant_speed(
         names = ", ".join([*(["limits"] if limits is not None else []), *options])
         raise TimingError(f"a line at constant speed has nothing to plan: leave out {names}")
     default = (LINE_SAMPLES - 1) / 20.0
-    seconds = check_positive("the total time", default if total_time is None else total_time, "s", ShapeError)
+    seconds = checks.check_positive("the total time", default if total_time is None else total_time, "s", ShapeError)
     curve = Trajectory(ends[None], np.array([seconds]))
     return curve.with_yaw(chosen_heading(yaw, 1, False)(curve))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -35,6 +35,11 @@ class GridMap(ReadOnly):
         From which altitude to which a map in space may be flown through [m], the layers of both included; by default
         all of it. Cells above and below are kept away from like any others.
 
+    Attributes
+    ----------
+    lower : ndarray, shape (dim,)
+        The origin [m].
+
     Raises
     ------
     CorridorError
@@ -44,9 +49,10 @@ class GridMap(ReadOnly):
 
     occupied: BoolArray
     resolution: FloatArray
-    origin: FloatArray
-    name: str
-    altitudes: FloatArray | None
+    origin: FloatArray | None = None
+    name: str = "the map"
+    altitudes: FloatArray | None = None
+    lower: FloatArray = field(init=False, repr=False)
 
     def __init__(
         self,
@@ -63,28 +69,20 @@ class GridMap(ReadOnly):
             raise CorridorError(
                 f"{name} has {cells.size} cells: at most {LARGEST_MAP} are searched; cut it, or make cells larger"
             )
-        what, shapes, give = (
-            f"the resolution of {self.name}",
-            ((), (cells.ndim,)),
-            "the side of a cell [m], or one per axis",
-        )
+        shapes, give = ((), (cells.ndim,)), "the side of a cell [m], or one per axis"
+        what = f"the resolution of {self.name}"
         sides = check_array(what, self.resolution, shapes, give, CorridorError, SMALLEST) + np.zeros(cells.ndim)
         give = f"{cells.ndim} finite numbers [m]"
-        start = np.zeros(cells.ndim) if origin is None else origin
-        corner = check_array(f"the origin of {name}", start, ((cells.ndim,),), give, CorridorError)
-        set_fields(self, occupied=cells.copy(), resolution=sides, origin=corner, name=name, altitudes=None)
-        if altitudes is not None:
-            self._check_altitudes(altitudes)
+        start = np.zeros(cells.ndim) if self.origin is None else self.origin
+        corner = check_array(f"the origin of {self.name}", start, ((cells.ndim,),), give, CorridorError)
+        set_fields(self, occupied=cells.copy(), resolution=sides, origin=corner, lower=corner)
+        if self.altitudes is not None:
+            self._check_altitudes(self.altitudes)
 
     @property
     def dim(self) -> int:
         """Number of axes."""
         return self.occupied.ndim
-
-    @property
-    def lower(self) -> FloatArray:
-        """Outer corner of the first cell, (dim,) [m]."""
-        return self.origin
 
     @property
     def upper(self) -> FloatArray:
