@@ -172,20 +172,14 @@ def place(
             raise WaypointError(
                 f"{where} is at {point_text(position)} but its waypoint at {point_text(points[index])}: leave one out"
             )
-    regions = _regions(knots, closed)
+    regions = {int(k): ball_region(float(knots.radii[k]), points.shape[1]) for k in np.flatnonzero(knots.radii)}
+    if closed and knots.gates.get(0) is not knots.gates.get(len(points) - 1):
+        raise WaypointError("a closed lap that begins in a gate ends in it: give the same gate first and last")
+    regions |= {waypoint: gate_region(gate) for waypoint, gate in knots.gates.items()}
     lower, upper = -knots.widths, knots.widths.copy()
     for waypoint, region in regions.items():
         lower[waypoint], upper[waypoint] = region.lower, region.upper
     return Placement(points, lower, upper, regions=regions)
-
-
-def _regions(knots: Knots, closed: bool) -> dict[int, KnotRegion]:
-    """Balls and gates by waypoint; a gate replaces a ball."""
-    (count, dim), radii, gates = knots.points.shape, knots.radii, knots.gates
-    regions = {int(k): ball_region(float(radii[k]), dim) for k in np.flatnonzero(radii)}
-    if closed and gates.get(0) is not gates.get(count - 1):
-        raise WaypointError("a closed lap that begins in a gate ends in it: give the same gate first and last")
-    return regions | {waypoint: gate_region(gate) for waypoint, gate in gates.items()}
 
 
 def _from_sets(

@@ -14,7 +14,7 @@ from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.basics.checks import check_array, check_degree, check_number, check_position, is_number, refuse_repeated
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
-from minsnap.corridors.constraint import Constraint, Walls, walls_from, walls_of
+from minsnap.corridors.constraint import Constraint, walls_from, walls_of
 from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
@@ -143,7 +143,9 @@ def course_ahead(
     along = points.copy()
     along[0] = leg_start if np.linalg.norm(points[1] - leg_start) > 0.0 else points[0]
     walls = walls_of(constraints, along)
-    outside, name = start_outside(walls, start)
+    own = walls_from([wall for wall in walls if wall.order == 0], 0, 1)
+    found = [(float(-wall.slack(start[None, None, :]).min()), wall.name) for wall in own]
+    outside, name = max(found, key=lambda one: one[0], default=(-inf, ""))
     end = {len(points) - 1: {order: np.zeros(len(start)) for order in range(1, splice.half)}}
     if outside <= 0.0:
         check_reach(placement, end, walls)
@@ -164,13 +166,6 @@ def _points(start: FloatArray, waypoints: npt.ArrayLike) -> FloatArray:
             f"the waypoints ahead {are}: give those still to be passed, at least one, of {len(start)} coordinates"
         )
     return np.concatenate((start[None], ahead))
-
-
-def start_outside(walls: Sequence[Walls], start: FloatArray) -> tuple[float, str]:
-    """Distance by which a position is outside the walls of leg 0, negative inside, and the name of the nearest one."""
-    own = walls_from([wall for wall in walls if wall.order == 0], 0, 1)
-    found = [(float(-wall.slack(start[None, None, :]).min()), wall.name) for wall in own]
-    return max(found, key=lambda one: one[0], default=(-np.inf, ""))
 
 
 def refuse_outside(course: CourseAhead, recover: float) -> None:
