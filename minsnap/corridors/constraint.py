@@ -325,7 +325,14 @@ def walls_of(constraints: Sequence[Constraint], waypoints: FloatArray) -> list[W
     CorridorError
         If a constraint of the user's own returns anything but walls, or walls of other legs or dimensions.
     """
-    walls = [wall for constraint in constraints for wall in _own_walls(constraint, waypoints)]
+    walls: list[Walls] = []
+    for constraint in constraints:
+        own, name = constraint.walls(waypoints), type(constraint).__name__
+        if not (isinstance(own, Sequence) and all(isinstance(wall, Walls) for wall in own)):
+            raise CorridorError(f"{name}.walls() must return a list of minsnap.corridors.Walls")
+        if any(wall.equal for wall in own):
+            raise CorridorError("walls of a constraint are no equations (equal=True): give a Gate, or pin derivatives")
+        walls += own
     return [wall for wall in walls if _fits(wall, *waypoints.shape)]
 
 
@@ -338,16 +345,6 @@ def walls_from(walls: Sequence[Walls], first: int, last: int) -> list[Walls]:
             part = wall if own.all() else wall.chosen(own)
             rest.append(replace(part, leg=part.leg - first) if first else part)
     return rest
-
-
-def _own_walls(constraint: Constraint, waypoints: FloatArray) -> Sequence[Walls]:
-    walls = constraint.walls(waypoints)
-    if not (isinstance(walls, Sequence) and all(isinstance(wall, Walls) for wall in walls)):
-        name = type(constraint).__name__
-        raise CorridorError(f"{name}.walls() must return a list of minsnap.corridors.Walls")
-    if any(wall.equal for wall in walls):
-        raise CorridorError("walls of a constraint are no equations (equal=True): give a Gate, or pin derivatives")
-    return walls
 
 
 def _fits(wall: Walls, waypoints: int, dim: int) -> bool:

@@ -134,10 +134,19 @@ class Polytopes(ReadOnly):
     middles: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        rows = tuple(_checked(entry, index) for index, entry in enumerate(_listed(self.half_spaces)))
-        _refuse_mixed(rows)
+        if not isinstance(self.half_spaces, (list, tuple)) or not len(self.half_spaces):
+            raise CorridorError("polytopes are a list of pairs (A, b) with A r <= b, one pair per leg")
+        rows = tuple(_checked(entry, index) for index, entry in enumerate(self.half_spaces))
+        dims = [A.shape[1] for A, _ in rows]
+        for index, dim in enumerate(dims):
+            if dim != dims[0]:
+                raise CorridorError(f"polytope {index} has {dim} coordinates and polytope 0 has {dims[0]}")
         radius = inner_balls(rows)[1]
-        _refuse_flat(rows, radius)
+        for index, (entry, size) in enumerate(zip(rows, radius, strict=True)):
+            if size < -flatness(entry):
+                raise CorridorError(f"polytope {index} is empty: its rows miss each other by {-size:g} m", leg=index)
+            if size <= flatness(entry):
+                raise CorridorError(f"polytope {index} has no interior: its rows leave no volume; widen it", leg=index)
         middles = _middles([_stacked(a, b) for a, b in zip(rows[:-1], rows[1:], strict=True)], rows[0][0].shape[1])
         set_fields(self, half_spaces=rows, radius=radius, middles=middles)
 
@@ -189,13 +198,6 @@ def _stacked(first: HalfSpaceRows, second: HalfSpaceRows) -> HalfSpaceRows:
     return np.concatenate((first[0], second[0])), np.concatenate((first[1], second[1]))
 
 
-def _listed(half_spaces: Any) -> list[Any]:
-    entries = list(half_spaces) if isinstance(half_spaces, (list, tuple)) else []
-    if not entries:
-        raise CorridorError("polytopes are a list of pairs (A, b) with A r <= b, one pair per leg")
-    return entries
-
-
 def _checked(entry: Any, index: int) -> HalfSpaceRows:
     what = f"polytope {index}"
     if not isinstance(entry, (list, tuple)) or len(entry) != 2:
@@ -203,21 +205,6 @@ def _checked(entry: Any, index: int) -> HalfSpaceRows:
     A, b = of_unit_length(*half_space_rows(entry[0], entry[1], what))
     A.flags.writeable = b.flags.writeable = False
     return A, b
-
-
-def _refuse_mixed(rows: Sequence[HalfSpaceRows]) -> None:
-    dims = [A.shape[1] for A, _ in rows]
-    if len(set(dims)) > 1:
-        index = next(i for i, dim in enumerate(dims) if dim != dims[0])
-        raise CorridorError(f"polytope {index} has {dims[index]} coordinates and polytope 0 has {dims[0]}")
-
-
-def _refuse_flat(rows: Sequence[HalfSpaceRows], radius: FloatArray) -> None:
-    for index, (entry, size) in enumerate(zip(rows, radius, strict=True)):
-        if size < -flatness(entry):
-            raise CorridorError(f"polytope {index} is empty: its rows miss each other by {-size:g} m", leg=index)
-        if size <= flatness(entry):
-            raise CorridorError(f"polytope {index} has no interior: its rows leave no volume; widen it", leg=index)
 
 
 def _middles(common: Sequence[HalfSpaceRows], dim: int) -> FloatArray:

@@ -80,20 +80,17 @@ class Tube(ReadOnly):
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return two planes for each leg and world axis that is not along it."""
-        projections = leg_projections(waypoints)
-        widths = self._of_legs(*projections.shape[:2])
-        leg, axis = across(projections)
-        width = widths[leg, axis]
-        return [Walls.pairs(leg, projections[leg, axis], waypoints[leg], -width, width, width)]
-
-    def _of_legs(self, legs: int, dim: int) -> FloatArray:
-        widths = self.half_width
+        projections, widths = leg_projections(waypoints), self.half_width
+        legs, dim = projections.shape[:2]
         if widths.shape not in ((), (legs,), (legs, 1), (legs, dim)):
             raise CorridorError(
                 f"the corridor has half-widths of shape {widths.shape} for {legs} legs of {dim} axes: "
                 f"give one, one per leg, or one per leg and axis"
             )
-        return np.asarray((widths[:, None] if widths.ndim == 1 else widths) * np.ones((legs, dim)))
+        widths = (widths[:, None] if widths.ndim == 1 else widths) * np.ones((legs, dim))
+        leg, axis = across(projections)
+        width = widths[leg, axis]
+        return [Walls.pairs(leg, projections[leg, axis], waypoints[leg], -width, width, width)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,7 +56,14 @@ def plan_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -> Ti
     SolverError
         If the plan does not keep everything at the last look.
     """
-    _refuse_inside(task, obstacles)
+    for index in np.flatnonzero((task.lower == task.upper).all(axis=1)):
+        for which, obstacle in enumerate(obstacles):
+            point = task.waypoints[index]
+            depth = -clearance_of(obstacle, _in_space(point))
+            if depth > EXACT:
+                raise CorridorError(
+                    f"waypoint {index}, {point_text(point)}, is {depth:.3g} m inside obstacle {which}: move it"
+                )
     timed = looked_at(_planned_around(task, timing, obstacles), task, timing)
     depth, instant, which = deepest(timed.trajectory, obstacles)
     if depth < -EXACT:
@@ -102,17 +109,6 @@ def _in_space(points: FloatArray) -> FloatArray:
     """Return points with a height of zero, where they have none."""
     lacking = 3 - points.shape[-1]
     return np.concatenate((points, np.zeros((*points.shape[:-1], lacking))), axis=-1) if lacking else points
-
-
-def _refuse_inside(task: Task, obstacles: Sequence[Obstacle]) -> None:
-    for index in np.flatnonzero((task.lower == task.upper).all(axis=1)):
-        point = task.waypoints[index]
-        for which, obstacle in enumerate(obstacles):
-            depth = -clearance_of(obstacle, _in_space(point))
-            if depth > EXACT:
-                raise CorridorError(
-                    f"waypoint {index}, {point_text(point)}, is {depth:.3g} m inside obstacle {which}: move it"
-                )
 
 
 def _parts(task: Task) -> Iterator[int]:

@@ -238,7 +238,11 @@ def as_polynomials(path: Path, error: float = SHAPE.error) -> Trajectory:
             f"no polynomials of a proved error are known for a {type(path).__name__}: give a circle, helix or "
             "lemniscate, or write samples of it"
         )
-    curve = _through(path, _knots(path, check_positive("the error", error, "m", InputError)))
+    knots = _knots(path, check_positive("the error", error, "m", InputError))
+    durations, states = np.diff(knots), path.states(np.minimum(knots, path.duration), 4)
+    powers = durations[:, None, None] ** np.arange(4)[None, :, None]
+    ends = np.concatenate([states[:-1] * powers, states[1:] * powers], axis=1)
+    curve = Trajectory(np.einsum("ij,mjd->mid", ends_to_points(SHAPE.degree), ends), durations)
     return curve.with_yaw(path.yaw.by_rule(curve))
 
 
@@ -318,12 +322,3 @@ def _count(bound: Callable[[int], float], error: float) -> int:
         if high > SHAPE.pieces:
             raise ShapeError(f"an error of {error:g} m takes more than {SHAPE.pieces} polynomials: allow more")
     return bisect_left(range(high), True, lo=high // 2 + 1, key=lambda n: bound(n) <= error)
-
-
-def _through(path: PhasePath, knots: FloatArray) -> Trajectory:
-    """Return the polynomials of degree 7 with the path's first derivatives at both ends of each piece."""
-    durations = np.diff(knots)
-    states = path.states(np.minimum(knots, path.duration), 4)
-    powers = durations[:, None, None] ** np.arange(4)[None, :, None]
-    ends = np.concatenate([states[:-1] * powers, states[1:] * powers], axis=1)
-    return Trajectory(np.einsum("ij,mjd->mid", ends_to_points(SHAPE.degree), ends), durations)

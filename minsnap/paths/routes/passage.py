@@ -87,7 +87,9 @@ def _graph(free: BoolArray, size: FloatArray, corners: bool, avoided: BoolArray 
         if step <= (0,) * free.ndim or not (corners or np.count_nonzero(step) == 1):
             continue
         here, there = block(free.shape, step), block(free.shape, step, step)
-        open_ = _all_open(free, step)
+        open_ = np.ones(free[here].shape, dtype=np.bool_)
+        for part in product(*((0, change) if change else (0,) for change in step)):
+            open_ &= free[block(free.shape, step, part)]
         rows.append(index[here][open_])
         columns.append(index[there][open_])
         lengths.append(np.full(len(rows[-1]), np.linalg.norm(size * step)))
@@ -95,14 +97,6 @@ def _graph(free: BoolArray, size: FloatArray, corners: bool, avoided: BoolArray 
             lengths[-1] *= np.where(avoided[here][open_] | avoided[there][open_], AVOIDED, 1.0)
     entries = np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))
     return csr_matrix(entries, shape=(free.size, free.size))
-
-
-def _all_open(free: BoolArray, step: tuple[int, ...]) -> BoolArray:
-    """Return where all cells of the block that a step goes through are free."""
-    open_cells = np.ones(free[block(free.shape, step)].shape, dtype=np.bool_)
-    for part in product(*((0, change) if change else (0,) for change in step)):
-        open_cells &= free[block(free.shape, step, part)]
-    return open_cells
 
 
 def _traced(graph: Any, start: int, goal: int, shape: tuple[int, ...]) -> IntArray | None:
