@@ -160,16 +160,10 @@ def basis(degree: int, s: FloatArray) -> FloatArray:
     ndarray, shape (m, degree + 1)
         Non-negative; every row sums to one.
     """
-    rising = np.empty((len(s), degree + 1))
-    falling = np.empty((len(s), degree + 1))
-    rising[:, 0] = falling[:, 0] = 1.0
-    rising[:, 1:] = s[:, None]
-    falling[:, 1:] = 1.0 - s[:, None]
-    np.cumprod(rising, axis=1, out=rising)
-    np.cumprod(falling, axis=1, out=falling)
-    rising *= falling[:, ::-1]
-    rising *= _binomials(degree)
-    return rising
+    values = rising_powers(s, 0, degree + 1)
+    values *= rising_powers(1.0 - s, 0, degree + 1)[:, ::-1]
+    values *= _binomials(degree)
+    return values
 
 
 def differentiate(points: FloatArray, order: int) -> FloatArray:
@@ -334,8 +328,6 @@ def elevate(points: FloatArray, size: int) -> FloatArray:
 
 def rising_powers(base: FloatArray, lowest: int, count: int) -> FloatArray:
     """Powers lowest, lowest + 1, … of each value of shape (m,): (m, count), by repeated multiplication."""
-    powers = np.empty((len(base), count))
-    powers[:, 0] = base ** float(lowest)
-    for j in range(1, count):
-        np.multiply(powers[:, j - 1], base, out=powers[:, j])
-    return powers
+    factors = np.repeat(base[:, None], count, axis=1)
+    factors[:, 0] = base ** float(lowest)
+    return np.asarray(factors.cumprod(axis=1))
