@@ -175,12 +175,9 @@ def as_knots(waypoints: Any, tolerance: Any = None) -> Knots | None:
 
 def without_gates(waypoints: Any) -> tuple[Any, dict[int, Gate]]:
     """Return waypoints with centers in place of gates, and the gates by waypoint."""
-    if not isinstance(waypoints, (list, tuple)):
-        return waypoints, {}
-    gates = {index: entry for index, entry in enumerate(waypoints) if isinstance(entry, Gate)}
-    if not gates:
-        return waypoints, {}
-    return list(map(center_of, waypoints)), gates
+    listed = waypoints if isinstance(waypoints, (list, tuple)) else ()
+    gates = {index: entry for index, entry in enumerate(listed) if isinstance(entry, Gate)}
+    return (list(map(center_of, listed)) if gates else waypoints), gates
 
 
 def check_dimension(points: FloatArray) -> None:

@@ -80,19 +80,17 @@ def draw_coloured(ax: Axes, samples: Samples, chosen: list[int], by: str) -> Non
         raise InputError(f"colour_by is {shown(by)}: a path can be coloured by 'speed'")
     if samples.velocity is None:
         raise InputError("the samples have no velocity to colour them by")
-    speed = np.linalg.norm(samples.velocity, axis=1)
+    speed, flat = np.linalg.norm(samples.velocity, axis=1), len(chosen) == 2
     points = samples.position[:, chosen]
     segments = np.stack([points[:-1], points[1:]], axis=1)
     lines = _collection(len(chosen), segments)
     lines.set_array((speed[:-1] + speed[1:]) / 2.0)
     lines.set_clim(0.0, float(speed.max()))
     space: Any = ax
-    space.add_collection(lines) if len(chosen) == 2 else space.add_collection3d(lines)
+    space.add_collection(lines) if flat else space.add_collection3d(lines)
     ax.update_datalim(points[:, :2])
     ax.autoscale_view()
-    place: dict[str, Any] = (
-        {"cax": ax.inset_axes(SCALE)} if len(chosen) == 2 else {"ax": ax, "shrink": 0.8, "pad": 0.12}
-    )
+    place: dict[str, Any] = {"cax": ax.inset_axes(SCALE)} if flat else {"ax": ax, "shrink": 0.8, "pad": 0.12}
     ax.figure.colorbar(lines, label="speed [m/s]", **place)
 
 

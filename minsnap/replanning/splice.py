@@ -194,9 +194,7 @@ def through_angles(flown: Trajectory, instant: float, angles: FloatArray) -> Cho
 
 def has_angles(curve: Trajectory, angles: FloatArray | None) -> bool:
     """Whether a curve has these headings at the ends of its legs, but for whole turns; true without headings."""
-    if angles is None:
-        return True
-    return bool(np.abs(wrap(curve.yaw(curve.leg_breaks[1:]) - angles[: curve.legs])).max() <= EXACT)
+    return angles is None or bool(np.abs(wrap(curve.yaw(curve.leg_breaks[1:]) - angles[: curve.legs])).max() <= EXACT)
 
 
 def spliced(

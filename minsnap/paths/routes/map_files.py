@@ -393,8 +393,8 @@ def _layout(header: Mapping[str, list[str]]) -> np.dtype[Any]:
 
 
 def _rows(data: str, body: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, Any]:
+    names = layout.names or ()
     if data == "ascii":
-        names = layout.names or ()
         places = np.cumsum([0] + [int(np.prod(layout[name].shape)) for name in names])
         values = np.array(body.split(), dtype=np.float64).reshape(count, places[-1])
         return {name: values[:, place] for name, place in zip(names, places, strict=False)}
@@ -405,17 +405,9 @@ def _rows(data: str, body: bytes, layout: np.dtype[Any], count: int) -> Mapping[
     packed, size = struct.unpack("<II", body[:8])
     if size != count * layout.itemsize:
         raise ValueError("a block of another size than its points need")
-    return _columns(decompress(body[8 : 8 + packed], size), layout, count)
-
-
-def _columns(block: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, Any]:
-    """Return the fields of a block that holds one field of all points after the other."""
-    columns, at = {}, 0
-    for name in layout.names or ():
-        field = layout[name]
-        columns[name] = np.frombuffer(block, dtype=field, count=count, offset=at)
-        at += count * field.itemsize
-    return columns
+    block, ends = decompress(body[8 : 8 + packed], size), count * np.cumsum([layout[name].itemsize for name in names])
+    starts = [0, *ends.tolist()]
+    return {name: np.frombuffer(block, layout[name], count, at) for name, at in zip(names, starts, strict=False)}
 
 
 TYPES = {"char": "int8", "uchar": "uint8", "int": "int32", "uint": "uint32", "float": "float32"}
