@@ -34,14 +34,14 @@ class Boxes(ReadOnly):
     lower: FloatArray
     upper: FloatArray
 
-    def __post_init__(self) -> None:
-        lower, upper = check_bounds(self.lower, self.upper, "boxes", 2)
-        endless = np.argwhere(~np.isfinite(lower) | ~np.isfinite(upper))
+    def __init__(self, lower: ArrayLike, upper: ArrayLike) -> None:
+        low, high = check_bounds(lower, upper, "boxes", 2)
+        endless = np.argwhere(~np.isfinite(low) | ~np.isfinite(high))
         if len(endless):
             box, axis = endless[0]
             raise CorridorError(f"box {box} is unbounded along {axis_name(axis)}: bound it, or use HalfSpaces or Room")
-        _refuse_apart(*_common(lower, upper), lower, upper)
-        set_fields(self, lower=lower, upper=upper)
+        _refuse_apart(*_common(low, high), low, high)
+        set_fields(self, lower=low, upper=high)
 
     def __len__(self) -> int:
         return len(self.lower)

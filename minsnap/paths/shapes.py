@@ -68,7 +68,8 @@ def phase_law(
     angle = 2.0 * math.pi * checks.check_positive("the number of laps", laps, "", ShapeError)
     half = angle / 2.0
     give = f"it must be between 0 and {half:.6g} ({math.degrees(half):.6g} degrees), half of the way round"
-    checks.check_number("the ramp", ramp, 0.0, half, give, ShapeError, unit="rad")
+    highest = half * (1.0 + 1e-15)
+    ramp = min(checks.check_number("the ramp", ramp, 0.0, highest, give, ShapeError, unit="rad"), half)
     if speed is not None:
         return PhaseLaw(checks.check_positive("the speed", speed, "m/s", ShapeError) / reach, angle, float(ramp))
     seconds = checks.check_positive("the period", 6.0 if period is None else period, "s", ShapeError)

@@ -210,7 +210,7 @@ def due_of(called: float, now: float, seconds: float, began: float | None) -> fl
     """
     if began is None:
         return called + seconds
-    due: float = check_number("began", began, -inf, inf, "give a number of seconds") + now + seconds
+    due = float(check_number("began", began, -inf, inf, "give a number of seconds")) + now + seconds
     if called >= due:
         raise TimingError(
             f"the splice at {now + seconds:.6g} s of the flown plan passed {called - due:.4g} s ago: replan earlier"

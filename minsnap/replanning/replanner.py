@@ -122,7 +122,7 @@ class Replanner:
         self._recover = check_distance("recover", recover, InputError)
         self._clearance = check_distance("clearance", clearance, InputError)
         self._horizon = course_ahead.check_horizon(horizon)
-        self._clock, self._lock = clock, threading.Lock()
+        self._clock, self._lock = checked_clock(clock), threading.Lock()
         self._memory: Memory | None = None
         self._takes = Takes()
         _wake()

@@ -100,12 +100,13 @@ def cut(
     first, last = _pieces_within(breaks, start, end)
     low = max((start - breaks[first]) / durations[first], 0.0)
     high = min((end - breaks[last]) / durations[last], 1.0)
-    points, durations = points[first : last + 1].copy(), durations[first : last + 1].copy()
+    points, shares = points[first : last + 1].copy(), np.ones(last + 1 - first)
+    shares[-1] = high
+    shares[0] -= low
     if high < 1.0:
-        points[-1], durations[-1] = split(points[-1], high)[0], durations[-1] * high
-    share = low / high if first == last else low
-    points[0], durations[0] = split(points[0], share)[1], durations[0] * (1.0 - share)
-    return points, durations
+        points[-1] = split(points[-1], high)[0]
+    points[0] = split(points[0], low / high if first == last else low)[1]
+    return points, durations[first : last + 1] * shares
 
 
 def elevated_points(points: FloatArray, degree: int) -> FloatArray:

@@ -320,5 +320,7 @@ def _count(bound: Callable[[int], float], error: float) -> int:
     while bound(high) > error:
         high *= 2
         if high > SHAPE.pieces:
-            raise ShapeError(f"an error of {error:g} m takes more than {SHAPE.pieces} polynomials: allow more")
+            raise ShapeError(
+                f"an error of {error:g} m takes more than {SHAPE.pieces} polynomials: allow more, or give fewer laps"
+            )
     return bisect_left(range(high), True, lo=high // 2 + 1, key=lambda n: bound(n) <= error)

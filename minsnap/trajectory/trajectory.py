@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import InitVar, dataclass, replace
-from functools import reduce
 from math import inf, perm
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import numpy as np
 
-from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, bounded, numbers, owned, read_only, set_fields
-from minsnap.basics.cached import cached_property
+from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, bounded, numbers, owned, read_only
 from minsnap.basics.checks import DEGREES, check_number, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
@@ -48,7 +45,6 @@ class ReportMaker(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Path):
     r"""Piecewise polynomials, each on its own unit interval.
 
@@ -82,31 +78,65 @@ class Trajectory(Path):
         If the durations are not positive, in that range, one per piece.
     """
 
-    control_points: FloatArray
-    durations: FloatArray
-    yaw: Heading = ZERO_YAW
-    pieces: int = 1
-    how: ReportMaker | None = None
-    rest_of: tuple[Trajectory, float] | None = None
-    checked: InitVar[bool] = False
+    __slots__ = ("_breaks", "_durations", "_how", "_measured", "_native", "_pieces", "_points", "_rest_of", "_yaw")
 
-    def __post_init__(self, checked: bool) -> None:
-        if checked:
-            read_only(self.control_points)
-            read_only(self.durations)
-        else:
-            points, durations, pieces = _checked(self.control_points, self.durations, self.pieces)
-            set_fields(self, control_points=points, durations=durations, yaw=as_heading(self.yaw), pieces=pieces)
+    def __init__(
+        self,
+        control_points: ArrayLike,
+        durations: ArrayLike,
+        yaw: Heading | YawFunction = ZERO_YAW,
+        pieces: int = 1,
+        how: ReportMaker | None = None,
+        rest_of: tuple[Trajectory, float] | None = None,
+        checked: bool = False,
+    ) -> None:
+        if not checked:
+            yaw = as_heading(yaw)
+            control_points, durations, pieces = _checked(control_points, durations, pieces)
+        points, times = cast("tuple[FloatArray, FloatArray]", (control_points, durations))
+        self._points, self._durations = read_only(points), read_only(times)
+        self._yaw, self._pieces, self._how, self._rest_of = cast("Heading", yaw), pieces, how, rest_of
+        self._breaks: FloatArray | None = None
+        self._native: Evaluator | None = None
+        self._measured: dict[str, tuple[object, Any]] = {}
 
-    @cached_property
+    @property
+    def control_points(self) -> FloatArray:
+        """Bernstein control points, shape (pieces in all, degree + 1, dim) [m]."""
+        return self._points
+
+    @property
+    def durations(self) -> FloatArray:
+        """Durations of the pieces, shape (pieces in all,) [s]."""
+        return self._durations
+
+    @property
+    def yaw(self) -> Heading:  # type: ignore[override]
+        """Yaw as a function of time."""
+        return self._yaw
+
+    @property
+    def pieces(self) -> int:
+        """Polynomials per leg."""
+        return self._pieces
+
+    @property
+    def how(self) -> ReportMaker | None:
+        """What makes the report; a ``Report`` once it was made."""
+        return self._how
+
+    @property
+    def rest_of(self) -> tuple[Trajectory, float] | None:
+        """The curve of which this is the rest, and the instant on its clock at which it begins [s]."""
+        return self._rest_of
+
+    @property
     def report(self) -> Report | None:
         """How the plan was made; None for other trajectories."""
-        return None if self.how is None else self.how.report(self)
-
-    @cached_property
-    def _measured(self) -> dict[str, tuple[object, Any]]:
-        """What was measured of the curve, and by what."""
-        return {}
+        if self._how is None:
+            return None
+        self._how = made = self._how.report(self)
+        return made
 
     def remembered(self, what: str, by: object, ask: Callable[[], T]) -> T:
         """Return what was asked of this very curve and by this very object, both compared by identity; asked once."""
@@ -115,12 +145,14 @@ class Trajectory(Path):
             known = self._measured[what] = by, ask()
         return cast(T, known[1])
 
-    @cached_property
+    @property
     def breaks(self) -> FloatArray:
         """Instants at which pieces begin and end, shape (pieces in all + 1,) [s]."""
-        breaks = np.zeros(len(self.durations) + 1)
-        self.durations.cumsum(out=breaks[1:])
-        return read_only(breaks)
+        if self._breaks is None:
+            breaks = np.zeros(len(self.durations) + 1)
+            self.durations.cumsum(out=breaks[1:])
+            self._breaks = read_only(breaks)
+        return self._breaks
 
     @property
     def duration(self) -> float:
@@ -159,7 +191,8 @@ class Trajectory(Path):
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Position, or a derivative of it, at any instants; see ``Path``."""
         if type(order) is int and 0 <= order <= self.degree:
-            values = self._native.one(t, order) if isinstance(t, float) else self._native.many(t, order)
+            native = self._native or self._evaluator()
+            values = native.one(t, order) if isinstance(t, float) else native.many(t, order)
             if values is not None:
                 return values
         return super().__call__(t, order)
@@ -167,13 +200,13 @@ class Trajectory(Path):
     def states(self, t: ArrayLike, orders: int) -> FloatArray:
         """Position and its derivatives below an order, at any instants; see ``Path``."""
         known = type(orders) is int and 0 < orders <= self.degree + 1
-        values = self._native.states(t, orders) if known else None
+        values = (self._native or self._evaluator()).states(t, orders) if known else None
         return super().states(t, orders) if values is None else values
 
-    @cached_property
-    def _native(self) -> Evaluator:
-        """The curve in the native core; what that refuses goes to ``Path`` and ``_evaluate``."""
-        return Evaluator(*self._polynomials)
+    def _evaluator(self) -> Evaluator:
+        """Return the curve in the native core; what that refuses goes to ``Path`` and ``_evaluate``."""
+        self._native = Evaluator(*self._polynomials)
+        return self._native
 
     @property
     def _polynomials(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -188,7 +221,9 @@ class Trajectory(Path):
 
     def changed(self, **parameters: Any) -> Trajectory:
         """Return the same with other parameters, and without a report where ``how`` is not among them."""
-        return replace(self, **{"how": None} | parameters)
+        points, durations, yaw, rest_of = self.control_points, self.durations, self.yaw, self.rest_of
+        known: dict[str, Any] = {"control_points": points, "durations": durations, "yaw": yaw, "rest_of": rest_of}
+        return Trajectory(**known | {"pieces": self.pieces} | parameters)
 
     def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
         if order > self.degree:
@@ -203,8 +238,20 @@ class Trajectory(Path):
         return np.asarray(values / duration[:, None] ** order) if order else values
 
     def with_yaw(self, yaw: Heading | YawFunction) -> Trajectory:
-        """Return the same curve with another yaw and without a report."""
-        return self.changed(yaw=as_heading(yaw), checked=True)
+        """Return the same curve with another yaw and without a report.
+
+        Parameters
+        ----------
+        yaw : Heading or callable
+            A function ``yaw(t, order)`` gives the yaw, or its derivative of that order, at instants of any shape.
+
+        Raises
+        ------
+        YawError
+            If it is neither, or does not give a finite number for each instant.
+        """
+        heading = as_heading(yaw)
+        return self.changed(yaw=heading, checked=True)
 
     def derivative(self, order: int = 1) -> Trajectory:
         """Return the derivative of that order as a trajectory of lower degree; zero past the degree."""
@@ -414,4 +461,7 @@ def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
     """Join trajectories end to end; see ``Trajectory.then``."""
     if not trajectories:
         raise WaypointError("there is no trajectory to join")
-    return reduce(Trajectory.then, trajectories)
+    joined = trajectories[0]
+    for trajectory in trajectories[1:]:
+        joined = joined.then(trajectory)
+    return joined

@@ -381,8 +381,7 @@ def vehicle_from(content: Any, where: str = "the vehicle") -> Quadrotor:
 
 def description_of(vehicle: Quadrotor) -> dict[str, Any]:
     """Return the fields of a vehicle as plain numbers, text and lists."""
-    values = {field.name: getattr(vehicle, field.name) for field in fields(Quadrotor)}
-    return {name: _describe(value) if name == "drag" else plain(value) for name, value in values.items()}
+    return {**plain(vehicle), "drag": _describe(vehicle.drag)}
 
 
 def _drag_from(values: Mapping[str, Any]) -> Drag:

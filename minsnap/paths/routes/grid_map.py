@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -49,10 +49,9 @@ class GridMap(ReadOnly):
 
     occupied: BoolArray
     resolution: FloatArray
-    origin: FloatArray | None = None
-    name: str = "the map"
-    altitudes: FloatArray | None = None
-    lower: FloatArray = field(init=False, repr=False)
+    origin: FloatArray
+    name: str
+    altitudes: FloatArray | None
 
     def __init__(
         self,
@@ -70,19 +69,24 @@ class GridMap(ReadOnly):
                 f"{name} has {cells.size} cells: at most {LARGEST_MAP} are searched; cut it, or make cells larger"
             )
         shapes, give = ((), (cells.ndim,)), "the side of a cell [m], or one per axis"
-        what = f"the resolution of {self.name}"
-        sides = check_array(what, self.resolution, shapes, give, CorridorError, SMALLEST) + np.zeros(cells.ndim)
+        what = f"the resolution of {name}"
+        sides = check_array(what, resolution, shapes, give, CorridorError, SMALLEST) + np.zeros(cells.ndim)
         give = f"{cells.ndim} finite numbers [m]"
-        start = np.zeros(cells.ndim) if self.origin is None else self.origin
-        corner = check_array(f"the origin of {self.name}", start, ((cells.ndim,),), give, CorridorError)
-        set_fields(self, occupied=cells.copy(), resolution=sides, origin=corner, lower=corner)
-        if self.altitudes is not None:
-            self._check_altitudes(self.altitudes)
+        start = np.zeros(cells.ndim) if origin is None else origin
+        corner = check_array(f"the origin of {name}", start, ((cells.ndim,),), give, CorridorError)
+        set_fields(self, occupied=cells.copy(), resolution=sides, origin=corner, name=name, altitudes=None)
+        if altitudes is not None:
+            self._check_altitudes(altitudes)
 
     @property
     def dim(self) -> int:
         """Number of axes."""
         return self.occupied.ndim
+
+    @property
+    def lower(self) -> FloatArray:
+        """Outer corner of the first cell, (dim,) [m]."""
+        return self.origin
 
     @property
     def upper(self) -> FloatArray:
