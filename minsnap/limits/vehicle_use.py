@@ -165,7 +165,7 @@ class VehicleBound:
         with np.errstate(invalid="ignore"):
             step = np.diff(values, axis=1, prepend=-np.inf, append=-np.inf)
         heights = np.where((step[:, :-1] >= 0.0) & (step[:, 1:] <= 0.0), values, -np.inf)
-        highest = np.argsort(heights, axis=1)[:, -VEHICLE_USE.peaks :]
+        highest = np.argsort(heights, axis=1, kind="stable")[:, -VEHICLE_USE.peaks :]
         first = np.unique(np.clip((highest, highest - 1), 0, len(t) - 2))
         inner = np.arange(1, VEHICLE_USE.between) / VEHICLE_USE.between
         return np.sort(np.append(t, t[first, None] + (t[first + 1] - t[first])[:, None] * inner))
