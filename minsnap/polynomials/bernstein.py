@@ -22,8 +22,6 @@ from minsnap.basics.arrays import FloatArray, read_only
 
 Rational = NDArray[Any]
 """A matrix of exact rationals: objects, whose sums and products numpy leaves to them."""
-BITS = 192
-"""Of a unit, in whole numbers that stand for a double with all digits and some more."""
 
 
 def _exact(rows: int, columns: int, entry: Callable[[int, int], Any]) -> Rational:
@@ -269,7 +267,7 @@ def split(points: FloatArray, s: Any) -> tuple[FloatArray, FloatArray]:
 
 
 def parted(points: FloatArray, durations: FloatArray) -> tuple[NDArray[Any], float]:
-    """Split curves at inner instants in whole numbers: without rounding that depends on the machine.
+    """Split curves at inner instants in whole numbers of 192 bits: no machine rounds them in its own way.
 
     Parameters
     ----------
@@ -284,13 +282,14 @@ def parted(points: FloatArray, durations: FloatArray) -> tuple[NDArray[Any], flo
     unit : float
         Of those numbers.
     """
-    unit, second = (2.0 ** float(np.frexp(np.abs(values).max())[1]) for values in (points, durations))
-    rest, times, parts = to_whole(points, unit), to_whole(durations, second), []
+    bits, parts = 192, []
+    unit, tick = (2.0 ** float(np.frexp(np.abs(values).max())[1] - bits) for values in (points, durations))
+    rest, times = to_whole(points, unit), to_whole(durations, tick)
     for part in range(times.shape[1] - 1):
-        s = (times[:, part] << BITS) // times[:, part:].sum(axis=1)
+        s = ((times[:, part] << bits) // times[:, part:].sum(axis=1))[:, None, None]
         left, right = [rest[:, 0]], [rest[:, -1]]
         while rest.shape[1] > 1:
-            rest = rest[:, :-1] + (s[:, None, None] * np.diff(rest, axis=1) >> BITS)
+            rest = rest[:, :-1] + (s * np.diff(rest, axis=1) >> bits)
             left.append(rest[:, 0])
             right.append(rest[:, -1])
         parts.append(np.stack(left, axis=1))
@@ -299,15 +298,15 @@ def parted(points: FloatArray, durations: FloatArray) -> tuple[NDArray[Any], flo
 
 
 def to_whole(values: FloatArray, unit: float) -> NDArray[Any]:
-    """Return numbers as whole ones, in units of 2^-BITS times a unit, which is a power of 2."""
+    """Return numbers as whole ones of a unit, which is a power of 2."""
     whole = np.empty(values.size, dtype=object)
-    whole[:] = [int(value) for value in np.ldexp(values / unit, BITS).ravel().tolist()]
+    whole[:] = [int(value) for value in (values / unit).ravel().tolist()]
     return whole.reshape(values.shape)
 
 
 def from_whole(values: NDArray[Any], unit: float) -> FloatArray:
     """Return the numbers that whole ones stand for, each rounded once."""
-    return np.array([value / 2**BITS * unit for value in values.ravel().tolist()]).reshape(values.shape)
+    return values.astype(np.float64) * unit
 
 
 def multiply(left: FloatArray, right: FloatArray) -> FloatArray:

@@ -25,6 +25,8 @@ class Path(ABC):
     Implementations give ``duration``, ``dim``, ``yaw`` and ``_evaluate``; calling, checking and sampling are shared.
     """
 
+    __slots__ = ("__weakref__",)
+
     yaw: Heading = ZERO_YAW
 
     @property

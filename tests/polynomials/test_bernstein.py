@@ -143,7 +143,7 @@ def test_parts_of_a_curve_begin_where_those_of_rationals_do():
     for part, low, high in zip(found[0], ends[:-1], ends[1:], strict=True):
         exact_part = polynomial.split(polynomial.split(exact_points, high)[0], low / high)[1]
         for value, exact_value in zip(part[:, 0], exact_part[:, 0], strict=True):
-            assert abs(Fraction(value, 2**polynomial.BITS) * Fraction(unit) - exact_value) <= 1e-50
+            assert abs(value * Fraction(unit) - exact_value) <= 1e-50
 
 
 def test_small_differences_of_large_numbers_are_rounded_once():

@@ -35,11 +35,6 @@ class GridMap(ReadOnly):
         From which altitude to which a map in space may be flown through [m], the layers of both included; by default
         all of it. Cells above and below are kept away from like any others.
 
-    Attributes
-    ----------
-    lower : ndarray, shape (dim,)
-        The origin [m].
-
     Raises
     ------
     CorridorError
