@@ -36,9 +36,9 @@ class VehicleUseSettings:
         Share added to the largest of many samples, below which bounds prove that all values stay.
     samples, fewer : int
         Samples of a piece from which the largest value is taken, and those where bounds prove it.
-    between, peaks : int
-        Where bounds prove nothing, so many parts of each step beside the highest so many peaks of the samples; twice.
-        Before a knot, and before a heading turns in another way, a value rises and jumps.
+    finer_steps, between, peaks : int
+        Where bounds prove nothing, how often each step beside the highest so many peaks of the samples is divided, and
+        into how many parts: before a knot, and before a heading turns in another way, a value rises and jumps.
     rounds : int
         How often pieces are divided.
     first, parts, most : int
@@ -52,7 +52,8 @@ class VehicleUseSettings:
     margin: float = 1e-4
     samples: int = 256
     fewer: int = 64
-    between: int = 32
+    finer_steps: int = 3
+    between: int = 10
     peaks: int = 8
     rounds: int = 9
     first: int = 8
@@ -155,20 +156,21 @@ class VehicleBound:
         grid = self.traj.breaks[:-1, None] + self.traj.durations[:, None] * inner
         t = np.append(grid, self.traj.duration)
         values = self._at(t)
-        for _ in range(0 if self._provable.all() else 2):
-            t = self._refined(t, values)
-            values = self._at(t)
+        for _ in range(0 if self._provable.all() else VEHICLE_USE.finer_steps):
+            more = self._beside_peaks(t, values[~self._provable])
+            order = np.append(t, more).argsort(kind="stable")
+            t, values = np.append(t, more)[order], np.append(values, self._at(more), axis=1)[:, order]
         return t, values
 
-    def _refined(self, t: FloatArray, values: FloatArray) -> FloatArray:
-        """Return the instants (m,), and more beside the highest peaks of the values (count, m) there."""
+    def _beside_peaks(self, t: FloatArray, values: FloatArray) -> FloatArray:
+        """Return instants between those (m,) beside the highest peaks of the values (count, m) there."""
         with np.errstate(invalid="ignore"):
             step = np.diff(values, axis=1, prepend=-np.inf, append=-np.inf)
         heights = np.where((step[:, :-1] >= 0.0) & (step[:, 1:] <= 0.0), values, -np.inf)
         highest = np.argsort(heights, axis=1, kind="stable")[:, -VEHICLE_USE.peaks :]
         first = np.unique(np.clip((highest, highest - 1), 0, len(t) - 2))
         inner = np.arange(1, VEHICLE_USE.between) / VEHICLE_USE.between
-        return np.sort(np.append(t, t[first, None] + (t[first + 1] - t[first])[:, None] * inner))
+        return np.asarray(t[first, None] + (t[first + 1] - t[first])[:, None] * inner).reshape(-1)
 
     def _at(self, t: FloatArray) -> FloatArray:
         from minsnap.vehicle import flatness_of
