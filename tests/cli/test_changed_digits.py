@@ -1,5 +1,6 @@
 """Files of plans in which one digit was changed: what is said to be in order keeps what its file says."""
 
+import json
 import re
 
 import numpy as np
@@ -40,6 +41,9 @@ def keeps_what_is_said(stored):
         assert np.abs(offset - np.outer(offset @ along, along)).max() <= stored.corridor + 1e-9
     for order, bound in ((1, stored.limits.speed), (2, stored.limits.acceleration)):
         assert np.linalg.norm(curve(t.ravel(), order), axis=1).max() <= bound * (1.0 + 1e-6)
+    for order, name in enumerate(("speed", "acceleration", "jerk"), 1):
+        most, said = np.linalg.norm(curve(t.ravel(), order), axis=1).max(), stored.certificate[f"max_{name}"]
+        assert most <= said * (1.0 + 1e-6) + 1e-8
     assert np.abs(curve.control_points[:-1, -1] - curve.control_points[1:, 0]).max() <= 1e-8
 
 
@@ -56,6 +60,19 @@ def test_a_changed_plan_in_order_keeps_what_its_file_says(plan, ending, call, tm
             continue
         keeps_what_is_said(read_polynomials(path))
     assert 10 <= sum(outcome != 0 for outcome in outcomes) < 40
+
+
+@pytest.mark.parametrize("moved", [-0.05, 0.05])
+def test_a_plan_that_reaches_more_than_its_file_says_is_refused(plan, moved, call, tmp_path):
+    """A point beside an end at rest moves along its leg, within the corridor, the limits and the joints."""
+    path = tmp_path / "plan.json"
+    stored = json.loads(written(plan, path))
+    stored["control_points"][0][2][0] += moved
+    path.write_text(json.dumps(stored))
+    run = call("check", str(path))
+    assert run.returncode == 1
+    assert "the plan reaches" in run.stdout
+    assert "and its file says" in run.stdout
 
 
 @pytest.mark.slow

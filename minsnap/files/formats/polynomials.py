@@ -90,6 +90,10 @@ class PlanFile:
             for used in certificate.utilisation
             if not used.kept and used.fraction > (1.0 + EXACT) * said_used.get(used.name, 1.0)
         ]
+        for quantity, unit in (("speed", "m/s"), ("acceleration", "m/s^2"), ("jerk", "m/s^3")):
+            most, said = getattr(certificate, f"max_{quantity}"), (self.certificate or {}).get(f"max_{quantity}")
+            if isinstance(said, int | float) and most > said * (1.0 + 1e-6) + tiny:
+                problems.append(f"the plan reaches {most:.6g} {unit}, and its file says {said:.6g}")
         return certificate, problems
 
 
