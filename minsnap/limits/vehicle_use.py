@@ -37,8 +37,9 @@ class VehicleUseSettings:
     samples, fewer : int
         Samples of a piece from which the largest value is taken, and those where bounds prove it.
     finer_steps, between, peaks : int
-        Where bounds prove nothing, how often each step beside the highest so many peaks of the samples is divided, and
-        into how many parts: before a knot, and before a heading turns in another way, a value rises and jumps.
+        Where bounds prove nothing, and more than samples are wanted, how often each step beside the highest so many
+        peaks of them is divided, and into how many parts: before a knot, and before a heading turns in another way, a
+        value rises and jumps.
     rounds : int
         How often pieces are divided.
     first, parts, most : int
@@ -52,9 +53,9 @@ class VehicleUseSettings:
     margin: float = 1e-4
     samples: int = 256
     fewer: int = 64
-    finer_steps: int = 3
-    between: int = 10
-    peaks: int = 8
+    finer_steps: int = 2
+    between: int = 32
+    peaks: int = 3
     rounds: int = 9
     first: int = 8
     parts: int = 4
@@ -131,6 +132,8 @@ class VehicleBound:
         """Return the largest value of each quantity, the margin added; proved, or only expected to be."""
         provable = self._provable
         t, sampled = self.sampled(VEHICLE_USE.fewer if provable.all() else VEHICLE_USE.samples)
+        if prove and not provable.all():
+            t, sampled = self.traj.remembered(f"peaks of {self.names}", self.vehicle, lambda: self._finer(t, sampled))
         values = sampled.max(axis=1) + self.margins
         provable &= np.isfinite(values)
         if prove and provable.any():
@@ -155,8 +158,11 @@ class VehicleBound:
         inner = np.linspace(0.0, 1.0, samples, endpoint=False)
         grid = self.traj.breaks[:-1, None] + self.traj.durations[:, None] * inner
         t = np.append(grid, self.traj.duration)
-        values = self._at(t)
-        for _ in range(0 if self._provable.all() else VEHICLE_USE.finer_steps):
+        return t, self._at(t)
+
+    def _finer(self, t: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return instants (m,) and values (count, m) with those beside the highest peaks of what has no bounds."""
+        for _ in range(VEHICLE_USE.finer_steps):
             more = self._beside_peaks(t, values[~self._provable])
             order = np.append(t, more).argsort(kind="stable")
             t, values = np.append(t, more)[order], np.append(values, self._at(more), axis=1)[:, order]
