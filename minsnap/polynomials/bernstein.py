@@ -111,16 +111,17 @@ def ends_to_highest(degree: int) -> FloatArray:
 def gram_root(degree: int) -> FloatArray:
     r"""Upper triangular R with :math:`\int_0^1 x(s)^2\,ds = |R p|^2` for control points p.
 
+    Row i holds the products of all B_j with a polynomial of B_0 ... B_i that is orthogonal to those before B_i: by
+    Rodrigues' formula a Jacobi polynomial, so that
+    :math:`R_{ij} = \sqrt{2n - 2i + 1} \binom{j}{i} \frac{n!}{(n - j)!} \frac{(2n - i - j)!}{(2n - i + 1)!}`.
+
     Returns
     -------
     R : ndarray, shape (degree + 1, degree + 1)
     """
-    left, root = _exact_gram(degree, 0), np.zeros((degree + 1, degree + 1))
-    for i in range(degree + 1):  # elimination without rounding: no library decides the last bits
-        pivot, row = left[i, i], left[i] / left[i, i]
-        root[i] = np.sqrt(float(pivot)) * row.astype(np.float64)
-        left = left - pivot * np.outer(row, row)
-    return read_only(root)
+    n = degree
+    shares = _exact(n + 1, n + 1, lambda i, j: Fraction(comb(j, i) * perm(n, j), perm(2 * n - i + 1, j + 1)))
+    return read_only(np.sqrt(2.0 * n + 1.0 - 2.0 * np.arange(n + 1.0))[:, None] * _rounded(shares))
 
 
 @cache
@@ -172,18 +173,6 @@ def differentiate(points: FloatArray, order: int) -> FloatArray:
             return np.zeros_like(points)
         points = degree * (points[..., 1:, :] - points[..., :-1, :])
     return points
-
-
-@cache
-def gauss_root(degree: int) -> FloatArray:
-    r"""R with :math:`\int_0^1 x(s)^2\,ds = |R p|^2` of any degree, from Gauss's rule; ``gram_root`` is for low ones.
-
-    Returns
-    -------
-    R : ndarray, shape (degree + 1, degree + 1)
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(degree + 1)
-    return read_only(np.sqrt(weights / 2.0)[:, None] * basis(degree, (nodes + 1.0) / 2.0))
 
 
 def careful_differences(points: FloatArray, order: int) -> FloatArray:

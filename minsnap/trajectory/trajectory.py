@@ -14,7 +14,7 @@ from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.native.evaluation import Evaluator, PieceCosts
-from minsnap.polynomials.bernstein import basis, careful_differences, differentiate, gauss_root
+from minsnap.polynomials.bernstein import basis, careful_differences, differentiate, gram_root
 from minsnap.trajectory.heading import ZERO_YAW, Heading, YawFunction, as_heading
 from minsnap.trajectory.instants import LONGEST_PIECE, SHORTEST_PIECE, check_order
 from minsnap.trajectory.norm_maxima import arc_length, cut, elevated_points, extent_along, norm_maxima
@@ -452,7 +452,7 @@ def costs_of_pieces(points: FloatArray, durations: FloatArray, order: int) -> Fl
     if costs is not None:
         return costs
     degree = points.shape[1] - 1
-    roots = np.matmul(gauss_root(degree - order), perm(degree, order) * careful_differences(points, order))
+    roots = np.matmul(gram_root(degree - order), perm(degree, order) * careful_differences(points, order))
     with np.errstate(over="ignore"):  # a cost beyond all numbers is infinite
         return np.asarray((roots * roots).sum(axis=(1, 2)) * durations ** (1.0 - 2.0 * order))
 
