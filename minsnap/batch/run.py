@@ -22,7 +22,16 @@ from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.text import FileName
 from minsnap.batch.columns import Tally
 from minsnap.batch.datasheet import write_datasheet
-from minsnap.batch.folder import Shard, ShardJob, claimed, is_complete, kept_shard, make_shard, write_manifest
+from minsnap.batch.folder import (
+    Shard,
+    ShardJob,
+    claimed,
+    is_complete,
+    kept_shard,
+    make_shard,
+    shard_name,
+    write_manifest,
+)
 from minsnap.batch.spec import Spec
 from minsnap.errors import BatchError, FileError
 
@@ -327,7 +336,7 @@ def run_batch(
             write_datasheet(where, spec, _joined(shards), shards)
             write_manifest(where, spec, shards, result.statuses)
         except (BatchError, FileError) as error:
-            there = len(list(where.glob("part-*.parquet")))
+            there = sum((where / shard_name(number)).exists() for number in range(spec.shards))
             state = f"{there} of {spec.shards} files are finished, and the same command goes on from there"
             raise BatchError(f"{error}; {state}") from error
     return result
