@@ -42,7 +42,7 @@ def is_number(value: Any) -> bool:
 
 
 def has_method(value: Any, name: str) -> bool:
-    """Whether a value, not a class, has a method."""
+    """Whether a value, not a class, has a method or a property."""
     return hasattr(value, name) and not isinstance(value, type)
 
 

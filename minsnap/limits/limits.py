@@ -12,7 +12,7 @@ import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, FloatArray, set_fields
 from minsnap.basics.cached import cached_property
-from minsnap.basics.checks import check_positive, is_number
+from minsnap.basics.checks import check_positive, has_method, is_number
 from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.basics.messages import explains_names, shown
 from minsnap.corridors.constraint import Walls
@@ -121,7 +121,7 @@ class Limits:
         LimitError
             If the vehicle cannot hover, the reserve is out of its range, or another limit is malformed.
         """
-        if isinstance(vehicle, type) or not hasattr(vehicle, "max_thrust_to_weight"):
+        if not has_method(vehicle, "max_thrust_to_weight"):
             raise LimitError(f"Limits.of takes a Quadrotor, not {type(vehicle).__name__}")
         if not (is_number(reserve) and 0.0 <= reserve < 1.0):
             raise LimitError(f"the reserve is {shown(reserve)}: it must be at least 0 and below 1")

@@ -23,7 +23,7 @@ from minsnap.corridors.keep_out import Obstacle, clearance_of, supporting_planes
 from minsnap.errors import CorridorError, InfeasibleError, SolverError, TimingError, UnprovedError
 from minsnap.native.fleet_border import FleetArrays, clearances
 from minsnap.native.joint_fleet import KINDS, ORDERS, FleetSearch, Settings
-from minsnap.optimisation.task import AttachHeading, Task
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.allocate import looked_at, plan_timed
 from minsnap.time_allocation.timing import Timed, Timing
 from minsnap.trajectory.trajectory import Trajectory
@@ -192,8 +192,11 @@ def _cut(task: Task, way: Trajectory, parts: int) -> Task:
     pins = {knot * parts: state for knot, state in task.pins.items()}
     regions = {knot * parts: region for knot, region in task.regions.items()}
     cut = replace(task, waypoints=points, lower=lower, upper=upper, pins=pins, regions=regions, explained=False)
-    # Angles belong to waypoints, and the parts have knots between them: the heading is that of the joined curve.
-    finish: AttachHeading = lambda curve: curve.with_yaw(task.finish(_joined(curve, parts)).yaw)  # noqa: E731
+
+    def finish(curve: Trajectory) -> Trajectory:
+        # Angles belong to waypoints, and the parts have knots between them: the heading is that of the joined curve.
+        return curve.with_yaw(task.finish(_joined(curve, parts)).yaw)
+
     return replace(cut, walls=[wall.cut(parts) for wall in task.walls], finish=finish)
 
 
