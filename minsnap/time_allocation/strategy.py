@@ -8,6 +8,7 @@
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
    legs. Where none is found, the same path more slowly, or rest at every waypoint.
 3. Where several pieces have no end, one piece, and the least cost in barely longer durations of what they left.
+   Within rotors, one piece first, which is divided; where it has no end, a search with a body that turns slowly.
 4. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards. Then a search from that plan.
 5. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
@@ -92,6 +93,10 @@ class StrategySettings:
         Factor on rates in a first search, and on the time of its curve, from which the search goes on.
     looser : float
         Factor on limits for a curve that shows which one is in the way.
+    calm : float
+        Body rate of a first search, times the mean time of a leg from rest to rest.
+    eased, divided : float
+        Factor on the time of a plan from which a search goes on, and of one whose legs are divided besides.
     tries : int
         How often is searched until a curve can be certified.
     inwards : float
@@ -119,6 +124,9 @@ class StrategySettings:
     softer: float = 2.0
     slower: float = 1.3
     looser: float = 4.0
+    calm: float = 6.0
+    eased: float = 1.02
+    divided: float = 1.4
     tries: int = 3
     inwards: float = 10.0
     near: float = 1.1
@@ -166,6 +174,7 @@ class Strategy:
         self.price = WORK.rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
         self.answer: ShortestCurve | None = None
         self.quickest = np.inf
+        self.spare: SolvedTask | None = None
         self.walled = any(wall.order for wall in task.walls)
 
     @property
@@ -196,14 +205,17 @@ class Strategy:
         solved: SolvedTask | None = None
         try:
             solved = self.solve(guess)
-            if solved is None and not self.interrupted:
-                solved = self._from_one_piece() or self._improved(self._planned())
+            undivided = solved is not None and self._alone_first and solved.trajectory.pieces == 1
+            if (solved is None or undivided) and not self.interrupted:
+                solved = shorter(solved, self._from_one_piece()) or self._improved(self._planned())
             if not self.interrupted:
                 solved = self._with_room(solved)
         except KeyboardInterrupt:  # between two searches, each of which notes it by itself
             self._end_at_ctrl_c()
-        if self.interrupted and self.task.still:
-            solved = shorter(solved, self._resting())
+        solved = shorter(solved, self.spare)
+        slow = solved is None or solved.flown.duration > self.times.sum()
+        if self.interrupted and self.task.still and slow:
+            solved = shorter(solved, self._resting)
         if solved is None:
             raise self.ended or self.reason()
         return solved, Run(tuple(self.log.steps), self.interrupted)
@@ -211,18 +223,25 @@ class Strategy:
     def solve(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
         """Search, for a price of time or for the least time, with the rate of the yaw where it matters."""
         heading, limits = self._heading, self.limits
-        far = SETTINGS.not_longer if self._known or limits.yaw_rate is not None else np.inf
         question = replace(self._question, price=price) if price else self._question
-        first, best = self._first_guess() if guess is None else None, None
+        best: SolvedTask | None = None
+        first = self._first_guess() if guess is None else None
+        if guess is None and self._alone_first and not price:
+            alone = self._alike(1)
+            best = alone.solve(None)
+            self.ended, self.quickest, self.spare = alone.ended, alone.quickest, alone.spare
+            first = None if best is None else guess_of(best.trajectory, alone.task, SETTINGS.divided)
+            if self.interrupted:
+                return best
         if first is not None:
-            best = self._certified(begun_from(question, first), limits, far)
+            best = shorter(best, self._certified(begun_from(question, first), limits, self._far))
             if self.interrupted or (best is not None and (price or not self._follows)):
                 return best
         question = begun_from(question, guess)
         if not self._turns:
-            return self._certified(question, limits, far)
+            return shorter(best, self._certified(question, limits, self._far)) or self._calmer(question)
         free = replace(limits, yaw_rate=None)
-        solved, answer = self._certified(with_rates(question, free, heading), free, far), self.answer
+        solved, answer = self._certified(with_rates(question, free, heading), free, self._far), self.answer
         if solved is None and answer is not None and answer.kept and not (self.interrupted or self._follows):
             swung = solved_at(self.task, answer)  # whose rotors may have too little room for a yaw that is too fast
             if swung.inside and largest_yaw_rate(swung.flown)[0] > float(limits.yaw_rate or 0.0):
@@ -230,6 +249,33 @@ class Strategy:
         if solved is None or self.interrupted:
             return best or solved
         return shorter(best, solved if keeps(limits, solved.flown) else self._turning(solved, price))
+
+    @property
+    def _alone_first(self) -> bool:
+        """Whether one piece a leg comes first: within rotors more take long, and are lost where time or work end."""
+        alike = self.task.continuity <= self.task.half - 1
+        return self.timing.refine and alike and isinstance(self.limits, VehicleLimits) and self._known
+
+    @property
+    def _far(self) -> float:
+        """Share by which a plan may be slower than the curve of its search."""
+        return SETTINGS.not_longer if self._known or self.limits.yaw_rate is not None else np.inf
+
+    def _calmer(self, question: ShortestQuestion) -> SolvedTask | None:
+        """Search with a body that turns slowly, and on from there: the way around free fall is hard to find."""
+        answer, limits = self.answer, self.limits
+        given_up = answer is not None and not (answer.kept or self.interrupted)
+        if not isinstance(limits, VehicleLimits) or question.price or self._question.parts or not given_up:
+            return None
+        rate = min(SETTINGS.calm / float(self.times.mean()), limits.body_rate or np.inf)
+        calm = replace(limits, body_rate=rate)
+        best = self._certified(with_rates(question, calm, self._heading), calm, self._far)
+        if best is not None and not self.interrupted:
+            guess = guess_of(best.trajectory, replace(self.task, pieces=best.trajectory.pieces), SETTINGS.eased)
+            best = shorter(best, self._certified(replace(begun_from(question, guess), parts=()), limits, self._far))
+        if best is None:
+            self.answer = answer
+        return best
 
     def solve_timed(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
         """Search the curve of least cost in piece durations [s], from a curve in any; None where none is found."""
@@ -319,6 +365,7 @@ class Strategy:
                     break
                 solved = solved_at(self.task, answer)
                 if not (answer.kept or (near and largest_use(limits, solved.flown, False) <= SETTINGS.near)):
+                    self._spare_of(solved, question)
                     break
                 if not solved.inside:
                     question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, QUESTION.inward))
@@ -339,6 +386,13 @@ class Strategy:
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
             return None
+
+    def _spare_of(self, solved: SolvedTask, question: ShortestQuestion) -> None:
+        """Keep a curve inside all limits, left by a search without an end, in case no other finds a better one."""
+        if question.moving and solved.inside and not (question.timed or question.price):
+            self.deadline.spend(measuring_work(self.limits, len(solved.durations)))
+            if keeps(self.limits, solved.flown):
+                self.spare = shorter(self.spare, solved)
 
     def _in_longer_durations(self) -> SolvedTask | None:
         """Search the least cost in durations barely longer than those of a search that found no end."""
@@ -372,11 +426,15 @@ class Strategy:
                 kept = next((one for one in chain(quick, [solved]) if keeps(limits, one.flown)), None)
                 return kept, largest_use(limits, curve) - 1.0 if kept is None else 0.0
             excess = use - 1.0
-            if far == SETTINGS.not_longer or not self.task.still:
+            if not self.task.still or (far == SETTINGS.not_longer and not answer.stopped):
                 return None, excess
         factor = powers_factor(limits, curve) or nearby_factor(
             limits, lambda factor: at(factor).flown, deadline=self.deadline
         )
+        if factor is None and question.moving:
+            lost = far == SETTINGS.not_longer or (answer.stopped and self._rests_sooner(limits, curve))
+            if lost:
+                return None, excess
         factor = grained(factor or touching_factor(limits, curve, deadline=self.deadline))
         least = SETTINGS.nearly if answer.slack > SETTINGS.far + question.tightened else SETTINGS.idle
         if priced or self.walled:
@@ -402,9 +460,18 @@ class Strategy:
         if not self.task.still:
             return None
         with suppress(MinsnapError):
-            factor = touching_factor(limits, solved.flown, deadline=self.deadline)
-            return shorter(slowed(solved, grained(factor)), self._resting())
-        return self._resting()
+            if not self._rests_sooner(limits, solved.flown):
+                factor = touching_factor(limits, solved.flown, deadline=self.deadline)
+                return shorter(slowed(solved, grained(factor)), self._resting)
+        return self._resting
+
+    def _rests_sooner(self, limits: Limits, curve: Trajectory) -> bool:
+        """Whether a curve still uses too much of the rotors where it flies as long as the plan with rest everywhere."""
+        if not isinstance(limits, VehicleLimits) or not self.task.still or self._resting is None:
+            return False
+        self.deadline.spend(measuring_work(limits, len(curve.durations)))
+        slower = curve.stretched(max(1.0, self._resting.flown.duration / curve.duration))
+        return largest_use(limits, slower, proved=False) > 1.0 + KEPT
 
     def _turning(self, solved: SolvedTask, price: float, certified: bool = True) -> SolvedTask | None:
         """Search again from a curve, and from the same path at a slower pace, with the limit on the rate of its yaw.
@@ -494,13 +561,13 @@ class Strategy:
         points = np.concatenate(ends, axis=1)
         return solved_at(task, ShortestCurve(durations, points, 0, True, True))
 
+    @cached_property
     def _resting(self) -> SolvedTask | None:
-        """Return the certified plan that rests at every waypoint, where a search ended before it had a better one."""
+        """The certified plan that rests at every waypoint, where a search ended before it had a better one."""
         solved = self._straight(self.times)
         if not solved.inside:
             return None
-        factor = grained(touching_factor(self.limits, solved.flown, deadline=self.deadline))
-        solved = slowed(solved, factor)
+        solved = slowed(solved, grained(touching_factor(self.limits, solved.flown, 1.0, deadline=self.deadline)))
         return solved if keeps(self.limits, solved.flown) else None
 
     def _from_one_piece(self) -> SolvedTask | None:
@@ -508,18 +575,19 @@ class Strategy:
         task = self.task
         if task.pieces == 1 and not self.timing.refine:
             return None
-        alone = self._alike(1)
-        first = alone.solve(None)
-        self.ended, self.quickest = alone.ended, alone.quickest
-        refine = self.timing.refine
-        smoother = refine and task.continuity > task.half - 1  # which takes longer from a search with more pieces
-        if first is None or alone.interrupted or smoother:
-            return first
+        first, refine = None, self.timing.refine
+        if not self._alone_first:
+            alone = self._alike(1)
+            first = alone.solve(None)
+            self.ended, self.quickest = alone.ended, alone.quickest
+            smoother = refine and task.continuity > task.half - 1  # which takes longer from a search with more pieces
+            if first is None or alone.interrupted or smoother:
+                return first
         several = self._alike(QUESTION.divisions[0]) if refine else self
-        solved = several.solve(None if refine else guess_of(first.trajectory, alone.task))
+        solved = several.solve(None if refine or first is None else guess_of(first.trajectory, alone.task))
         solved = solved or several._in_longer_durations()
-        self.ended, self.quickest = several.ended, min(alone.quickest, several.quickest)
-        return shorter(solved, first if refine else self._cut(first))
+        self.ended, self.quickest = several.ended, min(self.quickest, several.quickest)
+        return shorter(solved, first if refine or first is None else self._cut(first))
 
     def _alike(self, pieces: int) -> Strategy:
         """Return the same search of a fixed number of pieces a leg; its steps and its end are those of this one."""
@@ -578,7 +646,7 @@ class Strategy:
         if self.quickest == np.inf or (best is not None and best.flown.duration <= most):
             return best
         if timing.refine:
-            pieces = QUESTION.divisions[0] if best is None else best.trajectory.pieces
+            pieces = max(QUESTION.divisions[0], 1 if best is None else best.trajectory.pieces)
         task = replace(self.task, pieces=pieces)
 
         def slower(left: float) -> ShortestQuestion:

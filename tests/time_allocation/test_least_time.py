@@ -339,3 +339,40 @@ def test_a_least_thrust_at_a_slant_costs_no_time_where_a_straight_way_goes_past_
         )
         assert kept.duration == pytest.approx(free.duration, rel=1e-4)
         assert minsnap.certify(kept, limits=Limits(**limit, min_thrust=0.25)).ok
+
+
+def wild_route(seed, legs):
+    return np.cumsum(np.random.default_rng(seed).normal(size=(legs + 1, 3)) * (3.0, 3.0, 1.0), axis=0)
+
+
+@pytest.mark.parametrize(("seed", "most"), [(4, 5.75), (23, 5.05)])
+def test_several_pieces_take_no_longer_than_one_within_rotors(seed, most):
+    """Work ended the search for several before any could be certified: rest at every waypoint took 10.6 and 9.5 s."""
+    limits, points = Limits.of(Quadrotor.dji_f330(), speed=6.0), wild_route(seed, 5)
+    path = minsnap.plan(points, limits=limits, pieces="auto")
+    assert path.duration <= most and minsnap.certify(path, points, limits=limits).ok
+
+
+@pytest.mark.parametrize(("seed", "most"), [(8, 5.4), (38, 5.1)])
+def test_the_way_around_free_fall_is_found_by_a_body_that_turns_slowly(seed, most):
+    """The search from rest had no end, and the plan for its durations took 6.6 and 6.0 s."""
+    limits, points = Limits.of(Quadrotor.dji_f330(), speed=6.0), wild_route(seed, 5)
+    path = minsnap.plan(points, limits=limits)
+    assert path.duration <= most and minsnap.certify(path, points, limits=limits).ok
+
+
+def test_a_search_within_rotors_that_is_ended_leaves_a_plan_between_rest_and_its_end():
+    """Its curve was outside, and rest at every waypoint came instead, until the search had ended by itself."""
+    limits, points = Limits.of(Quadrotor.dji_f330(), speed=6.0), wild_route(0, 25)
+
+    def ended_after(iterations):
+        def tell(step):
+            if step.evaluation == iterations:
+                raise KeyboardInterrupt
+
+        search = minsnap.Search(on_interrupt="return")
+        return minsnap.plan(points, limits=limits, search=search, progress=tell)
+
+    rest, *paths = map(ended_after, (1, 5, 10, 20, 30))
+    assert all(path.report.interrupted and minsnap.certify(path, points, limits=limits).ok for path in paths)
+    assert max(path.duration for path in paths) < 0.8 * rest.duration

@@ -38,7 +38,7 @@ class InteriorPoint {
 public:
     using Settings = ShortestSettings;
 
-    Chain<S> chain;
+    Chain<S> chain, inside;  // where it is, and the shortest so far that was well inside all rows; of no pieces before
     Rows<S> rows;
     TimeObjective<S> objective;
     std::int64_t iterations = 0;
@@ -46,8 +46,8 @@ public:
     InteriorPoint(const Instants<S::half, S::instants> &tables, Watch &watch) : rows(tables), watch_(watch) {}
 
     [[nodiscard]] bool allocate(int most) {
-        return chain.allocate(most) && trial_.allocate(most) && objective.ratio.allocate(most) && newton_.allocate(most) &&
-               first_states_.allocate(most) && second_states_.allocate(most);
+        return chain.allocate(most) && inside.allocate(most) && trial_.allocate(most) && objective.ratio.allocate(most) &&
+               newton_.allocate(most) && first_states_.allocate(most) && second_states_.allocate(most);
     }
 
     // Make rows for the chain as it is, with slacks and multipliers of a barrier of that gap.
@@ -116,6 +116,7 @@ public:
                 continue;
             }
             failed = 0;
+            if (largest() <= -Settings::well_inside && !(inside.pieces > 0 && inside.total() <= chain.total())) inside.copy(chain);
             if (shortened > 0) damping = std::max(damping * Settings::damping_change, Settings::damping);
             const double now = chain.course.timed ? smooth_ * objective.unit : chain.total(), gap = barrier_ * rows.regular,
                          decrement = -newton_.slope() * std::max(1.0, damping);

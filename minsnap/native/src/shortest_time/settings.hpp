@@ -52,6 +52,7 @@ struct ShortestSettings {
     static constexpr double asleep_gap = 1e-2;     // below which rows sleep that are far inside
     static constexpr double asleep = 0.3;          // how far inside all rows of a group are that sleeps, in widths
     static constexpr double woken = 0.1;           // how far inside a sleeping row is after a step that wakes it, in widths
+    static constexpr double well_inside = 1e-3;    // how far inside a curve is that may be gone back to, in widths
     static constexpr double leak = 1e-9;           // excess that counts as none, in widths
 };
 

@@ -164,16 +164,32 @@ private:
         return answer.wall <= 1e-6 ? Status::done : Status::no_progress;
     }
 
-    // The curve where no progress was made, which says why.
-    Status given_up(ShortestAnswer &answer) const {
+    // The curve where no progress was made, which says why, or one inside before.
+    Status given_up(ShortestAnswer &answer) {
+        retreat();
         write(answer);
         return Status::no_progress;
     }
 
-    // The curve as it was when the search was ended from outside.
-    Status stopped(ShortestAnswer &answer) const {
+    // The curve as it was when the search was ended from outside, or one inside before.
+    Status stopped(ShortestAnswer &answer) {
+        retreat();
         write(answer);
         return Status::spent;
+    }
+
+    // Slow a curve that is outside until it is inside, or go back to one that was; where slower flight mends it for sure it stays.
+    void retreat() {
+        constexpr double slowest = 1.5, step = 1.02;
+        double wall, limit;
+        point_.excess(request_.inwards, wall, limit);
+        if (wall <= Settings::leak && (request_.moving == 0 || limit <= Settings::leak)) return;
+        Chain<S> &chain = point_.chain, &inside = point_.inside;
+        const double most = inside.pieces > 0 ? inside.total() : slowest * chain.total();
+        best_.copy(chain);
+        for (; request_.moving != 0 && chain.total() < most && point_.begin(Settings::last_gap); chain.slow(step))
+            if (point_.largest() <= -Settings::well_inside) return;
+        chain.copy(inside.pieces > 0 ? inside : best_);
     }
 
     void write(ShortestAnswer &answer) const {
