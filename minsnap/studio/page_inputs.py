@@ -81,8 +81,7 @@ def when_dragged(
         if event.phase == "update":
             drag()
             return
-        if event.phase != "start":
-            editor.pause()
+        editor.pause()
         hold(event.phase == "start")
 
     handle.on_update(moved)
@@ -91,7 +90,8 @@ def when_dragged(
 class DragHandles:
     """Handles of the scene that follow the document, but for those that a hand holds, and edit it.
 
-    Drags end in the server's thread while plans are shown in others, one at a time under ``lock``.
+    Drags end in the server's thread while plans are shown in others, one at a time under ``lock``. The end of a drag
+    may not be told, such as that of a touch that is cancelled: an edit that moves the place otherwise ends it as well.
 
     Parameters
     ----------
@@ -110,16 +110,19 @@ class DragHandles:
         self.lock = threading.RLock()
         self.handles: dict[Any, Any] = {}
         self._held: set[Any] = set()
+        self._dragged: Any = None
         self._places: Mapping[Any, Any] = {}
 
     def show(self, places: Mapping[Any, Any]) -> None:
         """Have a handle for each key, at its place [m], and no others."""
         with self.lock:
-            self._places = places
+            before, self._places = self._places, places
             for key in [key for key in self.handles if key not in places]:
                 self.handles.pop(key).remove()
                 self._held.discard(key)
             for key, place in places.items():
+                if key != self._dragged and not np.array_equal(before.get(key, place), place):
+                    self._held.discard(key)
                 if key not in self.handles:
                     self.handles[key] = self._made(key, place)
                 handle = self.handles[key]
@@ -131,7 +134,9 @@ class DragHandles:
 
         def drag() -> None:
             change, subject = self._edit(key, tuple(float(value) for value in handle.position))
+            self._dragged = key
             self._editor.edit(change, subject, held=True)
+            self._dragged = None
 
         def hold(held: bool) -> None:
             with self.lock:

@@ -391,9 +391,8 @@ class Workbench:
                 self._take_up(own)
 
     def pause(self) -> None:
-        """End a drag: what follows is undone on its own."""
-        with self.lock:
-            self._history.pause()
+        """End a drag: what follows is undone on its own; waits for no plan that is being shown."""
+        self._history.pause()
 
     def undo(self) -> None:
         """Take the last edit back."""

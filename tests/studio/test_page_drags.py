@@ -71,6 +71,20 @@ def test_a_dragged_waypoint_is_planned_and_the_drag_is_one_step(studio):
     assert studio.request == EXAMPLE
 
 
+def test_a_drag_whose_end_is_not_told_neither_holds_its_handle_nor_joins_the_next_one(studio):
+    """Touches can be cancelled: the waypoint then stayed where it was let go, whatever the document said."""
+    handle = studio._waypoints._gizmos.handles[1]
+    cancelled = drag("/waypoints/1", (8.0, 0.1, 1.0))[:-1]
+    assert send(studio, *cancelled, until=lambda: studio.request.waypoints[1] == (8.0, 0.1, 1.0))
+    studio.undo()
+    assert tuple(handle.position) == EXAMPLE.waypoints[1]
+    for place in ((8.1, 0.2, 1.1), (8.2, 0.3, 1.2)):
+        moves = drag("/waypoints/1", place)[:-1]
+        assert send(studio, *moves, until=lambda place=place: studio.request.waypoints[1] == place)
+    studio.undo()
+    assert studio.request.waypoints[1] == (8.1, 0.2, 1.1)
+
+
 def test_an_input_follows_the_document_again_where_its_edit_is_refused(studio):
     studio.edit(lambda request: with_time(request, "limits", (), {"speed": 3.0}))
     [(speed, _)] = [(box, shown) for box, shown in studio._time._inputs._bound if box.label == "speed [m/s]"]
