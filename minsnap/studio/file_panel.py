@@ -14,7 +14,7 @@ from minsnap.planning.request import PLAIN, PlanRequest
 from minsnap.studio.documents import ENDINGS, EXPORTS, WorkingFolder, open_upload, save_as
 from minsnap.studio.ground_view import ENDINGS as OBSTACLE_ENDINGS
 from minsnap.studio.ground_view import PICTURES, Obstacles, floor, read_obstacles
-from minsnap.studio.page_inputs import Editor, copyable, sentence, table, when_changed, when_clicked
+from minsnap.studio.page_inputs import Editor, copyable, precise, sentence, table, when_changed, when_clicked
 from minsnap.studio.workbench import BenchState, Present
 from minsnap.trajectory.report import cost_unit
 
@@ -98,8 +98,8 @@ class FilePanel:
         self._upload("Show obstacles (.npz, CSV)", (".npz", ".csv"), self._shown(OBSTACLE_ENDINGS, read_obstacles))
         laid = self._shown(PICTURES, lambda path: floor(path, self._pixel.value, self._corner.value))
         self._upload("Show a floor (PNG, JPEG, PGM)", PICTURES, laid)
-        self._pixel = gui.add_number("Metres a pixel", 0.05, min=1e-4, step=0.01)
-        self._corner = gui.add_vector2("Lower left corner [m]", (0.0, 0.0), step=0.5)
+        self._pixel = precise(gui.add_number("Metres a pixel", 0.05, min=1e-4, step=0.01))
+        self._corner = precise(gui.add_vector2("Lower left corner [m]", (0.0, 0.0), step=0.5))
         gui.add_divider()
         self._kind = gui.add_dropdown("Write", tuple(EXPORTS))
         self._name = gui.add_text("File name", "scene")

@@ -156,6 +156,13 @@ def when_triggered(command: Any, act: Callable[[], None]) -> None:
     command.on_trigger(triggered)
 
 
+def precise(handle: Any) -> Any:
+    """Let a field of numbers take six decimals; return it. Viser takes those of its step: without any, 22.5 is 225."""
+    if hasattr(handle, "precision"):
+        handle.precision = 6
+    return handle
+
+
 def follow(handle: Any, value: Any) -> None:
     """Give an input the value of the document; a slider is made longer if it has to be."""
     if handle.value == value:
@@ -187,7 +194,8 @@ class Inputs:
 
     def edits(self, handle: Any, change: ValueChange, subject: str = "") -> Any:
         """Let an input edit the document with every value that a browser gives it; return the input."""
-        return when_changed(handle, lambda value: self.editor.edit(lambda request: change(request, value), subject))
+        act = lambda value: self.editor.edit(lambda request: change(request, value), subject)  # noqa: E731
+        return when_changed(precise(handle), act)
 
     def bind(self, handle: Any, shown: Shown, change: ValueChange, subject: str = "") -> Any:
         """Let an input edit the document, and show what ``shown`` returns of it, hidden where that is None."""

@@ -3,6 +3,7 @@
 import asyncio
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,6 +92,13 @@ def test_an_input_follows_the_document_again_where_its_edit_is_refused(studio):
     speed.value = False  # as a browser sets it before the edit is refused
     studio.edit(lambda request: set_limit(request, "speed", None))
     assert speed.value is True and studio.request.limits == (("speed", 3.0),)
+
+
+def test_every_field_of_a_measure_takes_decimals(studio):
+    """The page leaves the point out of a number for a field without any: an angle of 22.5 degrees became 225."""
+    studio.edit(lambda request: replace(request, yaw=(0.3,) * len(request.waypoints)))
+    fields = [field for field in studio._server.gui._gui_input_handle_from_uuid.values() if hasattr(field, "precision")]
+    assert len(fields) > 20 and all(field.precision > 1 for field in fields if not isinstance(field.value, int))
 
 
 def test_a_waypoint_that_is_not_there_is_not_chosen(studio):
