@@ -220,7 +220,7 @@ class Player:
 
     def seek(self, now: float) -> None:
         """Go to a time [s]."""
-        self._set(min(max(now, 0.0), self.duration))
+        self._set(now)
         follow(self._slider, round(self.now, 2))
 
     def switch(self) -> None:
@@ -235,7 +235,7 @@ class Player:
         self._thread.join(1.0)
 
     def _set(self, now: float) -> None:
-        self.now = min(float(now), self.duration)
+        self.now = min(max(float(now), 0.0), self.duration)
         self._moved(self.now)
 
     def _fly(self, wanted: bool) -> None:

@@ -164,16 +164,15 @@ def precise(handle: Any) -> Any:
 
 
 def follow(handle: Any, value: Any) -> None:
-    """Give an input the value of the document; a slider is made longer if it has to be."""
-    if handle.value == value:
-        return
+    """Give an input the value of the document; a slider is made longer if it has to be, for pages stop at its ends."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         low, high = getattr(handle, "min", None), getattr(handle, "max", None)
         if high is not None and value > high:
             handle.max = 2.0 * value
-        if low is not None and value < low:
+        if low is not None and 0.0 < value < low:
             handle.min = value
-    handle.value = value
+    if handle.value != value:
+        handle.value = value
 
 
 class Inputs:

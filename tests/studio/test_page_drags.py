@@ -101,10 +101,27 @@ def test_every_field_of_a_measure_takes_decimals(studio):
     assert len(fields) > 20 and all(field.precision > 1 for field in fields if not isinstance(field.value, int))
 
 
+def typed(field, value):
+    """Return the message of a value that is typed into a field."""
+    return {"type": "GuiUpdateMessage", "uuid": field._impl.uuid, "updates": {"value": value}}
+
+
 def test_a_waypoint_that_is_not_there_is_not_chosen(studio):
     field = studio._route._chosen
-    update = {"type": "GuiUpdateMessage", "uuid": field._impl.uuid, "updates": {"value": 99}}
-    assert send(studio, CAMERA, update, until=lambda: field.value == len(EXAMPLE.waypoints) - 1)
+    assert send(studio, CAMERA, typed(field, 99), until=lambda: field.value == len(EXAMPLE.waypoints) - 1)
+
+
+@pytest.mark.parametrize("seconds", [100.0, 0.2])
+def test_a_value_typed_beyond_the_ends_of_its_slider_stays(studio, seconds):
+    """The page sets a field that is left to the end that its value is beyond: 100 s were planned, and then 60 s."""
+    [total] = [box for box, _ in studio._time._inputs._bound if box.label == "Total [s]"]
+    assert send(studio, CAMERA, typed(total, seconds), until=lambda: studio.request.total_time == seconds)
+    assert total.min <= seconds <= total.max
+
+
+@pytest.mark.parametrize(("typed_time", "shown"), [(-3.25, 0.0), (5.5, 5.5), (99.0, 12.0)])
+def test_a_time_is_within_the_plan(studio, typed_time, shown):
+    assert send(studio, CAMERA, typed(studio._player._slider, typed_time), until=lambda: studio.now == shown)
 
 
 def test_a_dragged_face_moves_its_wall_alone(studio):
