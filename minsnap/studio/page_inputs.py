@@ -163,6 +163,25 @@ def precise(handle: Any) -> Any:
     return handle
 
 
+READING = r"""<style onload="
+if (!window.readNumber) {
+  window.readNumber = ({target: field, data: typed}) => {
+    if (field.inputMode !== 'decimal' || typed?.length === 1) return;
+    const text = field.value.trim().replace(',', '.').replace('\u2212', '-'), at = field.selectionStart;
+    const read = /^[-+]?\d*\.?\d*$/.test(text) ? text : field.defaultValue;
+    if (read === field.value) return;
+    Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(field, read);
+    field.setSelectionRange(at, at);
+  };
+  for (const kind of ['input', 'change']) window.addEventListener(kind, readNumber, true);
+}
+"></style>"""
+"""Lets a page read 12,5 as 12.5, and leave a field as it was, by its ``defaultValue``, where other text is put in.
+
+Viser drops what it cannot use: 12,5 was 125, and 1e1 was 11.
+"""
+
+
 def follow(handle: Any, value: Any) -> None:
     """Give an input the value of the document; a slider is made longer if it has to be, for pages stop at its ends."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):

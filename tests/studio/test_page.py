@@ -114,6 +114,18 @@ def test_a_waypoint_that_is_typed_moves_the_curve_and_its_cost(page, studio):
     assert eventually(lambda: (np.abs(picture(page) - drawn).max(axis=-1) > 40).sum() > 300)
 
 
+@pytest.mark.parametrize(
+    ("text", "read"),
+    [("12,5", 12.5), ("-0,25", -0.25), (" 3.5 ", 3.5), ("\u22122.5", -2.5), ("1.234,5", 8.0), ("1e1", 8.0)],
+)
+def test_a_number_that_is_put_in_as_a_whole_is_read_or_refused(page, studio, text, read):
+    field = coordinate(page, 1, 0)
+    assert eventually(lambda: field.input_value() == "8")
+    field.press("Control+a")
+    page.keyboard.insert_text(text)
+    assert eventually(lambda: field.input_value() == f"{read:g}" and studio.request.waypoints[1][0] == read)
+
+
 def drag(page, start, end):
     """Press at a place of the page [pixels], move to another in steps, and let go."""
     page.mouse.move(*start)
