@@ -408,10 +408,12 @@ class Page:
         plots.dock_left()
         plots.set_width(PLOTS)
         camera = self._server.initial_camera
+        untold = camera.position
         camera.position, camera.look_at = opening, _ = framing(self._seen(), camera.fov, 1.0)
 
         async def opened(client: Any) -> None:
-            if client.camera.image_width < NARROW:
+            is_new = np.allclose(client.camera.position, untold)  # else it connects again, and its panels are there
+            if is_new and client.camera.image_width < NARROW:
                 fold(client, plots)
             keep_framed(client, self._seen, opening)
 

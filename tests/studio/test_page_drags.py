@@ -72,6 +72,17 @@ def test_a_dragged_waypoint_is_planned_and_the_drag_is_one_step(studio):
     assert studio.request == EXAMPLE
 
 
+def test_plots_are_folded_in_a_narrow_window_that_opens_and_not_where_one_connects_again(studio, monkeypatch):
+    """The picture of a wide window is narrow between its panels, which are there when it connects again."""
+    told = []
+    monkeypatch.setattr("minsnap.studio.browser_page.fold", lambda client, panel: told.append("folded"))
+    monkeypatch.setattr("minsnap.studio.browser_page.keep_framed", lambda *how: told.append("framed"))
+    there = CAMERA | {"image_width": 672}
+    assert send(studio, there, until=lambda: told == ["framed"])
+    there |= {"position": (3.0, 3.0, 3.0)}  # where the pages of viser open
+    assert send(studio, there, until=lambda: told == ["framed", "folded", "framed"])
+
+
 def test_a_drag_whose_end_is_not_told_neither_holds_its_handle_nor_joins_the_next_one(studio):
     """Touches can be cancelled: the waypoint then stayed where it was let go, whatever the document said."""
     handle = studio._waypoints._gizmos.handles[1]
