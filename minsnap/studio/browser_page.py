@@ -23,7 +23,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.optional_packages import optional
 from minsnap.errors import LinkError, MinsnapError
 from minsnap.plot.animation import Picture, write_film
-from minsnap.studio.page_inputs import READING, follow, when_changed, when_clicked, when_triggered
+from minsnap.studio.page_inputs import SCRIPT, follow, when_changed, when_clicked, when_triggered
 
 if TYPE_CHECKING:
     import viser
@@ -319,7 +319,7 @@ class Page:
         gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
         gui.set_panel_label("minsnap studio")
         gui.main_panel.dock_right()
-        gui.add_html(READING)
+        gui.add_html(SCRIPT)
         self._server.scene.configure_default_lights(cast_shadow=False)
 
     @property

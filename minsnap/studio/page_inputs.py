@@ -163,7 +163,7 @@ def precise(handle: Any) -> Any:
     return handle
 
 
-READING = r"""<style onload="
+SCRIPT = r"""<style onload="
 if (!window.readNumber) {
   window.readNumber = ({target: field, data: typed}) => {
     if (field.inputMode !== 'decimal' || typed?.length === 1) return;
@@ -174,11 +174,17 @@ if (!window.readNumber) {
     field.setSelectionRange(at, at);
   };
   for (const kind of ['input', 'change']) window.addEventListener(kind, readNumber, true);
+  let reached = null;
+  window.addEventListener('focusin', ({target}) => reached = target.matches('button:focus-visible') ? target : null);
+  window.addEventListener('keydown', (event) => {
+    if (event.key === ' ' && event.target === reached) event.stopPropagation();
+  }, true);
 }
 "></style>"""
-"""Lets a page read 12,5 as 12.5, and leave a field as it was, by its ``defaultValue``, where other text is put in.
+"""Lets a page read 12,5 as 12.5, and leave a field as it was, by its ``defaultValue``, where other text is put in; and
+lets the space bar press a button that the keyboard has reached.
 
-Viser drops what it cannot use: 12,5 was 125, and 1e1 was 11.
+Viser drops what it cannot use: 12,5 was 125, and 1e1 was 11. Its keys come before those of buttons.
 """
 
 

@@ -126,6 +126,15 @@ def test_a_number_that_is_put_in_as_a_whole_is_read_or_refused(page, studio, tex
     assert eventually(lambda: field.input_value() == f"{read:g}" and studio.request.waypoints[1][0] == read)
 
 
+def test_the_space_bar_presses_a_button_that_the_keyboard_has_reached(page, studio):
+    """It made the vehicle fly instead."""
+    page.get_by_role("textbox", name="Waypoint", exact=True).focus()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Space")
+    assert eventually(lambda: len(studio.request.waypoints) == len(EXAMPLE.waypoints) + 1)
+    assert not studio._player._box.value
+
+
 def drag(page, start, end):
     """Press at a place of the page [pixels], move to another in steps, and let go."""
     page.mouse.move(*start)
