@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from math import ceil, pi
 from pathlib import Path
@@ -21,10 +22,10 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.checks import LONGEST, point_text
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.table import read_archive
-from minsnap.basics.storage.text import FileName
+from minsnap.basics.storage.text import FileName, reading
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Room
-from minsnap.errors import FleetError, MinsnapError
+from minsnap.errors import FileError, FleetError, MinsnapError
 from minsnap.files.formats.skybrush import Lights
 from minsnap.fleet.assignment import assign
 from minsnap.fleet.common_clock import Fleet, Separation
@@ -334,10 +335,10 @@ class _Course:
             return [], "stays"
         show, room = self.show, self._room(goals)
         file = None if self.kept is None else Path(self.kept) / f"{self._key(goals, room)}.npz"
-        if file is not None and file.exists():
-            stored = read_archive(file)
-            return [Trajectory(stored[f"p{i}"], stored[f"d{i}"]) for i in range(len(goals))], "kept"
         ways = np.stack([self.now, goals], axis=1)
+        with suppress(FileError):
+            if file is not None:
+                return _stored(file, ways), "kept"
         try:
             fleet = plan_fleet(ways, show.limits, show.separation, room, seed=show.seed, progress=self.progress)
         except MinsnapError as error:
@@ -375,6 +376,17 @@ class _Course:
         if self.told is not None:
             self.told(f"{name}: {arrival - start:.2f} s ({method})")
         return self.stages[-1]
+
+
+def _stored(file: Path, ways: FloatArray) -> list[Trajectory]:
+    """Return the curves along ``ways`` that a file holds; raise FileError where it is not there or holds others."""
+    with reading(file, "the flights that were stored in it"):
+        stored = read_archive(file)
+        curves = [Trajectory(stored[f"p{i}"], stored[f"d{i}"]) for i in range(len(ways))]
+        ends = np.stack([curve([0.0, curve.duration]) for curve in curves])
+        if np.abs(ends - ways).max() > EXACT:
+            raise FileError(f"{file} holds other flights")
+    return curves
 
 
 def _store(file: Path, curves: list[Trajectory]) -> None:

@@ -1,14 +1,18 @@
 """A run of ``minsnap fleet`` that is killed, or interrupted, by signals; and the one that goes on."""
 
+import io
 import os
 import signal
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 import minsnap
 from minsnap.shows.fleet_files import read_fleet
+from minsnap.shows.show import fly
+from minsnap.shows.show_yaml import read_show
 
 SHOW = """
 vehicles: 12
@@ -121,3 +125,23 @@ def test_an_interrupt_flies_the_best_so_far_and_the_next_run_searches_on(show, t
     assert [name for name, method in names(told).items() if method != "kept"] == cut
     second = read_fleet(tmp_path / "out")
     assert minsnap.certify_fleet(second).ok and second.duration < first.duration
+
+
+def damaged(number, files):
+    """Damage the file of a flight: cut it off, empty it, take another flight's, or another archive."""
+    content = files[0].read_bytes()
+    file = io.BytesIO()
+    np.savez(file, p0=np.zeros((1, 8, 3)), d0=np.ones(1))
+    return [content[:300], b"", files[1].read_bytes(), file.getvalue()][number]
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_a_stored_flight_that_is_damaged_is_planned_again(show, tmp_path, number):
+    first = fly(read_show(show), tmp_path / "flights")
+    files = sorted((tmp_path / "flights").glob("*"))
+    content = files[0].read_bytes()
+    files[0].write_bytes(damaged(number, files))
+    again = fly(read_show(show), tmp_path / "flights")
+    assert sorted(stage.method == "kept" for stage in again.stages) == [False, True, True, True, True]
+    assert [stage.end for stage in again.stages] == [stage.end for stage in first.stages]
+    assert np.load(files[0])["p0"].tolist() == np.load(io.BytesIO(content))["p0"].tolist()
