@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from minsnap.basics.storage.atomic import atomic_write, write_file
+from minsnap.basics.storage.atomic import atomic_write, make_folder, write_file
 from minsnap.batch.columns import BINS, UNITS, Tally, planned_curves
 from minsnap.batch.folder import DATASHEET, Shard, made_with, shard_name
 from minsnap.batch.spec import Spec
@@ -33,8 +33,7 @@ def write_datasheet(folder: Path, spec: Spec, tally: Tally, shards: Sequence[Sha
         Of all rows.
     shards : sequence of Shard
     """
-    sheet = folder / DATASHEET
-    sheet.mkdir(exist_ok=True)
+    sheet = make_folder(folder / DATASHEET)
     _draw_histograms(sheet / "histograms.png", tally)
     _draw_examples(sheet / "examples.png", folder / shard_name(0))
     write_file(sheet / "README.md", datasheet(spec, tally, shards))

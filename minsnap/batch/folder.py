@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.atomic import atomic_write, write_file
+from minsnap.basics.storage.atomic import atomic_write, make_folder, write_file
 from minsnap.basics.storage.text import digest_of, read_text, reading
 from minsnap.basics.version import __version__
 from minsnap.batch.columns import Tally, parquet_writer, schema
@@ -61,7 +61,11 @@ def claimed(folder: Path, spec: Spec, resume: bool) -> Iterator[None]:
     """
     began = {"name": spec.name(), "spec": spec.identity(), "made_with": made_with()}
     refuse_mixed(folder, EPISODES)
-    _make(folder, resume)
+    make_folder(folder)
+    with reading(folder, "a folder"):
+        taken = not resume and any(folder.iterdir())
+    if taken:
+        raise FileError(f"{folder} is not empty: give a new folder, or leave out --no-resume")
     path, other = folder / SPEC, next(folder.glob("*.parquet"), None)
     if other is not None and not path.exists():
         raise FileError(f"{folder} holds {other.name}, which no batch has written: give another folder")
@@ -94,16 +98,6 @@ def belongs(folder: Path, name: str) -> bool:
         return bool(_begun(folder / SPEC)["name"] == name)
     except FileError:
         return False
-
-
-def _make(folder: Path, resume: bool) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        taken = not resume and any(folder.iterdir())
-    except OSError as error:
-        raise FileError(f"{folder} is no folder that can be written to: {error.strerror}") from error
-    if taken:
-        raise FileError(f"{folder} is not empty: give a new folder, or leave out --no-resume")
 
 
 def _begin(file: BinaryIO, text: str) -> None:
@@ -174,8 +168,7 @@ def known_digest(folder: Path, name: str) -> str | None:
 
 def write_digest(folder: Path, name: str, digest: str) -> None:
     """Note the SHA-256 of a file that is about to be moved to its place."""
-    (folder / DIGESTS).mkdir(exist_ok=True)
-    write_file(folder / DIGESTS / f"{name}.sha256", f"{digest}\n")
+    write_file(make_folder(folder / DIGESTS) / f"{name}.sha256", f"{digest}\n")
 
 
 def _manifest_digests(folder: Path) -> dict[str, str]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_number
-from minsnap.basics.storage.atomic import atomic_write, write_file
+from minsnap.basics.storage.atomic import atomic_write, make_folder, write_file
 from minsnap.basics.storage.text import FileName
 from minsnap.batch.columns import planned_curves
 from minsnap.batch.folder import SPEC, refuse_mixed
@@ -175,6 +175,6 @@ def _write_meta(root: Path, fps: int, episodes: Episodes, ranges: _Ranges) -> No
 
 
 def _write_table(path: Path, table: Any) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     with atomic_write(path, "wb") as file:
         pyarrow_parquet().write_table(table, file)

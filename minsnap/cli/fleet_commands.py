@@ -70,7 +70,6 @@ def fleet(
     progress = on_terminal(quiet=False)
     wider, kept = _wider(described, 2.0 * lost), output / "flights"
     flown = fly(wider, kept, tell, progress)
-    output.mkdir(parents=True, exist_ok=True)
     place = output / "show.skyc" if to == "skyc" else output
     named = replace(flown.fleet, separation=described.separation)
     written = write_fleet(named, place, to, flown.lights, clobber=not no_clobber)

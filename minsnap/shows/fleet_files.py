@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.storage.atomic import atomic_write, check_destination, write_file
+from minsnap.basics.storage.atomic import atomic_write, check_destination, make_folder, write_file
 from minsnap.basics.storage.text import FileName, digest_of, read_text, reading
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any
@@ -90,6 +90,7 @@ def write_skyc(
     drones = [_drone(fleet, i, lamp) for i, lamp in enumerate(lamps)]
     files["show.json"] = _show_json(fleet, drones, title)
     files["cues.json"] = {"version": 1, "items": [{"time": 0.0, "name": "start"}]}
+    make_folder(Path(path).parent)
     with atomic_write(path, "wb", clobber=clobber) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files, reverse=True):
             archive.writestr(zipfile.ZipInfo(name, STAMP), json.dumps(files[name]), zipfile.ZIP_DEFLATED)
@@ -294,7 +295,7 @@ def write_fleet(
     fleet : Fleet
         Three coordinates.
     path : str or path
-        A file ending in ``.skyc``, or a folder, which is made.
+        A file ending in ``.skyc``, or a folder; folders that are missing are made.
     to : str, optional
         ``csv``: one file of polynomials a vehicle and a manifest with the hash of each; ``crazyswarm2``: the same with
         ``crazyflies.yaml`` and a script that flies it; ``skyb`` and ``traj``: the bytes that Skybrush's firmware and
@@ -308,7 +309,8 @@ def write_fleet(
     Raises
     ------
     FileError
-        If a vehicle does not fit the format, or there are lights for another number of vehicles.
+        If a vehicle does not fit the format, there are lights for another number of vehicles, or a folder cannot be
+        made.
     """
     kind = to or ("skyc" if Path(path).suffix.lower() == ".skyc" else "csv")
     if kind not in KINDS:
@@ -323,7 +325,7 @@ def write_fleet(
     beside = crazyswarm_files(fleet) if kind == "crazyswarm2" else {}
     further: dict[Path, str | bytes] = {folder / name: content for name, content in beside.items()}
     manifest = folder / MANIFEST
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     for file in (manifest, *files, *further):
         check_destination(file, clobber=clobber)
     former = _unchanged(folder, ending)

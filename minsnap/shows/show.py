@@ -20,7 +20,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.checks import LONGEST, point_text
-from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.atomic import atomic_write, make_folder
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import FileName, reading
 from minsnap.basics.tolerances import EXACT
@@ -390,7 +390,7 @@ def _stored(file: Path, ways: FloatArray) -> list[Trajectory]:
 
 
 def _store(file: Path, curves: list[Trajectory]) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(file.parent)
     arrays: dict[str, Any] = {f"p{i}": curve.control_points for i, curve in enumerate(curves)}
     arrays |= {f"d{i}": curve.durations for i, curve in enumerate(curves)}
     with atomic_write(file, "wb") as stream:

@@ -351,3 +351,22 @@ def test_a_downwash_alone_is_checked_with_the_separation_of_the_files(tmp_path, 
     for asked, status in (((), 0), (("--downwash", "4"), 1), (("--separation", "1.1"), 0), (("--downwash", "1"), 0)):
         assert checked(capsys, tmp_path / "folder", *asked)[0] == status
     assert "downwash is 0" in checked(capsys, tmp_path / "folder", "--downwash", "0")[1]
+
+
+@pytest.mark.parametrize("to", KINDS)
+def test_a_fleet_that_is_refused_leaves_no_folder(tmp_path, to):
+    place = tmp_path / "new" / ("show.skyc" if to == "skyc" else "folder")
+    many = minsnap.plan([(k % 2, 0.01 * k, 1.0) for k in range(400)], total_time=400.0)
+    far = minsnap.line((0, 0, 1), (40_000, 0, 1))
+    fleet, lights = minsnap.Fleet((many if to == "crazyswarm2" else far,)), [None] * (2 if to == "csv" else 1)
+    with pytest.raises(FileError, match="pieces do not fit|from the origin|lights for 2 vehicles"):
+        write_fleet(fleet, place, to, lights)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("to", KINDS)
+def test_a_folder_that_cannot_be_made_is_refused_in_a_sentence(tmp_path, to):
+    (tmp_path / "file").write_text("")
+    for place in ("file/folder/show.skyc", "file/show.skyc"):
+        with pytest.raises(FileError, match="is no folder that can be written to: "):
+            write_fleet(crossing(), tmp_path / place, to)

@@ -80,6 +80,17 @@ def write_file(path: FileName, content: str | bytes, *, clobber: bool = True) ->
         file.write(content)
 
 
+def make_folder(path: FileName) -> Path:
+    """Return a folder, made with those that it is in where they are missing; raise FileError where it cannot be."""
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except (TypeError, ValueError):
+        raise FileError(f"{shown(path)} is no name of a folder") from None
+    except OSError as error:
+        raise FileError(f"{path} is no folder that can be written to: {error.strerror}") from error
+    return Path(path)
+
+
 def check_destination(path: FileName, *, clobber: bool = True) -> Path:
     """Return the file that a name refers to, with links resolved.
 

@@ -17,6 +17,7 @@ import numpy as np
 from minsnap.basics.checks import check_number
 from minsnap.basics.messages import aligned
 from minsnap.basics.progress import progress_line
+from minsnap.basics.storage.atomic import make_folder
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError, VehicleError
 from minsnap.flight.simulation.controllers import CascadeController, Controller
@@ -372,8 +373,7 @@ def write_flights(experiment: Experiment, folder: FileName) -> list[FilePath]:
     """
     from minsnap.files.setpoint_csv import write_csv
 
-    home, name = FilePath(folder), experiment.course.name
-    home.mkdir(parents=True, exist_ok=True)
+    home, name = make_folder(folder), experiment.course.name
     written = {home / f"{name}_reference.csv": experiment.course.samples}
     for run in experiment.runs:
         words = f"with_{run.compensation}" if run.compensation else "without_compensation"
