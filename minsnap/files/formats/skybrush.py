@@ -273,8 +273,15 @@ def cubic_segments(trajectory: Trajectory, tolerance: float = CUBIC.tolerance) -
 
 
 def worst_distance(reach: float) -> float:
-    """Return how far cubics may be from curves that stay within half as far again as ``reach`` of the origin [m]."""
-    return float(CUBIC.tolerance + np.sqrt(3.0) * 0.5e-3 * _scale(np.array([1.5 * reach])))
+    """Return how far cubics may be from curves that stay within half as far again as ``reach`` of the origin [m].
+
+    Raises
+    ------
+    FileError
+        If no show holds ``reach``.
+    """
+    farthest = max(reach, min(1.5 * reach, LARGEST * CUBIC.scale / 1e3))
+    return float(CUBIC.tolerance + np.sqrt(3.0) * 0.5e-3 * _scale(np.array([farthest])))
 
 
 def _whole(breaks: FloatArray) -> _Integers:

@@ -20,6 +20,7 @@ from minsnap.files.formats.skybrush import (
     parsed,
     read_skybrush,
     skybrush_bytes,
+    worst_distance,
     write_skybrush,
 )
 from minsnap.trajectory.trajectory import Trajectory
@@ -86,6 +87,12 @@ def test_a_show_that_is_too_long_says_how_much_fits():
         skybrush_bytes(cubic_segments(long, 1e-4))
     with pytest.raises(FileError, match="5000 m from the origin, and a show holds 4161 m"):
         cubic_segments(minsnap.plan([(0, 0, 0), (5000, 0, 0)], [1000.0]))
+
+
+def test_the_worst_distance_is_of_what_a_show_holds():
+    assert worst_distance(4000.0) == worst_distance(3000.0) > worst_distance(10.0)
+    with pytest.raises(FileError, match="leads 5000 m from the origin, and a show holds 4161 m"):
+        worst_distance(5000.0)
 
 
 def test_a_changed_byte_is_refused(tmp_path):
