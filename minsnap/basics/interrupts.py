@@ -6,20 +6,28 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 
-def noted_interrupts(pressed: list[int]) -> AbstractContextManager[None]:
+@contextmanager
+def noted_interrupts(pressed: list[int], ends: bool = False) -> Iterator[None]:
     """Note Ctrl-C in a list instead of raising it: the interpreter drops what it raises as a callback begins.
 
-    Nothing is noted in other threads than the main one, or where another handler is installed.
+    With ``ends`` also SIGTERM and SIGHUP, where they would end in order. Nothing is noted in other threads than the
+    main one, or where another handler is installed.
     """
-    return _handled(signal.SIGINT, signal.default_int_handler, lambda number, frame: pressed.append(number))
+    usual: dict[signal.Signals, Any] = {signal.SIGINT: signal.default_int_handler}
+    with ExitStack() as handled:
+        for number, handler in (usual | (dict.fromkeys(_ENDS, _end) if ends else {})).items():
+            handled.enter_context(_handled(number, handler, lambda number, frame: pressed.append(number)))
+        yield
 
 
 HANGUP: signal.Signals | None = getattr(signal, "SIGHUP", None)
 """Of a terminal that is closed; both it and its shell may send it. None where the system has none."""
+
+_ENDS = tuple(filter(None, (signal.SIGTERM, HANGUP)))
 
 
 @contextmanager
@@ -29,7 +37,7 @@ def ended_in_order() -> Iterator[None]:
     As it is in other threads than the main one, and where it has another handler.
     """
     with ExitStack() as handled:
-        for number in filter(None, (signal.SIGTERM, HANGUP)):
+        for number in _ENDS:
             handled.enter_context(_handled(number, signal.SIG_DFL, _end))
         yield
 
@@ -55,11 +63,12 @@ def _handled(number: signal.Signals, usual: Any, handler: Callable[[int, Any], N
 
 @contextmanager
 def started_without_interrupts() -> Iterator[None]:
-    """Let threads that are started here, and all processes that they start at any time, never receive Ctrl-C."""
+    """Let threads that are started here, and all processes that they start, never receive Ctrl-C or SIGHUP."""
     from multiprocessing import resource_tracker
 
-    resource_tracker.ensure_running()  # first: the thread that starts it receives Ctrl-C from then on
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS[1:])
+    resource_tracker.ensure_running()  # before the next one: the thread that starts it receives Ctrl-C from then on
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import secrets
+import signal
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -218,13 +219,13 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
 
 @contextmanager
 def _here(workers: int | None) -> Iterator[Any]:
-    """Yield a cluster of processes on this machine, over TCP; Ctrl-C is for this program, which ends them."""
+    """Yield a cluster of processes on this machine, over TCP; interrupts are for this program, which ends them."""
     from dask.system import CPU_COUNT
     from distributed import LocalCluster
 
     pressed: list[int] = []
     with tempfile.TemporaryDirectory(prefix="minsnap-batch-") as scratch:
-        with noted_interrupts(pressed), started_without_interrupts():  # half a cluster cannot be ended
+        with noted_interrupts(pressed, ends=True), started_without_interrupts():  # half a cluster cannot be ended
             cluster = LocalCluster(
                 n_workers=workers or CPU_COUNT,
                 threads_per_worker=1,
@@ -238,7 +239,7 @@ def _here(workers: int | None) -> Iterator[Any]:
             )
         with cluster:
             if pressed:
-                raise KeyboardInterrupt
+                signal.raise_signal(pressed[0])
             yield cluster
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 import typer
 
 import minsnap
+from minsnap.basics.interrupts import ended_in_order
 from minsnap.basics.messages import labelled
 from minsnap.basics.progress import ProgressLine
 from minsnap.cli import options
@@ -63,10 +64,12 @@ def batch(
     how: Any = {"workers": workers, "scheduler": scheduler, "problem_timeout": problem_timeout, "resume": resume}
     line = BatchLine(specification.count, sys.stderr)
     try:
-        result = run_batch(specification, folder, **how, watch=line.begin)
-    except KeyboardInterrupt:
+        with ended_in_order():
+            result = run_batch(specification, folder, **how, watch=line.begin)
+    except (KeyboardInterrupt, SystemExit) as end:
         line.clear()
-        fail("interrupted: finished files are kept, and the same command goes on from there", 130)
+        status = int(getattr(end, "code", 130))
+        fail("interrupted: finished files are kept, and the same command goes on from there", status)
     finally:
         line.clear()
     counts = ", ".join(f"{count} {status}" for status, count in sorted(result.statuses.items()))

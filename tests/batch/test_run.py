@@ -312,15 +312,22 @@ def test_the_command_says_what_it_wrote(tmp_path):
 
 
 @pytest.mark.parametrize("marks", [("_spec.json",), ("_spec.json", "part-00000.parquet")], ids=["starting", "at work"])
-def test_ctrl_c_of_a_terminal_is_one_sentence(tmp_path, marks):
-    """Workers had it too, and told it in tracebacks, as did a cluster that was ended while it began."""
-    folder = tmp_path / "a"
-    run = begin(folder, WALKS | {"count": 20000, "shard_rows": 50}, "--workers", "2")
+@pytest.mark.parametrize(
+    ("send", "number", "status"),
+    [(os.killpg, signal.SIGINT, 130), (os.kill, signal.SIGTERM, 143), (os.killpg, signal.SIGHUP, 129)],
+    ids=["Ctrl-C", "SIGTERM", "SIGHUP"],
+)
+def test_a_run_that_is_ended_says_one_sentence_and_leaves_nothing_unfinished(tmp_path, marks, send, number, status):
+    """Workers had Ctrl-C too, and told it in tracebacks, as did a cluster that was ended while it began."""
+    folder, scratch = tmp_path / "a", tmp_path / "scratch"
+    scratch.mkdir()
+    spec, where = WALKS | {"count": 20000, "shard_rows": 50}, os.environ | {"TMPDIR": str(scratch)}
+    run = begin(folder, spec, "--workers", "2", env=where)
     while not all((folder / mark).exists() for mark in marks):
         assert run.poll() is None, run.communicate()
         time.sleep(0.1)
     time.sleep(0.5)
-    os.killpg(run.pid, signal.SIGINT)
+    send(run.pid, number)
     _, told = run.communicate(timeout=120)
     assert sentences(told) == ["minsnap: interrupted: finished files are kept, and the same command goes on from there"]
-    assert run.returncode == 130 and not list(folder.rglob(".*.part"))
+    assert run.returncode == status and not list(folder.rglob(".*.part")) and not list(scratch.glob("minsnap*"))
