@@ -22,5 +22,5 @@ def optional(module: str, need: str, extra: str) -> Any:
     """
     try:
         return import_module(module)
-    except ImportError:
+    except ModuleNotFoundError:
         raise ImportError(f"{need}: pip install 'minsnap[{extra}]'") from None

@@ -158,6 +158,9 @@ def exit_status(error: errors.MinsnapError) -> int:
 
 def _leave(error: Exception, words: list[str]) -> NoReturn:
     """Convert an exception to its message and exit status; an unexpected one keeps its traceback."""
+    cause = error.__cause__
+    if isinstance(cause, KeyboardInterrupt | SystemExit):  # which compiled modules turn into an ImportError
+        sys.exit(getattr(cause, "code", 130))
     if isinstance(error, errors.MinsnapError):
         sentence = str(error) if isinstance(error, errors.FileError) else in_options(str(error), words)
         fail(f"{sentence} [{error.code}]", exit_status(error))

@@ -141,8 +141,11 @@ def test_an_interrupt_is_130_in_silence_and_leaves_nothing(tmp_path):
     assert os.listdir(tmp_path) == []
 
 
-def test_an_interrupt_while_the_command_is_loaded_is_130_in_silence(monkeypatch, capsys):
+@pytest.mark.parametrize("compiled", [False, True])
+def test_an_interrupt_while_the_command_is_loaded_is_130_in_silence(monkeypatch, capsys, compiled):
     def interrupt(first):
+        if compiled:
+            raise ImportError("initialization failed") from KeyboardInterrupt()
         raise KeyboardInterrupt
 
     monkeypatch.setattr(app, "load_commands", interrupt)
