@@ -22,7 +22,8 @@ from minsnap.errors import BatchError, FileError
 from minsnap.native.library import core
 
 SPEC, MANIFEST, DATASHEET, DIGESTS = "_spec.json", "_manifest.json", "_datasheet", "_sha256"
-"""Names that begin with an underscore are no data to whoever reads a folder of Parquet files."""
+DATA = "[!._]*.parquet"
+"""Names that begin with an underscore or a dot are no data to whoever reads a folder of Parquet files."""
 
 EPISODES = "meta/info.json"
 """What marks a folder of episodes."""
@@ -66,13 +67,14 @@ def claimed(folder: Path, spec: Spec, resume: bool) -> Iterator[None]:
         taken = not resume and any(folder.iterdir())
     if taken:
         raise FileError(f"{folder} is not empty: give a new folder, or leave out --no-resume")
-    path, other = folder / SPEC, next(folder.glob("*.parquet"), None)
+    path, other = folder / SPEC, next(folder.glob(DATA), None)
     if other is not None and not path.exists():
         raise FileError(f"{folder} holds {other.name}, which no batch has written: give another folder")
     with _locked(path, folder) as file:
         if other is None and not path.stat().st_size:  # a file moved to its place has no lock
             _begin(file, json.dumps(began, indent=1) + "\n")
         _compare(folder, _begun(path), began)
+        _refuse_strays(folder, spec)
         _remove_parts(folder)
         try:
             yield
@@ -84,6 +86,13 @@ def refuse_mixed(folder: Path, mark: str) -> None:
     """Raise FileError where a folder has the file that marks a dataset of another format."""
     if (folder / mark).exists():
         raise FileError(f"{folder} holds a dataset of another format ({mark}): give another folder")
+
+
+def _refuse_strays(folder: Path, spec: Spec) -> None:
+    """Raise FileError where whoever reads the folder would take a file for data that is none of the batch."""
+    strays = {path.name for path in folder.glob(DATA)} - set(map(shard_name, range(spec.shards)))
+    if strays:
+        raise FileError(f"{folder} holds {min(strays)}, which is no file of this batch: move it away")
 
 
 def _remove_parts(folder: Path) -> None:

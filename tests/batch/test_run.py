@@ -157,6 +157,12 @@ def test_another_specification_or_a_stranger_s_file_is_refused(whole, tmp_path):
     (tmp_path / "x.parquet").write_bytes(b"")
     with pytest.raises(FileError, match=r"holds x\.parquet, which no batch has written"):
         run_batch(walks(), tmp_path)
+    (whole / "part-00005.parquet").write_bytes((whole / "part-00000.parquet").read_bytes())
+    with pytest.raises(FileError, match=r"holds part-00005\.parquet, which is no file of this batch: move it away"):
+        run_batch(walks(), whole)
+    (whole / "part-00005.parquet").rename(whole / "._part-00005.parquet")
+    assert run_batch(walks(), whole).present == 5
+    (whole / "._part-00005.parquet").unlink()
     for bad in ({"workers": 0}, {"workers": True}, {"problem_timeout": 0.0}, {"problem_timeout": float("nan")}):
         with pytest.raises(InputError):
             run_batch(walks(), tmp_path / "d", **bad)
