@@ -42,7 +42,7 @@ def batch(
     scheduler: Annotated[str | None, "ADDRESS", "A Dask scheduler instead: tcp://host:8786."] = None,
     problem_timeout: Annotated[float, "S", "Processor time of a problem that is too slow [s]."] = 60.0,
     format: Annotated[str, "NAME", "parquet: a row per plan; lerobot: LeRobot v3 episodes."] = "parquet",
-    rate: Annotated[int, "HZ", "Frames a second of LeRobot episodes."] = 20,
+    rate: Annotated[int | None, "HZ", "Frames a second of LeRobot episodes; by default 20."] = None,
     resume: Annotated[bool, "--resume/--no-resume", "Continue in a folder that has results, or refuse it."] = True,
 ) -> None:
     """Plan many problems, and write a Parquet dataset.
@@ -59,7 +59,12 @@ def batch(
         raise InputError(f"--format is {format!r}: it must be parquet or lerobot")
     if format == "lerobot":
         refuse_mixed(output, SPEC)  # before anything is planned
-    check_number("--rate", rate, 1, 1000, "give a whole number of frames a second, 1 to 1000", whole=True)
+    elif rate is not None:
+        raise InputError(f"--rate {rate} is of episodes: give --format lerobot with it")
+    if workers is not None and scheduler is not None:
+        raise InputError("--workers are of this machine, and --scheduler has its own: leave out one")
+    fps = 20 if rate is None else rate
+    check_number("--rate", fps, 1, 1000, "give a whole number of frames a second, 1 to 1000", whole=True)
     specification, folder = read_spec(spec), output / "_plans" if format == "lerobot" else output
     how: Any = {"workers": workers, "scheduler": scheduler, "problem_timeout": problem_timeout, "resume": resume}
     line = BatchLine(specification.count, sys.stderr)
@@ -77,7 +82,7 @@ def batch(
     if format == "lerobot":
         from minsnap.batch.lerobot import export_lerobot
 
-        kept += f", {export_lerobot(folder, output, rate)} episodes"
+        kept += f", {export_lerobot(folder, output, fps)} episodes"
     print(f"{output}: {result.rows} problems in {result.shards} files{kept}: {counts}")
 
 

@@ -70,6 +70,19 @@ def test_a_rate_that_no_episode_has_is_refused_before_anything_is_planned(call, 
     assert not (tmp_path / "walks").exists()
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--rate", 20), "--rate 20 is of episodes: give --format lerobot with it"),
+        (("--workers", 1, "--scheduler", "tcp://127.0.0.1:1"), "--workers are of this machine"),
+    ],
+)
+def test_an_option_without_effect_is_refused(call, tmp_path, words, said):
+    (tmp_path / "walks.yaml").write_text("{generator: walks, count: 3}")
+    done = call("batch", "walks.yaml", "-o", "walks", *words)
+    assert done.returncode == 2 and said in done.stderr and not (tmp_path / "walks").exists()
+
+
 @pytest.mark.slow
 def test_two_formats_of_a_dataset_are_not_mixed_in_a_folder(call, tmp_path):
     (tmp_path / "walks.yaml").write_text("{generator: walks, count: 3}")
