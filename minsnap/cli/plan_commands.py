@@ -68,6 +68,8 @@ def plan(
     timed = read.durations is not None or read.total_time is not None
     chosen = _beside_those_of(read, chosen, planning, timed)
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
+    if read.bounds is None:
+        planning.refuse_idle(altitudes=read.room is None and len(read.waypoints[0]) == 3)
     request = _with_corridor(_closed(read, file, searched) if closed else read, planning)
     if "split" in chosen and not searched and request.total_time is None and not request.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
@@ -358,6 +360,7 @@ def route(
 
     for written in (destination.output, destination.plot):
         refuse_source(written, *files_of(map_file))
+    timing.refuse_idle()
     ends = parse_point("--start", start), parse_point("--goal", goal)
     arguments = reading.arguments() | timing.arguments() | destination.search
     through = partial(plan_through, _source(map_file, reading.transpose), *ends)

@@ -69,8 +69,20 @@ class LimitOptions(LimitFields):
         off = [name for name in options.taken_off(self.no_limit) if name != "altitude"]
         kept: dict[str, Any] = completed(chosen, off)
         if not kept:
-            raise InputError("--no-limit leaves no limit: name one, such as --max-jerk, or give --time")
+            raise InputError("--no-limit leaves no limit: name one, such as --max-jerk")
         return minsnap.Limits(**kept)
+
+    def refuse_idle(self, altitudes: bool = False) -> None:
+        """Raise InputError where ``--no-limit`` takes off nothing; ``altitudes`` are limited here or not."""
+        if self.no_limit is None:
+            return
+        from minsnap.limits.ordinary import completed
+
+        chosen, off = options.limit_values(self), options.taken_off(self.no_limit)
+        if altitudes and "altitude" in off:
+            return
+        if completed(chosen, [name for name in off if name != "altitude"]) == completed(chosen):
+            raise InputError(f"--no-limit {self.no_limit} takes off a limit that does not hold here: leave it out")
 
     def limits_over(self, own: minsnap.Limits | None, timed: bool = False) -> minsnap.Limits | None:
         """Return the limits of the options with those of a file that they neither name nor take off.
@@ -263,6 +275,7 @@ class Turning(LimitOptions):
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a shape that the options name."""
         own = {name: getattr(self, name) for name in ("period", "speed", "laps", "center", "altitude", "clockwise")}
+        self.refuse_idle()
         yaw, ramp = options.chosen_yaw(self.yaw, self.look_at), None if self.ramp is None else radians(self.ramp)
         return options.present(**own, yaw=yaw, ramp=ramp, limits=self.limits)
 

@@ -35,6 +35,7 @@ def rect(
     """
     from minsnap.planning.request import plan_arguments
 
+    planning.refuse_idle()
     place: dict[str, Any] = {"altitude": altitude, "start_corner": start_corner, "center": center}
     traced = partial(minsnap.rectangle, width, length, **place, laps=laps, clockwise=clockwise)
     arguments = planning.arguments() | {"corridor": planning.walls} | destination.search
@@ -55,6 +56,7 @@ def line(
     """Plan a straight line, from rest to rest or at constant speed."""
     from minsnap.planning.request import plan_arguments
 
+    timing.refuse_idle(altitudes=True)
     search = {} if constant_speed else destination.search
     if not constant_speed:
         search |= timing.altitudes([start, goal])

@@ -53,7 +53,7 @@ def completed(named: Mapping[str, float], off: Collection[str] = ()) -> dict[str
         if name not in ORDINARY:
             raise LimitError(f"{name} is limited only where it is named: what can be taken off is {_names(ORDINARY)}")
         if name in named:
-            raise LimitError(f"the {name} is limited to {named[name]:g} and its limit taken off: do one of them")
+            raise LimitError(f"the {name} is limited and its limit taken off: do one of them")
     filled = {name: value for name, value in ORDINARY.items() if name not in off and name not in named}
     if "acceleration" in filled or "acceleration" in named:
         filled.pop("tilt", None)

@@ -77,14 +77,27 @@ def test_what_holds_unasked_is_taken_off_by_name(call):
     ("options", "said"),
     [
         (("--no-limit", "jerk"), "--no-limit is 'jerk': it takes speed, acceleration, tilt, altitude"),
-        (("--no-limit", "speed", "--max-speed", 3), "the speed is limited to 3 and its limit taken off"),
+        (("--no-limit", "speed", "--max-speed", 3), "the speed is limited and its limit taken off"),
         (("--no-limit", "speed,acceleration,tilt"), "--no-limit leaves no limit"),
         (("--no-limit", "speed", "--time", 9), "leave out --no-limit"),
+        (("--no-limit", "tilt"), "--no-limit tilt takes off a limit that does not hold here: leave it out"),
+        (("--no-limit", "altitude,tilt", "--max-jerk", 9), "takes off a limit that does not hold here"),
     ],
 )
 def test_limits_taken_off_without_sense_are_status_2(call, options, said):
     run = call("rect", *options)
     assert run.returncode == 2 and said in run.stderr
+
+
+@pytest.mark.parametrize("command", ["circle", "line", "plan points.csv", "plan plane.csv", "plan own.yaml"])
+@pytest.mark.parametrize("name", ["altitude", "tilt"])
+def test_a_limit_is_taken_off_where_it_holds(call, tmp_path, command, name):
+    (tmp_path / "points.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,3,1.5\n")
+    (tmp_path / "plane.csv").write_text("x,y\n0,0\n4,0\n4,3\n")
+    (tmp_path / "own.yaml").write_text("waypoints: [[0, 0, 1], [4, 0, 1]]\nlimits: {speed: 2, tilt: 0.3}\n")
+    held = (command, name) in {("line", "altitude"), ("plan points.csv", "altitude")} or command == "plan own.yaml"
+    run = call(*command.split(), "--no-limit", name, "--max-speed", 2)
+    assert run.returncode == (0 if held else 2) and ("does not hold here" in run.stderr) != held
 
 
 def test_a_rectangle_without_times_is_flown_within_careful_limits(call):
