@@ -8,9 +8,10 @@ from typing import Annotated, Any
 
 import minsnap
 from minsnap.cli import options
-from minsnap.cli.app import command
+from minsnap.cli.app import ARGUMENTS, command
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Climbing, RectanglePlanning, TimingOptions, Turning, gain_of_auto_pieces
+from minsnap.errors import TimingError
 
 StartAngle = Annotated[float, "DEG", "Where it begins [degrees]."]
 
@@ -57,10 +58,12 @@ def line(
     from minsnap.planning.request import plan_arguments
 
     timing.refuse_idle(altitudes=True)
-    search = {} if constant_speed else destination.search
+    arguments = timing.arguments()
+    if constant_speed and (given := sorted(arguments.keys() - {"total_time", "yaw"})):
+        unused = ", ".join(ARGUMENTS[name] for name in given)
+        raise TimingError(f"a line at constant speed has nothing to plan: leave out {unused}")
     if not constant_speed:
-        search |= timing.altitudes([start, goal])
-    arguments = timing.arguments() | search
+        arguments |= destination.search | timing.altitudes([start, goal])
     path = minsnap.line(start, goal, constant_speed=constant_speed, **plan_arguments(arguments))
     figures = {} if constant_speed else gain_of_auto_pieces(partial(minsnap.line, start, goal), arguments, path)
     destination.deliver(path, limits=timing.limits, further=figures)

@@ -215,3 +215,17 @@ def test_the_nose_points_at_a_point(call, tmp_path):
     read = minsnap.read_csv("b.csv")
     assert np.tan(read.yaw) == pytest.approx((4.0 - read.position[:, 1]) / (1.0 - read.position[:, 0]), rel=1e-6)
     assert "give one of them" in call("circle", "--yaw", "3", "--look-at", "1", "2").stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--split", "distance"), "leave out --split"),
+        (("--time-weight", 9), "leave out --time-weight"),
+        (("--time-limit", 9, "--pieces", 2), "leave out --pieces, --time-limit"),
+        (("--max-speed", 2), "leave out a limit such as --max-speed"),
+    ],
+)
+def test_options_of_planning_beside_a_constant_speed_are_named(call, words, said):
+    run = call("line", "--constant-speed", *words)
+    assert run.returncode == 2 and f"has nothing to plan: {said} [timing]" in run.stderr
