@@ -229,7 +229,7 @@ class RectanglePlanning(Planning):
     """The same for a rectangle: in a corridor, and within limits where no time is set."""
 
     corridor: Annotated[
-        str | None, "M", "Half-width around each side [m]: one (default 0.3), or one per side with commas."
+        str | None, "M", "Half-width around each side [m]: one (default 0.3), or four a lap with commas."
     ] = None
     no_corridor: Annotated[bool, "Plan without a corridor."] = False
 
