@@ -14,7 +14,7 @@ from typing import IO, Any
 
 from minsnap.basics.interrupts import ended_in_order
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.text import FileName
+from minsnap.basics.storage.text import STANDARD_INPUT, FileName
 from minsnap.errors import FileError
 
 
@@ -99,6 +99,8 @@ def check_destination(path: FileName, *, clobber: bool = True) -> Path:
     FileError
         If it is no name of a file, a folder, in none, read-only, or there and must not be replaced.
     """
+    if str(path) == str(STANDARD_INPUT):  # what is read is the standard input, and not a file of this name
+        raise FileError("- is no file here: give the name of one")
     try:
         destination = Path(os.path.realpath(path))
         state = os.stat(destination)

@@ -79,6 +79,13 @@ def test_a_folder_is_not_a_file(tmp_path):
         pass
 
 
+def test_the_standard_input_is_no_file_to_write(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FileError, match="- is no file here: give the name of one"), atomic_write("-"):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_missing_folder_is_named_by_the_path_asked_for(tmp_path):
     path = tmp_path / "nowhere" / "a.csv"
     with pytest.raises(FileError) as caught, atomic_write(path):
