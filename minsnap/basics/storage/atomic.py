@@ -97,7 +97,8 @@ def check_destination(path: FileName, *, clobber: bool = True) -> Path:
     Raises
     ------
     FileError
-        If it is no name of a file, a folder, in none, read-only, or there and must not be replaced.
+        If it is no name of a file, a folder, in none, read-only, in a folder that is, or there and must not be
+        replaced.
     """
     if str(path) == str(STANDARD_INPUT):  # what is read is the standard input, and not a file of this name
         raise FileError("- is no file here: give the name of one")
@@ -107,15 +108,22 @@ def check_destination(path: FileName, *, clobber: bool = True) -> Path:
     except (TypeError, ValueError):
         raise FileError(f"{shown(path)} is no name of a file") from None
     except OSError as error:
-        if isinstance(error, FileNotFoundError) and destination.parent.is_dir():
-            return destination
-        raise FileError(f"{path} cannot be written: {error.strerror}") from error
+        if not isinstance(error, FileNotFoundError) or not destination.parent.is_dir():
+            raise FileError(f"{path} cannot be written: {error.strerror}") from error
+        return _in_writable_folder(path, destination)
     if stat.S_ISDIR(state.st_mode):
         raise FileError(f"{path} is a folder: give the name of a file")
     if not clobber:
         raise _taken(Path(path))
     if not state.st_mode & 0o222:
         raise FileError(f"{path} is read-only: choose another name, or make it writable")
+    return _in_writable_folder(path, destination) if stat.S_ISREG(state.st_mode) else destination
+
+
+def _in_writable_folder(path: FileName, destination: Path) -> Path:
+    """Return a file, in whose folder a temporary one is made, or raise FileError where none can be."""
+    if not os.access(destination.parent, os.W_OK | os.X_OK):
+        raise FileError(f"{path} cannot be written: its folder is read-only")
     return destination
 
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.atomic import atomic_write, check_destination
 from minsnap.errors import FileError
 
 
@@ -84,6 +84,16 @@ def test_the_standard_input_is_no_file_to_write(tmp_path, monkeypatch):
     with pytest.raises(FileError, match="- is no file here: give the name of one"), atomic_write("-"):
         pass
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_a_folder_that_is_read_only_is_said_before_anything_is_computed(tmp_path, monkeypatch, there):
+    if there:
+        (tmp_path / "a.csv").write_text("old")
+    monkeypatch.setattr(os, "access", lambda path, mode: path != tmp_path)  # the superuser may write anywhere
+    with pytest.raises(FileError, match=r"a\.csv cannot be written: its folder is read-only"):
+        check_destination(tmp_path / "a.csv")
+    assert check_destination("/dev/null").is_char_device()
 
 
 def test_a_missing_folder_is_named_by_the_path_asked_for(tmp_path):
