@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FileError, InputError
@@ -186,9 +186,9 @@ def save_figure(figure: Figure, path: FileName, *, clobber: bool = True) -> None
     FileError
         If the ending is another, or the destination cannot be written.
     """
-    suffix = check_figure_name(path)
-    with atomic_write(path, "wb", clobber=clobber) as file:
-        figure.savefig(file, format=suffix[1:], dpi=DPI, metadata=FORMATS[suffix])
+    suffix, stream = check_figure_name(path), io.BytesIO()  # a full disk is to be no fault of matplotlib
+    figure.savefig(stream, format=suffix[1:], dpi=DPI, metadata=FORMATS[suffix])
+    write_file(path, stream.getvalue(), clobber=clobber)
 
 
 def check_figure_name(path: FileName) -> str:

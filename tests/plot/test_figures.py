@@ -161,6 +161,19 @@ def test_other_endings_and_existing_files_are_refused(path, tmp_path):
     assert (tmp_path / "a.png").read_text() == "precious"
 
 
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_a_figure_on_a_small_disk_is_one_sentence(tmp_path, ending):
+    mount = ["mount", "-t", "tmpfs", "-o", "size=12k", "tmpfs", str(tmp_path)]
+    if subprocess.run(mount, capture_output=True).returncode:
+        pytest.skip("this user may not mount a small disk")
+    try:
+        with pytest.raises(FileError, match="cannot be written: No space left on device"):
+            save_figure(plot_overview(minsnap.circle()), tmp_path / f"a.{ending}")
+        assert not list(tmp_path.iterdir())
+    finally:
+        subprocess.run(["umount", str(tmp_path)], check=True)
+
+
 def test_importing_the_figures_does_not_import_matplotlib():
     code = "import sys, minsnap.plot; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
