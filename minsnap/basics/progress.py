@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
@@ -17,6 +18,11 @@ Callback = TypeVar("Callback", bound=Callable[..., None])
 
 DELAY, INTERVAL = 0.5, 0.2
 """Time before the first line, so that what is quick shows none, and least time between two [s]."""
+
+
+def rewritable(stream: TextIO) -> bool:
+    """Whether a line can be rewritten in place: on a terminal, unless it is a dumb one."""
+    return stream.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
 
 
 class ProgressLine:

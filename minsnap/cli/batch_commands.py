@@ -17,7 +17,7 @@ import typer
 import minsnap
 from minsnap.basics.interrupts import ended_in_order
 from minsnap.basics.messages import labelled
-from minsnap.basics.progress import ProgressLine
+from minsnap.basics.progress import ProgressLine, rewritable
 from minsnap.cli import options
 from minsnap.cli.app import command, fail
 from minsnap.cli.output import as_json
@@ -100,7 +100,7 @@ class BatchLine:
 
     def __init__(self, count: int, stream: TextIO, clock: Callable[[], float] = monotonic) -> None:
         self.count, self.stream, self.clock = count, stream, clock
-        self.line = ProgressLine("batch") if stream.isatty() else None
+        self.line = ProgressLine("batch") if rewritable(stream) else None
         self.present, self.statuses, self.estimated = 0, Counter[str](), False
         self.began = self.due = clock()
         self.early = 0

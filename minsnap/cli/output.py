@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import minsnap
 from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.basics.messages import finite, labelled
+from minsnap.basics.progress import rewritable
 from minsnap.basics.storage.atomic import check_destination
 from minsnap.cli import options
 from minsnap.errors import FileError, InputError
@@ -140,8 +141,8 @@ STANDARD_OUTPUT = FilePath("-")
 
 
 def on_terminal(quiet: bool) -> bool:
-    """Whether progress is shown: on a terminal, unless it is to be quiet."""
-    return sys.stderr.isatty() and not quiet
+    """Whether progress is shown: on a terminal that can, unless it is to be quiet."""
+    return rewritable(sys.stderr) and not quiet
 
 
 @dataclass(frozen=True)

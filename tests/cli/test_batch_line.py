@@ -36,6 +36,7 @@ def test_share_rate_time_left_and_failures(clock):
 
 def test_a_terminal_is_rewritten_in_place_and_cleared(clock, monkeypatch, capsys):
     monkeypatch.setattr("minsnap.basics.progress.DELAY", 0.0)
+    monkeypatch.setenv("TERM", "xterm")
     made, add = line(Terminal(), clock)
     add({"done": 10})
     made.clear()
@@ -43,8 +44,9 @@ def test_a_terminal_is_rewritten_in_place_and_cleared(clock, monkeypatch, capsys
     assert "batch" in shown and "10 of 1000" in shown and shown.endswith("\x1b[2K")
 
 
-def test_elsewhere_there_is_a_line_every_half_a_minute(clock):
-    stream = io.StringIO()
+@pytest.mark.parametrize("stream", [io.StringIO(), Terminal()])
+def test_elsewhere_and_on_a_dumb_terminal_there_is_a_line_every_half_a_minute(clock, monkeypatch, stream):
+    monkeypatch.setenv("TERM", "dumb")
     made, add = line(stream, clock)
     for _ in range(70):
         clock[0] += 1.0
