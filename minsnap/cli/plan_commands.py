@@ -119,12 +119,16 @@ def _of_mission(file: Path) -> dict[str, Any]:
 
 def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> minsnap.Course | None:
     """Return the course: that of a file, or waypoints with laps, take-off or landing; None without these."""
+    from minsnap.basics.storage.text import load_yaml
+    from minsnap.files.request_yaml import is_request
     from minsnap.paths.missions.course import is_course, read_course
 
     wanted = laps is not None or takeoff or land
     described = is_course(file, wanted)
     if not (described or wanted):
         return None
+    if not described and file.suffix.lower() in (".yaml", ".yml") and is_request(load_yaml(file)):
+        raise InputError(f"{file} says how to plan its waypoints: --laps, --takeoff and --land are for a course")
     course = read_course(file) if described else course_of(file)
     named = options.present(closed=closed or None, laps=laps, takeoff=takeoff or None, land=land or None)
     return course.changed(**named)
@@ -223,6 +227,8 @@ def fly_course(
     """Plan a course and deliver it, with a note and what else is known of it."""
     from minsnap.planning.request import plan_arguments
 
+    if planning.no_limit == "altitude":
+        planning.refuse_idle()
     named = _chosen(planning)
     refused = [name for name in ("total_time", "time_weight", "split") if name in named]
     if refused:

@@ -156,11 +156,13 @@ def test_a_closed_course_may_end_with_its_first_waypoint(call, write, words):
         (["w.csv", "--laps", "2", "--time", "20"], "--time is for a plan through waypoints"),
         (["timed.csv", "--takeoff"], "timed.csv has durations"),
         (["w.csv", "--laps", "0"], "laps is 0"),
+        (["how.yaml", "--laps", "2"], "how.yaml says how to plan its waypoints: --laps, --takeoff and --land are for"),
     ],
 )
 def test_what_does_not_go_with_a_course_is_refused(call, write, arguments, message):
     write("x,y,z\n0,0,1\n3,0,1\n", "w.csv")
     write("t,x,y,z\n0,0,0,1\n2,3,0,1\n", "timed.csv")
+    write("{waypoints: [[0, 0, 1], [3, 0, 1]], corridor: 0.4}", "how.yaml")
     done = call("plan", *arguments)
     assert done.returncode == 2 and message in done.stderr and done.stderr.count("\n") == 1
 

@@ -89,13 +89,17 @@ def test_limits_taken_off_without_sense_are_status_2(call, options, said):
     assert run.returncode == 2 and said in run.stderr
 
 
-@pytest.mark.parametrize("command", ["circle", "line", "plan points.csv", "plan plane.csv", "plan own.yaml"])
+@pytest.mark.parametrize(
+    "command",
+    ["circle", "line", *(f"plan {of}" for of in ("points.csv", "plane.csv", "own.yaml", "points.csv --laps 1"))],
+)
 @pytest.mark.parametrize("name", ["altitude", "tilt"])
 def test_a_limit_is_taken_off_where_it_holds(call, tmp_path, command, name):
     (tmp_path / "points.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,3,1.5\n")
     (tmp_path / "plane.csv").write_text("x,y\n0,0\n4,0\n4,3\n")
     (tmp_path / "own.yaml").write_text("waypoints: [[0, 0, 1], [4, 0, 1]]\nlimits: {speed: 2, tilt: 0.3}\n")
-    held = (command, name) in {("line", "altitude"), ("plan points.csv", "altitude")} or command == "plan own.yaml"
+    held = command in (("line", "plan points.csv") if name == "altitude" else ("plan points.csv --laps 1",))
+    held |= command == "plan own.yaml"
     run = call(*command.split(), "--no-limit", name, "--max-speed", 2)
     assert run.returncode == (0 if held else 2) and ("does not hold here" in run.stderr) != held
 
