@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from dataclasses import is_dataclass
 from functools import lru_cache
 from itertools import pairwise
+from pathlib import Path
 from typing import Annotated, Any, NoReturn, TypeVar, get_args
 
 import typer
@@ -263,16 +264,24 @@ def _options(group: Any) -> list[inspect.Parameter]:
     return [_declared(field.replace(kind=field.KEYWORD_ONLY)) for field in parameters]
 
 
+def _named(name: str) -> Path:
+    """Return a file or a folder; an empty name, as of a variable that is not set, would be the current folder."""
+    if not name:
+        raise typer.BadParameter("it is empty: give a name")
+    return Path(name)
+
+
 def _declared(parameter: inspect.Parameter) -> inspect.Parameter:
     """Return a parameter as typer reads it."""
     positional = parameter.kind is not inspect.Parameter.KEYWORD_ONLY
     kind, *words = get_args(parameter.annotation)
     if all(isinstance(word, str) for word in words):
         *names, text = words
-        metavar = names.pop() if names and not names[-1].startswith("-") else None
+        how: dict[str, Any] = {"help": text, "parser": _named if Path in (kind, *get_args(kind)) else None}
+        how["metavar"] = names.pop() if names and not names[-1].startswith("-") else None
         if positional:
-            made: Any = typer.Argument(metavar=metavar, help=text)
+            made: Any = typer.Argument(**how)
         else:
-            made = typer.Option(*(names or [f"--{parameter.name.replace('_', '-')}"]), metavar=metavar, help=text)
+            made = typer.Option(*(names or [f"--{parameter.name.replace('_', '-')}"]), **how)
         parameter = parameter.replace(annotation=Annotated[kind, made])
     return parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)

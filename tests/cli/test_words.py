@@ -150,3 +150,10 @@ def test_a_word_stays_where_the_command_has_no_such_option(call):
     minsnap.write_csv(minsnap.line(), "line.csv")
     done = call("stream", "line.csv", "--connect", "udpin:0", "--fields", "speed")
     assert done.returncode == 2 and "velocity, acceleration, yaw, yaw_rate [" in done.stderr
+
+
+@pytest.mark.parametrize("words", [("fleet", "a.yaml", "-o", ""), ("rect", "--plot", ""), ("compare", "a.csv", "")])
+def test_an_empty_name_is_no_name_of_the_current_folder(call, tmp_path, words):
+    run = call(*words)
+    assert run.returncode == 2 and "it is empty: give a name (see minsnap " in run.stderr
+    assert not list(tmp_path.iterdir())
