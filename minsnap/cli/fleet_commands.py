@@ -47,7 +47,7 @@ def fleet(
     """
     from minsnap.files.formats.skybrush import worst_distance
     from minsnap.plot.animation import animate_fleet, check_animation_name
-    from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, write_fleet
+    from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, MANIFEST, read_fleet, write_fleet
     from minsnap.shows.safety_report import SafetyReport, write_report
     from minsnap.shows.show import fly
     from minsnap.shows.show_yaml import read_show
@@ -66,11 +66,13 @@ def fleet(
         refuse_source(page, show)
         if page.parent.resolve() != output.resolve():
             check_destination(page, clobber=not no_clobber)
+    place = output / "show.skyc" if to == "skyc" else output
+    if output.is_dir():
+        check_destination(place if to == "skyc" else place / MANIFEST, clobber=not no_clobber)
     lost = worst_distance(described.reach) if to not in EXACT_KINDS else 0.0
     progress = on_terminal(quiet=False)
     wider, kept = _wider(described, 2.0 * lost), output / "flights"
     flown = fly(wider, kept, tell, progress)
-    place = output / "show.skyc" if to == "skyc" else output
     named = replace(flown.fleet, separation=described.separation)
     written = write_fleet(named, place, to, flown.lights, clobber=not no_clobber)
     for page in pages:

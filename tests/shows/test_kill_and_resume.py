@@ -145,3 +145,13 @@ def test_a_stored_flight_that_is_damaged_is_planned_again(show, tmp_path, number
     assert sorted(stage.method == "kept" for stage in again.stages) == [False, True, True, True, True]
     assert [stage.end for stage in again.stages] == [stage.end for stage in first.stages]
     assert np.load(files[0])["p0"].tolist() == np.load(io.BytesIO(content))["p0"].tolist()
+
+
+@pytest.mark.parametrize(("to", "name"), [("csv", "manifest.json"), ("skyc", "show.skyc")])
+def test_what_is_there_is_kept_before_a_flight_is_planned(show, tmp_path, to, name):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / name).write_text("precious")
+    process = begin(show, "-o", tmp_path / "out", "--to", to, "--no-clobber")
+    _, told = process.communicate()
+    assert process.returncode == 2 and told.count("\n") == 1 and f"{name} is there already" in told
+    assert contents(tmp_path / "out") == {name: b"precious"} and not (tmp_path / "out" / "flights").exists()
