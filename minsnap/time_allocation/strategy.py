@@ -93,6 +93,9 @@ class StrategySettings:
         Factor on rates in a first search, and on the time of its curve, from which the search goes on.
     looser : float
         Factor on limits for a curve that shows which one is in the way.
+    slowings : tuple of float
+        Factors on the time of a curve that a search has left outside where it was ended, of which the first is flown
+        that keeps the limits.
     calm : float
         Body rate of a first search, times the mean time of a leg from rest to rest.
     eased, divided : float
@@ -124,6 +127,7 @@ class StrategySettings:
     softer: float = 2.0
     slower: float = 1.3
     looser: float = 4.0
+    slowings: tuple[float, ...] = (1.05, 1.1, 1.2, 1.4)
     calm: float = 6.0
     eased: float = 1.02
     divided: float = 1.4
@@ -432,8 +436,9 @@ class Strategy:
             limits, lambda factor: at(factor).flown, deadline=self.deadline
         )
         if factor is None and question.moving:
-            lost = far == SETTINGS.not_longer or (answer.stopped and self._rests_sooner(limits, curve))
-            if lost:
+            if far == SETTINGS.not_longer:
+                return next((one for one in map(at, SETTINGS.slowings) if keeps(limits, one.flown)), None), excess
+            if answer.stopped and self._rests_sooner(limits, curve):
                 return None, excess
         factor = grained(factor or touching_factor(limits, curve, deadline=self.deadline))
         least = SETTINGS.nearly if answer.slack > SETTINGS.far + question.tightened else SETTINGS.idle
