@@ -206,17 +206,20 @@ def _states(
 ) -> Iterator[list[float]]:
     """Yield the state, rotor speeds and whether these are saturated, for every setpoint and wind, a step [s] apart."""
     body, lag, (state, speeds) = RigidBody(vehicle), vehicle.motor_time_constant, _start(vehicle, table)
-    half, whole = (math.exp(-share * step / lag) if lag else 0.0 for share in (0.5, 1.0))  # what is left of a gap
+    ends = np.minimum(lag * np.array([0.0, 1.0, 2.0, 4.0, 8.0]), step)  # a step in which rotors settle is divided
+    parts = np.diff(np.unique(np.append(ends, step))).tolist()
+    left = [[math.exp(-share * part / lag) if lag else 0.0 for share in (0.5, 1.0)] for part in parts]  # of a gap
     for setpoint, wind in inputs:
         command = pilot.command(observer.estimate(state), setpoint)
         yield [*state, *speeds, command.saturated]
-        gaps = [(goal, speed - goal) for goal, speed in zip(command.rotor_speed, speeds, strict=True)]
-        middle, end = ([goal + left * gap for goal, gap in gaps] for left in (half, whole))
-        first = command.rotor_speed if whole == 0.0 else speeds
-        try:
-            state, speeds = body.advance(state, (first, middle, end), wind, step), end
-        except OverflowError:
-            raise _OutOfBoundsError("numbers overflowed") from None
+        for part, (half, whole) in zip(parts, left, strict=True):
+            gaps = [(goal, speed - goal) for goal, speed in zip(command.rotor_speed, speeds, strict=True)]
+            middle, end = ([goal + share * gap for goal, gap in gaps] for share in (half, whole))
+            first = command.rotor_speed if whole == 0.0 else speeds
+            try:
+                state, speeds = body.advance(state, (first, middle, end), wind, part), end
+            except OverflowError:
+                raise _OutOfBoundsError("numbers overflowed") from None
         _check_bounds(state, setpoint.position)
 
 
