@@ -10,7 +10,7 @@
 3. Where several pieces have no end, one piece, and the least cost in barely longer durations of what they left.
    Within rotors, one piece first, which is divided; where it has no end, a search with a body that turns slowly.
 4. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
-   a wall has no room to be moved inwards. Then a search from that plan.
+   a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
 5. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
    left to it; where it is slow still, each leg may last as long as its own turn takes with that room.
 6. Else the reason why there is none.
@@ -464,11 +464,8 @@ class Strategy:
         """Fly the same path as much more slowly as the limits ask for, or rest at every waypoint if that is quicker."""
         if not self.task.still:
             return None
-        with suppress(MinsnapError):
-            if not self._rests_sooner(limits, solved.flown):
-                factor = touching_factor(limits, solved.flown, deadline=self.deadline)
-                return shorter(slowed(solved, grained(factor)), self._resting)
-        return self._resting
+        touching = None if self._rests_sooner(limits, solved.flown) else self._touching(solved, limits)
+        return shorter(touching, self._resting)
 
     def _rests_sooner(self, limits: Limits, curve: Trajectory) -> bool:
         """Whether a curve still uses too much of the rotors where it flies as long as the plan with rest everywhere."""
@@ -477,6 +474,13 @@ class Strategy:
         self.deadline.spend(measuring_work(limits, len(curve.durations)))
         slower = curve.stretched(max(1.0, self._resting.flown.duration / curve.duration))
         return largest_use(limits, slower, proved=False) > 1.0 + KEPT
+
+    def _touching(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:
+        """Fly the same path at the speed at which the most used limit is just kept; None where there is none."""
+        if self.task.still:
+            with suppress(MinsnapError):
+                return slowed(solved, grained(touching_factor(limits, solved.flown, deadline=self.deadline)))
+        return None
 
     def _turning(self, solved: SolvedTask, price: float, certified: bool = True) -> SolvedTask | None:
         """Search again from a curve, and from the same path at a slower pace, with the limit on the rate of its yaw.
@@ -631,13 +635,15 @@ class Strategy:
         return None
 
     def _improved(self, planned: SolvedTask | None) -> SolvedTask | None:
-        """Search again from a plan that a search did not find."""
+        """Search again from a plan that a search did not find, and fly the shorter one until it touches a limit."""
         guess = None if planned is None else guess_of(planned.trajectory, planned.task)
         again: SolvedTask | None = None
         with suppress(LimitError):
             if guess is not None:
                 again = self._certified(begun_from(self._question, guess), self.limits, SETTINGS.not_longer)
-        return shorter(planned, again)
+        best = shorter(planned, again)
+        faster = None if best is None or self.walled else self._touching(best, self.limits)
+        return shorter(best, faster if faster is not None and keeps(self.limits, faster.flown) else None)
 
     def _with_room(self, best: SolvedTask | None) -> SolvedTask | None:
         """Search again with room of the rotors left to the torque of a yaw that no search knows, as little as it needs.

@@ -17,6 +17,8 @@ pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no nat
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 RECTANGLE = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)], dtype=float)
+DIVE = [(0, 0, 6), (5, 0, 3), (9, 6, 0), (14, 9, 4)]
+"""Near free fall, where the search with one piece a leg finds no end."""
 AROUND = Boxes(np.minimum(RECTANGLE[:-1], RECTANGLE[1:]) - 0.5, np.maximum(RECTANGLE[:-1], RECTANGLE[1:]) + 0.5)
 ASKED = {
     "tube": {"corridor": 0.3, "limits": LIMITS},
@@ -32,6 +34,7 @@ ASKED = {
     "rate alone": {"limits": Limits(acceleration=8.0, body_rate=1.5), "corridor": 0.5},
     "rotors": {"limits": Limits.of(Quadrotor.dji_f330()), "yaw": "tilt"},
     "rotors, yaw": {"limits": Limits.of(Quadrotor.dji_f330()), "yaw": 0.3},
+    "rotors, dive": {"limits": Limits.of(Quadrotor.dji_f330()), "yaw": 0.3, "waypoints": DIVE},
     "view": {"limits": Limits(speed=4.0, acceleration=8.0, yaw_rate=1.0), "yaw": minsnap.LookAt((3.3, 1.7))},
     "lap": {"closed": True, "limits": LIMITS, "corridor": 0.3},
     "moving": {"start": {"velocity": (1.5, 0.2, 0.0)}, "limits": LIMITS, "corridor": 0.5},
