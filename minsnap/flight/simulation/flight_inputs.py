@@ -95,6 +95,8 @@ MOST_STEPS = 2_000_000
 class ReferenceTable:
     """A table of setpoints, and the index of the setpoint valid at an instant.
 
+    The first is held until it has begun, and the last after its end: what is held does not turn.
+
     Parameters
     ----------
     samples : Samples
@@ -113,13 +115,18 @@ class ReferenceTable:
         moved = _motion(self.samples, "position", "velocity", "acceleration")
         turned = _motion(self.samples, "yaw", "yaw_rate")
         columns = (*moved, self.feed_forward, *turned, self.states.body_rates, self.states.angular_acceleration)
-        self.rows = [Reference(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+        rows = [Reference(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+        still = (0.0, 0.0, 0.0)
+        first, last = (row._replace(body_rates=still, angular_acceleration=still) for row in (rows[0], rows[-1]))
+        self.rows = [*rows[:-1], last, first]
 
     def index(self, t: FloatArray, delay: float = 0.0) -> IntArray:
-        """Return the index of the setpoint valid at each instant, shape (m,), with a delay of the setpoints [s]."""
+        """Return the row of the setpoint valid at each instant, shape (m,), with a delay of the setpoints [s].
+
+        It is -1 where none is yet: the last row is the first setpoint, held.
+        """
         start = self.samples.t[0]
-        rows = np.searchsorted(self.samples.t - start, t - delay + 1e-9, side="right") - 1
-        return np.asarray(np.clip(rows, 0, len(self.samples) - 1))
+        return np.asarray(np.searchsorted(self.samples.t - start, t - delay + 1e-9, side="right") - 1)
 
     def at(self, t: FloatArray, path: Path | Samples) -> Samples:
         """Return the plan at instants, shape (m,): exact for a path, between samples as flights are compared."""

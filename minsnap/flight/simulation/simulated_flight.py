@@ -171,10 +171,11 @@ def simulate(
     check_steps(length, step)
     count = max(round(length / step), 1)
     t, air = step * np.arange(count + 1.0), wind.sample(count + 1, step)
-    setpoints = [table.rows[row] for row in table.index(t, setpoint_delay).tolist()]
+    rows = table.index(t, setpoint_delay).tolist()
     pilot, observer = controller.pilot(vehicle, step), StateEstimator(sensors, step, count + 1)
-    inputs = zip(setpoints, air.tolist(), strict=True)
-    log, reason, states = [], "", _states(vehicle, table, pilot, observer, inputs, step)
+    inputs = zip([table.rows[row] for row in rows], air.tolist(), strict=True)
+    start = _start(vehicle, table, rows[0] < 0)
+    log, reason, states = [], "", _states(vehicle, start, pilot, observer, inputs, step)
     with progress_line(progress, "flying", lambda line: line.show) as watch:
         try:
             for index, state in zip(range(count + 1), states, strict=False):
@@ -198,14 +199,14 @@ class _OutOfBoundsError(Exception):
 
 def _states(
     vehicle: Quadrotor,
-    table: ReferenceTable,
+    start: tuple[list[float], list[float]],
     pilot: Pilot,
     observer: StateEstimator,
     inputs: Iterable[tuple[Reference, list[float]]],
     step: float,
 ) -> Iterator[list[float]]:
     """Yield the state, rotor speeds and whether these are saturated, for every setpoint and wind, a step [s] apart."""
-    body, lag, (state, speeds) = RigidBody(vehicle), vehicle.motor_time_constant, _start(vehicle, table)
+    body, lag, (state, speeds) = RigidBody(vehicle), vehicle.motor_time_constant, start
     ends = np.minimum(lag * np.array([0.0, 1.0, 2.0, 4.0, 8.0]), step)  # a step in which rotors settle is divided
     parts = np.diff(np.unique(np.append(ends, step))).tolist()
     left = [[math.exp(-share * part / lag) if lag else 0.0 for share in (0.5, 1.0)] for part in parts]  # of a gap
@@ -223,11 +224,13 @@ def _states(
         _check_bounds(state, setpoint.position)
 
 
-def _start(vehicle: Quadrotor, table: ReferenceTable) -> tuple[list[float], list[float]]:
+def _start(vehicle: Quadrotor, table: ReferenceTable, waits: bool) -> tuple[list[float], list[float]]:
+    """Return state and rotor speeds at the start; those of a vehicle that waits for its setpoints do not turn it."""
     samples, states = table.samples, table.states
     velocity = np.zeros(3) if samples.velocity is None else samples.velocity[0]
     parts = (samples.position[0], velocity, states.quaternion[0], states.body_rates[0])
-    speeds = np.clip(states.rotor_speed[0], vehicle.rotor_speed_min, vehicle.rotor_speed_max)
+    known = vehicle.rotor_speeds([states.thrust[0], 0.0, 0.0, 0.0]) if waits else states.rotor_speed[0]
+    speeds = np.clip(known, vehicle.rotor_speed_min, vehicle.rotor_speed_max)
     return np.concatenate(parts).tolist(), speeds.tolist()
 
 

@@ -172,6 +172,14 @@ def test_setpoints_are_held_between_their_instants() -> None:
     assert np.abs(fast.error).max() < np.abs(slow.error).max()
 
 
+def test_a_vehicle_that_waits_for_its_setpoints_or_holds_the_last_one_does_not_turn() -> None:
+    """Snap begins and ends with a plan; held on, its angular acceleration moved the vehicle by 0.4 m and by 1.4 m."""
+    path = minsnap.plan([(0, 0, 1), (1, 0, 1)], durations=[1.0])
+    flight = simulate(F330, GeometricController(), path, setpoint_delay=0.2, duration=4.0)
+    assert np.abs(flight.position[flight.t < 0.2] - path(0.0)).max() < 1e-9
+    assert np.abs(flight.position[-1] - path(1.0)).max() < 1e-3
+
+
 def test_the_error_to_coarse_setpoints_is_that_to_the_plan_between_them() -> None:
     """The plan was the chord between setpoints: of a circle at 1 Hz 0.4 m inside of it."""
     path = minsnap.circle(ramp=0.0)
