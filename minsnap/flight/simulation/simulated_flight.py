@@ -24,7 +24,7 @@ from minsnap.flight.simulation.flight_inputs import (
     check_steps,
     tabulate,
 )
-from minsnap.trajectory.path import Path
+from minsnap.trajectory.path import Path, sample_times
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.attitude import headings, spatial
 from minsnap.vehicle.drag import Drag
@@ -80,10 +80,10 @@ class Flight(OwnsArrays):
         return Samples(self.t, self.position, self.velocity, yaw=headings(self.quaternion))
 
     def at_rate(self, rate: float) -> Samples:
-        """Return the flight as samples at a lower rate [Hz]: those instants that are nearest to its grid."""
-        wanted = np.arange(int(self.duration * rate) + 1) / rate
-        index = np.clip(np.round(np.interp(wanted, self.t, np.arange(len(self)))), 0, len(self) - 1).astype(np.intp)
-        return self.samples[index]
+        """Return the flight as samples at a lower rate [Hz]: those instants that are nearest to its grid, each once."""
+        wanted = sample_times(self.duration, rate)
+        nearest = np.interp(wanted[wanted <= self.duration * (1.0 + 1e-9)], self.t, np.arange(len(self)))
+        return self.samples[np.unique(np.round(nearest).astype(np.intp))]
 
     @property
     def error(self) -> FloatArray:

@@ -204,6 +204,16 @@ def test_a_flight_knows_its_reference_and_gives_samples() -> None:
         flight.position[0, 0] = 1.0
 
 
+def test_a_flight_at_another_rate_has_each_instant_once_its_end_included() -> None:
+    """0.58 s of 50 Hz are 28.999999999999996 steps in floating point."""
+    flight = simulate(F330, GeometricController(), minsnap.circle(), duration=0.58)
+    assert [len(flight.at_rate(rate)) for rate in (1.0, 50.0, 250.0, 1e4)] == [1, 30, 146, 146]
+    assert flight.at_rate(50.0).t[-1] == flight.at_rate(1e4).t[-1] == flight.duration
+    for rate in (0.0, -1.0, np.nan, "fast"):
+        with pytest.raises(TimingError, match="the rate is"):
+            flight.at_rate(rate)
+
+
 @pytest.mark.slow
 def test_a_diverging_flight_stops_says_when_and_keeps_what_it_has() -> None:
     wrong = GeometricController(attitude_gain=(-50.0, -50.0, -50.0))
