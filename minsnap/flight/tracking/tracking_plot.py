@@ -295,7 +295,9 @@ def _verdict(flights: Mapping[str, ComparedFlight]) -> str:
     missed = [one.comparison.rmse_3d for one in (before, after)]
     if len(flights) == 1:
         return verdict(True, f"<b>{missed[0]:.3f} m</b> from the plan (root mean square).")
-    less = f"{abs(1.0 - missed[1] / missed[0]):.0%} {'less' if missed[1] <= missed[0] else 'more'}"
+    less = f"{missed[1]:.3f} m"  # which is no share of a first flight without any error
+    if missed[0] > 0.0:
+        less = f"{abs(1.0 - missed[1] / missed[0]):.0%} {'less' if missed[1] <= missed[0] else 'more'}"
     words = f"from {missed[0]:.3f} m ({escape(first)}) to {missed[1]:.3f} m ({escape(last)})"
     return verdict(missed[1] <= missed[0], f"<b>{less}</b> from the plan (root mean square): {words}.")
 

@@ -3,13 +3,14 @@
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import minsnap
 from minsnap.errors import InputError
 from minsnap.files.autopilot_logs import write_ulog
-from minsnap.flight import CascadeController, fit_flight, simulate
-from minsnap.flight.tracking.log_comparison import simulated_log
+from minsnap.flight import CascadeController, compare, fit_flight, simulate
+from minsnap.flight.tracking.log_comparison import ComparedFlight, simulated_log
 from minsnap.flight.tracking.tracking_plot import leg_instants, write_flight_page
 from minsnap.flight.tracking.tuning import best_to_fly, learn_from, tune_in_flight
 from minsnap.vehicle import Quadrotor
@@ -36,6 +37,13 @@ class Pilot:
         log = self.folder / f"{number}.ulg"
         write_ulog(simulated_log(VEHICLE, flight, sent, seed=number), log)
         return log
+
+
+def test_a_page_of_flights_without_any_error_is_written(plan, tmp_path):
+    still = replace(plan, position=np.ones((len(plan), 3)), velocity=None)
+    exact = ComparedFlight(compare(still, still), still, still)
+    write_flight_page({"one": exact, "other": exact}, tmp_path / "page.html")
+    assert "<b>0.000 m</b> from the plan" in (tmp_path / "page.html").read_text()
 
 
 @pytest.mark.slow
