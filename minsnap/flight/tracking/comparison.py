@@ -15,6 +15,7 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray, OwnsArrays, bounded, interpolated
 from minsnap.basics.checks import SIZE, check_kind, check_number, check_switch, is_number
 from minsnap.basics.messages import aligned, shown
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import InputError
 from minsnap.trajectory.path import MOST_SAMPLES
 from minsnap.trajectory.samples import Samples, axis_names, gap_remarks, gaps, in_gaps
@@ -207,7 +208,10 @@ def _coefficients(one: FloatArray, other: FloatArray, known: BoolArray, seen: Bo
 
 
 def _refined(reference: Samples, flight: Samples, best: float, step: float, most: float) -> float:
-    """Return the delay within one step of the best lag at which the distance varies least: an offset is no delay."""
+    """Return the delay within one step of the best lag at which the distance varies least: an offset is no delay.
+
+    Where it varies by rounding alone, as on a line at constant speed, nothing tells of another one.
+    """
     from scipy.optimize import minimize_scalar
 
     def distance(more: float) -> float:
@@ -217,7 +221,7 @@ def _refined(reference: Samples, flight: Samples, best: float, step: float, most
         return float(np.var(gap, axis=0).sum()) if inside.any() else np.inf
 
     low, high = max(-step, -most - best), min(step, most - best)
-    if high - low < COMPARED.resolution:
+    if high - low < COMPARED.resolution or distance(0.0) <= (ROUNDING * np.abs(flight.position).max()) ** 2:
         return best
     minimum = minimize_scalar(distance, bounds=(low, high), method="bounded", options={"xatol": COMPARED.resolution})
     return best + float(minimum.x)
