@@ -339,6 +339,8 @@ def test_a_vehicle_brings_the_limits_of_its_rotors(flown):
         room=((-9, -9, 0), (9, 9, 3)),
         clock=still,
     )
+    own = Replanner(Limits.of(Quadrotor.dji_f330(), reserve=0.5), vehicle=Quadrotor.dji_f330()).limits
+    assert own == Limits.of(Quadrotor.dji_f330(), reserve=0.5), "rotors were used to 90 % again"
     by_axis = Replanner(Limits(speed=2.0, norm="axis"), vehicle=Quadrotor.dji_f330())
     assert by_axis.limits.norm == "axis" and "max_thrust" in by_axis.limits.given()
     assert {used.name for used in Limits.of(Quadrotor.dji_f330()).utilisation(change.stop)} >= {"rotor_thrust"}
