@@ -158,6 +158,8 @@ def _by_bracket(over: Callable[..., float], limits: Limits, start: float, roughl
     low, high, step = start, start, STRETCH.first_step
     while over(high) > 0.0 and high < start + STRETCH.slowest:
         low, high, step = high, high + step, 2.0 * step
+    if over(high) > 0.0:
+        raise SolverError("no speed was found at which the path keeps its limits: loosen a limit")
     while low == high or over(low) <= 0.0:
         low, high, step = low - step, low, 2.0 * step
         if low < -STRETCH.slowest:

@@ -1,16 +1,19 @@
 """The factor on time at which a limit is touched."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import minsnap
 from minsnap.basics.deadline import Deadline
+from minsnap.errors import MinsnapError
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.time_allocation import time_stretch
 from minsnap.time_allocation.time_stretch import measuring_work, touching_factor
 from minsnap.trajectory.look_at import LookAtHeading
-from minsnap.vehicle import Quadrotor
+from minsnap.vehicle import BodyDrag, Quadrotor
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 
@@ -51,6 +54,13 @@ def test_a_use_that_jumps_is_left_just_beyond_the_jump(monkeypatch):
     assert len(measured) <= 40
     assert deadline.work.done == pytest.approx(len(measured) * measuring_work(limits, 2, path.yaw))
     assert keeps(limits, path.stretched(factor)) and not keeps(limits, path.stretched(factor * (1.0 - 2e-5)))
+
+
+def test_limits_that_no_speed_keeps_are_refused():
+    """SciPy told that two numbers must have different signs."""
+    vehicle = replace(Quadrotor.dji_f330(), drag=BodyDrag((1e40, 1e40, 1e40)))
+    with pytest.raises(MinsnapError):
+        minsnap.plan([(0, 0, 0), (1, 0, 0)], limits=Limits.of(vehicle))
 
 
 def test_what_a_proof_adds_to_samples_takes_few_steps(monkeypatch):
