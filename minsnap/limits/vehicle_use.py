@@ -38,8 +38,8 @@ class VehicleUseSettings:
         Samples of a piece from which the largest value is taken, and those where bounds prove it.
     finer_steps, between, peaks : int
         Where bounds prove nothing, and more than samples are wanted, how often each step beside the highest so many
-        peaks of them is divided, and into how many parts: before a knot, and before a heading turns in another way, a
-        value rises and jumps.
+        peaks of them is divided, and into how many parts: before a heading turns in another way a value rises and
+        jumps, as it does before a knot.
     rounds : int
         How often pieces are divided.
     first, parts, most : int
@@ -161,9 +161,10 @@ class VehicleBound:
         return t, self._at(t)
 
     def _finer(self, t: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return instants (m,) and values (count, m) with those beside the highest peaks of what has no bounds."""
-        for _ in range(VEHICLE_USE.finer_steps):
-            more = self._beside_peaks(t, values[~self._provable])
+        """Return instants (m,) and values (count, m) with those before knots and beside peaks of what has no bounds."""
+        for step in range(VEHICLE_USE.finer_steps + 1):
+            before = np.nextafter(self.traj.breaks[1:-1], 0.0)
+            more = self._beside_peaks(t, values[~self._provable]) if step else before
             order = np.append(t, more).argsort(kind="stable")
             t, values = np.append(t, more)[order], np.append(values, self._at(more), axis=1)[:, order]
         return t, values
