@@ -44,6 +44,11 @@ class Heading:
     limited_softly: bool = False
     """Whether such a search begins with a higher limit: from rest at every waypoint its rate is hard to keep."""
 
+    @property
+    def breaks(self) -> FloatArray:
+        """Instants besides the knots of its path at which its second derivative may jump, as far as it knows [s]."""
+        return np.zeros(0)
+
     def __call__(self, t: ArrayLike, order: int = 0) -> FloatArray:
         """Yaw (order 0) or its derivative at ``t``: any shape in, the same shape out."""
         raise NotImplementedError

@@ -318,6 +318,11 @@ class VelocityHeading(RuledHeading):
         rate = self._rate(self._grid, np.where(self._fast[:, None], self.path(self._grid, 1)[:, :2], 1.0))
         return turns_of(HeadingTable(self._grid, self._angle, rate, self._fast), self.yaw_rate)
 
+    @property
+    def breaks(self) -> FloatArray:
+        """Where it begins and ends to follow the velocity, and to turn while it is held [s]."""
+        return self.turns.starts
+
     def on(self, curve: Path, start: float = 0.0, rate: float = 1.0) -> Heading:
         """Return the heading along the velocity of the whole path at another pace, else the same angles."""
         return super().on(curve, start, rate) if start != 0.0 or rate in (1.0, -1.0) else self.by_rule(curve)

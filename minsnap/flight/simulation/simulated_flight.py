@@ -13,6 +13,7 @@ from minsnap.basics.arrays import SMALLEST, BoolArray, FloatArray, OwnsArrays
 from minsnap.basics.checks import check_able, check_kind, check_number, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import progress_line
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import DivergenceError, TimingError
 from minsnap.flight.simulation.controllers import Controller, Pilot, Reference, Vector, vector
 from minsnap.flight.simulation.flight_inputs import (
@@ -254,7 +255,8 @@ def simulate_open_loop(
 
     There is no feedback, so the deviation from the path measures the accuracy of the inverse dynamics and of the
     integration. Rotor speeds are functions of time; motor lag and limits are not applied. Snap, and with it torque, may
-    jump at the knots of a trajectory: steps end at the knots and use the rotor speeds of the leg that ends there.
+    jump at the knots of a trajectory, and where a heading begins or ends to follow the velocity: steps end there and
+    use the rotor speeds before.
 
     Parameters
     ----------
@@ -270,7 +272,7 @@ def simulate_open_loop(
     Returns
     -------
     Flight
-        At instants that are uniform within each leg.
+        At instants that are uniform between them.
 
     Raises
     ------
@@ -300,8 +302,10 @@ def simulate_open_loop(
 
 
 def _instants(path: Path, step: float) -> FloatArray:
-    """Return instants from 0 to the end, the knots of a trajectory among them, no further apart than a step."""
+    """Return instants from 0 to the end, knots of path and yaw among them, no further apart than a step."""
     knots = np.asarray(getattr(path, "breaks", (0.0, path.duration)), dtype=np.float64)
+    turns = np.array([t for t in path.yaw.breaks if np.abs(knots - t).min() > ROUNDING * path.duration])
+    knots = np.sort(np.append(knots, turns))
     ends = itertools.pairwise(knots.tolist())
     legs = [np.linspace(start, end, math.ceil((end - start) / step - 1e-9) + 1)[:-1] for start, end in ends]
     return np.concatenate([*legs, knots[-1:]])
