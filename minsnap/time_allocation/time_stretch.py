@@ -17,12 +17,14 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import NEVER, WORK, Deadline
 from minsnap.basics.limit_kinds import KIND
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import LimitError, SolverError
 from minsnap.limits.compliance import KEPT, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.trajectory.heading import Heading
+from minsnap.trajectory.instants import LONGEST_PIECE
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -116,7 +118,10 @@ def touching_factor(
     ------
     LimitError
         If the path uses none of the limits at any speed.
+    SolverError
+        If it keeps them at none.
     """
+    most = log(LONGEST_PIECE / float(trajectory.durations.max()) * (1.0 - ROUNDING))
     price = measuring_work(limits, len(trajectory.durations), trajectory.yaw)
 
     @cache
@@ -135,10 +140,10 @@ def touching_factor(
     if powers is not None and powers <= np.exp(-STRETCH.slowest):
         raise nothing_limits(list(limits.given()))
     sampled, start = partial(over, proved=False), float(np.log(guess or 1.0))
-    root = _by_bracket(sampled, limits, start, roughly) if powers is None else float(np.log(powers))
+    root = _by_bracket(sampled, limits, start, most, roughly) if powers is None else float(np.log(powers))
     if powers is None and not roughly and over(root, True) > STRETCH.met:  # what is between the samples is more
         nearby = nearby_factor(limits, trajectory.stretched(float(np.exp(root))).stretched, deadline=deadline)
-        root = _by_bracket(over, limits, root) if nearby is None else root + float(np.log(nearby))
+        root = _by_bracket(over, limits, root, most) if nearby is None else root + float(np.log(nearby))
     while not roughly and (excess := over(root, True)) > 0.0:
         root += STRETCH.precision + abs(root) * 1e-12 + 0.5 * excess
     return float(np.exp(root))
@@ -153,11 +158,11 @@ def powers_factor(limits: Limits, trajectory: Trajectory) -> float | None:
     return max(float(entry.fraction ** (1.0 / order)) for entry, order in zip(used, orders, strict=True))
 
 
-def _by_bracket(over: Callable[..., float], limits: Limits, start: float, roughly: bool = False) -> float:
+def _by_bracket(over: Callable[..., float], limits: Limits, start: float, most: float, roughly: bool = False) -> float:
     """Logarithm of the factor, sought from one on, for any limits."""
     low, high, step = start, start, STRETCH.first_step
-    while over(high) > 0.0 and high < start + STRETCH.slowest:
-        low, high, step = high, high + step, 2.0 * step
+    while over(high) > 0.0 and high < most:
+        low, high, step = high, min(high + step, most), 2.0 * step
     if over(high) > 0.0:
         raise SolverError("no speed was found at which the path keeps its limits: loosen a limit")
     while low == high or over(low) <= 0.0:

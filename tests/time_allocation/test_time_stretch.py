@@ -7,7 +7,7 @@ import pytest
 
 import minsnap
 from minsnap.basics.deadline import Deadline
-from minsnap.errors import MinsnapError
+from minsnap.errors import SolverError
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.time_allocation import time_stretch
@@ -56,11 +56,11 @@ def test_a_use_that_jumps_is_left_just_beyond_the_jump(monkeypatch):
     assert keeps(limits, path.stretched(factor)) and not keeps(limits, path.stretched(factor * (1.0 - 2e-5)))
 
 
-def test_limits_that_no_speed_keeps_are_refused():
-    """SciPy told that two numbers must have different signs."""
-    vehicle = replace(Quadrotor.dji_f330(), drag=BodyDrag((1e40, 1e40, 1e40)))
-    with pytest.raises(MinsnapError):
-        minsnap.plan([(0, 0, 0), (1, 0, 0)], limits=Limits.of(vehicle))
+@pytest.mark.parametrize("change", [{"drag": BodyDrag((1e40, 1e40, 1e40))}, {"rotor_speed_max": 600.5}])
+def test_limits_that_no_speed_keeps_are_refused(change):
+    """SciPy told that two numbers must have different signs; and for rotors that just hover, of durations of 1e20 s."""
+    with pytest.raises(SolverError, match="loosen a limit"):
+        minsnap.plan([(0, 0, 0), (1, 0, 0)], limits=Limits.of(replace(Quadrotor.dji_f330(), **change)))
 
 
 def test_what_a_proof_adds_to_samples_takes_few_steps(monkeypatch):
