@@ -104,9 +104,9 @@ class Limits:
     def of(cls, vehicle: Quadrotor, reserve: float = 0.1, **others: Any) -> Limits:
         """Return the limits of a vehicle's rotors, combined with other limits.
 
-        Total thrust becomes a limit of its own, and each rotor's thrust is kept within its limits, torques and the
-        vehicle's drag included (:mod:`minsnap.limits.vehicle_use`), with bounds that interval arithmetic proves over
-        all time.
+        Total thrust becomes a limit of its own, and each rotor's thrust is kept within its limits, torques and a
+        ``BodyDrag`` of the vehicle included (:mod:`minsnap.limits.vehicle_use`), with bounds that interval arithmetic
+        proves over all time. Drag of other kinds is left out.
 
         Parameters
         ----------
