@@ -216,7 +216,7 @@ class Strategy:
                 solved = self._with_room(solved)
         except KeyboardInterrupt:  # between two searches, each of which notes it by itself
             self._end_at_ctrl_c()
-        solved = shorter(solved, self.spare)
+        solved = shorter(solved, self._hurried(self.spare))
         slow = solved is None or solved.flown.duration > self.times.sum()
         if self.interrupted and self.task.still and slow:
             solved = shorter(solved, self._resting)
@@ -273,7 +273,7 @@ class Strategy:
             return None
         rate = min(SETTINGS.calm / float(self.times.mean()), limits.body_rate or np.inf)
         calm = replace(limits, body_rate=rate)
-        best = self._certified(with_rates(question, calm, self._heading), calm, self._far)
+        best = self._hurried(self._certified(with_rates(question, calm, self._heading), calm, self._far))
         if best is not None and not self.interrupted:
             guess = guess_of(best.trajectory, replace(self.task, pieces=best.trajectory.pieces), SETTINGS.eased)
             best = shorter(best, self._certified(replace(begun_from(question, guess), parts=()), limits, self._far))
@@ -641,9 +641,12 @@ class Strategy:
         with suppress(LimitError):
             if guess is not None:
                 again = self._certified(begun_from(self._question, guess), self.limits, SETTINGS.not_longer)
-        best = shorter(planned, again)
-        faster = None if best is None or self.walled else self._touching(best, self.limits)
-        return shorter(best, faster if faster is not None and keeps(self.limits, faster.flown) else None)
+        return self._hurried(shorter(planned, again))
+
+    def _hurried(self, solved: SolvedTask | None) -> SolvedTask | None:
+        """Fly a plan that is not the end of a search at the speed at which a limit is just kept, if that is faster."""
+        faster = None if solved is None or self.walled else self._touching(solved, self.limits)
+        return shorter(solved, faster if faster is not None and keeps(self.limits, faster.flown) else None)
 
     def _with_room(self, best: SolvedTask | None) -> SolvedTask | None:
         """Search again with room of the rotors left to the torque of a yaw that no search knows, as little as it needs.
