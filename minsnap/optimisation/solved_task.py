@@ -42,6 +42,13 @@ class SolvedTask:
     reduced: ReducedProblem | None = None
     faster: SolvedTask | None = None
 
+    def slowed(self, factor: float) -> SolvedTask:
+        """Return the same path flown more slowly by a factor."""
+        if factor == 1.0:
+            return self
+        durations = self.durations * factor
+        return SolvedTask(self.task, durations, self.task.units(durations), self.optimum, faster=self)
+
     @cached_property
     def problem(self) -> ReducedProblem:
         """The reduced problem."""

@@ -289,3 +289,16 @@ def _gyration(vehicle: Quadrotor) -> float:
     """Most thrust of a rotor for a turn at a rate of one, whose torque comes from unequal inertias [N s^2]."""
     (first, mixed), (_, second) = vehicle.inertia[:2, :2]
     return float(np.abs(vehicle.inverse_mixer[:, 3]).max() * np.hypot((second - first) / 2.0, mixed))
+
+
+def leaving_room(limits: VehicleLimits, share: float) -> VehicleLimits:
+    """Return limits with a share of the rotors' room left besides their reserve."""
+    return replace(limits, reserve=1.0 - (1.0 - limits.reserve) * (1.0 - share))
+
+
+def turning_room(limits: VehicleLimits, share: float) -> float:
+    """Return the acceleration of a yaw for whose torque a share of the rotors' room does at hover [rad/s^2]."""
+    vehicle = limits.vehicle
+    least, most = vehicle.rotor_thrust_limits
+    room = share * (1.0 - limits.reserve) * min(most - vehicle.hover_thrust, vehicle.hover_thrust - least)
+    return float(room / (np.abs(vehicle.inverse_mixer[:, 3]).max() * vehicle.inertia[2, 2]))

@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache
 from itertools import chain
 from math import prod
 from typing import Any
@@ -56,7 +56,9 @@ from minsnap.time_allocation.shortest_question import (
     begun_from,
     coasting_guess,
     guess_of,
+    leaving_room,
     question_of,
+    turning_room,
     with_rates,
 )
 from minsnap.time_allocation.time_stretch import (
@@ -419,7 +421,7 @@ class Strategy:
         excess : float
             Of the most used limit, relative.
         """
-        curve, answer, at = solved.flown, self.answer, cache(partial(slowed, solved))
+        curve, answer, at = solved.flown, self.answer, cache(solved.slowed)
         priced = question.timed or question.price > 0.0
         assert answer is not None
         if question.moving:
@@ -479,7 +481,7 @@ class Strategy:
         """Fly the same path at the speed at which the most used limit is just kept; None where there is none."""
         if self.task.still:
             with suppress(MinsnapError):
-                return slowed(solved, grained(touching_factor(limits, solved.flown, deadline=self.deadline)))
+                return solved.slowed(grained(touching_factor(limits, solved.flown, deadline=self.deadline)))
         return None
 
     def _turning(self, solved: SolvedTask, price: float, certified: bool = True) -> SolvedTask | None:
@@ -576,7 +578,7 @@ class Strategy:
         solved = self._straight(self.times)
         if not solved.inside:
             return None
-        solved = slowed(solved, grained(touching_factor(self.limits, solved.flown, 1.0, deadline=self.deadline)))
+        solved = solved.slowed(grained(touching_factor(self.limits, solved.flown, 1.0, deadline=self.deadline)))
         return solved if keeps(self.limits, solved.flown) else None
 
     def _from_one_piece(self) -> SolvedTask | None:
@@ -614,7 +616,7 @@ class Strategy:
         points, _ = in_pieces(task, durations, first.units, first.optimum.points, unread)
         cut = ShortestCurve(durations, points, first.optimum.rounds, True, True)
         solved = solved_at(task, cut)
-        slower = (slowed(solved, factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
+        slower = (solved.slowed(factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
         return next((each for each in slower if each.inside and keeps(self.limits, each.flown)), None)
 
     def _planned(self) -> SolvedTask | None:
@@ -749,19 +751,6 @@ def shorter(*plans: SolvedTask | None) -> SolvedTask | None:
     return min((one for one in plans if one is not None), key=lambda one: one.flown.duration, default=None)
 
 
-def leaving_room(limits: VehicleLimits, share: float) -> VehicleLimits:
-    """Return limits with a share of the rotors' room left besides their reserve."""
-    return replace(limits, reserve=1.0 - (1.0 - limits.reserve) * (1.0 - share))
-
-
-def turning_room(limits: VehicleLimits, share: float) -> float:
-    """Return the acceleration of a yaw for whose torque a share of the rotors' room does at hover [rad/s^2]."""
-    vehicle = limits.vehicle
-    least, most = vehicle.rotor_thrust_limits
-    room = share * (1.0 - limits.reserve) * min(most - vehicle.hover_thrust, vehicle.hover_thrust - least)
-    return float(room / (np.abs(vehicle.inverse_mixer[:, 3]).max() * vehicle.inertia[2, 2]))
-
-
 def limited(task: Task, limits: Limits) -> bool:
     """Whether a derivative has a limit, which bounds the time where the one below it is continuous and the task moves.
 
@@ -771,14 +760,6 @@ def limited(task: Task, limits: Limits) -> bool:
     orders = [KIND[name].order for name in ("speed", "acceleration", "jerk", "snap") if name in limits.given()]
     smooth = min(task.continuity + 1 if task.legs * task.pieces > 1 else np.inf, 2 * task.half - 1)
     return bool(apart.any()) and min(orders, default=np.inf) <= smooth
-
-
-def slowed(solved: SolvedTask, factor: float) -> SolvedTask:
-    """Return the same path flown more slowly."""
-    if factor == 1.0:
-        return solved
-    durations = solved.durations * factor
-    return SolvedTask(solved.task, durations, solved.task.units(durations), solved.optimum, faster=solved)
 
 
 def solved_at(task: Task, answer: ShortestCurve) -> SolvedTask:

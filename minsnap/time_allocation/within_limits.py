@@ -25,9 +25,9 @@ from minsnap.time_allocation.initial_guess import guessed_lengths, priced_first_
 from minsnap.time_allocation.least_cost import cheapest_durations, distance_split, leg_sums
 from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.refusal import explain
-from minsnap.time_allocation.shortest_question import guess_of
+from minsnap.time_allocation.shortest_question import guess_of, leaving_room
 from minsnap.time_allocation.strategy import SETTINGS as STRATEGY
-from minsnap.time_allocation.strategy import Strategy, balanced_price, leaving_room
+from minsnap.time_allocation.strategy import Strategy, balanced_price
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import UnlimitedError, grained, measuring_work, touching_factor
 from minsnap.time_allocation.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed

@@ -185,9 +185,10 @@ private:
         point_.excess(request_.inwards, wall, limit);
         if (wall <= Settings::leak && (request_.moving == 0 || limit <= Settings::leak)) return;
         Chain<S> &chain = point_.chain, &inside = point_.inside;
+        const bool slows = request_.moving != 0 && request_.timed == 0;
         const double most = inside.pieces > 0 ? inside.total() : slowest * chain.total();
         best_.copy(chain);
-        for (; request_.moving != 0 && chain.total() < most && point_.begin(Settings::last_gap); chain.slow(step))
+        for (; slows && chain.total() < most && point_.begin(Settings::last_gap); chain.slow(step))
             if (point_.largest() <= -Settings::well_inside) return;
         chain.copy(inside.pieces > 0 ? inside : best_);
     }
