@@ -218,7 +218,7 @@ class Strategy:
                 solved = self._with_room(solved)
         except KeyboardInterrupt:  # between two searches, each of which notes it by itself
             self._end_at_ctrl_c()
-        solved = shorter(solved, self._hurried(self.spare))
+        solved = shorter(solved, self.spare if self.interrupted else self._hurried(self.spare))
         slow = solved is None or solved.flown.duration > self.times.sum()
         if self.interrupted and self.task.still and slow:
             solved = shorter(solved, self._resting)
@@ -231,7 +231,7 @@ class Strategy:
         heading, limits = self._heading, self.limits
         question = replace(self._question, price=price) if price else self._question
         best: SolvedTask | None = None
-        first = self._first_guess() if guess is None else None
+        first: Guess | None = None
         if guess is None and self._alone_first and not price:
             alone = self._alike(1)
             best = alone.solve(None)
@@ -239,6 +239,8 @@ class Strategy:
             first = None if best is None else guess_of(best.trajectory, alone.task, SETTINGS.divided)
             if self.interrupted:
                 return best
+        elif guess is None:
+            first = self._first_guess()
         if first is not None:
             best = shorter(best, self._certified(begun_from(question, first), limits, self._far))
             if self.interrupted or (best is not None and (price or not self._follows)):
@@ -252,9 +254,11 @@ class Strategy:
             swung = solved_at(self.task, answer)  # whose rotors may have too little room for a yaw that is too fast
             if swung.inside and largest_yaw_rate(swung.flown)[0] > float(limits.yaw_rate or 0.0):
                 return shorter(best, self._turning(swung, price, certified=False))
-        if solved is None or self.interrupted:
-            return best or solved
-        return shorter(best, solved if keeps(limits, solved.flown) else self._turning(solved, price))
+        if solved is None:
+            return best
+        if keeps(limits, solved.flown):
+            return shorter(best, solved)
+        return shorter(best, self._slowed(solved, limits) if self.interrupted else self._turning(solved, price))
 
     @property
     def _alone_first(self) -> bool:

@@ -361,18 +361,25 @@ def test_the_way_around_free_fall_is_found_by_a_body_that_turns_slowly(seed, mos
     assert path.duration <= most and minsnap.certify(path, points, limits=limits).ok
 
 
+def ended_after(iterations, points, **asked):
+    def tell(step):
+        if step.evaluation == iterations:
+            raise KeyboardInterrupt
+
+    path = minsnap.plan(points, **asked, progress=tell, search=minsnap.Search(on_interrupt="return"))
+    assert path.report.interrupted and minsnap.certify(path, points, limits=asked["limits"]).ok
+    return path.duration
+
+
 def test_a_search_within_rotors_that_is_ended_leaves_a_plan_between_rest_and_its_end():
     """Its curve was outside, and rest at every waypoint came instead, until the search had ended by itself."""
     limits, points = Limits.of(Quadrotor.dji_f330(), speed=6.0), wild_route(0, 25)
+    rest, *ended = (ended_after(iterations, points, limits=limits) for iterations in (1, 5, 10, 20, 30))
+    assert max(ended) < 0.8 * rest
 
-    def ended_after(iterations):
-        def tell(step):
-            if step.evaluation == iterations:
-                raise KeyboardInterrupt
 
-        search = minsnap.Search(on_interrupt="return")
-        return minsnap.plan(points, limits=limits, search=search, progress=tell)
-
-    rest, *paths = map(ended_after, (1, 5, 10, 20, 30))
-    assert all(path.report.interrupted and minsnap.certify(path, points, limits=limits).ok for path in paths)
-    assert max(path.duration for path in paths) < 0.8 * rest.duration
+def test_a_search_that_is_ended_before_its_yaw_is_slow_enough_says_so():
+    """Its path was flown in the proportions of another plan, and no report told that it had been ended."""
+    asked = {"limits": Limits(speed=3.0, acceleration=6.0, yaw_rate=0.3), "yaw": (0.0, 0.7, 1.5, 2.2, 3.0)}
+    rest, *ended = (ended_after(iterations, REFERENCE, **asked) for iterations in (1, 3, 6))
+    assert max(ended) < rest
