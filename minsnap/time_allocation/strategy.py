@@ -218,7 +218,7 @@ class Strategy:
                 solved = self._with_room(solved)
         except KeyboardInterrupt:  # between two searches, each of which notes it by itself
             self._end_at_ctrl_c()
-        solved = shorter(solved, self.spare if self.interrupted else self._hurried(self.spare))
+        solved = shorter(solved, self._hurried(self.spare))
         slow = solved is None or solved.flown.duration > self.times.sum()
         if self.interrupted and self.task.still and slow:
             solved = shorter(solved, self._resting)
@@ -481,11 +481,11 @@ class Strategy:
         slower = curve.stretched(max(1.0, self._resting.flown.duration / curve.duration))
         return largest_use(limits, slower, proved=False) > 1.0 + KEPT
 
-    def _touching(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:
+    def _touching(self, solved: SolvedTask, limits: Limits, guess: float | None = None) -> SolvedTask | None:
         """Fly the same path at the speed at which the most used limit is just kept; None where there is none."""
         if self.task.still:
             with suppress(MinsnapError):
-                return solved.slowed(grained(touching_factor(limits, solved.flown, deadline=self.deadline)))
+                return solved.slowed(grained(touching_factor(limits, solved.flown, guess, deadline=self.deadline)))
         return None
 
     def _turning(self, solved: SolvedTask, price: float, certified: bool = True) -> SolvedTask | None:
@@ -651,7 +651,7 @@ class Strategy:
 
     def _hurried(self, solved: SolvedTask | None) -> SolvedTask | None:
         """Fly a plan that is not the end of a search at the speed at which a limit is just kept, if that is faster."""
-        faster = None if solved is None or self.walled else self._touching(solved, self.limits)
+        faster = None if solved is None or self.walled else self._touching(solved, self.limits, 1.0)
         return shorter(solved, faster if faster is not None and keeps(self.limits, faster.flown) else None)
 
     def _with_room(self, best: SolvedTask | None) -> SolvedTask | None:
