@@ -180,7 +180,6 @@ class Strategy:
         self.price = WORK.rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
         self.answer: ShortestCurve | None = None
         self.quickest = np.inf
-        self.spare: SolvedTask | None = None
         self.walled = any(wall.order for wall in task.walls)
 
     @property
@@ -218,7 +217,6 @@ class Strategy:
                 solved = self._with_room(solved)
         except KeyboardInterrupt:  # between two searches, each of which notes it by itself
             self._end_at_ctrl_c()
-        solved = shorter(solved, self._hurried(self.spare))
         slow = solved is None or solved.flown.duration > self.times.sum()
         if self.interrupted and self.task.still and slow:
             solved = shorter(solved, self._resting)
@@ -235,7 +233,7 @@ class Strategy:
         if guess is None and self._alone_first and not price:
             alone = self._alike(1)
             best = alone.solve(None)
-            self.ended, self.quickest, self.spare = alone.ended, alone.quickest, alone.spare
+            self.ended, self.quickest = alone.ended, alone.quickest
             first = None if best is None else guess_of(best.trajectory, alone.task, SETTINGS.divided)
             if self.interrupted:
                 return best
@@ -280,12 +278,16 @@ class Strategy:
         rate = min(SETTINGS.calm / float(self.times.mean()), limits.body_rate or np.inf)
         calm = replace(limits, body_rate=rate)
         best = self._hurried(self._certified(with_rates(question, calm, self._heading), calm, self._far))
-        if best is not None and not self.interrupted:
-            guess = guess_of(best.trajectory, replace(self.task, pieces=best.trajectory.pieces), SETTINGS.eased)
-            best = shorter(best, self._certified(replace(begun_from(question, guess), parts=()), limits, self._far))
         if best is None:
             self.answer = answer
-        return best
+        if best is None or self.interrupted:
+            return best
+        guess = guess_of(best.trajectory, replace(self.task, pieces=best.trajectory.pieces), SETTINGS.eased)
+        found = self._certified(replace(begun_from(question, guess), parts=()), limits, self._far)
+        if found is None and not self.interrupted:
+            self.answer = answer
+            found = self._improved(self._planned())
+        return shorter(best, found)
 
     def solve_timed(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
         """Search the curve of least cost in piece durations [s], from a curve in any; None where none is found."""
@@ -375,7 +377,6 @@ class Strategy:
                     break
                 solved = solved_at(self.task, answer)
                 if not (answer.kept or (near and largest_use(limits, solved.flown, False) <= SETTINGS.near)):
-                    self._spare_of(solved, question)
                     break
                 if not solved.inside:
                     question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, QUESTION.inward))
@@ -396,13 +397,6 @@ class Strategy:
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
             return None
-
-    def _spare_of(self, solved: SolvedTask, question: ShortestQuestion) -> None:
-        """Keep a curve inside all limits, left by a search without an end, in case no other finds a better one."""
-        if question.moving and solved.inside and not (question.timed or question.price):
-            self.deadline.spend(measuring_work(self.limits, len(solved.durations)))
-            if keeps(self.limits, solved.flown):
-                self.spare = shorter(self.spare, solved)
 
     def _in_longer_durations(self) -> SolvedTask | None:
         """Search the least cost in durations barely longer than those of a search that found no end."""

@@ -48,11 +48,18 @@ def whole(tmp_path_factory):
 
 
 def begin(folder, spec, *options, **more):
-    """Start the command in a process group of its own."""
+    """Start the command in a process group of its own, which a terminal's end reaches also where tests ignore it."""
     path = folder.parent / f"{folder.name}.yaml"
     path.write_text(json.dumps(spec))
     command = [sys.executable, "-m", "minsnap", "batch", str(path), "-o", str(folder), *options]
-    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True, **more)
+    return subprocess.Popen(
+        command,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),
+        **more,
+    )
 
 
 def end_group(process):

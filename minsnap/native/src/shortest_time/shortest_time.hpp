@@ -164,9 +164,8 @@ private:
         return answer.wall <= 1e-6 ? Status::done : Status::no_progress;
     }
 
-    // The curve where no progress was made, which says why, or one inside before.
-    Status given_up(ShortestAnswer &answer) {
-        retreat();
+    // The curve where no progress was made, which says why.
+    Status given_up(ShortestAnswer &answer) const {
         write(answer);
         return Status::no_progress;
     }
