@@ -52,14 +52,8 @@ def begin(folder, spec, *options, **more):
     path = folder.parent / f"{folder.name}.yaml"
     path.write_text(json.dumps(spec))
     command = [sys.executable, "-m", "minsnap", "batch", str(path), "-o", str(folder), *options]
-    return subprocess.Popen(
-        command,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),
-        **more,
-    )
+    how = {"preexec_fn": lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL)} | more
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True, **how)
 
 
 def end_group(process):
