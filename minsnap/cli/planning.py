@@ -66,11 +66,15 @@ class LimitOptions(LimitFields):
             if self.no_limit is not None:
                 raise InputError("with --time only the limits that are named hold: leave out --no-limit")
             return minsnap.Limits(**chosen)
-        off = [name for name in options.taken_off(self.no_limit) if name != "altitude"]
-        kept: dict[str, Any] = completed(chosen, off)
+        kept: dict[str, Any] = completed(chosen, self._off)
         if not kept:
             raise InputError("--no-limit leaves no limit: name one, such as --max-jerk")
         return minsnap.Limits(**kept)
+
+    @property
+    def _off(self) -> list[str]:
+        """Names of limits that are taken off, without that of altitudes."""
+        return [name for name in options.taken_off(self.no_limit) if name != "altitude"]
 
     def refuse_idle(self, altitudes: bool = False) -> None:
         """Raise InputError where ``--no-limit`` takes off nothing; ``altitudes`` are limited here or not."""
@@ -78,10 +82,10 @@ class LimitOptions(LimitFields):
             return
         from minsnap.limits.ordinary import completed
 
-        chosen, off = options.limit_values(self), options.taken_off(self.no_limit)
-        if altitudes and "altitude" in off:
+        if altitudes and "altitude" in options.taken_off(self.no_limit):
             return
-        if completed(chosen, [name for name in off if name != "altitude"]) == completed(chosen):
+        chosen = options.limit_values(self)
+        if completed(chosen, self._off) == completed(chosen):
             raise InputError(f"--no-limit {self.no_limit} takes off a limit that does not hold here: leave it out")
 
     def limits_over(self, own: minsnap.Limits | None, timed: bool = False) -> minsnap.Limits | None:

@@ -469,7 +469,7 @@ class Strategy:
 
     def _rests_sooner(self, limits: Limits, curve: Trajectory) -> bool:
         """Whether a curve still uses too much of the rotors where it flies as long as the plan with rest everywhere."""
-        if not isinstance(limits, VehicleLimits) or not self.task.still or self._resting is None:
+        if not isinstance(limits, VehicleLimits) or self._resting is None:
             return False
         self.deadline.spend(measuring_work(limits, len(curve.durations)))
         slower = curve.stretched(max(1.0, self._resting.flown.duration / curve.duration))
@@ -477,9 +477,8 @@ class Strategy:
 
     def _touching(self, solved: SolvedTask, limits: Limits, guess: float | None = None) -> SolvedTask | None:
         """Fly the same path at the speed at which the most used limit is just kept; None where there is none."""
-        if self.task.still:
-            with suppress(MinsnapError):
-                return solved.slowed(grained(touching_factor(limits, solved.flown, guess, deadline=self.deadline)))
+        with suppress(MinsnapError):
+            return solved.slowed(grained(touching_factor(limits, solved.flown, guess, deadline=self.deadline)))
         return None
 
     def _turning(self, solved: SolvedTask, price: float, certified: bool = True) -> SolvedTask | None:
@@ -584,7 +583,7 @@ class Strategy:
         task = self.task
         if task.pieces == 1 and not self.timing.refine:
             return None
-        first, refine = None, self.timing.refine
+        first, guess, refine = None, None, self.timing.refine
         if not self._alone_first:
             alone = self._alike(1)
             first = alone.solve(None)
@@ -592,9 +591,9 @@ class Strategy:
             smoother = refine and task.continuity > task.half - 1  # which takes longer from a search with more pieces
             if first is None or alone.interrupted or smoother:
                 return first
+            guess = None if refine else guess_of(first.trajectory, alone.task)
         several = self._alike(QUESTION.divisions[0]) if refine else self
-        solved = several.solve(None if refine or first is None else guess_of(first.trajectory, alone.task))
-        solved = solved or several._in_longer_durations()
+        solved = several.solve(guess) or several._in_longer_durations()
         self.ended, self.quickest = several.ended, min(self.quickest, several.quickest)
         return shorter(solved, first if refine or first is None else self._cut(first))
 
@@ -645,8 +644,10 @@ class Strategy:
 
     def _hurried(self, solved: SolvedTask | None) -> SolvedTask | None:
         """Fly a plan that is not the end of a search at the speed at which a limit is just kept, if that is faster."""
-        faster = None if solved is None or self.walled else self._touching(solved, self.limits, 1.0)
-        return shorter(solved, faster if faster is not None and keeps(self.limits, faster.flown) else None)
+        if solved is None or self.walled or not self.task.still:
+            return solved
+        faster = self._touching(solved, self.limits, 1.0)
+        return solved if faster is None or not keeps(self.limits, faster.flown) else shorter(solved, faster)
 
     def _with_room(self, best: SolvedTask | None) -> SolvedTask | None:
         """Search again with room of the rotors left to the torque of a yaw that no search knows, as little as it needs.

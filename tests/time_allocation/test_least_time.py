@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from bench_anytime import route
 from random_times import problem
 from tasks import REFERENCE, random_legs
 
@@ -341,14 +342,10 @@ def test_a_least_thrust_at_a_slant_costs_no_time_where_a_straight_way_goes_past_
         assert minsnap.certify(kept, limits=Limits(**limit, min_thrust=0.25)).ok
 
 
-def wild_route(seed, legs):
-    return np.cumsum(np.random.default_rng(seed).normal(size=(legs + 1, 3)) * (3.0, 3.0, 1.0), axis=0)
-
-
 @pytest.mark.parametrize(("seed", "most"), [(4, 5.75), (23, 5.05)])
 def test_several_pieces_take_no_longer_than_one_within_rotors(seed, most):
     """Work ended the search for several before any could be certified: rest at every waypoint took 10.6 and 9.5 s."""
-    limits, points = Limits.of(Quadrotor.dji_f330(), speed=6.0), wild_route(seed, 5)
+    limits, points = Limits.of(Quadrotor.dji_f330(), speed=6.0), route(seed, 5)
     path = minsnap.plan(points, limits=limits, pieces="auto")
     assert path.duration <= most and minsnap.certify(path, points, limits=limits).ok
 
@@ -356,7 +353,7 @@ def test_several_pieces_take_no_longer_than_one_within_rotors(seed, most):
 @pytest.mark.parametrize(("seed", "most"), [(8, 5.4), (38, 5.1)])
 def test_the_way_around_free_fall_is_found_by_a_body_that_turns_slowly(seed, most):
     """The search from rest had no end, and the plan for its durations took 6.6 and 6.0 s."""
-    limits, points = Limits.of(Quadrotor.dji_f330(), speed=6.0), wild_route(seed, 5)
+    limits, points = Limits.of(Quadrotor.dji_f330(), speed=6.0), route(seed, 5)
     path = minsnap.plan(points, limits=limits)
     assert path.duration <= most and minsnap.certify(path, points, limits=limits).ok
 
@@ -373,7 +370,7 @@ def ended_after(iterations, points, **asked):
 
 def test_a_search_within_rotors_that_is_ended_leaves_a_plan_between_rest_and_its_end():
     """Its curve was outside, and rest at every waypoint came instead, until the search had ended by itself."""
-    limits, points = Limits.of(Quadrotor.dji_f330(), speed=6.0), wild_route(0, 25)
+    limits, points = Limits.of(Quadrotor.dji_f330(), speed=6.0), route(0, 25)
     rest, *ended = (ended_after(iterations, points, limits=limits) for iterations in (1, 5, 10, 20, 30))
     assert max(ended) < 0.8 * rest
 
@@ -383,3 +380,12 @@ def test_a_search_that_is_ended_before_its_yaw_is_slow_enough_says_so():
     asked = {"limits": Limits(speed=3.0, acceleration=6.0, yaw_rate=0.3), "yaw": (0.0, 0.7, 1.5, 2.2, 3.0)}
     rest, *ended = (ended_after(iterations, REFERENCE, **asked) for iterations in (1, 3, 6))
     assert max(ended) < rest
+
+
+def test_a_plan_that_stands_in_for_a_search_touches_a_limit(monkeypatch):
+    """The plan for the durations of a search without an end was flown as slowly as its walls had needed."""
+    search, points = strategy.search_shortest, [(0, 0, 6), (5, 0, 3), (9, 6, 0), (14, 9, 4)]
+    monkeypatch.setattr(strategy, "search_shortest", lambda *asked: replace(search(*asked), kept=False))
+    limits = Limits.of(Quadrotor.dji_f330())
+    used = minsnap.certify(minsnap.plan(points, limits=limits, yaw=0.3), limits=limits).utilisation
+    assert 0.998 <= max(one.fraction for one in used) <= 1.0 + 1e-9
