@@ -21,8 +21,10 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball
 from minsnap.corridors.given_waypoints import as_knots
+from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.corridors.knot_regions import STORED, Placement, knot_positions, passing, place
 from minsnap.corridors.margins import Margin, margin_holds, nearest_wall, norm_holds
+from minsnap.corridors.obstacle_margins import ObstacleMargin, clearance_holds, nearest_obstacle
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
 from minsnap.native import proved_extrema as native
@@ -70,6 +72,10 @@ class Certificate(ReadOnly):
         The walls of the corridor.
     waypoints : ndarray, shape (legs + 1, dim), or None
         The waypoints that were checked [m].
+    nearest_obstacle : ObstacleMargin or None
+        Which obstacle the curve comes nearest to, and when; None without obstacles.
+    obstacles : tuple of Obstacle
+        The obstacles that were checked.
     """
 
     ok: bool
@@ -87,6 +93,16 @@ class Certificate(ReadOnly):
     trajectory: Trajectory = field(repr=False)
     walls: tuple[Walls, ...] = field(repr=False)
     waypoints: FloatArray | None = field(repr=False)
+    nearest_obstacle: ObstacleMargin | None = None
+    obstacles: tuple[Obstacle, ...] = field(default=(), repr=False)
+
+    @property
+    def obstacle_margin(self) -> float | None:
+        """Least distance to an obstacle [m], negative inside; None without obstacles. The exact distance is not less.
+
+        Near edges and ellipsoids the exact one may be more.
+        """
+        return None if self.nearest_obstacle is None else self.nearest_obstacle.value
 
     @property
     def limits_from(self) -> float:
@@ -98,15 +114,16 @@ class Certificate(ReadOnly):
         return kept_from(self.limits, self.trajectory)
 
     def verify(self) -> bool:
-        """Prove margin, greatest norms and waypoint error again, in exact rational arithmetic of the stored numbers.
+        """Prove margins, greatest norms and waypoint error again, in exact rational arithmetic of the stored numbers.
 
         Slow: some milliseconds per leg and wall. False means that a figure does not hold, or that the curve touches it
         at an instant that no halving reaches.
         """
         norms = (self.max_speed, self.max_acceleration, self.max_jerk, self.max_snap)
-        margin = self.corridor_margin
+        margin, near = self.corridor_margin, self.nearest_obstacle
         return (
             (margin is None or all(margin_holds(self.trajectory, wall, margin) for wall in self.walls))
+            and (near is None or all(clearance_holds(self.trajectory, each, near.value) for each in self.obstacles))
             and all(norm_holds(self.trajectory, order, norm) for order, norm in enumerate(norms, 1))
             and self._waypoints_hold()
         )
@@ -120,8 +137,10 @@ class Certificate(ReadOnly):
         near, error, excess = self.nearest, self.waypoint_error, self.waypoint_excess
         norms = (self.max_speed, self.max_acceleration, self.max_jerk, self.max_snap)
         where = "" if near is None else f", least on leg {near.leg} at {near.instant:.4g} s"
+        beside = self.nearest_obstacle
         return [
             ("corridor margin", None if self.corridor_margin is None else f"{self.corridor_margin:.3g} m{where}"),
+            ("obstacle margin", None if beside is None else f"{beside.value:.3g} m, least at {beside.instant:.4g} s"),
             ("waypoint error", None if error is None else f"{error:.3g} m"),
             ("outside of waypoints", f"{excess:.3g} m" if excess else None),
             *norm_facts(norms),
@@ -148,6 +167,7 @@ def certify(
     limits: Limits | None = None,
     tolerance: ArrayLike | Ball = 0.0,
     limits_from: float = 0.0,
+    avoid: Obstacle | Sequence[Obstacle] | None = None,
 ) -> Certificate:
     """Check a trajectory at every instant, and return exact bounds.
 
@@ -165,6 +185,8 @@ def certify(
         Allowed distance from the waypoints [m], as ``waypoint_tolerance`` of ``plan``.
     limits_from : float
         Instant from which the limits hold [s]: ``report.limits_from`` of a plan that starts outside of them.
+    avoid : obstacle or sequence of obstacles, optional
+        Obstacles to keep out of, as ``plan`` takes them.
 
     Returns
     -------
@@ -174,6 +196,8 @@ def certify(
     ------
     WaypointError
         If the number or the dimension of the waypoints is not that of the trajectory.
+    CorridorError
+        If an obstacle is none.
     """
     if not isinstance(traj, Path):
         raise InputError(f"certify takes a Trajectory or a shape, not {type(traj).__name__}")
@@ -188,9 +212,12 @@ def certify(
     utilisation = () if limits is None else _use(limits, curve, limits_from)
     if curve is not traj:
         utilisation = tuple(replace(used, leg=None) for used in utilisation)
+    obstacles = as_obstacles(avoid)
+    beside = nearest_obstacle(curve, obstacles) if obstacles else None
     holds = met and (margin is None or margin >= 0.0) and all(used.kept for used in utilisation)
+    holds = holds and (beside is None or beside.value >= -EXACT)
     speed, acceleration, jerk, snap = (norm for norm, _ in curve.max_norms((1, 2, 3, 4)))
-    known = continuity(curve), utilisation, excess, limits, curve, walls, points
+    known = continuity(curve), utilisation, excess, limits, curve, walls, points, beside, obstacles
     return Certificate(holds, margin, nearest, error, speed, acceleration, jerk, snap, *known)
 
 

@@ -20,8 +20,8 @@ from minsnap.basics.checks import point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.keep_out import Obstacle, clearance_of, supporting_planes
+from minsnap.corridors.obstacle_margins import in_space, nearest_obstacle
 from minsnap.errors import CorridorError, InfeasibleError, SolverError, TimingError, UnprovedError
-from minsnap.native.fleet_border import FleetArrays, clearances
 from minsnap.native.joint_fleet import KINDS, ORDERS, FleetSearch, Settings
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.allocate import looked_at, plan_timed
@@ -40,9 +40,6 @@ BENDS = (0.0, 0.25, -0.25, 0.5, -0.5)
 ROUNDS, GAIN = 8, 1e-3
 """Most plans of one way, and the share below which another one gains too little."""
 
-FINEST = 1e-9
-"""Greatest difference between a proved clearance and the true one [m]."""
-
 
 def plan_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -> Timed:
     """Choose durations and solve, out of all obstacles at every instant.
@@ -59,26 +56,23 @@ def plan_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -> Ti
     for index in np.flatnonzero((task.lower == task.upper).all(axis=1)):
         for which, obstacle in enumerate(obstacles):
             point = task.waypoints[index]
-            depth = -clearance_of(obstacle, _in_space(point))
+            depth = -clearance_of(obstacle, in_space(point))
             if depth > EXACT:
                 raise CorridorError(
                     f"waypoint {index}, {point_text(point)}, is {depth:.3g} m inside obstacle {which}: move it"
                 )
     timed = looked_at(_planned_around(task, timing, obstacles), task, timing)
-    depth, instant, which = deepest(timed.trajectory, obstacles)
-    if depth < -EXACT:
-        raise SolverError(
-            f"the plan is refused at the last look: it is {-depth:.3g} m inside obstacle {which} at "
-            f"{instant:.4g} s; please report this question"
-        )
+    near = nearest_obstacle(timed.trajectory, obstacles)
+    if near.value < -EXACT:
+        raise SolverError(f"the plan is refused at the last look: it is {near.inside}; please report this question")
     return timed
 
 
 def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -> Timed:
     """Search for a way around and plan along it."""
     first = plan_timed(task, timing)
-    depth, instant, which = deepest(first.trajectory, obstacles)
-    if depth >= 0.0:
+    direct = nearest_obstacle(first.trajectory, obstacles)
+    if direct.value >= 0.0:
         return first
     best: tuple[float, Timed] | None = None
     for parts in _parts(task):
@@ -93,22 +87,9 @@ def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -
             return _improved(best, attempt, timing.due)
     give = "or more room" if timing.limits is None else "more room, or more time"  # which changes no path by itself
     raise UnprovedError(
-        f"no way around the obstacles was found; without them the path is {-depth:.3g} m inside obstacle {which} at "
-        f"{instant:.4g} s: give a waypoint beside it, {give}"
+        f"no way around the obstacles was found; without them the path is {direct.inside}: give a waypoint beside it, "
+        f"{give}"
     )
-
-
-def deepest(curve: Trajectory, obstacles: Sequence[Obstacle]) -> tuple[float, float, int]:
-    """Return the least clearance of a curve, proved [m], its instant and the obstacle."""
-    arrays = FleetArrays([_in_space(curve.control_points)], [curve.breaks])
-    values, instants, which = clearances(arrays, np.stack([each.numbers() for each in obstacles]), FINEST, 1)
-    return float(values[0]), float(instants[0]), int(which[0])
-
-
-def _in_space(points: FloatArray) -> FloatArray:
-    """Return points with a height of zero, where they have none."""
-    lacking = 3 - points.shape[-1]
-    return np.concatenate((points, np.zeros((*points.shape[:-1], lacking))), axis=-1) if lacking else points
 
 
 def _parts(task: Task) -> Iterator[int]:
@@ -146,7 +127,7 @@ def _attempt(
     except (InfeasibleError, SolverError, TimingError):
         return None
     timed = replace(timed, trajectory=_joined(timed.trajectory, parts))
-    if deepest(timed.trajectory, obstacles)[0] < -EXACT:
+    if nearest_obstacle(timed.trajectory, obstacles).value < -EXACT:
         return None
     return _price(timed, timing), timed
 
@@ -166,7 +147,7 @@ def _joined(curve: Trajectory, parts: int) -> Trajectory:
 def _planes(way: Trajectory, count: int, obstacles: Sequence[Obstacle], task: Task) -> Walls | None:
     """Return one plane for each part and obstacle, between them; None if there is none that lies between."""
     share, breaks = np.linspace(0.0, 1.0, SAMPLES), way.breaks[:: len(way.durations) // count]
-    points = _in_space(way(breaks[:-1, None] + np.diff(breaks)[:, None] * share))
+    points = in_space(way(breaks[:-1, None] + np.diff(breaks)[:, None] * share))
     normals, heights = [], []
     for obstacle in obstacles:
         normal, height = supporting_planes(obstacle, points)
@@ -207,7 +188,7 @@ def _ways(task: Task, curve: Trajectory, obstacles: Sequence[Obstacle], parts: i
     knots = np.concatenate(([0.0], np.cumsum(durations)))
     h, time = curve.duration / pieces, curve.duration
     scale = np.array([1.0, h, h * h, h * h * h])
-    data = _in_space(curve.states(np.minimum(knots, time), ORDERS))
+    data = in_space(curve.states(np.minimum(knots, time), ORDERS))
     free = np.ones((1, pieces + 1, ORDERS, 3))
     free[0, [0, -1]] = 0.0
     free[0, :: parts * task.pieces, 0, : task.dim] = task.upper > task.lower
@@ -242,7 +223,7 @@ def _bent(data: FloatArray, task: Task, bend: float) -> FloatArray:
     moved, each = data.copy(), (len(data) - 1) // task.legs
     share = np.arange(each + 1) / each
     for leg in range(task.legs):
-        way = _in_space(task.waypoints[leg + 1] - task.waypoints[leg])
+        way = in_space(task.waypoints[leg + 1] - task.waypoints[leg])
         aside = np.array([way[1], -way[0], 0.0]) if way[:2].any() else np.array([way[2], 0.0, 0.0])
         moved[leg * each : (leg + 1) * each + 1, 0] += bend * np.outer(16.0 * (share * (1.0 - share)) ** 2, aside)
     return moved

@@ -65,16 +65,27 @@ def squared_norm(curve: Curve) -> Scalar:
 
 def is_never_negative(points: Sequence[Fraction]) -> bool:
     """Whether a polynomial is proved not to be negative anywhere on [0, 1]; by halving, in integers."""
-    whole = lcm(*(value.denominator for value in points))
-    parts = [([int(value * whole) for value in points], 0)]
+    return is_one_never_negative([points])
+
+
+def is_one_never_negative(polynomials: Sequence[Sequence[Fraction]]) -> bool:
+    """Whether at every place of [0, 1] one of several polynomials is proved not to be negative, not always the same."""
+    parts = [([_whole(points) for points in polynomials], 0)]
     while parts:
         part, depth = parts.pop()
-        if min(part) >= 0:
+        if any(min(points) >= 0 for points in part):
             continue
-        if part[0] < 0 or part[-1] < 0 or depth == DEPTH:
+        if depth == DEPTH or not all(any(points[end] >= 0 for points in part) for end in (0, -1)):
             return False
-        parts += [(half, depth + 1) for half in _halves(part)]
+        halves = [_halves(points) for points in part]
+        parts += [([both[side] for both in halves], depth + 1) for side in (0, 1)]
     return True
+
+
+def _whole(points: Sequence[Fraction]) -> list[int]:
+    """Return a polynomial in integers, times a number that changes no sign."""
+    factor = lcm(*(value.denominator for value in points))
+    return [int(value * factor) for value in points]
 
 
 def _halves(part: list[int]) -> tuple[list[int], list[int]]:

@@ -17,13 +17,13 @@ from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.knot_regions import GatePassage, gate_passages
 from minsnap.corridors.margins import nearest_wall
+from minsnap.corridors.obstacle_margins import nearest_obstacle
 from minsnap.errors import SolverError, WaypointError, YawError
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ORDINARY
 from minsnap.paths.missions.course import Course, Stop, section_request
-from minsnap.planning.around import deepest
 from minsnap.planning.planner import plan
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.trajectory.planned_heading import chosen_heading
@@ -344,12 +344,11 @@ def _vertical(name: str, start: FloatArray, goal: FloatArray, course: Course, sp
     slow = min(speed, limits.speed or speed)
     gentle = min(AROUND.gentle, limits.acceleration or AROUND.gentle)
     curve = plan([start, goal], limits=replace(limits, speed=slow, acceleration=gentle), degree=course.degree)
-    obstacles = course.obstacles
-    clear, instant, which = deepest(curve, obstacles) if obstacles else (0.0, 0.0, 0)
-    if clear < -EXACT:
+    near = nearest_obstacle(curve, course.obstacles) if course.obstacles else None
+    if near is not None and near.value < -EXACT:
         raise WaypointError(
-            f"the {name} is straight, and it is {-clear:.3g} m inside obstacle {which} at "
-            f"{point_text(curve(instant))} m: begin or end the course beside it, or say where the ground is"
+            f"the {name} is straight, and it is {-near.value:.3g} m inside obstacle {near.obstacle} at "
+            f"{point_text(curve(near.instant))} m: begin or end the course beside it, or say where the ground is"
         )
     return _Flown(curve, ((name, 0.0),))
 
