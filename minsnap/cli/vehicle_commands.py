@@ -118,7 +118,7 @@ def limits(
     given, clock = minsnap.flight.FeedForward(drag, None if vehicle is None else vehicle_of(vehicle)), Clock()
     with closing(open_link(connect, clock)) as link:
         stack = get_autopilot(autopilot, link.wait_for_vehicle(wait)).name
-        parameters = Parameters(link, clock).read(PARAMETERS.get(stack, ()))
+        parameters = Parameters(link, clock).read_known(PARAMETERS.get(stack, ()))
     within = partial(autopilot_limits, stack, {name: each.value for name, each in parameters.items()})
     values = (within(drag) if given.vehicle is None else _with_drag_of(given.vehicle, within)).given()
     text = "limits:\n" + "".join(f"  {name}: {value:g}\n" for name, value in values.items())

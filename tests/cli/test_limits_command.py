@@ -31,3 +31,16 @@ def test_limits_are_printed_and_planned_with(call, tmp_path):
     planned = call("plan", "course.yaml", "-o", "path.csv", "--json")
     assert planned.returncode == 0, planned.stderr
     assert json.loads(planned.stdout)["max_speed"] < 4.91
+
+
+COPTER_4_7 = {"WP_SPD": 10.0, "WP_SPD_UP": 2.5, "WP_SPD_DN": 1.5, "WP_ACC": 2.5, "WP_ACC_Z": 1.0, "ATC_ANGLE_MAX": 30.0}
+
+
+@pytest.mark.slow
+def test_an_arducopter_of_4_7_answers_by_its_new_names(call):
+    """It was said not to have answered."""
+    with StandIn(autopilot="ardupilot", parameters=COPTER_4_7 | {"PSC_JERK_NE": 5.0}) as vehicle:
+        done = call("limits", "--connect", f"udpout:127.0.0.1:{vehicle.port}", "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["horizontal_speed"] == 9.0 and told["horizontal_acceleration"] == 2.25 and told["jerk"] == 4.5

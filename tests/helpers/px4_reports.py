@@ -4,7 +4,7 @@ import struct
 
 from standin import mavlink
 
-from minsnap.flight.mavlink.vehicle_messages import add_event_to
+from minsnap.flight.mavlink.vehicle_messages import EVENT
 
 OFFBOARD, POSCTL = 1 << 14, 1 << 2
 
@@ -17,11 +17,11 @@ def event_id(name):
     return 1 << 24 | number & 0xFFFFFF
 
 
-def event(name, modes=OFFBOARD):
-    add_event_to(mavlink)
+def event(name, modes=OFFBOARD, level=3):
+    EVENT.teach(mavlink)
     number = name if isinstance(name, int) else event_id(name)
     arguments = list(struct.pack("<IB", modes, 3).ljust(40, b"\0"))
-    return mavlink.mavlink_map[410](number, 1000, 7, 0, 0, 0x33, arguments)
+    return mavlink.mavlink_map[410](number, 1000, 7, 0, 0, 0x11 * level, arguments)
 
 
 def report(*checks):

@@ -86,6 +86,8 @@ class StandIn:
         self.parameters, self.written = {}, []
         self.beats_on_request, self.refuses_arming = False, ""
         self.telemetry = []  # messages that go out with each heartbeat
+        self.silent_unasked = False  # as ArduPilot on a port for a companion: nothing but heartbeats until asked
+        self.asked = set()  # ids of messages that were asked for
         self.logs, self.lost_pieces = [], set()  # bytes of each log; offsets that do not arrive when first asked for
         self.held_back = 0.0  # how much later than it comes a setpoint is acted on [s]
         self.returns, self.topics, self.fused = False, [], 0
@@ -152,10 +154,14 @@ class StandIn:
             base = 1 | (128 if self.armed else 0)
             self.link.mav.heartbeat_send(mavlink.MAV_TYPE_QUADROTOR, self.kind, base, self.mode, 4)
         for message in self.telemetry:
-            self.link.mav.send(message)
+            if self._tells(message.id):
+                self.link.mav.send(message)
+
+    def _tells(self, number):
+        return number in self.asked or not self.silent_unasked
 
     def _report(self, now):
-        if self.positions:
+        if self.positions and self._tells(mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED):
             where = (*self.body.position, *self.body.velocity)
             self.link.mav.local_position_ned_send(int(now * 1000) & 0xFFFFFFFF, *where)
 
@@ -221,6 +227,8 @@ class StandIn:
     def _obey(self, message):
         self.commands.append((message.command, message.param1, message.param2, message.param7))
         accepted = True
+        if message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
+            self.asked.add(int(message.param1))
         if message.command == mavlink.MAV_CMD_DO_SET_MODE:
             wanted = int(message.param2) << 16 if self.px4 else int(message.param2)
             streaming = not self.px4 or self.clock() - self.first_setpoint > 1.0

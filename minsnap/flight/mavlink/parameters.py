@@ -100,8 +100,20 @@ class Parameters:
             missing = [name for name in wanted if name not in parameters]
             for name in missing:
                 self._send("param_request_read", name, -1)
-            self._collect(parameters, set(missing))
+            self._collect(parameters, [{name} for name in missing])
         return {name: parameters[name] for name in wanted if name in parameters}
+
+    def read_known(self, names: Iterable[str]) -> dict[str, Parameter]:
+        """Return the parameters of these meanings, by the names that the vehicle has for them (:data:`NEWER`)."""
+        found: dict[str, Parameter] = {}
+        wanted = list(dict.fromkeys(names))
+        for _ in range(ASKED.tries):
+            missing = [name for name in wanted if not any(one in found for one in (name, *NEWER.get(name, ())))]
+            for name in missing:
+                for asked in (name, *NEWER.get(name, ())):
+                    self._send("param_request_read", asked, -1)
+            self._collect(found, [{name, *NEWER.get(name, ())} for name in missing])
+        return found
 
     def write(self, name: str, value: float) -> Parameter:
         """Set a parameter and return the value that the vehicle reports.
@@ -113,13 +125,13 @@ class Parameters:
         """
         before = self.read([name]).get(name)
         if before is None:
-            raise LinkError(f"the vehicle has no parameter {name}, or did not answer")
+            raise LinkError(f"the vehicle has no parameter {name}, or did not answer{self._called(name, value)}")
         encoded = self._encoded(name, value, before.kind)
         wanted, told = Parameter(name, value, before.kind), None
         for _ in range(ASKED.tries):
             self._send("param_set", name, encoded, before.kind)
             answer: dict[str, Parameter] = {}
-            self._collect(answer, {name})
+            self._collect(answer, [{name}])
             told = answer.get(name, told)
             exact = 0.0 if before.kind in _FORMATS else 1e-6
             if told is not None and math.isclose(told.value, value, rel_tol=exact, abs_tol=1e-9):
@@ -128,14 +140,22 @@ class Parameters:
             raise LinkError(f"the vehicle did not confirm {wanted}: it may have that or {before}")
         raise LinkError(f"the vehicle did not take {wanted}, and has {told}")
 
+    def _called(self, name: str, value: float) -> str:
+        """Return what the vehicle calls a parameter that it does not have, and the value there, in words."""
+        meaning, scale = meaning_of(name)
+        others = self.read_known([meaning]).values()
+        return "".join(
+            f"; it has {one.name}, and there that is {scale * value / meaning_of(one.name)[1]:g}" for one in others
+        )
+
     def _send(self, message: str, name: str, *rest: float) -> None:
         vehicle, build = self._link.vehicle, getattr(load_dialect(), f"MAVLink_{message}_message")
         self._link.send(build(vehicle.system, vehicle.component, name.encode("ascii", "replace"), *rest))
 
-    def _collect(self, parameters: dict[str, Parameter], awaited: set[str]) -> None:
-        """Receive until all requested parameters have arrived, for at most one interval."""
+    def _collect(self, parameters: dict[str, Parameter], awaited: Iterable[set[str]]) -> None:
+        """Receive until one parameter of each set has arrived, for at most one interval."""
         until = self._clock.now() + ASKED.retry
-        while awaited - parameters.keys() and self._clock.now() < until:
+        while not all(names & parameters.keys() for names in awaited) and self._clock.now() < until:
             for message in self._link.pump(min(until, self._clock.now() + 0.05)):
                 self._heard(message)
                 if message.get_type() == "PARAM_VALUE":
@@ -167,7 +187,34 @@ class Parameters:
         return float(struct.unpack("<f", raw.ljust(4, b"\0"))[0]) if self._bytewise else value
 
 
-_SI, _CENTI, _DEGREES = 1.0, 0.01, math.radians(1.0)
+_CENTI = 0.01
+NEWER = {
+    "WPNAV_SPEED": {"WP_SPD": 1 / _CENTI},
+    "WPNAV_SPEED_UP": {"WP_SPD_UP": 1 / _CENTI},
+    "WPNAV_SPEED_DN": {"WP_SPD_DN": 1 / _CENTI},
+    "WPNAV_ACCEL": {"WP_ACC": 1 / _CENTI},
+    "WPNAV_ACCEL_Z": {"WP_ACC_Z": 1 / _CENTI},
+    "ANGLE_MAX": {"ATC_ANGLE_MAX": 1 / _CENTI},
+    "ATC_SLEW_YAW": {"ATC_RATE_WPY_MAX": 1 / _CENTI},
+    "PSC_JERK_XY": {"PSC_JERK_NE": 1.0, "PSC_NE_JERK": 1.0},
+    "PSC_JERK_Z": {"PSC_JERK_D": 1.0, "PSC_D_JERK": 1.0},
+}
+"""What ArduPilot 4.7 and later call parameters of 4.6 and before, and what a value there counts in the older unit.
+
+Source: ArduPilot's wiki, "Parameter Name Changes" (4.6 to 4.7), and AC_PosControl.cpp of the branches 4.7 and master,
+which disagree on the names of the jerk. A rule or a limit is named by the older name, its meaning; what a vehicle
+answers for decides.
+"""
+
+_MEANING = {new: (old, scale) for old, names in NEWER.items() for new, scale in names.items()}
+
+
+def meaning_of(name: str) -> tuple[str, float]:
+    """Return the name by which rules know a parameter, and what its value is multiplied by there."""
+    return _MEANING.get(name, (name, 1.0))
+
+
+_SI, _DEGREES = 1.0, math.radians(1.0)
 _MEANINGS = {
     "px4": (
         ("MPC_XY_VEL_MAX", "horizontal_speed", _SI),
@@ -193,7 +240,7 @@ _MEANINGS = {
 """What each parameter limits, and its unit."""
 
 PARAMETERS = {name: tuple(key for key, _, _ in rows) for name, rows in _MEANINGS.items()}
-"""What is read from each autopilot."""
+"""The meanings of what is read from each autopilot."""
 
 
 def autopilot_limits(autopilot: str, values: Mapping[str, float], drag: float = 0.0) -> Limits:
@@ -204,7 +251,7 @@ def autopilot_limits(autopilot: str, values: Mapping[str, float], drag: float = 
     autopilot : str
         ``px4`` or ``ardupilot``.
     values : mapping of str to float
-        Its parameters, in its own units; those that are missing limit nothing.
+        Its parameters, by its own names and in its own units; those that are missing limit nothing.
     drag : float
         Linear drag of the vehicle over its mass [1/s].
 
@@ -218,7 +265,8 @@ def autopilot_limits(autopilot: str, values: Mapping[str, float], drag: float = 
     check_number("the drag", drag, 0.0, math.inf, "it must be 0 or more", unit="1/s")
     if autopilot not in PARAMETERS:
         raise LinkError("the autopilot is neither PX4 nor ArduPilot: its limits are not known")
-    limits = _limits_of(_MEANINGS[autopilot], values)
+    known = {meaning_of(name)[0]: meaning_of(name)[1] * value for name, value in values.items()}
+    limits = _limits_of(_MEANINGS[autopilot], known)
     if "horizontal_speed" not in limits or "tilt" not in limits:
         raise LinkError("the vehicle did not answer with its greatest speed and tilt")
     rounded: dict[str, Any] = {name: _rounded(value) for name, value in _with_drag(limits, drag).items()}

@@ -3,7 +3,7 @@
 Sources: PX4's parameter reference, ArduPilot's list of Copter parameters, and flights of both in simulation
 (docs/offboard.rst).
 
-Bits are those of MAVLink's ESTIMATOR_STATUS_FLAGS and MAV_SYS_STATUS_SENSOR.
+Bits are those of MAVLink's MAV_SYS_STATUS_SENSOR.
 """
 
 from __future__ import annotations
@@ -17,10 +17,19 @@ import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.files.frames import map_vectors
+from minsnap.flight.mavlink.estimates import ESTIMATORS, estimate_faults
 from minsnap.flight.mavlink.link import Clock, Link
-from minsnap.flight.mavlink.parameters import Parameter, Parameters
+from minsnap.flight.mavlink.parameters import Parameter, Parameters, meaning_of
 from minsnap.flight.mavlink.stream_options import SafetyRules, StreamOptions
-from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, Vector, VehicleState, command
+from minsnap.flight.mavlink.vehicle_messages import (
+    ARDUPILOT,
+    Autopilot,
+    Message,
+    Vector,
+    VehicleState,
+    command,
+    rate_request,
+)
 from minsnap.trajectory.samples import Samples
 
 
@@ -97,9 +106,9 @@ class Rule:
     Parameters
     ----------
     names : tuple of str
-        Parameters that it needs; the first is the one to change.
+        Parameters that it needs, as ArduPilot called them before 4.7; the first is the one to change.
     judge : callable
-        Takes their values and the flight; returns what does not fit, or None.
+        Takes their values, in the units of those names, and the flight; returns what does not fit, or None.
     grave : bool
         Whether a flight that does not fit it is refused.
     """
@@ -142,19 +151,23 @@ class Finding:
         return bool(self.parameters) or self.seen is not None
 
 
+SLACK = 1e-3
+"""Share by which a flight may need more than is allowed: numbers are rounded on their way."""
+
+
 def allows(names: tuple[str, ...], has: Callable[[Values], float], need: str, said: str, grave: bool = False) -> Rule:
     """Return the rule that parameters allow what the flight needs; ``said`` is formatted with both."""
 
     def judge(values: Values, needs: FlightNeeds) -> str | None:
         allowed, wanted = has(values), getattr(needs, need)
-        return None if allowed >= wanted else said.format(allowed, wanted)
+        return None if allowed >= wanted * (1.0 - SLACK) else said.format(allowed, wanted)
 
     return Rule(names, judge, grave)
 
 
 def at_least(name: str, need: str, unit: str, what: str, scale: float = 1.0) -> Rule:
     """Return the rule that a parameter, times ``scale`` in SI units, is not below what the flight needs."""
-    return allows((name,), lambda values: scale * values[name], need, _cut(what, unit))
+    return allows((name,), lambda values: scale * values[name], need, _cut(what, unit), grave=True)
 
 
 def _cut(what: str, unit: str) -> str:
@@ -264,7 +277,7 @@ RULES: dict[str, Sequence[Rule]] = {
         at_least("WPNAV_SPEED_DN", "sink", "m/s", "the speed of descending", 0.01),
         at_least("WPNAV_ACCEL", "acceleration", "m/s^2", "horizontal acceleration", 0.01),
         at_least("WPNAV_ACCEL_Z", "lift", "m/s^2", "vertical acceleration", 0.01),
-        allows(("ANGLE_MAX", "PSC_ANGLE_MAX"), _lean_angle, "tilt_degrees", _cut("tilt", "deg")),
+        allows(("ANGLE_MAX", "PSC_ANGLE_MAX"), _lean_angle, "tilt_degrees", _cut("tilt", "deg"), grave=True),
         jerk_time("PSC_JERK_XY", "acceleration"),
         jerk_time("PSC_JERK_Z", "lift"),
         copter_fence("FENCE_ALT_MAX", 1, "height", "at {:g} m, and the file goes up to {:.3g} m, above home"),
@@ -288,7 +301,7 @@ def check_parameters(autopilot: str, parameters: Mapping[str, Parameter], needs:
     autopilot : str
         ``px4``, ``ardupilot`` or ``generic``, for which there are no rules.
     parameters : mapping of str to Parameter
-        What the vehicle has said.
+        What the vehicle has said, by its own names.
     needs : FlightNeeds
         Of the file.
 
@@ -297,15 +310,17 @@ def check_parameters(autopilot: str, parameters: Mapping[str, Parameter], needs:
     list of Finding
         One a rule.
     """
+    said = {meaning_of(name)[0]: parameter for name, parameter in parameters.items()}
     findings = []
     for rule in RULES[autopilot]:
-        known = tuple(parameters[name] for name in rule.names if name in parameters)
+        known = tuple(said[name] for name in rule.names if name in said)
+        named = said[rule.names[0]].name if rule.names[0] in said else rule.names[0]
         if len(known) < len(rule.names):
-            missing = tuple(name for name in rule.names if name not in parameters)
-            findings.append(Finding((), rule.names[0], None, unanswered=missing))
+            missing = tuple(name for name in rule.names if name not in said)
+            findings.append(Finding((), named, None, unanswered=missing))
             continue
-        values = {parameter.name: parameter.value for parameter in known}
-        findings.append(Finding(known, rule.names[0], rule.judge(values, needs), grave=rule.grave))
+        values = {meaning_of(one.name)[0]: meaning_of(one.name)[1] * one.value for one in known}
+        findings.append(Finding(known, named, rule.judge(values, needs), grave=rule.grave))
     return findings
 
 
@@ -327,6 +342,10 @@ class WatchSettings:
         Longest silence [s].
     start : float
         Distance from the start [m].
+    rate : float
+        At which the vehicle is asked for its state [Hz].
+    asked : tuple of str
+        The messages of it: a port for a companion computer sends few by itself, and ArduPilot's none.
     """
 
     listen: float = 3.0
@@ -335,13 +354,13 @@ class WatchSettings:
     lost: float = 0.05
     silent: float = 1.0
     start: float = 1.0
+    rate: float = 5.0
+    asked: tuple[str, ...] = ("SYS_STATUS", "EXTENDED_SYS_STATE", "HOME_POSITION", "LOCAL_POSITION_NED")
 
 
 WATCHED = WatchSettings()
 
 
-_SOUND = {"attitude": 1, "horizontal velocity": 2, "vertical velocity": 4, "horizontal position": 8 | 16, "height": 32}
-_SPOILT = {"its position is assumed constant": 128, "GPS glitches": 1024, "its accelerometer is off": 2048}
 _PREARM, _AHRS = 0x10000000, 0x200000
 _SENSORS = {
     0x1: "gyroscope",
@@ -383,6 +402,13 @@ class VehicleWatch:
         self._ends: deque[int] = deque(maxlen=4)
         self._passed: deque[int] = deque(maxlen=4)
         self._said: dict[str, Message] = {}
+        self._estimates: list[Message] = []
+
+    def ask(self) -> None:
+        """Ask the vehicle for the messages of its state."""
+        estimate = "EKF_STATUS_REPORT" if self._link.vehicle.autopilot == ARDUPILOT else "ESTIMATOR_STATUS"
+        for name in (*WATCHED.asked, estimate):
+            self._link.send(rate_request(self._link.vehicle, name, WATCHED.rate))
 
     def take(self, message: Message) -> None:
         """Take note of a message."""
@@ -390,6 +416,7 @@ class VehicleWatch:
         self._silence, self._last = max(self._silence, now - self._last), now
         number, self._received = message.get_seq(), self._received + 1
         self._said[message.get_type()] = message
+        self._estimates += [message] if message.get_type() in ESTIMATORS else []
         if number in self._passed:  # not lost, but overtaken on the way
             self._passed.remove(number)
             self._missing -= 1
@@ -429,7 +456,7 @@ class VehicleWatch:
         from_home = f"the file goes {needs.reach:.1f} m away from it and {needs.height:.1f} m above"
         subjects = {
             "mode": (None, f"{autopilot.mode_name(vehicle)}, {'' if vehicle.armed else 'not '}armed"),
-            "estimate": _estimate(self._said.get("ESTIMATOR_STATUS"), system),
+            "estimate": _estimate(self._estimates, vehicle, system),
             "arming checks": _arming(vehicle, system),
             "battery": _battery(system),
             "position": _position(vehicle, places),
@@ -455,12 +482,11 @@ Told = tuple[str | None, str | None]
 """A problem and what was seen; both None where it is not known."""
 
 
-def _estimate(status: Message | None, system: Message | None) -> Told:
-    if status is not None:
-        gone = [f"no {name}" for name, bits in _SOUND.items() if not status.flags & bits]
-        gone += [words for words, bit in _SPOILT.items() if status.flags & bit]
-        problem = f"the estimate is not fit to fly by: {', '.join(gone)}" if gone else None
-        return problem, f"flags {status.flags}"
+def _estimate(statuses: Sequence[Message], vehicle: VehicleState, system: Message | None) -> Told:
+    if statuses:
+        faults = estimate_faults(statuses, vehicle.landed)
+        problem = f"the estimate is not fit to fly by: {', '.join(faults)}" if faults else None
+        return problem, f"flags {statuses[-1].flags}"
     if system is None or not system.onboard_control_sensors_present & _AHRS:
         return None, None
     well = system.onboard_control_sensors_health & _AHRS
@@ -468,8 +494,8 @@ def _estimate(status: Message | None, system: Message | None) -> Told:
 
 
 def _arming(vehicle: VehicleState, system: Message | None) -> Told:
-    if vehicle.arming.failed:
-        return f"it is not ready to arm: {', '.join(vehicle.arming.failed)}", "EVENT"
+    if vehicle.arming.before_stream:
+        return f"it is not ready to arm: {', '.join(vehicle.arming.before_stream)}", "EVENT"
     if system is None:
         return None, None
     ill = system.onboard_control_sensors_present & system.onboard_control_sensors_enabled
@@ -533,7 +559,8 @@ def check_vehicle(
         Whether the flight begins where the vehicle is; by default where the samples do.
     """
     watch = VehicleWatch(link, clock, frame)
-    parameters = Parameters(link, clock, watch.take).read(rule_parameters(autopilot.name))
+    watch.ask()
+    parameters = Parameters(link, clock, watch.take).read_known(rule_parameters(autopilot.name))
     watch.listen()
     if samples is not None and options is not None:
         samples = _placed(samples, link.vehicle, frame, options)

@@ -37,41 +37,109 @@ def load_dialect() -> Any:
         If pymavlink is not installed; the sentence names the extra.
     """
     dialect = optional("pymavlink.dialects.v20.common", "talking to a vehicle needs pymavlink", "mavlink")
-    add_event_to(dialect)
+    for message in TAUGHT:
+        message.teach(dialect)
     return dialect
 
 
-def add_event_to(dialect: Any) -> None:
-    """Teach a dialect of pymavlink that lacks it the message EVENT (number 410, of MAVLink's common message set)."""
-    if 410 in dialect.mavlink_map:
-        return
+@dataclass(frozen=True)
+class MessageDefinition:
+    """A message that a dialect of pymavlink may lack, as MAVLink's message definitions have it.
 
-    class EventMessage(dialect.MAVLink_message):  # type: ignore[misc]
-        id, msgname, crc_extra = 410, "EVENT", 160
-        ordered_fieldnames = (
-            "id event_time_boot_ms sequence destination_component destination_system log_levels arguments".split()
-        )
-        fieldnames = ordered_fieldnames
-        fieldtypes = ("uint32_t", "uint32_t", "uint16_t", *("uint8_t",) * 4)
-        orders, lengths, array_lengths = list(range(7)), [1] * 6 + [40], [0] * 6 + [40]
-        native_format, unpacker = bytearray(b"<IIHBBBB"), struct.Struct("<IIHBBB40B")
+    Parameters
+    ----------
+    number, checksum : int
+        Its id and its CRC_EXTRA.
+    name : str
+    fields : tuple of (str, str)
+        Name and type of each in the order of the wire, largest types first.
+    array : int
+        Length of the last field where that is an array of bytes, else 0.
+    """
 
-        def __init__(self, *values: Any) -> None:
-            super().__init__(self.id, self.msgname)
-            self._fieldnames = self.fieldnames
-            for name, value in zip(self.fieldnames, values, strict=True):
-                setattr(self, name, value)
+    number: int
+    checksum: int
+    name: str
+    fields: tuple[tuple[str, str], ...]
+    array: int = 0
 
-        def pack(self, mav: Any, force_mavlink1: bool = False) -> bytes:
-            head = [getattr(self, name) for name in self.fieldnames[:6]]
-            packed = self.unpacker.pack(*head, *self.arguments)
-            return bytes(self._pack(mav, self.crc_extra, packed, force_mavlink1=force_mavlink1))
+    def teach(self, dialect: Any) -> None:
+        """Add the message to a dialect that lacks it."""
+        if self.number not in dialect.mavlink_map:
+            dialect.mavlink_map[self.number] = self._kind(dialect)
 
-    dialect.mavlink_map[410] = EventMessage
+    def _kind(self, dialect: Any) -> Any:
+        definition, names, kinds = self, [name for name, _ in self.fields], [kind for _, kind in self.fields]
+        sizes = [0] * (len(names) - 1) + [self.array]
+        letters = "".join(_LETTERS[kind] for kind in kinds)
+        packer = struct.Struct(f"<{letters[:-1]}{self.array or ''}{letters[-1]}")
+
+        class Taught(dialect.MAVLink_message):  # type: ignore[misc]
+            id, msgname, crc_extra = definition.number, definition.name, definition.checksum
+            ordered_fieldnames, fieldnames, fieldtypes = names, names, tuple(kinds)
+            orders, lengths, array_lengths = list(range(len(names))), [size or 1 for size in sizes], sizes
+            native_format, unpacker = bytearray(f"<{letters}", "ascii"), packer
+
+            def __init__(self, *values: Any) -> None:
+                super().__init__(self.id, self.msgname)
+                self._fieldnames = self.fieldnames
+                for name, value in zip(self.fieldnames, values, strict=True):
+                    setattr(self, name, value)
+
+            def pack(self, mav: Any, force_mavlink1: bool = False) -> bytes:
+                values = [getattr(self, name) for name in self.fieldnames]
+                flat = [*values[:-1], *values[-1]] if definition.array else values
+                return bytes(self._pack(mav, self.crc_extra, packer.pack(*flat), force_mavlink1=force_mavlink1))
+
+        return Taught
 
 
-OFFBOARD = 1 << 14
-"""Of the modes that a check concerns."""
+_LETTERS = {"uint32_t": "I", "uint16_t": "H", "uint8_t": "B", "float": "f"}
+
+EVENT = MessageDefinition(
+    410,
+    160,
+    "EVENT",
+    (
+        *((name, "uint32_t") for name in ("id", "event_time_boot_ms")),
+        ("sequence", "uint16_t"),
+        *((name, "uint8_t") for name in ("destination_component", "destination_system", "log_levels", "arguments")),
+    ),
+    array=40,
+)
+"""A sentence of PX4, by number."""
+
+CURRENT_MODE = MessageDefinition(
+    436,
+    193,
+    "CURRENT_MODE",
+    (("custom_mode", "uint32_t"), ("intended_custom_mode", "uint32_t"), ("standard_mode", "uint8_t")),
+)
+"""The mode, which PX4 sends as soon as it changes, where it is asked for often."""
+
+EKF_STATUS_REPORT = MessageDefinition(
+    193,
+    71,
+    "EKF_STATUS_REPORT",
+    (
+        *((f"{name}_variance", "float") for name in ("velocity", "pos_horiz", "pos_vert", "compass", "terrain_alt")),
+        ("flags", "uint16_t"),
+        ("airspeed_variance", "float"),
+    ),
+)
+"""ArduPilot's estimate; of the dialect ardupilotmega."""
+
+TAUGHT = (EVENT, CURRENT_MODE, EKF_STATUS_REPORT)
+"""What the dialect is taught."""
+
+
+OFFBOARD, EVERY_MODE = 1 << 14, 0xFFFFFFFF
+"""Of the modes that a check concerns; a check that keeps from nothing says that it concerns every one."""
+
+_ERROR = 3  # level of an event: its number and smaller ones
+
+OFFBOARD_SIGNAL = 0x012F1DC7
+"""The check whether setpoints come: check_modes_offboard_signal."""
 
 BEGIN, END = 0x01A893E0, 0x011D3727
 """The summaries between which a report of the checks is: commander_arming_check_summary, commander_health_summary."""
@@ -111,7 +179,7 @@ class ArmingReport:
     Parameters
     ----------
     failed : tuple of str
-        The checks of the last whole report.
+        The checks of the last whole report that keep it from arming; PX4 reports others that do not, in the same way.
     coming : tuple of str or None
         Those of a report of which the end has not come; None outside of one.
     """
@@ -128,8 +196,16 @@ class ArmingReport:
         if event.id == END:
             return ArmingReport(self.coming)
         (modes,) = struct.unpack("<I", bytes(event.arguments[:4]))
+        optional = modes == EVERY_MODE and event.log_levels & 0xF > _ERROR
+        if optional or not modes & OFFBOARD:
+            return self
         unknown = f"event {event.id:#010x}, whose text its build has (all_events.json)"
-        return ArmingReport(self.failed, (*self.coming, texts.get(event.id, unknown))) if modes & OFFBOARD else self
+        return ArmingReport(self.failed, (*self.coming, texts.get(event.id, unknown)))
+
+    @property
+    def before_stream(self) -> tuple[str, ...]:
+        """The checks that failed, without the one that no vehicle passes before setpoints come."""
+        return tuple(text for text in self.failed if text != TEXTS[OFFBOARD_SIGNAL])
 
 
 Vector = tuple[float, float, float]
@@ -139,6 +215,7 @@ PX4, ARDUPILOT = 12, 3
 
 _CUSTOM_MODE = 1  # MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 _ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
+_ON_GROUND = 1  # MAV_LANDED_STATE_ON_GROUND
 
 
 def text_of(message: Message) -> str:
@@ -175,6 +252,7 @@ _WARNING = 4  # MAV_SEVERITY_WARNING: its number and smaller ones
 _KEPT = 3  # warnings that are kept
 _LONGEST = 500  # characters of a warning that came in parts
 _ACCEPTED, _IN_PROGRESS = 0, 5
+_NO_POSITION = 0b111  # of a type mask: position is ignored
 _ASIDE = (511, 401)  # a refused MAV_CMD_SET_MESSAGE_INTERVAL or MAV_CMD_RUN_PREARM_CHECKS may be ignored
 
 
@@ -204,6 +282,14 @@ class VehicleState:
         The last different texts of it that warn or worse (STATUSTEXT), the newest last.
     arming : ArmingReport
         Which of PX4's checks keep it from arming (EVENT).
+    landed_state : int
+        MAV_LANDED_STATE (EXTENDED_SYS_STATE); 0 before it has come.
+    mode_told : float
+        When its mode came by itself (CURRENT_MODE), which no heartbeat may wait with [s].
+    target : tuple of 3, or None
+        The position that it is asked for, whoever asks (POSITION_TARGET_LOCAL_NED) [m].
+    targeted : float
+        When that came [s].
     """
 
     system: int = 0
@@ -220,6 +306,15 @@ class VehicleState:
     beat: float = math.inf
     warnings: tuple[str, ...] = ()
     arming: ArmingReport = ArmingReport()
+    landed_state: int = 0
+    mode_told: float = -math.inf
+    target: Vector | None = None
+    targeted: float = -math.inf
+
+    @property
+    def landed(self) -> bool:
+        """Whether it stands on the ground, as it says; while it does not, whether its motors stand still."""
+        return self.landed_state == _ON_GROUND if self.landed_state else self.disarmed
 
     @property
     def height(self) -> float | None:
@@ -271,6 +366,14 @@ class VehicleState:
             return replace(self, heard=now, warnings=self._warned(message))
         if kind == "EVENT":
             return replace(self, heard=now, arming=self.arming.told(message, events))
+        if kind == "EXTENDED_SYS_STATE":
+            return replace(self, heard=now, landed_state=message.landed_state)
+        if kind == "CURRENT_MODE":
+            return replace(self, heard=now, mode_told=now, custom_mode=message.custom_mode)
+        if kind == "POSITION_TARGET_LOCAL_NED":
+            target = (float(message.x), float(message.y), float(message.z))
+            if all(map(math.isfinite, target)) and not message.type_mask & _NO_POSITION:
+                return replace(self, heard=now, target=target, targeted=now)
         return replace(self, heard=now)
 
     def _warned(self, message: Message) -> tuple[str, ...]:
@@ -399,5 +502,6 @@ def command(vehicle: VehicleState, name: str, *parameters: float) -> Message:
 
 def rate_request(vehicle: VehicleState, message: str, rate: float) -> Message:
     """Request a message such as LOCAL_POSITION_NED at a rate [Hz]."""
-    wanted = float(getattr(load_dialect(), f"MAVLINK_MSG_ID_{message}"))
+    taught = {each.name: each.number for each in TAUGHT}
+    wanted = float(taught.get(message) or getattr(load_dialect(), f"MAVLINK_MSG_ID_{message}"))
     return command(vehicle, "MAV_CMD_SET_MESSAGE_INTERVAL", wanted, 1e6 / rate)

@@ -48,6 +48,9 @@ def test_ardupilot_counts_in_centimetres():
     found = autopilot_limits("ardupilot", values)
     assert (found.horizontal_speed, found.horizontal_acceleration, found.jerk) == (4.5, 2.25, 4.5)
     assert found.climb_speed is None
+    newer = {"WP_SPD": 5.0, "WP_ACC": 2.5, "PSC_JERK_NE": 5.0, "ATC_ANGLE_MAX": 30.0, "PSC_ANGLE_MAX": 0.0}
+    assert autopilot_limits("ardupilot", newer) == found
+    assert autopilot_limits("ardupilot", newer | {"ATC_RATE_WPY_MAX": 60.0}).yaw_rate == pytest.approx(0.9424)
 
 
 def test_a_vehicle_that_does_not_answer_has_no_limits():

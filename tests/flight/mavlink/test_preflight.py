@@ -100,6 +100,43 @@ def test_every_rule_is_seen_to_object():
     assert judged == {rule.names[0] for rules in RULES.values() for rule in rules}
 
 
+NEW_NAMES = {  # as ArduPilot's page of renamed parameters has them
+    "WPNAV_SPEED": ("WP_SPD", 0.01),
+    "WPNAV_SPEED_UP": ("WP_SPD_UP", 0.01),
+    "WPNAV_SPEED_DN": ("WP_SPD_DN", 0.01),
+    "WPNAV_ACCEL": ("WP_ACC", 0.01),
+    "WPNAV_ACCEL_Z": ("WP_ACC_Z", 0.01),
+    "ANGLE_MAX": ("ATC_ANGLE_MAX", 0.01),
+    "PSC_JERK_XY": ("PSC_JERK_NE", 1.0),
+    "PSC_JERK_Z": ("PSC_JERK_D", 1.0),
+}
+LATEST = {"PSC_JERK_NE": "PSC_NE_JERK", "PSC_JERK_D": "PSC_D_JERK"}  # 4.7.1
+
+
+def renamed(values, latest):
+    newer = {
+        NEW_NAMES[name][0] if name in NEW_NAMES else name: NEW_NAMES.get(name, ("", 1.0))[1] * value
+        for name, value in values.items()
+    }
+    return {LATEST.get(name, name) if latest else name: value for name, value in newer.items()}
+
+
+@pytest.mark.parametrize("latest", [False, True])
+@pytest.mark.parametrize(("stack", "name", "value", "sentence"), [row for row in BAD if row[0] == "ardupilot"])
+def test_arducopter_4_7_is_held_to_the_same_by_its_own_names(stack, name, value, sentence, latest):
+    assert [f for f in found(stack, renamed(COPTER, latest)).values() if f.problem or not f.known] == []
+    problems = {n: f.problem for n, f in found(stack, renamed(COPTER | {name: value}, latest)).items() if f.problem}
+    assert list(problems) == list(renamed({name: value}, latest))
+    assert re.search(sentence, problems[list(problems)[0]])
+
+
+def test_a_plan_that_the_vehicle_cuts_is_refused_and_what_may_happen_is_said():
+    """`preflight` said that it does not fit, and `stream` flew it."""
+    for stack, name, value, _ in BAD:
+        refused = name.startswith(("MPC_", "WPNAV_", "ANGLE_MAX", "GF_", "FENCE_"))
+        assert found(stack, {"px4": PX4, "ardupilot": COPTER}[stack] | {name: value})[name].grave == refused, name
+
+
 def test_an_unanswered_parameter_is_neither_good_nor_bad():
     values = {name: value for name, value in PX4.items() if name != "RTL_RETURN_ALT"}
     finding = found("px4", values)["COM_OBL_RC_ACT"]
@@ -142,6 +179,11 @@ def test_parameters_are_read_and_written_as_the_autopilot_encodes_them(stack, va
             assert vehicle.written == before
             vehicle.parameters[real] = math.nan
             assert parameters.read([real]) == {}
+            vehicle.parameters |= {"WP_ACC": 2.5}
+            vehicle.parameters.pop("WPNAV_ACCEL", None)
+            with pytest.raises(LinkError, match="has no parameter WPNAV_ACCEL.* it has WP_ACC, and there that is 6$"):
+                parameters.write("WPNAV_ACCEL", 600.0)
+            assert list(parameters.read_known(["WPNAV_ACCEL"])) == ["WP_ACC"]
         finally:
             link.close()
 

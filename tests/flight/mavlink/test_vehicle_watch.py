@@ -105,7 +105,7 @@ def test_messages_of_a_type_that_is_not_known_are_counted_for_their_sender():
     for system, seen in ((7, 1), (8, 1), (7, 2)):
         sender = mavlink.MAVLink(None, srcSystem=system, srcComponent=1)
         raw = bytearray(mavlink.MAVLink_wind_cov_message(0, *(0.0,) * 8).pack(sender))
-        raw[7:10] = (193).to_bytes(3, "little")  # EKF_STATUS_REPORT, of ArduPilot alone
+        raw[7:10] = (163).to_bytes(3, "little")  # AHRS, of ArduPilot alone
         for message in link._parser("peer").parse_buffer(raw):
             assert not link._is_from_vehicle(message, "peer")
         assert link.unknown == seen
@@ -191,3 +191,27 @@ def test_the_checks_that_fail_are_named_by_its_events():
     failed = report(event("check_modes_local_pos"))
     found = checked(telemetry=[estimate(GOOD), system(), *failed])
     assert found["arming checks"].problem == "it is not ready to arm: no valid local position"
+
+
+EVERY_MODE, INFO = 0xFFFFFFFF, 6
+
+
+def test_what_keeps_no_vehicle_from_arming_is_not_said_to():
+    """PX4 1.17 before a stream, as it was recorded: it arms at once. Optional checks concern every mode by its word."""
+    told = report(
+        event(0x012F1DC7), event("check_rc_dl_no_dllink", EVERY_MODE, INFO), event("check_modes_manual_control", 1 << 2)
+    )
+    assert checked(telemetry=[estimate(GOOD), system(), *told])["arming checks"].problem is None
+    busy = report(event(0x012F1DC7), event(0x0110288C, EVERY_MODE))
+    found = checked(telemetry=[estimate(GOOD), system(), *busy])
+    assert found["arming checks"].problem == "it is not ready to arm: the processor is too busy"
+
+
+def test_an_arducopter_that_says_nothing_unasked_is_asked_for_its_state():
+    well = mavlink.MAVLink_ekf_status_report_message(831, 0.01, 0.01, 0.0, 0.01, 0.0, 0.0)
+    told = [well, system(), home(0.0, 0.0, 0.0)]
+    found = checked(telemetry=told, parameters={}, stack="ardupilot", silent_unasked=True)
+    seen = {name: found[name].seen for name in ("estimate", "arming checks", "battery", "position", "home")}
+    assert seen["estimate"] == "flags 831" and seen["arming checks"] == "SYS_STATUS" and seen["battery"] == "90 %"
+    assert seen["position"] == "0.0 m from the start" and "above" in seen["home"]
+    assert not any(found[name].problem for name in seen)
