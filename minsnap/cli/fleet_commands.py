@@ -45,7 +45,7 @@ def fleet(
     a run that was killed continues from there. Ctrl-C ends the search for one flight with the best so far. Exit status
     1 if the files violate a condition of the show.
     """
-    from minsnap.files.formats.skybrush import worst_distance
+    from minsnap.files.formats.cubic_segments import worst_distance
     from minsnap.plot.animation import animate_fleet, check_animation_name
     from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, MANIFEST, read_fleet, write_fleet
     from minsnap.shows.safety_report import SafetyReport, write_report
@@ -170,9 +170,10 @@ def _fleet(
     file: Path, separation: float | None, downwash: float | None
 ) -> tuple[minsnap.Fleet, Sequence[Lights | None] | None] | None:
     """Return the fleet of a folder or a ``.skyc``, or of a show, which is planned, and its lights; None for a scene."""
-    from minsnap.shows.fleet_files import is_fleet, read_fleet, read_skyc, show_at
+    from minsnap.shows.fleet_files import is_fleet, read_fleet, show_at
     from minsnap.shows.show import fly
     from minsnap.shows.show_yaml import is_show, read_show
+    from minsnap.shows.skyc import read_skyc
 
     lights: Sequence[Lights | None] | None = None
     if (skybrush := show_at(file)) is not None:

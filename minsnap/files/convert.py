@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal
@@ -55,9 +55,8 @@ class Format:
         Whether a file with such an ending is of this format; None: any is that no other recognises.
     frame : str
         Axes that it is written in; empty where they are chosen, so that ``write`` takes ``frame`` too.
-    reads_frame, facts, headings : bool
-        Whether ``read`` takes the frame as well, and ``write`` what else is known of a plan: waypoints, limits, …;
-        whether it holds headings.
+    reads_frame, facts : bool
+        Whether ``read`` takes the frame as well, and ``write`` what else is known of a plan: waypoints, limits, ….
     most_pieces : int or None
         Polynomials that it holds at most.
     leaves_out : tuple of str
@@ -78,7 +77,6 @@ class Format:
     frame: str = "enu"
     reads_frame: bool = False
     facts: bool = False
-    headings: bool = True
     most_pieces: int | None = None
     leaves_out: tuple[str, ...] = ("t", "jerk", "snap", "feed_forward", "lead")
     rounding: Callable[[Trajectory, float], float] | None = None
@@ -214,8 +212,7 @@ def write_any(
     elif chosen.holds == "samples" or not isinstance(content, Trajectory):
         content = content.sample(rate)
     if chosen.holds == "polynomials" and isinstance(content, Samples):
-        kept = content if chosen.headings else replace(content, yaw=None, yaw_rate=None)
-        content = refit(kept, chosen.most_pieces)
+        content = refit(content, chosen.most_pieces)
     how = {"frame": frame} if not chosen.frame else dict(facts or {}) if chosen.facts else {}
     lost = chosen.write(content, path, clobber=clobber, **how)
     return chosen.name, "; ".join(sentence for sentence in (note, lost) if sentence) or None

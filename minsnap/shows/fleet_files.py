@@ -1,20 +1,13 @@
 """Fleets in files: a folder of polynomials with a manifest, a crazyswarm2 folder, a Skybrush show; all are read back.
 
 What is certified of a fleet on disk is what is in its files: write, read, certify.
-
-A Skybrush show, ``.skyc``, is a zip of JSON files with the cubics and the lights of every vehicle. The points are those
-of ``cubic_segments`` in metres, so that the binary files made of a show hold the same curves. The server subtracts
-times in floating seconds and cuts their milliseconds off, which loses one in many intervals; each knot is written a
-nanosecond later than the one before is, so that none is lost.
 """
 
 from __future__ import annotations
 
-import base64
 import hashlib
 import json
 import re
-import zipfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -23,185 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
-from minsnap.basics.storage.atomic import atomic_write, check_destination, make_folder, write_file
+from minsnap.basics.storage.atomic import check_destination, make_folder, write_file
 from minsnap.basics.storage.text import FileName, digest_of, read_text, reading
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any
 from minsnap.files.formats import crazyflie, skybrush
+from minsnap.files.formats.cubic_segments import cubic_segments
+from minsnap.files.formats.yaw_setpoints import YawSetpoints
 from minsnap.fleet.common_clock import Fleet, Separation
-from minsnap.polynomials.bernstein import elevate
+from minsnap.shows.skyc import Lamp, ShowSheet, lamps_of, read_skyc, write_skyc
 from minsnap.trajectory.trajectory import Trajectory
-
-Lamp = skybrush.Lights | None
-
-MOST_DRONES = 5000
-"""Vehicles of a show."""
-
-LATER = 1e-9
-"""How much later than it is each knot is written than the one before it [s]."""
-
-MOST_BETWEEN = 6
-"""Inner control points of a segment: a curve of degree 7."""
-
-LARGEST = 1 << 28
-"""Bytes that a file of a show unpacks to at most."""
-
-STAMP = (1980, 1, 1, 0, 0, 0)
-"""Date of the files in the archive: the same show gives the same bytes."""
-
-
-@dataclass(frozen=True)
-class SkybrushShow:
-    """What a show holds.
-
-    Parameters
-    ----------
-    fleet : Fleet
-        On the show's clock.
-    programmes : tuple of bytes
-        Of the lights of each vehicle.
-    """
-
-    fleet: Fleet
-    programmes: tuple[bytes, ...]
-
-    @property
-    def lights(self) -> tuple[Lamp, ...]:
-        """Lights of each vehicle; raises FileError if a programme has a command that is not read."""
-        return tuple(map(skybrush.lights_of, self.programmes))
-
-
-def write_skyc(
-    fleet: Fleet, path: FileName, lights: Sequence[Lamp] | None = None, *, title: str = "minsnap", clobber: bool = True
-) -> float:
-    """Write a show in one atomic step, and return the proved distance of its curves to the fleet's [m].
-
-    Raises
-    ------
-    FileError
-        If there are more than 5,000 vehicles, or one leads too far away.
-    """
-    if len(fleet) > MOST_DRONES:
-        raise FileError(f"{len(fleet)} vehicles: a show holds {MOST_DRONES}")
-    lamps = lamps_of(fleet, lights)
-    curves = [skybrush.cubic_segments(curve) for curve in fleet]
-    files = {f"drones/drone_{i + 1}/trajectory.json": _trajectory_json(curve) for i, curve in enumerate(curves)}
-    drones = [_drone(fleet, i, lamp) for i, lamp in enumerate(lamps)]
-    files["show.json"] = _show_json(fleet, drones, title)
-    files["cues.json"] = {"version": 1, "items": [{"time": 0.0, "name": "start"}]}
-    make_folder(Path(path).parent)
-    with atomic_write(path, "wb", clobber=clobber) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name in sorted(files, reverse=True):
-            archive.writestr(zipfile.ZipInfo(name, STAMP), json.dumps(files[name]), zipfile.ZIP_DEFLATED)
-    return max(map(_distance, curves))
-
-
-def _distance(curve: skybrush.CubicSegments) -> float:
-    """Return the proved distance of a curve with its knots as late as they are written [m]."""
-    return curve.distance + LATER * len(curve.breaks) * curve.trajectory().max_norm(1)[0]
-
-
-def lamps_of(fleet: Fleet, lights: Sequence[Lamp] | None) -> list[Lamp]:
-    """Return the lights of each vehicle, or raise FileError where they are those of another number."""
-    lamps: list[Lamp] = [None] * len(fleet) if lights is None else list(lights)
-    if len(lamps) != len(fleet):
-        raise FileError(f"there are lights for {len(lamps)} vehicles of {len(fleet)}: give one for each, or None")
-    return lamps
-
-
-def _show_json(fleet: Fleet, drones: list[dict[str, Any]], title: str) -> dict[str, Any]:
-    separation = fleet.separation
-    apart = None if separation is None else separation.distance
-    validation = {} if apart is None else {"validation": {"minDistance": apart}}
-    return {
-        "version": 1,
-        "environment": {"type": "indoor"},
-        "settings": {"cues": {"$ref": "./cues.json#"}, **validation},
-        "swarm": {"drones": drones},
-        "meta": {"title": title, "segments": {"show": [0.0, fleet.duration]}},
-    }
-
-
-def _drone(fleet: Fleet, number: int, lamp: Lamp) -> dict[str, Any]:
-    curve = fleet[number]
-    settings = {
-        "name": fleet.name(number),
-        "home": np.round(curve(0.0), 3).tolist(),
-        "landAt": np.round(curve(curve.duration), 3).tolist(),
-        "trajectory": {"$ref": f"./drones/drone_{number + 1}/trajectory.json#"},
-        "lights": {"version": 1, "data": base64.b64encode(skybrush.light_bytes(lamp)).decode()},
-    }
-    return {"type": "generic", "settings": settings}
-
-
-def _trajectory_json(curve: skybrush.CubicSegments) -> dict[str, Any]:
-    metres = np.round(curve.points * (curve.scale / 1e3), 3)
-    points: list[Any] = [[0.0, metres[0, 0].tolist(), []]]
-    seconds = knot_seconds(curve)[1:]
-    for instant, piece, line in zip(seconds, metres, skybrush.is_line(curve.points), strict=True):
-        points.append([instant, piece[3].tolist(), [] if line else piece[1:3].tolist()])
-    return {"version": 1, "points": points, "takeoffTime": 0.0, "landingTime": seconds[-1]}
-
-
-def knot_seconds(curve: skybrush.CubicSegments) -> list[float]:
-    """Return the instants of knots as they are written [s]."""
-    return [round(end / 1e3 + LATER * i, 9) for i, end in enumerate(curve.breaks.tolist())]
-
-
-def read_skyc(path: FileName) -> SkybrushShow:
-    """Read a show, whoever wrote it: lines, quadratics, cubics and curves up to degree 7.
-
-    Raises
-    ------
-    FileError
-        If it is none.
-    """
-    with reading(path, "a Skybrush show", LARGEST), zipfile.ZipFile(path) as archive:
-        show = _load(archive, "show.json")
-        settings = [drone["settings"] for drone in show["swarm"]["drones"]]
-        if not 1 <= len(settings) <= MOST_DRONES:
-            raise FileError(f"{path} has {len(settings)} vehicles: a show has 1 to {MOST_DRONES}")
-        curves = [_curve(_resolved(archive, entry["trajectory"])) for entry in settings]
-        found = [_resolved(archive, entry.get("lights")) for entry in settings]
-        programmes = tuple(base64.b64decode(each["data"]) if each else b"" for each in found)
-    names = tuple(str(entry.get("name") or f"drone {i + 1}") for i, entry in enumerate(settings))
-    return SkybrushShow(Fleet(tuple(curves), names if len(set(names)) == len(names) else None), programmes)
-
-
-def _load(archive: zipfile.ZipFile, name: str) -> Any:
-    if archive.getinfo(name).file_size > LARGEST:
-        raise FileError(f"{name} unpacks to more than {LARGEST} bytes")
-    return json.loads(archive.read(name))
-
-
-def _resolved(archive: zipfile.ZipFile, entry: Any) -> Any:
-    """Return the file that an entry refers to, or the entry itself."""
-    if not isinstance(entry, dict) or "$ref" not in entry:
-        return entry
-    return _load(archive, str(entry["$ref"]).removesuffix("#").removeprefix("./"))
-
-
-def _curve(entry: Any) -> Trajectory:
-    """Return the trajectory of its points, with its wait before take-off and the first of them."""
-    points = entry["points"]
-    pieces: list[FloatArray] = []
-    before = np.array(points[0][1], dtype=np.float64).reshape(3)
-    wait = float(entry.get("takeoffTime") or 0.0) + float(points[0][0])
-    if not wait >= 0.0:
-        raise FileError(f"a vehicle of a show has its first point at {wait:g} s: shows begin at 0")
-    durations = np.diff([float(point[0]) for point in points])
-    for _, end, between in points[1:]:
-        if len(between) > MOST_BETWEEN:
-            raise FileError(f"a segment of a show has {len(between)} inner control points, and {MOST_BETWEEN} are read")
-        pieces.append(np.array([before, *between, end], dtype=np.float64))
-        before = pieces[-1][-1]
-    if wait > 0.0 or not pieces:
-        pieces.insert(0, np.array([points[0][1]] * 2, dtype=np.float64))
-        durations = np.concatenate([[wait or 1.0], durations])
-    size = max(len(piece) for piece in pieces)
-    return Trajectory(np.stack([elevate(piece.T, size).T for piece in pieces]), durations)
-
 
 MOST_ADDRESSES = 255
 """Vehicles that an address can tell apart."""
@@ -245,8 +69,8 @@ def _make_csv(most: int | None) -> Maker:
 
 
 def _make_skyb(curve: Trajectory, lamp: Lamp) -> tuple[bytes, float]:
-    segments = skybrush.cubic_segments(curve)
-    return skybrush.skybrush_bytes(segments, lamp), segments.distance
+    segments = cubic_segments(curve)
+    return skybrush.skybrush_bytes(segments, lamp, YawSetpoints.of(curve)), segments.distance
 
 
 def _make_traj(curve: Trajectory, lamp: Lamp) -> tuple[bytes, float]:
@@ -286,7 +110,13 @@ class WrittenFleet:
 
 
 def write_fleet(
-    fleet: Fleet, path: FileName, to: str | None = None, lights: Sequence[Lamp] | None = None, *, clobber: bool = True
+    fleet: Fleet,
+    path: FileName,
+    to: str | None = None,
+    lights: Sequence[Lamp] | None = None,
+    *,
+    sheet: ShowSheet | None = None,
+    clobber: bool = True,
 ) -> WrittenFleet:
     """Write a fleet.
 
@@ -302,6 +132,8 @@ def write_fleet(
         the Crazyflie's (compressed) fly; ``skyc``: a Skybrush show. By default by the ending.
     lights : sequence of Lights or None, optional
         Of each vehicle; ``skyb`` and ``skyc`` hold them.
+    sheet : ShowSheet, optional
+        What a ``skyc`` says of itself besides: title, indoors or outdoors, limits, cues, segments.
     clobber : bool
         False: files that exist are an error. Else files with the same ending of a former fleet, which has more
         vehicles, are removed from the folder, and its script, unless they were changed since.
@@ -318,7 +150,7 @@ def write_fleet(
     if fleet.dim != 3:
         raise FileError(f"files of fleets hold 3 coordinates, and the fleet has {fleet.dim}")
     if kind == "skyc":
-        return WrittenFleet(kind, (Path(path),), write_skyc(fleet, path, lights, clobber=clobber))
+        return WrittenFleet(kind, (Path(path),), write_skyc(fleet, path, lights, sheet=sheet, clobber=clobber))
     (ending, make), folder, lamps = FOLDERS[kind], Path(path), lamps_of(fleet, lights)
     made = [make(*each) for each in zip(fleet, lamps, strict=True)]  # all of them before anything is written
     files = {folder / f"traj{i}{ending}": content for i, (content, _) in enumerate(made)}

@@ -140,11 +140,12 @@ def test_a_refit_goes_on_where_headings_are_wrapped(rate, rated):
     np.testing.assert_allclose(curve.yaw(t, 1), 2.0, atol=1e-2)
 
 
-def test_a_format_without_headings_is_fitted_to_positions_alone(tmp_path):
+def test_a_show_keeps_the_heading_of_samples(tmp_path):
+    """It was left out: a camera that was to turn stood still."""
     samples = PLAN.sample(20.0)
-    write_any(samples, tmp_path / "still.skyb")
-    write_any(replace(samples, yaw=np.sin(40.0 * samples.t), yaw_rate=None), tmp_path / "turning.skyb")
-    assert (tmp_path / "still.skyb").read_bytes() == (tmp_path / "turning.skyb").read_bytes()
+    write_any(replace(samples, yaw=np.sin(samples.t), yaw_rate=np.cos(samples.t)), tmp_path / "turning.skyb")
+    held = read_any(tmp_path / "turning.skyb")
+    np.testing.assert_allclose(held.yaw(samples.t), np.sin(samples.t), atol=np.radians(0.65))
 
 
 def test_a_refit_that_needs_more_pieces_says_what_it_would_reach():

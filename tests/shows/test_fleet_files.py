@@ -3,7 +3,9 @@
 import base64
 import hashlib
 import json
+import math
 import runpy
+import struct
 import sys
 import zipfile
 from types import SimpleNamespace
@@ -17,8 +19,9 @@ from minsnap.basics.storage.atomic import write_file
 from minsnap.cli.app import main
 from minsnap.errors import FileError
 from minsnap.files.convert import write_any
-from minsnap.files.formats.skybrush import Lights, cubic_segments, read_skybrush
-from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, read_skyc, write_fleet
+from minsnap.files.formats.skybrush import Lights, read_skybrush
+from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, write_fleet
+from minsnap.shows.skyc import ShowSheet, read_skyc
 
 
 def crossing():
@@ -63,17 +66,122 @@ def test_the_certificate_is_of_what_is_in_the_file(tmp_path):
     assert held != planned and abs(held - planned) <= 2.0 * written.distance
 
 
-def test_a_server_that_cuts_milliseconds_off_loses_none(tmp_path):
-    corners = np.random.default_rng(3).uniform(-3, 3, (400, 3))
-    long = minsnap.plan(corners, np.random.default_rng(4).uniform(1.5, 4.5, 399))
-    write_fleet(minsnap.Fleet((long,)), tmp_path / "show.skyc")
-    with zipfile.ZipFile(tmp_path / "show.skyc") as archive:
+def converted(path, rounds):
+    """What Skybrush's server makes of a vehicle: its unit [mm], milliseconds and whole control points.
+
+    It chooses the unit by the farthest coordinate, cuts coordinates off at whole units and durations at milliseconds,
+    which its newer versions round to milliseconds before.
+    """
+    with zipfile.ZipFile(path) as archive:
         points = json.loads(archive.read("drones/drone_1/trajectory.json"))["points"]
-    seconds = [point[0] for point in points]
-    cut = [int((b - a) * 1000) for a, b in zip(seconds, seconds[1:], strict=False)]
-    whole = cubic_segments(long).breaks
-    plain = [int((b / 1000 - a / 1000) * 1000) for a, b in zip(whole.tolist(), whole.tolist()[1:], strict=False)]
-    assert cut == np.diff(whole).tolist() != plain
+    places = [place for _, end, between in points for place in (end, *between)]
+    scale = math.ceil((math.ceil(max(abs(x) for place in places for x in place) * 1000) + 1) / 32768)
+    factor, milliseconds, segments = 1000 / scale, [], []
+    for (begin, start, _), (end, goal, between) in zip(points, points[1:], strict=False):
+        lasts = round(end - begin, 3) if rounds else end - begin
+        milliseconds.append(math.floor(lasts * 1000))
+        segments.append([[int(x * factor) for x in place] for place in (start, *between, goal)])
+    return scale, milliseconds, segments
+
+
+def decoded(content):
+    """The same of a binary show, by its format."""
+    scale, *place = struct.unpack_from("<B3h", content, 13)
+    length, offset = struct.unpack_from("<H", content, 11)[0], 13 + 9
+    milliseconds, segments = [], []
+    while offset < 13 + length:
+        kinds, lasts = struct.unpack_from("<BH", content, offset)
+        offset += 3
+        axes, most = [], max((0, 1, 3)[kinds >> 2 * axis & 3] for axis in range(3)) or 1
+        for axis in range(3):
+            count = (0, 1, 3)[kinds >> 2 * axis & 3]
+            row = [place[axis], *struct.unpack_from(f"<{count}h", content, offset)]
+            axes.append(row if count else row * (most + 1))
+            offset, place[axis] = offset + 2 * count, row[-1]
+        milliseconds.append(lasts)
+        segments.append([list(point) for point in zip(*axes, strict=True)])
+    return scale, milliseconds, segments
+
+
+def polyline(far):
+    """Corners at odd milliseconds, and a bend, so far out."""
+    corners = np.random.default_rng(3).uniform(-3, 3, (60, 3)) + (far, -far, 2.0)
+    durations = np.round(np.random.default_rng(4).uniform(0.9, 4.5, 59), 3) + 1e-3
+    lines = minsnap.Trajectory(np.linspace(corners[:-1], corners[1:], 8, axis=1), durations)
+    return lines.then(minsnap.plan(corners[[-1, 3, 5]], [2.5, 3.25], start={"velocity": lines(lines.duration, 1)}))
+
+
+@pytest.mark.parametrize("rounds", [True, False])
+@pytest.mark.parametrize("far", [0.0, 40.0, 150.0, 32.7655, 98.3015, 98.2985])
+def test_what_a_server_that_cuts_off_makes_of_a_show_is_what_is_certified(tmp_path, far, rounds):
+    """107 of 14,631 coordinates lost a unit, 7 mm at a unit of 5, and its files had other bytes than ours.
+
+    The last three reach to where the unit changes.
+    """
+    path = minsnap.line((0, 0, 2), (far, 0, 2), total_time=41.0) if far % 1.0 else polyline(far)
+    fleet = minsnap.Fleet((path,))
+    write_fleet(fleet, tmp_path / "show.skyc")
+    write_fleet(fleet, tmp_path / "folder", "skyb")
+    ours = decoded((tmp_path / "folder" / "traj0.skyb").read_bytes())
+    theirs = converted(tmp_path / "show.skyc", rounds)
+    assert theirs[:2] == ours[:2] and min(ours[1]) >= 100
+    for mine, other in zip(ours[2], theirs[2], strict=True):
+        assert (np.array(other) == np.array(mine)).all() if len(mine) == len(other) else mine[:1] == other[:1]
+
+
+def test_a_show_that_the_server_could_not_convert_is_refused(tmp_path):
+    """A curve of 5,000 s was written without a word, and the server raises ValueError."""
+    corners = np.random.default_rng(3).uniform(-3, 3, (900, 3))
+    long = minsnap.plan(corners, np.full(899, 2.4))
+    with pytest.raises(FileError, match=r"^two: \d+ segments take \d+ bytes, \d+ more than a block holds: the first"):
+        write_fleet(minsnap.Fleet((crossing()[0], long), ("one", "two")), tmp_path / "new" / "show.skyc")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("yaw", [0.7, -3.0, [0.0, 2.0, -4.0], "velocity"])
+@pytest.mark.parametrize("to", ["skyb", "skyc"])
+def test_the_heading_is_in_the_files_of_shows(tmp_path, to, yaw):
+    """It was dropped without a word: a vehicle that was to turn by 180 degrees stood at 0."""
+    path = minsnap.plan([(0, 0, 1), (4, 0, 1.5), (4, 3, 1)], [2.0, 1.7], yaw=yaw)
+    place = tmp_path / ("show.skyc" if to == "skyc" else "folder")
+    write_fleet(minsnap.Fleet((path,)), place, to)
+    held, t = read_fleet(place)[0], np.linspace(0.0, path.duration, 2001)
+    off = held.yaw(t) - path.yaw(t)
+    assert np.abs(off - np.round(off.mean() / (2.0 * np.pi)) * 2.0 * np.pi).max() <= np.radians(0.65)
+    if to == "skyc":
+        with zipfile.ZipFile(place) as archive:
+            said = json.loads(archive.read("show.json"))["swarm"]["drones"][0]["settings"]["yawControl"]
+        assert said["version"] == 1 and not said["autoYaw"] and said["setpoints"][0][0] == 0.0
+        angle = np.degrees(path.yaw(np.zeros(1))[0])
+        assert (said["setpoints"][0][1] + angle + 180.0) % 360.0 == pytest.approx(180.0, abs=0.06), "clockwise"
+    else:
+        content = (place / "traj0.skyb").read_bytes()
+        block = content[content.index(b"\x02\x01\x00\x00") + 4 :]
+        assert block[0] == 5 and block[3] == 0 and len(block) == 3 + struct.unpack_from("<H", block, 1)[0]
+
+
+def test_a_plan_without_a_heading_says_none(tmp_path):
+    write_fleet(crossing(), tmp_path / "show.skyc")
+    with zipfile.ZipFile(tmp_path / "show.skyc") as archive:
+        assert "yawControl" not in archive.read("show.json").decode()
+
+
+def test_a_sheet_says_what_a_show_is_checked_by(tmp_path):
+    """Every show was indoors, of one segment, called minsnap, and checked by its separation alone."""
+    limits = minsnap.Limits(speed=6, vertical_speed=2, acceleration=3, horizontal_acceleration=2.5, yaw_rate=np.pi)
+    sheet = ShowSheet("Night", "indoor", limits, 80.0, ((1.0, "a"), (2.5, "b")), {"takeoff": (0, 1), "show": (1, 4.6)})
+    write_fleet(crossing(), tmp_path / "show.skyc", sheet=sheet)
+    with zipfile.ZipFile(tmp_path / "show.skyc") as archive:
+        show, cues = json.loads(archive.read("show.json")), json.loads(archive.read("cues.json"))
+    assert show["environment"] == {"type": "indoor"} and show["meta"]["title"] == "Night"
+    assert show["meta"]["segments"] == {"takeoff": [0, 1], "show": [1, 4.6]}
+    assert [item["name"] for item in cues["items"]] == ["a", "b"] and cues["items"][1]["time"] == 2.5
+    assert show["settings"]["validation"] == pytest.approx(
+        {
+            **{"maxAltitude": 80, "maxVelocityXY": 6, "maxVelocityZ": 2, "maxVelocityZUp": 2, "maxAccelerationXY": 2.5},
+            **{"maxAccelerationZ": 3, "maxYawRate": 180, "minDistance": 0.5},
+        }
+    )
 
 
 def test_the_same_show_gives_the_same_bytes_and_keeps_its_lights(tmp_path):

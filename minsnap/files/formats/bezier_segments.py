@@ -13,7 +13,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, NDArray
 from minsnap.errors import FileError
-from minsnap.polynomials.bernstein import elevate, split
+from minsnap.polynomials.bernstein import differentiate, elevate, split
 from minsnap.polynomials.enclosures import UNIT
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -26,6 +26,9 @@ LARGEST = 32767
 
 LONGEST = 65535
 """Longest segment [ms]."""
+
+STEP_TIME = 0.1
+"""Time over which a step of the velocity at a knot counts as an acceleration [s]: no piece is shorter."""
 
 _Integers = NDArray[np.int64]
 
@@ -95,17 +98,25 @@ def check_range(points: _Integers, units: str) -> None:
 def distance_bounds(first: Trajectory, second: Trajectory, orders: int = 1) -> FloatArray:
     """Upper bounds of the distances between two curves of one clock and between their derivatives, shape (orders,).
 
-    Where one has ended it stays at its end. On each interval between knots of either, the difference is a polynomial,
-    whose control points bound it; both are restricted to it by de Casteljau's algorithm, each step of which is off by
-    three roundings of the largest control point at most. Knots nearer than a nanosecond count as one.
+    Where one has ended it stays at its end; derivatives are compared while both last. On each interval between knots of
+    either, the difference is a polynomial, whose control points bound it; both are restricted to it by de Casteljau's
+    algorithm, each step of which is off by three roundings of the largest control point at most. Derivatives are taken
+    before that: those of what is left on a short interval would be those of its rounding. Knots nearer than a
+    nanosecond count as one.
     """
-    breaks, difference, rounding = _difference(first, second)
-    size, widths, bounds = difference.shape[1], np.diff(breaks)[:, None], []
+    bounds = []
     for order in range(orders):
-        norms = np.linalg.norm(difference, axis=2) + rounding * np.sqrt(first.dim) * 2.0**order
-        bounds.append(float((norms * np.prod(size - 1.0 - np.arange(order)) / widths**order).max()))
-        difference = np.diff(difference, axis=1)
+        breaks, difference, rounding = _difference(first.derivative(order), second.derivative(order))
+        norms = np.linalg.norm(difference, axis=2).max(axis=1)
+        both = breaks[:-1] < min(first.duration, second.duration) if order else slice(None)
+        bounds.append(float(norms[both].max() + rounding * np.sqrt(first.dim)))
     return np.array(bounds)
+
+
+def velocity_steps(curve: Trajectory) -> FloatArray:
+    """Return by how much the velocity steps at each inner knot, shape (pieces - 1,) [m/s]."""
+    slopes = differentiate(curve.control_points, 1) / curve.durations[:, None, None]
+    return np.asarray(np.linalg.norm(slopes[1:, 0] - slopes[:-1, -1], axis=1))
 
 
 def distances_within(first: Trajectory, second: Trajectory) -> FloatArray:
@@ -129,7 +140,7 @@ def _difference(first: Trajectory, second: Trajectory) -> tuple[FloatArray, Floa
 
 
 def _restricted(curve: Trajectory, breaks: FloatArray, size: int) -> FloatArray:
-    """Control points of a curve on every interval of finer breaks, shape (intervals, size, dim)."""
+    """Return control points on every interval of finer breaks, (intervals, size, dim): after its end those of it."""
     low, high = breaks[:-1], breaks[1:]
     middle = (low + high) / 2.0
     piece = np.clip(np.searchsorted(curve.breaks, middle) - 1, 0, len(curve.durations) - 1)

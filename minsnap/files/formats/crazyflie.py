@@ -5,8 +5,13 @@ Rows (uav_trajectories, crazyswarm2): one per piece, its duration [s] and 8 asce
 pieces of 132 bytes (TRAJECTORY_MEMORY_SIZE).
 
 Compressed: a start of 4 int16 (x, y, z in millimetres, yaw in tenths of a degree), then the pieces
-(``bezier_segments``), 45 bytes each at constant yaw, then the header of a piece that lasts 0 ms: the firmware ends
-there and nowhere else, and flies on without it into what lies behind in its memory.
+(``bezier_segments``), then the header of a piece that lasts 0 ms: the firmware ends there and nowhere else, and flies
+on without it into what lies behind in its memory.
+
+A compressed curve has two forms: its own pieces of degree 7, 45 bytes each at constant yaw, or cubics
+(``cubic_segments``), 21 bytes. Rounding a piece of degree 7 to millimetres adds up to 84 mm / h^2 an axis to its
+acceleration, that of a cubic 15, but a cubic is not the curve. The form is taken whose acceleration is nearer to the
+curve's, steps of the velocity at knots included: degree 7 for pieces of seconds, cubics for short ones.
 """
 
 from __future__ import annotations
@@ -22,7 +27,18 @@ from minsnap.basics.storage.table import number_row
 from minsnap.basics.storage.text import FileName, beginning, read_bytes, read_text, reading
 from minsnap.errors import FileError, FirmwareWarning, MinsnapError
 from minsnap.files.convert import Format
-from minsnap.files.formats.bezier_segments import DEGREE, LONGEST, check_range, distance_bounds, packed, unpacked
+from minsnap.files.formats.bezier_segments import (
+    DEGREE,
+    LARGEST,
+    LONGEST,
+    STEP_TIME,
+    check_range,
+    distance_bounds,
+    packed,
+    unpacked,
+    velocity_steps,
+)
+from minsnap.files.formats.cubic_segments import CUBIC, CubicFit
 from minsnap.files.formats.pieces import check_spatial, from_powers, polynomials_of, position_powers, yaw_powers
 from minsnap.files.setpoint_csv import note_frame
 from minsnap.polynomials.bernstein import elevate, powers_to_points
@@ -54,14 +70,15 @@ FIXED_YAW = "2026.08"
 def compressed(trajectory: Trajectory) -> bytes:
     """Return a trajectory as the firmware's bytes.
 
-    Every control point is rounded by half a unit at most, and shared knots stay shared; instants of knots are rounded
-    by half a millisecond at most. An axis whose curve is a line or a cubic is stored as one.
+    Of its pieces of degree 7, every control point is rounded by half a unit at most, and shared knots stay shared;
+    instants of knots are rounded by half a millisecond at most; an axis whose curve is a line or a cubic is stored as
+    one. Where cubics keep its acceleration better, it is stored as these.
 
     Raises
     ------
     FileError
-        If it has other than 3 coordinates or too high a degree, leaves the range of int16, has a piece of under a
-        millisecond or over 65.5 s, or does not fit the memory; says by how much.
+        If it has other than 3 coordinates or too high a degree, leaves the range of int16, or does not fit the memory;
+        says by how much.
     YawError
         If its heading is no polynomial.
 
@@ -70,9 +87,9 @@ def compressed(trajectory: Trajectory) -> bytes:
     FirmwareWarning
         If the yaw is not 0 throughout.
     """
-    content, pieces = _content(trajectory)
+    content = _content(trajectory)
     if len(content) > MEMORY:
-        fits = pieces_that_fit(trajectory)
+        pieces, fits = len(trajectory.durations), pieces_that_fit(trajectory)
         raise FileError(
             f"{pieces} pieces take {len(content)} bytes, {len(content) - MEMORY} above the memory's {MEMORY}: "
             f"the first {fits} would fit; fly it in parts"
@@ -84,29 +101,55 @@ def compressed(trajectory: Trajectory) -> bytes:
 
 
 def pieces_that_fit(trajectory: Trajectory) -> int:
-    """Return how many of its first pieces the memory holds in this form."""
-    sizes = 8 + len(END) + np.cumsum([len(piece) for piece in _pieces(trajectory)[1]])
+    """Return how many of its first pieces the memory holds in their own degree."""
+    points = _control_points(trajectory)
+    sizes = 8 + len(END) + np.cumsum([len(piece) for piece in _own_pieces(trajectory, points)])
     return int(np.searchsorted(sizes, MEMORY, side="right"))
 
 
-def _content(trajectory: Trajectory) -> tuple[bytes, int]:
-    start, pieces = _pieces(trajectory)
-    return start + b"".join(pieces) + END, len(pieces)
+def _content(trajectory: Trajectory) -> bytes:
+    """Return the form that fits the memory and is nearest to the trajectory; that of its own pieces if none fits."""
+    points, forms = _control_points(trajectory), []
+    cubics = _cubics(trajectory, points)
+    try:
+        forms.append(b"".join(_own_pieces(trajectory, points)))
+    except FileError:
+        if len(cubics) > MEMORY - 8 - len(END):
+            raise
+    start = struct.pack("<4h", *np.round(points[0, :, 0] / UNITS).astype(np.int64).tolist())
+    contents = [start + form + END for form in (*forms, cubics)]
+    fitting = [content for content in contents if len(content) <= MEMORY] or contents[:1]
+    return min(fitting, key=lambda content: _hardness(trajectory, content)) if len(fitting) > 1 else fitting[0]
 
 
-def _pieces(trajectory: Trajectory) -> tuple[bytes, list[bytes]]:
-    """Return the bytes of the start and those of each piece."""
-    exact = _control_points(trajectory) / UNITS[:, None]
-    points, degrees = _lowest_degrees(exact)
-    check_range(points, REACH)
+def _hardness(trajectory: Trajectory, content: bytes) -> float:
+    """Return by how much the acceleration of a file differs, its greatest step of velocity over a tenth of a second."""
+    held = curve_of_bytes(content)
+    return float(distance_bounds(trajectory, held, 3)[2] + velocity_steps(held).max(initial=0.0) / STEP_TIME)
+
+
+def _own_pieces(trajectory: Trajectory, control_points: FloatArray) -> list[bytes]:
+    """Return the bytes of each piece, in the least degree that holds it."""
+    points, degrees = _lowest_degrees(control_points / UNITS[:, None])
     points[1:, :, 0] = np.take_along_axis(points, degrees[..., None], 2)[:-1, :, 0]
     milliseconds = np.diff(np.round(trajectory.breaks * 1e3)).astype(np.int64)
     wrong = (milliseconds < 1) | (milliseconds > LONGEST)
     if wrong.any():
         piece = int(wrong.argmax())
         raise FileError(f"piece {piece} takes {milliseconds[piece]} ms, and this format holds 1 to {LONGEST} ms")
-    pieces = [packed(int(time), *piece) for time, *piece in zip(milliseconds, points, degrees, strict=True)]
-    return struct.pack("<4h", *points[0, :, 0].tolist()), pieces
+    return [packed(int(time), *piece) for time, *piece in zip(milliseconds, points, degrees, strict=True)]
+
+
+def _cubics(trajectory: Trajectory, control_points: FloatArray) -> bytes:
+    """Return the bytes of the trajectory and its heading as cubics."""
+    fit = CubicFit.of(Trajectory(control_points.transpose(0, 2, 1), trajectory.durations), UNITS)
+    breaks = fit.knots(CUBIC.tolerance)
+    points, lines = fit.whole(breaks, LARGEST)
+    degrees = np.where((points == points[:, :1]).all(axis=1), 0, np.where(lines, 1, 3)[:, None])
+    rows = np.zeros((*degrees.shape, DEGREE + 1), dtype=np.int64)
+    rows[..., :4] = points.transpose(0, 2, 1)
+    rows[..., 1] = np.where(degrees == 1, rows[..., 3], rows[..., 1])
+    return b"".join(packed(int(time), *piece) for time, *piece in zip(np.diff(breaks), rows, degrees, strict=True))
 
 
 def _lowest_degrees(exact: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -130,11 +173,9 @@ def rounding_bounds(trajectory: Trajectory) -> FloatArray:
 
     They are those of position, velocity and acceleration [m], [m/s], [m/s^2].
 
-    From the control points of the difference, at equal instants: rounded times are part of it. The bound of the
-    acceleration grows with the inverse square of the pieces' durations, 0.15 m/s^2 at 1 s and 15 m/s^2 at 0.1 s for
-    three axes of degree 7: long pieces and low degrees are stored best.
+    From the control points of the difference, at equal instants: rounded times are part of it.
     """
-    return distance_bounds(trajectory, curve_of_bytes(_content(trajectory)[0]), 3)
+    return distance_bounds(trajectory, curve_of_bytes(_content(trajectory)), 3)
 
 
 def write_compressed(trajectory: Path, path: FileName, *, clobber: bool = True) -> None:
@@ -177,14 +218,16 @@ def _control_points(trajectory: Trajectory) -> FloatArray:
     position_powers(trajectory, DEGREE)  # refuses a higher degree
     place = elevate(trajectory.control_points.transpose(0, 2, 1), DEGREE + 1)
     powers = yaw_powers(trajectory, DEGREE) * trajectory.durations[:, None] ** np.arange(DEGREE + 1)
-    return np.concatenate([place, (powers @ powers_to_points(DEGREE).T)[:, None]], axis=1)
+    points = np.concatenate([place, (powers @ powers_to_points(DEGREE).T)[:, None]], axis=1)
+    check_range(np.round(points / UNITS[:, None]).astype(np.int64), REACH)
+    return np.asarray(points)
 
 
 def _write(content: Trajectory, path: FileName, *, clobber: bool) -> str:
     write_compressed(content, path, clobber=clobber)
     place, speed, push = rounding_bounds(content)
     return (
-        f"rounding moves the curve by {1e3 * place:.2g} mm at most, its velocity by {speed:.2g} m/s and its "
+        f"the format moves the curve by {1e3 * place:.2g} mm at most, its velocity by {speed:.2g} m/s and its "
         f"acceleration by {push:.2g} m/s^2"
     )
 

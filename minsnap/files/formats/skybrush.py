@@ -1,13 +1,12 @@
 """Skybrush's binary shows, ``.skyb``: a trajectory as cubics of whole millimetres, and lights, with a checksum.
 
-A cubic has the curve's position and velocity at both ends of its interval, so that halving it divides the distance by
-16 (error of Hermite interpolation, h^4 max|x''''| / 384); intervals are halved until they are proved to be near.
-They end at whole milliseconds: no time is rounded.
+How a curve becomes cubics is told in ``cubic_segments``.
 
 After ``skyb``, the version (2), a byte of features (bit 0: a checksum) and the CRC-32 of the whole file with these
 four bytes zero; then blocks of a type, a length as uint16 and a body. Block 1 is the trajectory: a unit in millimetres,
-the start, and segments (``bezier_segments``); block 2 the lights. World axes: x along the show's orientation, y to its
-left, z up. Only lines and cubics are written: degree 7 is played, but its take-off and landing are computed wrongly.
+the start, and segments (``bezier_segments``); block 2 the lights, block 5 the heading (``yaw_setpoints``).
+World axes: x along the show's orientation, y to its left, z up. Only lines and cubics are written: degree 7 is played,
+but its take-off and landing are computed wrongly.
 
 Of lights, a command is a byte and its arguments; a duration is a varint of 20 ms. Written are 0 end, 2 sleep d, 4 set
 colour r g b d, 8 fade to colour r g b d. Read too are 1 nothing, 3 wait until d, 5 to 7 and 9 to 11 set and fade to a
@@ -24,14 +23,15 @@ from enum import IntEnum
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, NDArray, ReadOnly, numbers, set_fields
-from minsnap.basics.checks import check_positive
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName, read_bytes, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.convert import Format
-from minsnap.files.formats.bezier_segments import LARGEST, distance_bounds, distances_within, packed, unpacked
-from minsnap.files.formats.pieces import check_spatial, polynomials_of
-from minsnap.polynomials.bernstein import basis, differentiate
+from minsnap.files.formats.bezier_segments import packed, unpacked
+from minsnap.files.formats.cubic_segments import CUBIC, CubicSegments, cubic_segments, scale_of
+from minsnap.files.formats.pieces import polynomials_of
+from minsnap.files.formats.yaw_setpoints import YawSetpoints
+from minsnap.polynomials.bernstein import differentiate
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -184,173 +184,8 @@ def _read_varint(content: bytes, offset: int) -> tuple[int, int]:
             return value, offset
 
 
-@dataclass(frozen=True)
-class CubicSettings:
-    """How a curve is cut into the cubics of a show.
-
-    Parameters
-    ----------
-    tolerance : float
-        Largest distance of a cubic from the curve before rounding, by default: about what rounding adds [m].
-    longest : int
-        Longest segment [ms]: Skybrush's own builder splits above.
-    shortest : int
-        Segments that are not split any more [ms].
-    scale : int
-        Largest unit [mm].
-    moved : float
-        Units by which two neighbouring control points move against each other at most: 0.5 for the rounding of each,
-        and 0.75 where a segment becomes a line.
-    """
-
-    tolerance: float = 0.002
-    longest: int = 60_000
-    shortest: int = 8
-    scale: int = 127
-    moved: float = 1.75
-
-
-CUBIC = CubicSettings()
-
-
-_Integers = NDArray[np.int64]
-
-
-@dataclass(frozen=True, eq=False)
-class CubicSegments(ReadOnly):
-    """A curve as cubics of whole units.
-
-    Parameters
-    ----------
-    breaks : ndarray of int, shape (segments + 1,)
-        From 0 [ms].
-    points : ndarray of int, shape (segments, 4, 3)
-        Bernstein control points [scale mm]; the first is the last of the segment before.
-    scale : int
-        Unit [mm].
-    distance : float
-        Proved upper bound of the distance to the curve at any instant, rounding included [m].
-    """
-
-    breaks: _Integers
-    points: _Integers
-    scale: int
-    distance: float
-
-    def trajectory(self) -> Trajectory:
-        """Return the curve that is flown: cubics, and lines where no control points are stored."""
-        points = np.where(is_line(self.points)[:, None, None], _lines(self.points[:, [0, -1]]), self.points)
-        return Trajectory(points * (self.scale / 1e3), np.diff(self.breaks) / 1e3)
-
-
-def cubic_segments(trajectory: Trajectory, tolerance: float = CUBIC.tolerance) -> CubicSegments:
-    """Return a curve as cubics.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        Three coordinates.
-    tolerance : float
-        Largest distance of the cubics before they are rounded [m]; segments of 8 ms may be farther.
-
-    Raises
-    ------
-    FileError
-        If it has other than 3 coordinates, or leads too far away.
-    """
-    check_spatial(trajectory, "a show")
-    tolerance = check_positive("the tolerance", tolerance, "m", FileError)
-    breaks = _whole(trajectory.breaks)
-    while len(coarse := _coarse(trajectory, breaks, tolerance)):
-        breaks = np.union1d(breaks, coarse).astype(np.int64)
-    points = _hermite(trajectory, breaks)
-    scale = _scale(points)
-    rounded = np.round(points * (1e3 / scale)).astype(np.int64)
-    # A drone reads each segment from where the last one ends: ends that round to two numbers would be a jump.
-    rounded[1:, 0] = rounded[:-1, -1]
-    held = CubicSegments(breaks, _straightened(rounded), scale, 0.0)
-    return CubicSegments(breaks, held.points, scale, float(distance_bounds(held.trajectory(), trajectory)[0]))
-
-
-def worst_distance(reach: float) -> float:
-    """Return how far cubics may be from curves that stay within half as far again as ``reach`` of the origin [m].
-
-    Raises
-    ------
-    FileError
-        If no show holds ``reach``.
-    """
-    farthest = max(reach, min(1.5 * reach, LARGEST * CUBIC.scale / 1e3))
-    return float(CUBIC.tolerance + np.sqrt(3.0) * 0.5e-3 * _scale(np.array([farthest])))
-
-
-def _whole(breaks: FloatArray) -> _Integers:
-    """Return knots at whole milliseconds, none farther apart than ``CUBIC.longest``; the last is not before the end."""
-    whole = np.unique(np.round(breaks * 1e3).astype(np.int64))
-    end = max(int(np.ceil(breaks[-1] * 1e3 - 1e-6)), 1)
-    whole = np.append(whole[whole < end], end)
-    parts = [np.arange(a, b, CUBIC.longest) for a, b in zip(whole, whole[1:], strict=False)]
-    return np.concatenate([*parts, [end]])
-
-
-def _coarse(trajectory: Trajectory, breaks: _Integers, tolerance: float) -> _Integers:
-    """Return the middles of segments whose cubics are farther from the curve than is allowed [ms]."""
-    stored = Trajectory(_hermite(trajectory, breaks), np.diff(breaks) / 1e3)
-    coarse = (distances_within(stored, trajectory) > tolerance) & (np.diff(breaks) > CUBIC.shortest)
-    return (breaks[:-1] + breaks[1:])[coarse] // 2
-
-
-def _hermite(trajectory: Trajectory, breaks: _Integers) -> FloatArray:
-    """Return the control points of the cubics, shape (segments, 4, 3); after its end the curve stays there."""
-    t = breaks / 1e3
-    inside = np.minimum(t, trajectory.duration)
-    place = trajectory(inside)
-    third = (np.diff(t) / 3.0)[:, None]
-    leaving, arriving = trajectory(inside[:-1], 1), _arriving(trajectory, inside[1:])
-    return np.stack([place[:-1], place[:-1] + third * leaving, place[1:] - third * arriving, place[1:]], axis=1)
-
-
-def _arriving(trajectory: Trajectory, t: FloatArray) -> FloatArray:
-    """Velocities from the left, which differ from those from the right where a curve has corners."""
-    piece = np.maximum(np.searchsorted(trajectory.breaks, t) - 1, 0)
-    duration = trajectory.durations[piece]
-    share = np.clip((t - trajectory.breaks[piece]) / duration, 0.0, 1.0)
-    slopes = differentiate(trajectory.control_points[piece], 1) / duration[:, None, None]
-    return np.asarray(np.einsum("mj,mjd->md", basis(trajectory.degree - 1, share), slopes))
-
-
-def _scale(points: FloatArray) -> int:
-    """Return the least unit in which int16 holds the coordinates [mm]."""
-    farthest = np.abs(points).max() * 1e3
-    scale = int(np.ceil((farthest + 1.0) / (LARGEST + 1)))
-    if scale > CUBIC.scale:
-        raise FileError(
-            f"the trajectory leads {farthest / 1e3:.0f} m from the origin, and a show holds "
-            f"{LARGEST * CUBIC.scale / 1e3:.0f} m: move the origin nearer"
-        )
-    return scale
-
-
-def _straightened(points: _Integers) -> _Integers:
-    """Put the control points of segments that are lines, but for rounding, where those of a line are."""
-    lines = _lines(points[:, [0, -1]])
-    straight = np.abs(points - lines).max(axis=(1, 2), keepdims=True) <= 0.75
-    return np.where(straight, np.round(lines).astype(np.int64), points)
-
-
-def _lines(ends: _Integers) -> FloatArray:
-    """Return control points of lines, shape (segments, 4, 3), from their ends."""
-    share = np.arange(4)[:, None] / 3.0
-    return ends[:, :1] * (1.0 - share) + ends[:, 1:] * share
-
-
-def is_line(points: _Integers) -> BoolArray:
-    """Whether segments are stored as lines: their control points are the roundings of those of one."""
-    return np.asarray((points == np.round(_lines(points[:, [0, -1]]))).all(axis=(1, 2)))
-
-
 MARK, VERSION, CHECKSUM = b"skyb", 2, 1
-TRAJECTORY, LIGHTS = 1, 2
+TRAJECTORY, LIGHTS, YAW = 1, 2, 5
 """Types of blocks."""
 
 LARGEST_BLOCK = 65535
@@ -358,6 +193,9 @@ LARGEST_BLOCK = 65535
 
 LARGEST_FILE = 1 << 24
 """Bytes of the largest file that is read."""
+
+BEFORE_SEGMENTS = 9
+"""Bytes of unit and start."""
 
 UNIT_BITS = 127
 """Bits of the unit; the highest one is retired."""
@@ -383,7 +221,20 @@ class SkybrushFile:
         return lights_of(self.programme)
 
 
-def skybrush_bytes(segments: CubicSegments, lights: Lights | None = None) -> bytes:
+def check_size(segments: CubicSegments) -> None:
+    """Raise FileError where a trajectory is longer than a block, which says how much of it fits."""
+    moves = (segments.points != segments.points[:, :1]).any(axis=1).sum(axis=1)
+    sizes = BEFORE_SEGMENTS + np.cumsum(3 + 2 * np.where(segments.lines, 1, 3) * moves)
+    if sizes[-1] > LARGEST_BLOCK:
+        fits = int(np.searchsorted(sizes, LARGEST_BLOCK, side="right"))
+        raise FileError(
+            f"{len(sizes)} segments take {sizes[-1]} bytes, {sizes[-1] - LARGEST_BLOCK} more than a block holds: "
+            f"the first {segments.breaks[fits] / 1e3:.1f} s of {segments.breaks[-1] / 1e3:.1f} s fit; shorten the show "
+            "or allow cubics farther from the curve"
+        )
+
+
+def skybrush_bytes(segments: CubicSegments, lights: Lights | None = None, yaw: YawSetpoints | None = None) -> bytes:
     """Return the content of a file.
 
     Raises
@@ -391,19 +242,12 @@ def skybrush_bytes(segments: CubicSegments, lights: Lights | None = None) -> byt
     FileError
         If a block is too long; says by how much, and how much of the trajectory fits.
     """
-    body = struct.pack("<B4h", segments.scale, *segments.points[0, 0].tolist(), 0)
-    pieces = [_segment(*row) for row in zip(np.diff(segments.breaks).tolist(), segments.points, strict=True)]
-    content = body + b"".join(pieces)
-    if len(content) > LARGEST_BLOCK:
-        sizes = len(body) + np.cumsum([len(piece) for piece in pieces])
-        fits = int(np.searchsorted(sizes, LARGEST_BLOCK, side="right"))
-        over = len(content) - LARGEST_BLOCK
-        raise FileError(
-            f"{len(pieces)} segments take {len(content)} bytes, {over} more than a block holds: "
-            f"the first {segments.breaks[fits] / 1e3:.1f} s of {segments.breaks[-1] / 1e3:.1f} s fit; shorten the show "
-            "or allow cubics farther from the curve"
-        )
-    blocks = _block(TRAJECTORY, content) + _block(LIGHTS, light_bytes(lights))
+    check_size(segments)
+    rows = zip(np.diff(segments.breaks).tolist(), segments.points, segments.lines.tolist(), strict=True)
+    start = struct.pack("<B4h", segments.scale, *segments.points[0, 0].tolist(), 0)
+    blocks = _block(TRAJECTORY, start + b"".join(_segment(*row) for row in rows))
+    blocks += _block(LIGHTS, light_bytes(lights))
+    blocks += b"" if yaw is None else _block(YAW, yaw.content)
     head = MARK + bytes([VERSION, CHECKSUM])
     return head + struct.pack("<I", checksum(head + bytes(4) + blocks)) + blocks
 
@@ -417,8 +261,9 @@ def write_skybrush(
     trajectory: Path, path: FileName, lights: Lights | None = None, *, clobber: bool = True
 ) -> CubicSegments:
     """Write a trajectory or a shape in one atomic step, and return what was written; raises as ``cubic_segments``."""
-    segments = cubic_segments(polynomials_of(trajectory)[0])
-    write_file(path, skybrush_bytes(segments, lights), clobber=clobber)
+    curve = polynomials_of(trajectory)[0]
+    segments = cubic_segments(curve)
+    write_file(path, skybrush_bytes(segments, lights, YawSetpoints.of(curve)), clobber=clobber)
     return segments
 
 
@@ -449,18 +294,20 @@ def parsed(content: bytes, where: str = "the show") -> SkybrushFile:
         raise FileError(f"{where} has no trajectory")
     body = blocks[TRAJECTORY]
     start = struct.unpack_from("<4h", body, 1)
-    milliseconds, points, length = unpacked(body[9:], start)
+    milliseconds, points, length = unpacked(body[BEFORE_SEGMENTS:], start)
     if not len(milliseconds):
         raise FileError(f"the trajectory of {where} has no segments")
-    if length < len(body) - 9:
+    if length < len(body) - BEFORE_SEGMENTS:
         raise FileError(f"the trajectory of {where} has a segment of 0 ms before its end")
     values = points[:, :3].transpose(0, 2, 1) * ((body[0] & UNIT_BITS) / 1e3)
-    return SkybrushFile(Trajectory(values, milliseconds / 1e3), blocks.get(LIGHTS, b""))
+    curve = Trajectory(values, milliseconds / 1e3)
+    yaw = YawSetpoints.parsed(blocks[YAW]) if YAW in blocks else None
+    return SkybrushFile(curve if yaw is None else curve.with_yaw(yaw.heading(curve.duration)), blocks.get(LIGHTS, b""))
 
 
-def _segment(milliseconds: int, points: NDArray[np.int64]) -> bytes:
-    """Pack a segment: a line where all axes are lines, and nothing of an axis that stands still."""
-    degree = 1 if is_line(points[None])[0] else 3
+def _segment(milliseconds: int, points: NDArray[np.int64], line: bool) -> bytes:
+    """Pack a segment: a line, or a cubic, and nothing of an axis that stands still."""
+    degree = 1 if line else 3
     still = (points == points[0]).all(axis=0)
     degrees = np.append(np.where(still, 0, degree), 0)
     rows = np.zeros((4, 4), dtype=np.int64)
@@ -470,7 +317,8 @@ def _segment(milliseconds: int, points: NDArray[np.int64]) -> bytes:
 
 def _block(kind: int, body: bytes) -> bytes:
     if len(body) > LARGEST_BLOCK:
-        raise FileError(f"a programme of lights takes {len(body)} bytes, and a block holds {LARGEST_BLOCK}")
+        what = {LIGHTS: "a programme of lights", YAW: "a heading"}[kind]
+        raise FileError(f"{what} takes {len(body)} bytes, and a block holds {LARGEST_BLOCK}: shorten the show")
     return struct.pack("<BH", kind, len(body)) + body
 
 
@@ -489,8 +337,7 @@ def _blocks(content: bytes, offset: int) -> dict[int, bytes]:
 
 def _write(content: Trajectory, path: FileName, *, clobber: bool) -> str:
     segments = write_skybrush(content, path, clobber=clobber)
-    count = len(segments.points)
-    return f"written as {count} cubics, at most {1e3 * segments.distance:.2g} mm from the curve; headings are left out"
+    return f"written as {len(segments.points)} cubics, at most {1e3 * segments.distance:.2g} mm from the curve"
 
 
 def _resolution(content: Trajectory, step: float) -> float:
@@ -499,7 +346,7 @@ def _resolution(content: Trajectory, step: float) -> float:
     At a knot the velocity steps by what moved control points explain and no more, a corner between lines is no such
     step; the acceleration steps for as long as the shorter segment lasts. A step may have a knot at either end.
     """
-    moved = CUBIC.moved * 1e-3 * _scale(content.control_points)
+    moved = CUBIC.moved * 1e-3 * scale_of(content.control_points)
     shorter = np.minimum(content.durations[:-1], content.durations[1:])
     faster, harder = (_steps(content, order) for order in (1, 2))
     at_knots = np.minimum(faster, 2.0 * content.degree * moved / shorter) + harder * np.minimum(shorter, step)
@@ -513,4 +360,4 @@ def _steps(content: Trajectory, order: int) -> FloatArray:
 
 
 _READ_WRITE = ((".skyb",), _write, (".skyb",), lambda path: read_skybrush(path).trajectory)
-FORMATS = (Format("skybrush", "polynomials", *_READ_WRITE, headings=False, rounding=_resolution),)
+FORMATS = (Format("skybrush", "polynomials", *_READ_WRITE, rounding=_resolution),)

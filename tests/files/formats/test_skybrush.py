@@ -10,17 +10,15 @@ from minsnap.errors import FileError
 from minsnap.files.consistency import check_samples
 from minsnap.files.convert import read_samples, resolution_of
 from minsnap.files.formats.bezier_segments import packed, unpacked
+from minsnap.files.formats.cubic_segments import CUBIC, cubic_segments, worst_distance
 from minsnap.files.formats.skybrush import (
-    CUBIC,
     Lights,
     checksum,
-    cubic_segments,
     light_bytes,
     lights_of,
     parsed,
     read_skybrush,
     skybrush_bytes,
-    worst_distance,
     write_skybrush,
 )
 from minsnap.trajectory.trajectory import Trajectory
