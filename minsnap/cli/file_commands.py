@@ -17,7 +17,7 @@ from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.files.consistency import AxisFigures, ConsistencyReport, Membership
-    from minsnap.files.formats.polynomials import PlanFile
+    from minsnap.files.plan_file import PlanFile
     from minsnap.fleet.fleet_certificate import FleetCertificate
 
 LISTED = 10
@@ -39,13 +39,14 @@ def check(
     """Check a file: its rate, its derivatives and its corridor.
 
     Prints the range and the top rates of each axis. A plan in .json or .yaml is certified again: it must keep the
-    corridor, limits, waypoints and joints that the file states.
+    corridor, obstacles, gates, limits, waypoints and joints that the file states, and each margin is printed.
 
     For a folder with one file of polynomials per vehicle, or a Skybrush show (.skyc), it proves the least distance
     between the vehicles at every instant.
 
     Exit status 1 if the check fails.
     """
+    from minsnap.cli.kept import kept_figures, kept_lines
     from minsnap.files.consistency import check_samples
     from minsnap.files.convert import read_samples, resolution_of
     from minsnap.files.frames import map_samples
@@ -68,9 +69,12 @@ def check(
     problems = [*report.problems, *_escape(inside), *faults]
     if json:
         verdict = {"problems": problems, "ok": not problems, "frame": axes, "origin": origin_of(file)}
-        print(as_json(asdict(report) | verdict | {"corridor": inside and asdict(inside), "exact": proved}))
+        kept = None if plan is None else kept_figures(plan)
+        known = {"corridor": inside and asdict(inside), "exact": proved, "certified": kept}
+        print(as_json(asdict(report) | verdict | known))
     else:
-        print(_as_text(report, inside, proved, problems, axes))
+        kept_by = [] if plan is None else kept_lines(plan)
+        print(_as_text(report, inside, [*kept_by, *_exact_lines(proved)], problems, axes))
     return 1 if problems else 0
 
 
@@ -86,11 +90,11 @@ def _plan(file: Path, exact: bool) -> PlanFile | None:
 
 
 def _proved(certificate: minsnap.Certificate) -> dict[str, Any]:
-    """Prove a certificate again without rounding: its margin, greatest norms and waypoint error.
+    """Prove a certificate again without rounding: its margins, greatest norms and waypoint error.
 
     ``exceeded`` are limits that the plan does not keep, as certified, without a proof in exact arithmetic.
     """
-    known = {name: getattr(certificate, name) for name in ("corridor_margin", "waypoint_error")}
+    known = {name: getattr(certificate, name) for name in ("corridor_margin", "obstacle_margin", "waypoint_error")}
     exceeded = [asdict(used) for used in certificate.utilisation if not used.kept]
     return {"holds": certificate.verify(), **known, "exceeded": exceeded}
 
@@ -111,7 +115,7 @@ def _escape(inside: Membership | None) -> list[str]:
 
 
 def _as_text(
-    report: ConsistencyReport, inside: Membership | None, proved: dict[str, Any] | None, problems: list[str], frame: str
+    report: ConsistencyReport, inside: Membership | None, kept: list[tuple[str, str]], problems: list[str], frame: str
 ) -> str:
     words = {None: "unknown", True: "yes", False: "no"}
     lines = [
@@ -127,17 +131,22 @@ def _as_text(
         lines.append(("lead", f"sent {report.lead:g} s before the instants that they are planned for"))
     if inside is not None:
         lines.append(("corridor margin", f"{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s"))
-    if proved is not None:
-        least, error = proved["corridor_margin"], proved["waypoint_error"]
-        margin = "" if least is None else f", corridor margin {least:.3g} m"
-        holds = "holds" if proved["holds"] else "does not hold"
-        lines.append(("exact proof", f"{holds}{margin}, at every instant"))
-        if error:
-            lines.append(("waypoint error", f"{error:.3g} m at most"))
+    certified = ["", "certified again, at every instant", labelled(kept)] if kept else []
     axes = ["", _table(report.axes)] if report.axes else []
     notes = [f"note: {note}" for note in report.notes]
     verdict = [f"problem: {problem}" for problem in problems] or ["consistent"]
-    return "\n".join([labelled(lines), *axes, "", *notes, *verdict])
+    return "\n".join([labelled(lines), *axes, *certified, "", *notes, *verdict])
+
+
+def _exact_lines(proved: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """Return what is proved in exact arithmetic."""
+    if proved is None:
+        return []
+    margins = {"corridor": proved["corridor_margin"], "obstacle": proved["obstacle_margin"]}
+    said = "".join(f", {name} margin {least:.3g} m" for name, least in margins.items() if least is not None)
+    lines = [("exact proof", f"{'holds' if proved['holds'] else 'does not hold'}{said}, at every instant")]
+    error = proved["waypoint_error"]
+    return [*lines, ("waypoint error", f"{error:.3g} m at most")] if error else lines
 
 
 def _table(axes: tuple[AxisFigures, ...]) -> str:
@@ -222,7 +231,10 @@ def plot(
     title: Annotated[str | None, "Written above; by default the file's name."] = None,
     no_clobber: options.NoClobber = False,
 ) -> None:
-    """Draw the path and its profiles, or animate the flight."""
+    """Draw the path and its profiles, or animate the flight.
+
+    A plan in .json or .yaml is drawn with the waypoints, gates, corridor, obstacles and limits that its file holds.
+    """
     from minsnap.files.convert import read_samples
     from minsnap.plot.animation import ENDINGS, animate_fleet, animate_path, check_animation_name
     from minsnap.plot.figures import check_figure_name, plot_overview, save_figure
@@ -246,16 +258,19 @@ def plot(
             figure: Any = minsnap.plot.plot_fleet(fleet, view or "xy").figure
             save_figure(figure, output, clobber=not no_clobber)
         return
-    samples = read_samples(file, frame)
     points = None if waypoints is None else minsnap.read_waypoints(waypoints).points
+    stored = _plan(file, False) if points is None and frame is None else None
     drawn: dict[str, Any] = {"corridor": options.parse_corridor(corridor), "waypoints": points}
+    drawn = drawn if stored is None else stored.drawn
     drawn |= {"view": view or "xy", "title": name_as_text(title or file.name)}
+    path = read_samples(file, frame) if stored is None else stored.trajectory
     if moving:
         if colour_by is not None:
             raise InputError("--colour-by is of a figure: an animation has one colour")
-        animate_path(samples, output, **how, **drawn)
+        animate_path(path, output, **how, **drawn)
     else:
-        save_figure(plot_overview(samples, colour_by=colour_by, **drawn), output, clobber=not no_clobber)
+        limits = None if stored is None else stored.limits
+        save_figure(plot_overview(path, colour_by=colour_by, limits=limits, **drawn), output, clobber=not no_clobber)
 
 
 @command()

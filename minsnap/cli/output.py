@@ -21,9 +21,9 @@ from minsnap.errors import FileError, InputError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from minsnap.basics.arrays import ArrayLike
     from minsnap.corridors.keep_out import Obstacle
     from minsnap.files.convert import Format
+    from minsnap.files.plan_file import PassedStop
 
 _LINES = (
     ("duration", "duration", "{:.6g} s"),
@@ -33,7 +33,7 @@ _LINES = (
     ("cost", "cost", "{:.6g} {cost_unit}"),
     *((f"max_{kind.name}", f"max {kind.label}", f"{{:.4g}} {kind.unit}") for kind in KINDS[:3]),
     ("corridor_margin", "corridor margin", "{:.3g} m, at every instant"),
-    ("obstacle_distance", "obstacle distance", "{:.4g} m, at every instant"),
+    ("obstacle_distance", "obstacle distance", "{}"),
     ("altitude", "altitude", "{:g} m in files of setpoints: give --start X Y Z to choose it"),
     ("parts", "parts", "{}"),
     ("pieces_auto", "with --pieces auto", "{}"),
@@ -59,7 +59,11 @@ _LIMITS_AFTER = 8
 
 
 def summarise(
-    path: minsnap.Path, corridor: Any = None, waypoints: ArrayLike | None = None, limits: minsnap.Limits | None = None
+    path: minsnap.Path,
+    corridor: Any = None,
+    waypoints: Any = None,
+    limits: minsnap.Limits | None = None,
+    avoid: Sequence[Obstacle] = (),
 ) -> dict[str, Any]:
     """Return the figures of a path; figures that do not apply are None.
 
@@ -69,7 +73,7 @@ def summarise(
     ----------
     path : Path
         A plan or a shape.
-    corridor, waypoints, limits
+    corridor, waypoints, limits, avoid
         What it was planned with.
 
     Returns
@@ -77,32 +81,38 @@ def summarise(
     dict
         duration [s], legs, cost [cost_unit], max_speed [m/s], max_acceleration [m/s^2], max_jerk [m/s^3],
         corridor_margin [m], solver, rounds, milliseconds, limits: for each, how far it is used, and where
-        most; binding: those used up.
+        most; binding: those used up; obstacle_distance [m], obstacle: which one, obstacle_instant [s], obstacle_place.
     """
     known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-4])
-    certificate = minsnap.certify(path, waypoints=waypoints, corridor=corridor, limits=limits)
+    certificate = minsnap.certify(path, waypoints=waypoints, corridor=corridor, limits=limits, avoid=avoid)
     known |= {name: getattr(certificate, name) for name in ("max_speed", "max_acceleration", "max_jerk")}
     known |= {"duration": path.duration, "cost_unit": None}
     known["corridor_margin"] = None if corridor is None else certificate.corridor_margin
+    near = certificate.nearest_obstacle
+    known |= {} if near is None else nearest_place(path, near.value, near.instant, near.obstacle)
     known["limits"] = [asdict(used) for used in certificate.utilisation]
     known["binding"] = [used.name for used in certificate.utilisation if used.fraction >= BINDING]
     return known | (_of_plan(path) if isinstance(path, minsnap.Trajectory) else {})
 
 
+def nearest_place(path: minsnap.Path, distance: float, instant: float | None, obstacle: int | None) -> dict[str, Any]:
+    """Return how near a path comes to an obstacle [m], to which, when [s] and where [m]."""
+    place = None if instant is None else path(min(instant, path.duration)).tolist()
+    named = {"obstacle_instant": instant, "obstacle_place": place, "obstacle": obstacle}
+    return {"obstacle_distance": distance} | named
+
+
 def as_text(figures: Mapping[str, Any]) -> str:
     """Return the figures that are not None, one per line."""
+    from minsnap.cli.kept import passage_text
+    from minsnap.corridors.knot_regions import GatePassage
     from minsnap.trajectory.report import Utilisation
 
     limits = [Utilisation(**used).fact for used in figures["limits"]]
     if limits:
         limits.append(("limits that bind", ", ".join(KIND[name].label for name in figures["binding"]) or "none"))
-    gates = [(f"gate {passed['gate']}", _passage(passed)) for passed in figures.get("gates") or ()]
+    gates = [(f"gate {passed['gate']}", passage_text(GatePassage(**passed))) for passed in figures.get("gates") or ()]
     return labelled(_lines(figures, _LINES[:_LIMITS_AFTER]) + limits + gates + _lines(figures, _LINES[_LIMITS_AFTER:]))
-
-
-def _passage(passed: Mapping[str, Any]) -> str:
-    """Return when and how fast a gate is passed, and how far from its nearest edge."""
-    return f"{passed['instant']:.4g} s, {passed['speed']:.4g} m/s, {passed['clearance']:.3g} m from its edge"
 
 
 def _lines(figures: Mapping[str, Any], wanted: tuple[tuple[str, str, str], ...]) -> list[tuple[str, str]]:
@@ -115,7 +125,23 @@ def _line(figures: Mapping[str, Any], name: str, form: str) -> str:
         return f"{figures[name]:.6g} s, {100.0 * figures['pieces_auto_gain']:.1f} % shorter"
     if name == "parts":
         return ", ".join(f"{part['name']} {part['duration']:.4g} s" for part in figures[name])
+    if name == "obstacle_distance":
+        return _beside_obstacle(figures)
     return form.format(figures[name], **figures)
+
+
+def _beside_obstacle(figures: Mapping[str, Any]) -> str:
+    """Return how near to an obstacle a path comes, to which, when and where."""
+    import numpy as np
+
+    from minsnap.basics.checks import point_text
+
+    which = "" if figures.get("obstacle") is None else f" from obstacle {figures['obstacle']}"
+    text = f"{figures['obstacle_distance']:.4g} m{which}, at every instant"
+    if figures.get("obstacle_instant") is None:
+        return text
+    place = point_text(np.round(figures["obstacle_place"], 2) + 0.0)
+    return f"{text}, least at {figures['obstacle_instant']:.4g} s, at {place}"
 
 
 def as_json(figures: Mapping[str, Any]) -> str:
@@ -243,31 +269,35 @@ class Destination:
         self,
         path: minsnap.Path,
         corridor: Any = None,
-        waypoints: ArrayLike | None = None,
+        waypoints: Any = None,
         limits: minsnap.Limits | None = None,
         further: Mapping[str, Any] | None = None,
         draw: Callable[..., Figure] | None = None,
         origin: Sequence[float] | None = None,
         avoid: Sequence[Obstacle] = (),
         gates: Mapping[int, minsnap.Gate] | None = None,
+        tolerance: Any = None,
+        pins: Mapping[int, Mapping[str, Any]] | None = None,
+        stops: Sequence[PassedStop] = (),
         note: str = "",
     ) -> None:
         """Write the requested files, then print the summary: on stderr when standard output carries the setpoints.
 
         ``further`` are figures for the summary beside those of the path; ``draw`` makes the figure to write, that of
-        :func:`minsnap.plot.plot_overview` unless given, with the obstacles to ``avoid``; ``origin`` is what
-        :func:`minsnap.write_csv` takes. How ``gates`` are passed is told, by their numbers. ``note`` joins the others.
+        :func:`minsnap.plot.plot_overview` unless given; ``origin`` is what :func:`minsnap.write_csv` takes. How
+        ``gates`` are passed is told, by their numbers. ``tolerance`` of the waypoints, ``pins`` and the ``stops`` of a
+        course are for the file of a plan. ``note`` joins the others.
         """
-        figures = summarise(path, corridor, waypoints, limits) | _passed(path, gates) | dict(further or {})
-        known = {"waypoints": waypoints, "corridor": corridor, "limits": limits}
+        figures = summarise(path, corridor, waypoints, limits, avoid) | _passed(path, gates) | dict(further or {})
+        known = {"waypoints": waypoints, "corridor": corridor, "limits": limits, "avoid": avoid, "tolerance": tolerance}
         notes = [figures["note"], note]
         if self.plot is not None:
-            draw = draw or partial(minsnap.plot.plot_overview, path, avoid=avoid, **known)
+            draw = draw or partial(minsnap.plot.plot_overview, path, **known)
             figure = draw(view=self.view or "xy", colour_by=self.colour_by)
             minsnap.plot.save_figure(figure, self.plot, clobber=not self.no_clobber)
         frame = beside = None
         if self.output is not None:
-            facts = known | {"gates": gates, "command": ("minsnap", *sys.argv[1:])}
+            facts = known | {"gates": gates, "pins": pins, "stops": stops, "command": ("minsnap", *sys.argv[1:])}
             lost, beside = self._write(path, facts, origin)
             notes.append(lost)
             frame = (self._other and self._other.frame) or self.frame.lower()

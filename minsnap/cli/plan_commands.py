@@ -17,7 +17,7 @@ from minsnap.basics.storage.text import name_as_text
 from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
-from minsnap.cli.output import Destination, on_terminal
+from minsnap.cli.output import Destination, nearest_place, on_terminal
 from minsnap.cli.planning import GAIN, Planning, TimingOptions, gain, gain_of_auto_pieces, standing
 from minsnap.errors import FrameError, InputError
 
@@ -87,9 +87,8 @@ def plan(
     if request.closed and searched:
         figures |= standing(lambda: planned(closed=False), path)
     how: dict[str, Any] = {"limits": request.bounds, "further": figures, "avoid": request.obstacles}
-    how |= {"gates": request.gates} | _of_mission(file)
-    points = path(path.leg_breaks) if request.openings else request.waypoints
-    destination.deliver(path, walls, points, **how)
+    how |= {"gates": request.gates, "tolerance": request.waypoint_tolerance} | _of_mission(file)
+    destination.deliver(path, walls, request.places, **how)
 
 
 def _in_frame(request: PlanRequest, file: Path, frame: str | None) -> PlanRequest:
@@ -140,8 +139,9 @@ def _deliver_again(file: Path, planning: Planning, destination: Destination, clo
     if planning != Planning() or closed:
         raise InputError(f"{file} is a plan already: leave out the options of planning, or plan through its waypoints")
     stored = read_polynomials(file)
-    how: dict[str, Any] = {"limits": stored.limits, "gates": stored.gates, "note": "; ".join(stored.certified()[1])}
-    destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, **how)
+    how = {name: getattr(stored, name) for name in ("limits", "gates", "avoid", "tolerance", "pins", "stops")}
+    how["note"] = "; ".join(stored.certified()[1])
+    destination.deliver(stored.trajectory, stored.corridor, stored.places, **how)
 
 
 def _closed(request: PlanRequest, file: Path, searched: bool) -> PlanRequest:
@@ -245,7 +245,8 @@ def fly_course(
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
     figures: dict[str, Any] = {"parts": parts, "interrupted": "yes" if mission.interrupted else None}
     figures |= {} if mission.interrupted else _beside(flown, arguments, mission, took)
-    how |= {"limits": mission.limits, "further": figures, "gates": mission.gates}
+    how |= {"limits": mission.limits, "further": figures, "gates": mission.gates, "avoid": flown.obstacles}
+    how |= {"pins": mission.pins, "stops": mission.passed_stops}
     how["note"] = "; ".join(filter(None, (*mission.notes, note, _other_vehicle(mission, destination))))
     how["draw"] = lambda **view: minsnap.plot.plot_mission(mission, **view)
     destination.deliver(mission.trajectory, mission.corridor or None, **how)
@@ -372,7 +373,7 @@ def route(
     through = partial(plan_through, _source(map_file, reading.transpose), *ends)
     planned = through(**plan_arguments(arguments))
     shorter = gain_of_auto_pieces(through, arguments | {"limits": planned.limits}, planned.trajectory)
-    figures = shorter | {"obstacle_distance": planned.distance, "obstacle_instant": planned.approach.instant}
+    figures = shorter | nearest_place(planned.trajectory, planned.distance, planned.approach.instant, None)
     figures["altitude"] = 0.0 if planned.dim == 2 else None
     how: dict[str, Any] = {"corridor": planned.corridor, "limits": planned.limits, "further": figures}
     how["draw"] = lambda **view: minsnap.plot.plot_route(planned, title=name_as_text(map_file.name), **view)

@@ -42,7 +42,8 @@ def rect(
     arguments = planning.arguments() | {"corridor": planning.walls} | destination.search
     path = traced(**plan_arguments(arguments))
     shorter = gain_of_auto_pieces(traced, arguments, path)
-    destination.deliver(path, planning.walls, limits=planning.limits, further=shorter)
+    avoided = options.parse_avoid(planning.avoid) or ()
+    destination.deliver(path, planning.walls, limits=planning.limits, further=shorter, avoid=avoided)
 
 
 @command()

@@ -45,8 +45,8 @@ class FlightFiles:
             check_destination(written)
             refuse_source(written, source)
 
-    def write(self, flight: minsnap.flight.Flight, shown: bool) -> dict[str, str | None]:
-        """Write what does not need the vehicle, and return all names."""
+    def write(self, flight: minsnap.flight.Flight, shown: bool, around: dict[str, Any]) -> dict[str, str | None]:
+        """Write what does not need the vehicle, figures with what is around the path, and return all names."""
         view = self.view or "xy"
         if self.output is not None:
             minsnap.write_csv(flight.at_rate(50.0), self.output)
@@ -54,9 +54,10 @@ class FlightFiles:
             from minsnap.flight.tracking.log_comparison import compared
             from minsnap.flight.tracking.tracking_plot import plot_comparison
 
-            minsnap.plot.save_figure(plot_comparison({"simulated": compared(flight)}, view), self.plot)
+            minsnap.plot.save_figure(plot_comparison({"simulated": compared(flight)}, view, **around), self.plot)
         if self.animate is not None:
-            minsnap.plot.animate_path(flight.reference, self.animate, flight=flight.samples, view=view, progress=shown)
+            film: dict[str, Any] = {"flight": flight.samples, "view": view, "progress": shown}
+            minsnap.plot.animate_path(flight.reference, self.animate, **film, **around)
         named = {"log": self.log, "output": self.output, "plot": self.plot, "animation": self.animate}
         return {name: None if path is None else str(path) for name, path in named.items()}
 
@@ -73,12 +74,19 @@ def simulate(
     frame: options.ReadFrame = None,
     json: options.Json = False,
 ) -> None:
-    """Simulate a flight: tracking error, tilt and rotor thrusts."""
+    """Simulate a flight: tracking error, tilt and rotor thrusts.
+
+    Of a plan in .json or .yaml that holds a corridor, obstacles or gates it says by how much the vehicle stayed inside.
+    """
+    from minsnap.cli.kept import flown_lines
     from minsnap.files.convert import read_any
+    from minsnap.files.flown_margins import flown_margins
+    from minsnap.files.formats.polynomials import is_polynomials, read_polynomials
     from minsnap.flight.tracking.log_comparison import flight_figures
 
     files.check(file)
-    path = read_any(file, frame)
+    stored = read_polynomials(file) if frame is None and is_polynomials(file) else None
+    path = read_any(file, frame) if stored is None else stored.trajectory
     if path.dim != 3:
         raise InputError(f"{file} has {path.dim} coordinates: a vehicle flies in three; write it with an altitude")
     craft, shown = simulated.craft, on_terminal(json)
@@ -96,11 +104,16 @@ def simulate(
         from minsnap.files.autopilot_logs import write_ulog
 
         write_ulog(minsnap.flight.simulated_log(craft, flight, path, seed=simulated.seed), files.log)
-    figures = flight_figures(flight, craft) | files.write(flight, shown)
-    print(as_json(figures) if json else _as_text(figures))
+    around = {} if stored is None else {name: part for name, part in stored.drawn.items() if name != "tolerance"}
+    figures = flight_figures(flight, craft) | files.write(flight, shown, around)
+    flown = None if stored is None else flown_margins(stored, flight.samples)
+    if json:
+        print(as_json(figures | ({} if flown is None else flown.figures())))
+    else:
+        print(_as_text(figures, [] if stored is None or flown is None else flown_lines(stored, flown)))
 
 
-def _as_text(figures: dict[str, Any]) -> str:
+def _as_text(figures: dict[str, Any], kept: list[tuple[str, str]]) -> str:
     axes = ", ".join(f"{value:.3f}" for value in figures["rmse_axes"])
     lines = [
         ("duration", f"{figures['duration']:.6g} s"),
@@ -112,6 +125,7 @@ def _as_text(figures: dict[str, Any]) -> str:
         ("max rotor thrust", f"{figures['max_rotor_thrust']:.4g} of {figures['rotor_thrust_limit']:.4g} N"),
         ("saturated", f"{100.0 * figures['saturated']:.2f} % of the time"),
     ]
+    lines += kept
     named = (("output", "written"), ("log", "logged"), ("plot", "drawn"), ("animation", "animated"))
     lines += [(label, figures[name]) for name, label in named if figures[name]]
     return labelled(lines)

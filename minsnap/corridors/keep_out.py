@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import inf, isinf
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -29,9 +29,15 @@ class Obstacle(Protocol):
 
 def clearance_of(obstacle: Obstacle, point: FloatArray) -> float:
     """Return how far a point (3,) is from an obstacle, at least, negative inside [m]."""
+    return float(clearances_of(obstacle, point))
+
+
+def clearances_of(obstacle: Obstacle, points: FloatArray) -> FloatArray:
+    """Return how far points (..., 3) are from an obstacle, at least, negative inside, shape (...) [m]."""
     center, scale, (radius,), low, high = np.split(obstacle.numbers(), (3, 6, 7, 10))
-    flat = float(np.maximum(point - high, low - point).max())
-    return flat if radius < 0.0 else max(flat, float(np.sqrt(((scale * (point - center)) ** 2).sum())) - radius)
+    flat = np.maximum(points - high, low - points).max(axis=-1)
+    round_ = np.sqrt(((scale * (points - center)) ** 2).sum(axis=-1)) - radius
+    return np.asarray(flat if radius < 0.0 else np.maximum(flat, round_))
 
 
 def supporting_planes(obstacle: Obstacle, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -182,6 +188,24 @@ def named_obstacle(kind: str, values: Sequence[float]) -> Obstacle:
     if len(values) not in (least, least if least == 6 else 5):
         raise CorridorError(f"a {kind} has {len(values)} numbers: give {what} [m]")
     return make(values)
+
+
+def name_of(obstacle: Obstacle) -> tuple[str, list[float]]:
+    """Return the name and the numbers from which :func:`named_obstacle` makes an obstacle again.
+
+    Raises
+    ------
+    CorridorError
+        If it is of another kind.
+    """
+    if isinstance(obstacle, Cylinder):
+        ends = [] if isinf(obstacle.low) and isinf(obstacle.high) else [obstacle.low, obstacle.high]
+        return "cylinder", [*obstacle.center.tolist(), obstacle.radius, *ends]
+    if isinstance(obstacle, Ellipsoid):
+        return "ellipsoid", [*obstacle.center.tolist(), *obstacle.half_axes.tolist()]
+    if isinstance(obstacle, Cuboid):
+        return "cuboid", [*obstacle.lower.tolist(), *obstacle.upper.tolist()]
+    raise CorridorError(f"an obstacle of kind {type(obstacle).__name__} has no description: give one of the library's")
 
 
 def as_obstacles(avoid: Any) -> tuple[Obstacle, ...]:

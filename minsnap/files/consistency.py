@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.corridors.constraint import walls_of
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import WaypointError
@@ -50,7 +50,9 @@ class Membership:
         return self.margin >= 0.0
 
 
-def check_membership(samples: Samples, waypoints: FloatArray, corridor: Any) -> Membership:
+def check_membership(
+    samples: Samples, waypoints: FloatArray, corridor: Any, near: BoolArray | None = None
+) -> Membership:
     """Return the least margin of samples in a corridor, with the most favourable assignment of samples to legs.
 
     Samples pass the legs in order, from the first to the last; of all assignments of samples to legs, the one with the
@@ -64,6 +66,8 @@ def check_membership(samples: Samples, waypoints: FloatArray, corridor: Any) -> 
         Ends of the legs [m].
     corridor : float, array_like, Constraint or sequence of Constraint
         As :func:`minsnap.plan` takes it.
+    near : ndarray of bool, shape (n - 1, m), optional
+        To which legs each sample may belong; by default to all.
 
     Raises
     ------
@@ -76,6 +80,8 @@ def check_membership(samples: Samples, waypoints: FloatArray, corridor: Any) -> 
     if len(samples) < len(points) - 1:
         raise WaypointError(f"{len(samples)} samples cannot run through {len(points) - 1} legs")
     margins = leg_margins(samples.position, points, corridor)
+    if near is not None:
+        margins = np.where(near, margins, -np.inf)
     leg = _assign(margins)
     chosen = margins[leg, np.arange(len(samples))]
     worst = int(chosen.argmin())

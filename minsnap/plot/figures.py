@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors.keep_out import Obstacle
@@ -18,6 +19,7 @@ from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.plot import profiles
 from minsnap.plot.geometry import FLATTEST, Corridor, Waypoints, check_view, plot_path, view_coordinates
+from minsnap.plot.obstacles import drawn_places
 from minsnap.plot.style import Figure, dense_samples, styled
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -72,7 +74,7 @@ def plot_overview(
     rotors = isinstance(limits, VehicleLimits) and isinstance(path, Path)
     rows = _rows(samples, limits) + (["rotors"] if rotors else [])
     side = view == "xy" and _climbs(samples)
-    shape = _shape(samples, view, side)
+    shape = _shape(samples, view, side, avoid)
     drawn, (place, beside), columns = _panels(figure, shape, view, len(rows))
     how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance}
     how |= {"avoid": avoid, "colour_by": colour_by}
@@ -106,17 +108,22 @@ def _climbs(samples: Samples) -> bool:
     return samples.dim == 3 and bool(np.ptp(samples.position[:, 2]) > 0.01 * np.ptp(samples.position, axis=0).max())
 
 
-def _shape(samples: Samples, view: str, side: bool) -> float:
+def _shape(samples: Samples, view: str, side: bool, avoid: Sequence[Obstacle]) -> float:
     """Return how high what is drawn of the places is, for its width."""
     if view == "3d":
         return 1.0 / 1.2
-    spans = np.ptp(samples.position, axis=0)
-    across, up = spans[view_coordinates(view, samples.dim)]
+    chosen = view_coordinates(view, samples.dim)
+    across, up = _spans(samples, chosen, avoid)
     across = max(across, FLATTEST * up)
     if across == 0.0:
         return 1.0
-    heights = (up, spans[2]) if side else (up,)
+    heights = (up, _spans(samples, [0, 2], avoid)[1]) if side else (up,)
     return float(sum(max(height, FLATTEST * across) for height in heights) / across)
+
+
+def _spans(samples: Samples, chosen: list[int], avoid: Sequence[Obstacle]) -> FloatArray:
+    """Return the extents of a path with the obstacles near it, shape (2,) [m]."""
+    return np.asarray(np.ptp(drawn_places(samples.position[:, chosen], avoid, chosen), axis=0))
 
 
 def _panels(figure: Figure | None, shape: float, view: str, rows: int) -> tuple[Figure, Any, int]:

@@ -19,6 +19,7 @@ from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError
 from minsnap.native.half_space_sets import bounding_boxes, inner_balls
 from minsnap.plot import style
+from minsnap.plot.obstacles import draw_obstacles
 from minsnap.plot.style import Axes
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -271,14 +272,6 @@ def _polytope(rows: FloatArray, guess: FloatArray) -> FloatArray:
 VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "3d": (0, 1, 2)}
 ARROWS = 6
 
-CIRCLE, BEYOND = 65, 0.1
-"""Points of a circle; how far obstacles without an end are drawn beyond the path, in its extents."""
-
-PARTS = 3, 6, 7, 10
-"""Where the parts of the numbers of an obstacle begin."""
-
-OBSTACLE_COLOUR = "#868e96"
-
 
 @style.styled
 def plot_path(
@@ -309,7 +302,7 @@ def plot_path(
     tolerance : Ball, optional
         The ``waypoint_tolerance`` of :func:`minsnap.plan`; drawn as circles. Boxes are not drawn.
     avoid : sequence of Obstacle
-        Those of :func:`minsnap.plan`; drawn as shadows in a plane, and not in the view "3d".
+        Those of :func:`minsnap.plan`; drawn as shadows in a plane, as surfaces in the view "3d", near the path.
     colour_by : {"speed"}, optional
         Colour the curve by its speed, with a scale beside it.
 
@@ -326,10 +319,7 @@ def plot_path(
     if (axes.name == "3d") != (view == "3d"):
         raise InputError(f"the view {view!r} needs axes of {'three' if view == '3d' else 'two'} dimensions")
     points, gates = _waypoints(path, waypoints)
-    if corridor is not None and points is not None:
-        _draw_corridor(axes, corridor, points, chosen)
-    if avoid and len(chosen) == 2:
-        _draw_obstacles(axes, avoid, chosen, samples.position[:, chosen])
+    draw_surroundings(axes, samples.position, chosen, (corridor, points, gates, avoid))
     if colour_by is None:
         curve = samples.position[:, chosen].T
         axes.plot(*curve, color=style.PATH_COLOUR, linewidth=1.8, label="path", zorder=3)
@@ -339,7 +329,6 @@ def plot_path(
     if points is not None:
         dots = np.delete(points, list(gates), axis=0)[:, chosen].T
         axes.plot(*dots, "o", color="black", markersize=4, linestyle="none", label="waypoints", zorder=4)
-        draw_gates(axes, list(gates.values()), chosen)
         if isinstance(tolerance, Ball):
             draw_balls(axes, points, tolerance, gates, chosen)
     finish_place(axes, chosen, samples.dim)
@@ -351,6 +340,19 @@ def plot_path(
     else:
         style.legend_beside(axes)
     return axes
+
+
+Kept = tuple[Corridor | None, FloatArray | None, Mapping[int, Gate], Sequence[Obstacle]]
+"""What a curve keeps: corridor, the points (n, dim) that it runs between [m], gates and obstacles."""
+
+
+def draw_surroundings(ax: Axes, places: FloatArray, chosen: list[int], kept: Kept) -> None:
+    """Draw what a curve, whose places are (m, dim) [m], was to keep."""
+    corridor, points, gates, avoid = kept
+    if corridor is not None and points is not None:
+        _draw_corridor(ax, corridor, points, chosen)
+    draw_obstacles(ax, avoid, chosen, places[:, chosen])
+    draw_gates(ax, list(gates.values()), chosen)
 
 
 def fitting_size(points: FloatArray) -> tuple[float, float]:
@@ -400,23 +402,6 @@ def _draw_corridor(ax: Axes, corridor: Corridor, waypoints: FloatArray, chosen: 
         label = None if i else "corridor"
         ax.add_patch(Polygon(shape, facecolor=style.CORRIDOR_COLOUR, alpha=0.22, label=label, zorder=1))
         ax.add_patch(Polygon(shape, fill=False, edgecolor=style.CORRIDOR_EDGE, linewidth=1.2, zorder=2))
-
-
-def _draw_obstacles(ax: Axes, avoid: Sequence[Obstacle], chosen: list[int], places: FloatArray) -> None:
-    """Draw what obstacles cover in a plane, where they have no end to beyond the path, places (m, 2) [m]."""
-    beyond = BEYOND * float(np.ptp(places, axis=0).max())
-    lowest, highest = places.min(axis=0) - beyond, places.max(axis=0) + beyond
-    angles = np.linspace(0.0, 2.0 * np.pi, CIRCLE)
-    for number, obstacle in enumerate(avoid):
-        center, scale, radius, low, high = np.split(obstacle.numbers(), PARTS)
-        curved = (scale[chosen] > 0.0) & (radius >= 0.0)
-        reach = np.where(curved, radius / np.where(curved, scale[chosen], 1.0), np.inf)
-        low, high = np.maximum(low[chosen], center[chosen] - reach), np.minimum(high[chosen], center[chosen] + reach)
-        low, high = np.where(np.isfinite(low), low, lowest), np.where(np.isfinite(high), high, highest)
-        ring = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
-        if curved.all():
-            ring = np.clip(center[chosen] + reach * np.stack([np.cos(angles), np.sin(angles)], axis=1), low, high)
-        ax.fill(*ring.T, color=OBSTACLE_COLOUR, alpha=0.6, linewidth=0.0, label="_" if number else "obstacles")
 
 
 def _draw_ends(ax: Axes, points: FloatArray) -> None:

@@ -44,6 +44,7 @@ def plot_mission(
     stops = mission.course.stops
     balls = Ball([stop.ball for stop in stops]) if any(stop.ball for stop in stops) else None
     how: dict[str, Any] = {"waypoints": mission.course.points or None, "tolerance": balls, "limits": mission.limits}
+    how["avoid"] = mission.course.obstacles
     name = title or f"{mission.course.name}: {mission.trajectory.duration:.2f} s"
     overview = plot_overview(mission.trajectory, figure, view=view, title=name, **how, **drawn)
     place, profiles = overview.subfigs

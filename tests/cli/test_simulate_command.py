@@ -38,7 +38,7 @@ def test_the_figure_names_the_flight_simulated(call, path, monkeypatch):
     names = []
     monkeypatch.setattr(
         "minsnap.flight.tracking.tracking_plot.plot_comparison",
-        lambda flights, view: names.extend(flights) or Figure(),
+        lambda flights, view, **around: names.extend(flights) or Figure(),
     )
     assert call("simulate", "path.json", "--plot", "flown.png").returncode == 0 and names == ["simulated"]
 

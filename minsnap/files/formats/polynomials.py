@@ -7,9 +7,8 @@ World axes, z up; metres, seconds, radians; the file states its units.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from math import inf
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -18,19 +17,20 @@ import numpy as np
 from minsnap.basics.arrays import plain
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName, beginning, load_yaml, read_text, reading
-from minsnap.basics.tolerances import EXACT
 from minsnap.basics.version import __version__
-from minsnap.certificate import Certificate, certify
-from minsnap.corridors.gates import Gate
-from minsnap.corridors.knot_regions import gate_passages
+from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.given_waypoints import without_gates
+from minsnap.corridors.keep_out import Obstacle, as_obstacles, name_of, named_obstacle
 from minsnap.corridors.named_constraints import CONSTRAINTS
-from minsnap.errors import FileError
+from minsnap.errors import CorridorError, FileError, InputError
 from minsnap.files.convert import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
+from minsnap.files.plan_file import PassedStop, PlanFile
 from minsnap.files.request_yaml import besides_rotors, limits_of
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.planning.request import Opening
 from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import VECTORS
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import description_of, preset_of
 
@@ -39,71 +39,11 @@ VERSION = 1
 LARGEST_JSON = 1 << 28
 """Bytes of the largest JSON file that is read."""
 
-
-@dataclass(frozen=True, eq=False)
-class PlanFile:
-    """The content of a file of polynomials.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-    waypoints : ndarray, shape (n, dim), or None
-        [m].
-    corridor : Constraint, list of them, or None
-    limits : Limits or None
-    command : tuple of str
-        The command line that wrote it; empty for a file written from Python.
-    made_by : str
-        Program and version.
-    certificate : mapping
-        What held when it was written.
-    gates : mapping of int to Gate
-        By their numbers.
-    """
-
-    trajectory: Trajectory
-    waypoints: Any = None
-    corridor: Any = None
-    limits: Limits | None = None
-    command: tuple[str, ...] = ()
-    made_by: str = ""
-    certificate: Mapping[str, Any] | None = None
-    gates: Mapping[int, Gate] = field(default_factory=dict)
-
-    def certified(self) -> tuple[Certificate, list[str]]:
-        """Certify the plan anew: the certificate, and a sentence for all that it keeps less than its file says."""
-        certificate = certify(self.trajectory, self.waypoints, self.corridor, self.limits)
-        said_margin, said_missed, said_smooth, said_used = _said(self.certificate)
-        margin, missed = certificate.corridor_margin, certificate.waypoint_error
-        tiny = EXACT * np.abs(self.trajectory.control_points).max()
-        problems = []
-        if margin is not None and margin < min(0.0, said_margin - tiny):
-            problems.append(f"the plan leaves its corridor: its exact margin is {margin:.3g} m")
-        if missed is not None and missed > said_missed + tiny:
-            problems.append(f"the plan misses a waypoint by {missed:.3g} m, and its file says {said_missed:.3g} m")
-        smooth = certificate.continuity
-        if smooth < said_smooth:
-            problems.append(f"the plan has {smooth} continuous derivatives, and its file says {said_smooth}")
-        problems += [
-            f"the plan exceeds its limit {used.name}: {used.value:.6g} of {used.limit:.6g} on leg {used.leg} "
-            f"at {used.instant:.4g} s"
-            for used in certificate.utilisation
-            if not used.kept and used.fraction > (1.0 + EXACT) * said_used.get(used.name, 1.0)
-        ]
-        for quantity, unit in (("speed", "m/s"), ("acceleration", "m/s^2"), ("jerk", "m/s^3")):
-            most, said = getattr(certificate, f"max_{quantity}"), (self.certificate or {}).get(f"max_{quantity}")
-            if isinstance(said, int | float) and most > said * (1.0 + 1e-6) + tiny:
-                problems.append(f"the plan reaches {most:.6g} {unit}, and its file says {said:.6g}")
-        return certificate, problems
-
-
-def _said(certificate: Mapping[str, Any] | None) -> tuple[float, float, int, dict[str, float]]:
-    """Read margin and largest distance to a waypoint [m], continuity, use of limits; what is not said binds nothing."""
-    stated = certificate or {}
-    said: dict[str, Any] = {"corridor_margin": 0.0, "waypoint_error": inf, "continuity": -1}
-    said |= {name: value for name, value in stated.items() if value is not None}
-    shares = {str(used["name"]): float(used["fraction"]) for used in stated.get("limits", ())}
-    return float(said["corridor_margin"]), float(said["waypoint_error"]), int(said["continuity"]), shares
+STATED = (
+    *("corridor_margin", "obstacle_margin", "waypoint_error", "max_speed", "max_acceleration", "max_jerk"),
+    "continuity",
+)
+"""What of its certificate a file states."""
 
 
 def write_polynomials(
@@ -115,6 +55,10 @@ def write_polynomials(
     limits: Limits | None = None,
     command: tuple[str, ...] = (),
     gates: Mapping[int, Gate] | None = None,
+    avoid: Any = None,
+    tolerance: Any = None,
+    pins: Mapping[int, Mapping[str, Any]] | None = None,
+    stops: Sequence[PassedStop] = (),
     clobber: bool = True,
 ) -> None:
     """Write a trajectory with what it was planned with, as YAML by the endings ``.yaml`` and ``.yml``, else as JSON.
@@ -126,24 +70,36 @@ def write_polynomials(
         the velocity, from the tilt, towards a point, or a polynomial to a milliradian on every piece.
     path : str or path
         Destination.
-    waypoints, corridor, limits
+    waypoints, corridor, limits, tolerance, avoid
         As :func:`minsnap.certify` takes them; the certificate over them is written too.
     command : tuple of str
         The command line, if there was one.
     gates : mapping of int to Gate, optional
-        By the numbers of the waypoints in whose place they are; when and how fast each is passed is written too.
+        By the numbers of the waypoints in whose place they are; when and how fast each is passed is written too. By
+        default those among the waypoints.
+    pins : mapping of int to mapping, optional
+        Derivatives at waypoints, as ``plan`` takes them, those of both ends among them.
+    stops : sequence of PassedStop
+        Of a course, in place of waypoints.
     clobber : bool
         False: a destination that exists is an error.
 
     Raises
     ------
     FileError
-        If a constraint or the limits have no description.
+        If a constraint, an obstacle or the limits have no description.
     YawError
         If the heading is no polynomial.
     """
     curve = polynomials_of(trajectory)[0]
-    content = _description(PlanFile(curve, waypoints, corridor, limits, command, gates=gates or {}))
+    known: dict[str, Any] = {
+        "avoid": as_obstacles(avoid),
+        "tolerance": tolerance,
+        "pins": pins or {},
+        "stops": tuple(stops),
+    }
+    known["gates"] = (gates if gates is not None else without_gates(waypoints)[1]) or {}
+    content = _description(PlanFile(curve, waypoints, corridor, limits, command, **known))
     if FilePath(path).suffix.lower() in (".yaml", ".yml"):
         import yaml
 
@@ -155,9 +111,8 @@ def write_polynomials(
 
 def _description(plan: PlanFile) -> dict[str, Any]:
     """Return the file's content as plain numbers, text, lists and mappings; see :func:`write_polynomials`."""
-    trajectory, waypoints, limits = plan.trajectory, plan.waypoints, plan.limits
-    certificate = certify(trajectory, waypoints, plan.corridor, limits)
-    names = ("ok", "corridor_margin", "waypoint_error", "max_speed", "max_acceleration", "max_jerk", "continuity")
+    trajectory, limits, certificate = plan.trajectory, plan.limits, plan.proof
+    names = ("ok", *STATED)
     return {
         "format": MARK,
         "version": VERSION,
@@ -169,13 +124,17 @@ def _description(plan: PlanFile) -> dict[str, Any]:
         "durations": trajectory.durations.tolist(),
         "control_points": trajectory.control_points.tolist(),
         "yaw": yaw_description(trajectory),
-        "waypoints": None if waypoints is None else np.asarray(waypoints, dtype=np.float64).tolist(),
+        "waypoints": None if plan.waypoints is None else plan.points.tolist(),
+        "waypoint_tolerance": _tolerance(plan.tolerance),
+        "stops": [_numbers(stop._asdict()) for stop in plan.stops],
+        "pins": [{"waypoint": number} | _numbers(state) for number, state in plan.pins.items()],
         "corridor": _corridor(plan.corridor),
+        "avoid": _obstacles(plan.avoid),
         "openings": [Opening.of(i, gate)._asdict() for i, gate in plan.gates.items() if len(gate.center) == 3],
         "limits": None if limits is None else _limits(limits),
         "certificate": {name: getattr(certificate, name) for name in names}
         | {"limits": [asdict(used) for used in certificate.utilisation]}
-        | {"gates": [asdict(passed) for passed in gate_passages(trajectory, plan.gates)]},
+        | {"gates": [asdict(passed) for passed in plan.passages]},
     }
 
 
@@ -213,10 +172,69 @@ def _plan(where: str, content: Mapping[str, Any]) -> PlanFile:
     limits = None if content.get("limits") is None else limits_of(f"{where}: limits", content["limits"], FilePath())
     words = tuple(str(word) for word in content.get("command", ()))
     gates = {int(gate.pop("waypoint")): Gate.polygon(**gate) for gate in map(dict, content.get("openings", ()))}
-    made_by, certificate = str(content.get("made_by", "")), dict(content.get("certificate") or {})
-    _said(certificate)
-    corridor = _constraint(content.get("corridor"))
-    return PlanFile(trajectory, points, corridor, limits, words, made_by, certificate, gates)
+    known: dict[str, Any] = {"made_by": str(content.get("made_by", "")), "gates": gates, "command": words}
+    known |= {"certificate": _stated(content.get("certificate") or {}), "limits": limits}
+    known["avoid"] = tuple(named_obstacle(*named) for entry in content.get("avoid", ()) for named in _named(entry))
+    known["tolerance"] = _given_tolerance(content.get("waypoint_tolerance"))
+    known["stops"] = tuple(_stop(entry, trajectory) for entry in content.get("stops", ()))
+    known["pins"] = dict(_pin(entry, trajectory) for entry in content.get("pins", ()))
+    return PlanFile(trajectory, points, _constraint(content.get("corridor")), **known)
+
+
+def _stated(certificate: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a file says of its plan, as numbers."""
+    said = {name: float(certificate[name]) for name in STATED if certificate.get(name) is not None}
+    uses = [
+        used | {"name": str(used["name"]), "fraction": float(used["fraction"])}
+        for used in certificate.get("limits", ())
+    ]
+    gates = [passed | {"gate": int(passed["gate"])} for passed in certificate.get("gates", ())]
+    return dict(certificate) | said | {"limits": uses, "gates": gates}
+
+
+def _obstacles(avoid: Sequence[Obstacle]) -> list[dict[str, Any]]:
+    """Return obstacles by their names, as files of requests have them."""
+    try:
+        return [{name: plain(numbers)} for name, numbers in map(name_of, avoid)]
+    except CorridorError as error:
+        raise FileError(f"{error}") from None
+
+
+def _named(entry: Mapping[str, Any]) -> list[tuple[str, list[float]]]:
+    return [(str(name), [float(value) for value in numbers]) for name, numbers in entry.items()]
+
+
+def _tolerance(tolerance: Any) -> Any:
+    """Return the tolerance of waypoints as plain numbers, that of balls under their name."""
+    if isinstance(tolerance, Ball):
+        return {"ball": tolerance.radius.tolist()}
+    return None if tolerance is None else np.asarray(tolerance, dtype=np.float64).tolist()
+
+
+def _given_tolerance(content: Any) -> Any:
+    return Ball(content["ball"]) if isinstance(content, dict) else content
+
+
+def _numbers(state: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: np.asarray(values, dtype=np.float64).tolist() for name, values in state.items()}
+
+
+def _stop(entry: Mapping[str, Any], trajectory: Trajectory) -> PassedStop:
+    position = np.array(entry["position"], dtype=np.float64)
+    if position.shape != (trajectory.dim,):
+        raise InputError(f"a stop has {position.size} coordinates, and the trajectory {trajectory.dim}")
+    return PassedStop(position, float(entry.get("ball", 0.0)), float(entry.get("box", 0.0)))
+
+
+def _pin(entry: Mapping[str, Any], trajectory: Trajectory) -> tuple[int, dict[str, Any]]:
+    """Return the number of a waypoint, and the derivatives that are pinned there."""
+    number = int(entry["waypoint"])
+    state = {name: np.array(values, dtype=np.float64) for name, values in entry.items() if name != "waypoint"}
+    if not 0 <= number <= trajectory.legs or any(values.shape != (trajectory.dim,) for values in state.values()):
+        raise InputError(f"pins of waypoint {number}: there is none, or their vectors have other coordinates")
+    if state.keys() - set(VECTORS[:5]):
+        raise InputError(f"pins of waypoint {number}: choose from {', '.join(VECTORS[:5])}")
+    return number, state
 
 
 def _corridor(corridor: Any) -> Any:

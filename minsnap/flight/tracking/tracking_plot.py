@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from html import escape
 from typing import Any
 
@@ -10,12 +11,14 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.storage.text import FileName
+from minsnap.corridors.given_waypoints import without_gates
+from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import InputError, MinsnapError
 from minsnap.flight.tracking.comparison import position_at
 from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight, told
 from minsnap.flight.tracking.log_comparison import ComparedFlight
 from minsnap.plot.figures import picture, table, verdict, write_page
-from minsnap.plot.geometry import finish_place, view_coordinates
+from minsnap.plot.geometry import draw_surroundings, finish_place, view_coordinates
 from minsnap.plot.style import AXIS_STYLES, Axes, Figure, coordinate_name, legend_beside, styled, unit_of
 from minsnap.trajectory.samples import Samples, gaps
 
@@ -56,7 +59,14 @@ def plot_tracking(reference: Samples, flights: Mapping[str, Samples], title: str
 
 
 @styled
-def plot_comparison(flights: Mapping[str, ComparedFlight], view: str = "xy") -> Figure:
+def plot_comparison(
+    flights: Mapping[str, ComparedFlight],
+    view: str = "xy",
+    *,
+    corridor: Any = None,
+    waypoints: Any = None,
+    avoid: Sequence[Obstacle] = (),
+) -> Figure:
     """Draw flights and their reference, with the tracking errors against time.
 
     Parameters
@@ -65,14 +75,20 @@ def plot_comparison(flights: Mapping[str, ComparedFlight], view: str = "xy") -> 
         By the name that the legend shows.
     view : str
         ``"xy"``, ``"xz"``, ``"yz"`` or ``"3d"``.
+    corridor, waypoints, avoid
+        Of the plan that was to be flown, as :func:`minsnap.plot.plot_path` takes them; a corridor needs waypoints.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
     pairs = {name: (one.reference, one.flight) for name, one in flights.items()}
-    dim = next(iter(flights.values())).reference.dim
-    figure, rows = _panels(pairs, view, dim + 1, (11.5, 2.0 + 1.6 * (dim + 1)), "to be flown")
+    reference = next(iter(flights.values())).reference
+    dim = reference.dim
+    points, gates = (None, {}) if waypoints is None else without_gates(waypoints)
+    kept = corridor, None if points is None else np.asarray(points, dtype=np.float64), gates, avoid
+    around = partial(draw_surroundings, places=reference.position, chosen=view_coordinates(view, dim), kept=kept)
+    figure, rows = _panels(pairs, view, dim + 1, (11.5, 2.0 + 1.6 * (dim + 1)), "to be flown", around)
     for axis, ax in enumerate(rows[:-1]):
         _draw(ax, pairs, _against_time(0, axis))
         ax.set_ylabel(f"{coordinate_name(axis, dim)} [m]")
@@ -80,8 +96,18 @@ def plot_comparison(flights: Mapping[str, ComparedFlight], view: str = "xy") -> 
     return figure
 
 
-def _panels(pairs: Pairs, view: str, rows: int, size: tuple[float, float], wanted: str) -> tuple[Figure, list[Axes]]:
-    """Draw the curves in a view, at equal scales, and return the figure with panels against time to the right."""
+def _panels(
+    pairs: Pairs,
+    view: str,
+    rows: int,
+    size: tuple[float, float],
+    wanted: str,
+    around: Callable[[Axes], None] = lambda ax: None,
+) -> tuple[Figure, list[Axes]]:
+    """Draw the curves in a view, at equal scales, and return the figure with panels against time to the right.
+
+    ``around`` draws first what is around them.
+    """
     from minsnap.plot.shown_figure import ShownFigure
 
     if not pairs:
@@ -91,6 +117,7 @@ def _panels(pairs: Pairs, view: str, rows: int, size: tuple[float, float], wante
     figure = ShownFigure(figsize=size, layout="constrained")
     grid = figure.add_gridspec(rows, 2, width_ratios=(1.0, 1.3))
     plane = figure.add_subplot(grid[:, 0], projection="3d" if len(chosen) == 3 else None)
+    around(plane)
     _draw(plane, pairs, lambda samples: tuple(samples.position[:, chosen].T), wanted)
     finish_place(plane, chosen, dim)
     panels = [figure.add_subplot(grid[row, 1]) for row in range(rows)]

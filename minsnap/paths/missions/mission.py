@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,6 +19,7 @@ from minsnap.corridors.knot_regions import GatePassage, gate_passages
 from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.obstacle_margins import nearest_obstacle
 from minsnap.errors import SolverError, WaypointError, YawError
+from minsnap.files.plan_file import PassedStop
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
@@ -110,6 +111,19 @@ class Mission:
     def gates(self) -> dict[int, Gate]:
         """The gates, by their numbers among the stops."""
         return {number: stop.gate for number, stop in enumerate(self.course.stops) if stop.gate is not None}
+
+    @property
+    def pins(self) -> dict[int, Mapping[str, Any]]:
+        """The states at the ends that the course gives, by the waypoints of the trajectory."""
+        ends = {0: self.course.start, self.trajectory.legs: self.course.end}
+        return {knot: state for knot, state in ends.items() if state}
+
+    @property
+    def passed_stops(self) -> tuple[PassedStop, ...]:
+        """The stops, as the file of a plan has them."""
+        width, ends = self.course.tolerance, () if self.course.closed else (0, len(self.course.stops) - 1)
+        stops = enumerate(self.course.stops)
+        return tuple(PassedStop(stop.center, stop.ball, 0.0 if n in ends else width) for n, stop in stops)
 
     def gate_passages(self) -> tuple[GatePassage, ...]:
         """Return when, how fast and how far from its edges each gate is passed; by its number among the stops."""

@@ -1,0 +1,78 @@
+"""What a stored plan keeps, and what a flight along it kept, as lines of a summary and as figures."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from minsnap.corridors.knot_regions import GatePassage
+from minsnap.files.flown_margins import FlownMargins
+from minsnap.files.plan_file import PlanFile
+
+Lines = list[tuple[str, str]]
+
+
+def kept_lines(plan: PlanFile) -> Lines:
+    """Return each margin of a plan that is certified again: corridor, obstacles, gates, waypoints and limits."""
+    proof, lines = plan.proof, Lines()
+    near, beside = proof.nearest, proof.nearest_obstacle
+    if near is not None:
+        lines.append(
+            (f"corridor{_width(plan)}", f"{_inside(near.value)}, least on leg {near.leg} at {near.instant:.4g} s")
+        )
+    if beside is not None:
+        lines.append(("obstacles", _clear(beside.value, beside.obstacle, beside.instant)))
+    lines += [(f"gate {passed.gate}", passage_text(passed)) for passed in plan.passages]
+    if proof.waypoint_error is not None:
+        lines.append(("waypoints", f"passed within {proof.waypoint_error:.3g} m"))
+    return lines + [used.fact for used in proof.utilisation]
+
+
+def kept_figures(plan: PlanFile) -> dict[str, Any]:
+    """Return the same as plain numbers by name."""
+    proof = plan.proof
+    parts = {"corridor": proof.nearest, "obstacle": proof.nearest_obstacle}
+    figures: dict[str, Any] = {name: None if part is None else asdict(part) for name, part in parts.items()}
+    figures |= {"gates": [asdict(passed) for passed in plan.passages], "waypoint_error": proof.waypoint_error}
+    return figures | {"limits": [asdict(used) for used in proof.utilisation]}
+
+
+def flown_lines(plan: PlanFile, flown: FlownMargins) -> Lines:
+    """Return how a flight kept what its plan was to keep."""
+    lines, inside, near = Lines(), flown.corridor, flown.obstacle
+    if inside is not None:
+        lines.append(
+            (f"corridor{_width(plan)}", f"{_inside(inside.margin)}, on leg {inside.leg} at {inside.instant:.4g} s")
+        )
+    if near is not None:
+        lines.append(("obstacles", _clear(near.value, near.obstacle, near.instant)))
+    lines += [(f"gate {passed.gate}", passage_text(passed)) for passed in flown.gates]
+    if flown.stayed_inside is not None:
+        lines.append(("stayed inside", "yes, at its samples" if flown.stayed_inside else "no"))
+    return lines
+
+
+def passage_text(passed: GatePassage) -> str:
+    """Return when and how fast a gate is passed, and how far from its nearest edge."""
+    side = (
+        f"{passed.clearance:.3g} m from its edge" if passed.clearance >= 0.0 else f"missed by {-passed.clearance:.3g} m"
+    )
+    return f"{passed.instant:.4g} s, {passed.speed:.4g} m/s, {side}"
+
+
+def _width(plan: PlanFile) -> str:
+    """Return the half-width of a tube that has one."""
+    widths = None if hasattr(plan.corridor, "walls") or isinstance(plan.corridor, list) else plan.corridor
+    return "" if widths is None or np.ndim(widths) else f" of {float(widths):g} m"
+
+
+def _inside(margin: float) -> str:
+    return f"inside by {margin:.3g} m" if margin >= 0.0 else f"left by {-margin:.3g} m"
+
+
+def _clear(distance: float, obstacle: int, instant: float) -> str:
+    where = f"obstacle {obstacle}"
+    far = f"clear by {distance:.3g} m of {where}, least" if distance >= 0.0 else f"{-distance:.3g} m inside {where}"
+    return f"{far} at {instant:.4g} s"

@@ -1,0 +1,105 @@
+"""Obstacles in figures: what they cover in a plane, and their surfaces in space; near the path."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.corridors.keep_out import Obstacle
+
+CIRCLE, HEIGHTS = 65, 17
+"""Points of a circle, and of a meridian."""
+
+BEYOND, NEAR = 0.1, 0.5
+"""How far beyond the path obstacles without an end are drawn, and others, in its extents."""
+
+PARTS = 3, 6, 7, 10
+"""Where the parts of the numbers of an obstacle begin."""
+
+OBSTACLE_COLOUR = "#868e96"
+
+
+def drawn_places(places: FloatArray, avoid: Sequence[Obstacle], chosen: Sequence[int]) -> FloatArray:
+    """Return the corners of a path (m, len(chosen)) and of what is drawn of obstacles, shape (k, len(chosen)) [m]."""
+    corners = [places.min(axis=0), places.max(axis=0)]
+    for obstacle in avoid:
+        low, high = _bounds(obstacle, list(chosen), places)
+        corners += [low, high] if (low < high).all() else []
+    return np.array(corners)
+
+
+def draw_obstacles(ax: Any, avoid: Sequence[Obstacle], chosen: Sequence[int], places: FloatArray) -> None:
+    """Draw obstacles near a path, whose places in the coordinates drawn are (m, len(chosen)) [m]."""
+    if len(chosen) == 3:
+        _draw_surfaces(ax, avoid, places)
+        return
+    for number, obstacle in enumerate(avoid):
+        ring = _ring(obstacle, list(chosen), places)
+        label = "_" if number else "obstacles"
+        ax.fill(*ring.T, color=OBSTACLE_COLOUR, alpha=0.6, linewidth=0.0, label=label)
+
+
+def _bounds(obstacle: Obstacle, chosen: list[int], places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the lower and the upper corner of an obstacle near a path [m]; not below each other where it is far."""
+    center, scale, radius, low, high = np.split(obstacle.numbers(), PARTS)
+    curved = _curved(scale, radius)
+    reach = np.where(curved, radius / np.where(curved, scale, 1.0), np.inf)
+    low, high = np.maximum(low, center - reach)[chosen], np.minimum(high, center + reach)[chosen]
+    extent = float(np.ptp(places, axis=0).max())
+    lower, upper = (np.where(np.isfinite(end), NEAR, BEYOND) * extent for end in (low, high))
+    return np.maximum(low, places.min(axis=0) - lower), np.minimum(high, places.max(axis=0) + upper)
+
+
+def _curved(scale: FloatArray, radius: FloatArray) -> Any:
+    return (scale > 0.0) & (radius >= 0.0)
+
+
+def _ring(obstacle: Obstacle, chosen: list[int], places: FloatArray) -> FloatArray:
+    """Return the outline of what an obstacle covers in a plane, shape (corners, 2) [m]; none where it is far."""
+    low, high = _bounds(obstacle, chosen, places)
+    if not (low < high).all():
+        return np.zeros((0, 2))
+    center, scale, radius, *_ = np.split(obstacle.numbers(), PARTS)
+    if not _curved(scale, radius)[chosen].all():
+        return np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+    angles = np.linspace(0.0, 2.0 * np.pi, CIRCLE)
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return np.asarray(np.clip(center[chosen] + radius / scale[chosen] * circle, low, high))
+
+
+def _draw_surfaces(ax: Any, avoid: Sequence[Obstacle], places: FloatArray) -> None:
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    faces = [face for obstacle in avoid for face in surface(obstacle, places)]
+    if faces:
+        look: dict[str, Any] = {"facecolor": OBSTACLE_COLOUR, "edgecolor": "none", "alpha": 0.35, "label": "obstacles"}
+        ax.add_collection3d(Poly3DCollection(np.array(faces), **look))
+
+
+def surface(obstacle: Obstacle, places: FloatArray) -> Iterator[FloatArray]:
+    """Yield the faces of an obstacle near a path (m, 3), each (4, 3) [m]; none where it is far."""
+    low, high = _bounds(obstacle, [0, 1, 2], places)
+    if not (low < high).all():
+        return
+    center, scale, radius, *_ = np.split(obstacle.numbers(), PARTS)
+    curved, angles = _curved(scale, radius), np.linspace(0.0, 2.0 * np.pi, CIRCLE)
+    if not curved[:2].all():
+        corners = [(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]
+        circle = np.array(corners, dtype=np.float64) * np.inf  # of a box: its bounds, by the clipping below
+    else:
+        circle = np.stack([np.cos(angles), np.sin(angles)], axis=1) * (radius / scale[:2])
+    heights = np.linspace(-0.5 * np.pi, 0.5 * np.pi, HEIGHTS) if curved[2] else np.zeros(2)
+    levels = center[2] + np.sin(heights) * radius / scale[2] if curved[2] else np.array([low[2], high[2]])
+    rings = [
+        np.clip(np.column_stack([center[:2] + share * circle, np.full(len(circle), level)]), low, high)
+        for share, level in zip(np.cos(heights), levels, strict=True)
+    ]
+    for below, above in pairwise(rings):
+        yield from np.stack([below[:-1], below[1:], above[1:], above[:-1]], axis=1)
+    for ring in (rings[0], rings[-1]):
+        middle = np.broadcast_to(ring[:-1].mean(axis=0), ring[1:].shape)
+        yield from np.stack([middle, ring[:-1], ring[1:], middle], axis=1)
