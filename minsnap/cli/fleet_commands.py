@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -126,7 +127,8 @@ def studio(
     port: Annotated[int, typer.Option("--port", metavar="N", min=0, max=65535, help="0: any that is free.")] = 8080,
     host: Annotated[str, "ADDRESS", "Address to listen on."] = "127.0.0.1",
     no_browser: Annotated[bool, "Do not open the browser."] = False,
-    obstacles: Annotated[Path | None, "FILE", "Grid or points: .npz, CSV; floor: map YAML."] = None,
+    obstacles: Annotated[Path | None, "FILE", "Grid or points to avoid: .npz, CSV; floor: map YAML."] = None,
+    clearance: Annotated[float | None, "M", "Room around those of --obstacles, by default 0.3 [m]."] = None,
     folder: Annotated[Path, "DIR", "Where files are saved."] = Path("."),
     separation: Annotated[float | None, "M", "Of a fleet: pairs that come near are red [m]."] = None,
     downwash: options.Downwash = None,
@@ -145,7 +147,10 @@ def studio(
     ended = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: ended.set())
-    page = _page(file, folder, host, port, obstacles) if fleet is None else FleetStudio(fleet[0], host, port, fleet[1])
+    if clearance is not None and obstacles is None:
+        raise InputError(f"--clearance {clearance:g} is around obstacles: give --obstacles FILE with it")
+    scene = partial(_page, file, folder, host, port, obstacles, clearance)
+    page = scene() if fleet is None else FleetStudio(fleet[0], host, port, fleet[1])
     try:
         print(f"studio: {page.url}  (Ctrl-C ends it)", flush=True)
         if not no_browser:
@@ -156,14 +161,18 @@ def studio(
         page.close()
 
 
-def _page(file: Path | None, folder: Path, host: str, port: int, obstacles: Path | None) -> Page:
+def _page(
+    file: Path | None, folder: Path, host: str, port: int, obstacles: Path | None, clearance: float | None
+) -> Page:
     from minsnap.studio.documents import WorkingFolder, example_scene, open_scene
     from minsnap.studio.ground_view import read_obstacles
+    from minsnap.studio.obstacle_view import CLEARANCE
     from minsnap.studio.studio import Studio
 
     request = example_scene() if file is None else open_scene(file)
     shown = None if obstacles is None else read_obstacles(obstacles)
-    return Studio(request, WorkingFolder(folder, file, obstacles), host, port, obstacles=shown)
+    room = CLEARANCE if clearance is None else clearance
+    return Studio(request, WorkingFolder(folder, file, obstacles), host, port, obstacles=shown, clearance=room)
 
 
 def _fleet(

@@ -208,6 +208,11 @@ def name_of(obstacle: Obstacle) -> tuple[str, list[float]]:
     raise CorridorError(f"an obstacle of kind {type(obstacle).__name__} has no description: give one of the library's")
 
 
+def named_obstacles(avoid: Sequence[Obstacle]) -> tuple[tuple[str, tuple[float, ...]], ...]:
+    """Return obstacles as documents hold them, by their names and numbers."""
+    return tuple((name, tuple(values)) for name, values in map(name_of, avoid))
+
+
 def as_obstacles(avoid: Any) -> tuple[Obstacle, ...]:
     """Return the argument ``avoid`` as obstacles: one, several or none."""
     if avoid is None:

@@ -21,6 +21,7 @@ from minsnap.basics.storage.atomic import refuse_source
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.keep_out import named_obstacles
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, WaypointError, YawError
 from minsnap.files.convert import RATE, write_any
@@ -248,9 +249,8 @@ def save_as(kind: str, state: BenchState, path: Path) -> str:
     if kind.startswith("figure"):
         _draw(scene, path)
         return ""
-    passed = scene.trajectory(scene.trajectory.leg_breaks)
-    facts: dict[str, Any] = {"waypoints": passed if request.openings else np.array(request.waypoints)}
-    facts |= {"corridor": request.walls, "gates": request.gates}
+    facts: dict[str, Any] = {"waypoints": request.places, "corridor": request.walls, "gates": request.gates}
+    facts |= {"avoid": request.obstacles, "tolerance": request.waypoint_tolerance}
     facts |= {"limits": request.bounds, "command": ("minsnap", "studio")}
     return write_any(scene.trajectory, path, EXPORTS[kind][1], RATE, request.frame, facts=facts)[1] or ""
 
@@ -260,7 +260,7 @@ def _draw(scene: PlannedScene, path: Path) -> None:
 
     request = scene.request
     points = request.places if request.openings else np.array(request.waypoints)
-    how: dict[str, Any] = {"corridor": request.walls, "waypoints": points}
+    how: dict[str, Any] = {"corridor": request.walls, "waypoints": points, "avoid": request.obstacles}
     save_figure(plot_overview(scene.trajectory, limits=request.bounds, **how), path)
 
 
@@ -294,11 +294,25 @@ def _of_plan(path: FileName) -> PlanRequest:
     stored = read_polynomials(path)
     scene = scene_of(stored.trajectory, stored.waypoints, stored.corridor, stored.limits)
     scene = replace(scene, yaw=_heading(stored.trajectory), closed=_is_lap(stored.trajectory))
+    scene = replace(scene, avoid=named_obstacles(stored.avoid), waypoint_tolerance=_tolerance(stored.tolerance))
     if stored.waypoints is None or not stored.gates:
         return scene
     centers = {number: tuple(gate.center.tolist()) for number, gate in stored.gates.items()}
     points = tuple(centers.get(number, point) for number, point in enumerate(scene.waypoints))
     return replace(scene, waypoints=points, openings=tuple(Opening.of(*item) for item in stored.gates.items()))
+
+
+def _tolerance(tolerance: Any) -> float | None:
+    """Return the tolerance of a stored plan as a scene holds it, one number.
+
+    Raises
+    ------
+    WaypointError
+        If it is another.
+    """
+    if tolerance is None or isinstance(tolerance, (int, float)):
+        return tolerance
+    raise WaypointError("a scene has one tolerance for all waypoints: minsnap plot shows a plan with others")
 
 
 def _is_lap(curve: Trajectory) -> bool:

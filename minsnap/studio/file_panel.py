@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import degrees
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from minsnap.planning.request import PLAIN, PlanRequest
 from minsnap.studio.documents import ENDINGS, EXPORTS, WorkingFolder, open_upload, save_as
 from minsnap.studio.ground_view import ENDINGS as OBSTACLE_ENDINGS
 from minsnap.studio.ground_view import PICTURES, Obstacles, floor, read_obstacles
+from minsnap.studio.obstacle_view import CLEARANCE
 from minsnap.studio.page_inputs import Editor, copyable, precise, sentence, table, when_changed, when_clicked
 from minsnap.studio.workbench import BenchState, Present
 from minsnap.trajectory.report import cost_unit
@@ -72,6 +74,11 @@ def _corridor(request: PlanRequest) -> str | None:
     return boxes if tube is None else f"[minsnap.Tube({list(widths or ())!r}), {boxes}]"
 
 
+def without_obstacles(request: PlanRequest) -> PlanRequest:
+    """Return a document that keeps out of nothing."""
+    return replace(request, avoid=())
+
+
 class FilePanel:
     """Opening and saving.
 
@@ -86,16 +93,23 @@ class FilePanel:
     state : callable
         Returns what is shown.
     obstacles : callable
-        Shows obstacles.
+        Keeps out of obstacles of a file, with some room around them [m], and shows them.
     """
 
     def __init__(
-        self, gui: Any, editor: Editor, folder: WorkingFolder, state: Present, obstacles: Callable[[Obstacles], None]
+        self,
+        gui: Any,
+        editor: Editor,
+        folder: WorkingFolder,
+        state: Present,
+        obstacles: Callable[[Obstacles, float], None],
     ) -> None:
         self._gui, self._editor, self._folder, self._state = gui, editor, folder, state
         self._obstacles = obstacles
         self._upload("Open a scene (YAML, CSV, .plan)", ENDINGS, self._open)
-        self._upload("Show obstacles (.npz, CSV)", (".npz", ".csv"), self._shown(OBSTACLE_ENDINGS, read_obstacles))
+        self._upload("Avoid obstacles (.npz, CSV)", (".npz", ".csv"), self._shown(OBSTACLE_ENDINGS, read_obstacles))
+        self._clearance = precise(gui.add_number("Room around them [m]", CLEARANCE, min=0.0, step=0.05))
+        when_clicked(gui.add_button("Remove all obstacles"), lambda client: editor.edit(without_obstacles))
         laid = self._shown(PICTURES, lambda path: floor(path, self._pixel.value, self._corner.value))
         self._upload("Show a floor (PNG, JPEG, PGM)", PICTURES, laid)
         self._pixel = precise(gui.add_number("Metres a pixel", 0.05, min=1e-4, step=0.01))
@@ -128,7 +142,7 @@ class FilePanel:
         def show(name: str, content: bytes) -> None:
             ending = next((known for known in endings if name.lower().endswith(known)), endings[0])
             with self._folder.uploaded(name, ending, content) as path:
-                self._obstacles(read(path))
+                self._obstacles(read(path), float(self._clearance.value))
 
         return show
 
@@ -208,6 +222,7 @@ def facts(state: BenchState) -> list[tuple[str, str]]:
         ("duration", f"{curve.duration:.3f} s"),
         ("cost", f"{curve.cost():.6g} {cost_unit(curve.cost_order)}"),
         ("corridor margin", margin),
+        *([] if holds.obstacle_margin is None else [("obstacle margin", f"{holds.obstacle_margin:.3g} m")]),
         ("greatest speed", f"{holds.max_speed:.3f} m/s"),
         ("greatest acceleration", f"{holds.max_acceleration:.3f} m/s²"),
         ("greatest jerk", f"{holds.max_jerk:.3f} m/s³"),

@@ -219,6 +219,7 @@ class GroundView:
         server.scene.world_axes.visible = False
         self._labels: list[Any] = []
         self._axes: tuple[Any, ...] = ()
+        self._found: list[Any] = []
         self._place: tuple[float, tuple[float, ...]] = (0.0, ())
 
     def show(self, frame: str, points: FloatArray, lines: Lines = BY_DAY) -> None:
@@ -237,16 +238,22 @@ class GroundView:
             self._axes = place
             self._show_axes(frame, length, np.array([*place[2:], 0.0]))
 
+    def hide_obstacles(self, hidden: bool) -> None:
+        """Hide cells and points of files, or show them again; floors stay."""
+        for handle in self._found:
+            handle.visible = not hidden
+
     def show_obstacles(self, obstacles: Obstacles) -> None:
         """Draw occupied cells and points."""
         if len(obstacles.boxes):
             vertices, faces = box_surface(obstacles.boxes)
             look = {"color": OBSTACLE, "opacity": 0.55, "flat_shading": True, "side": "double"}
-            self._server.scene.add_mesh_simple("/obstacles/cells", vertices, faces, **look)
+            cells = self._server.scene.add_mesh_simple("/obstacles/cells", vertices, faces, **look)
+            self._found = [*self._found, cells]
         if len(obstacles.points):
             how = {"point_size": obstacles.point_size, "point_shape": "rounded"}
-            self._server.scene.add_point_cloud("/obstacles/points", obstacles.points, OBSTACLE, **how)
-
+            points = self._server.scene.add_point_cloud("/obstacles/points", obstacles.points, OBSTACLE, **how)
+            self._found = [*self._found, points]
         if obstacles.floor is not None:
             self._show_floor(obstacles.floor)
 

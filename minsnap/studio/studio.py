@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import webbrowser
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,7 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.storage.text import FileName
 from minsnap.certificate import certify
+from minsnap.corridors.keep_out import Obstacle, as_obstacles, named_obstacles
 from minsnap.errors import InputError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.planning.request import PlanRequest
@@ -24,6 +26,7 @@ from minsnap.studio.edit_panels import DRAWN, CorridorPanel, RoutePanel, TimePan
 from minsnap.studio.file_panel import FilePanel, StatusPanel
 from minsnap.studio.fleet_studio import FleetStudio
 from minsnap.studio.ground_view import GroundView, Obstacles, cloud, grid
+from minsnap.studio.obstacle_view import CLEARANCE, ObstacleView, avoiding
 from minsnap.studio.page_inputs import Change, Inputs
 from minsnap.studio.path_view import GateView, PathView, VehicleView, WaypointView
 from minsnap.studio.plan_drawing import Charts, pose_at, profiles_of, speed_legend
@@ -47,7 +50,9 @@ class Studio(Page):
     planned : PlannedScene, optional
         A plan of the scene that is there already.
     obstacles : Obstacles, optional
-        To be shown.
+        Of a file; its cells and points are kept out of.
+    clearance : float
+        Room around these [m].
     """
 
     def __init__(
@@ -58,9 +63,12 @@ class Studio(Page):
         port: int = PORT,
         planned: PlannedScene | None = None,
         obstacles: Obstacles | None = None,
+        clearance: float = CLEARANCE,
     ) -> None:
         self._folder = folder if isinstance(folder, WorkingFolder) else WorkingFolder(folder)
         super().__init__(host, port)
+        if obstacles is not None and planned is None:
+            request = avoiding(obstacles, clearance)(request)
         self._shown: BenchState = BenchState(request, planned)
         self._profiled: tuple[Any, ...] = ()
         self._build()
@@ -96,6 +104,11 @@ class Studio(Page):
 
         self.attempt(change_it)
 
+    def avoid(self, obstacles: Obstacles, clearance: float) -> None:
+        """Keep out of what a file holds, and of some room around it [m], and show it."""
+        self.edit(avoiding(obstacles, clearance))
+        self._ground.show_obstacles(obstacles)
+
     def pause(self) -> None:
         """End a drag: what follows is undone on its own."""
         self._working.pause()
@@ -128,6 +141,7 @@ class Studio(Page):
         self._ground, self._path = GroundView(server), PathView(server)
         self._walls, self._waypoints = WallView(server, self), WaypointView(server, self)
         self._vehicle, self._gates = VehicleView(server), GateView(server, self)
+        self._avoided = ObstacleView(server)
         self._status, self._player = StatusPanel(gui, self), Player(gui, self._point_at)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Route"):
@@ -139,7 +153,7 @@ class Studio(Page):
         with tabs.add_tab("Vehicle"):
             self._flying = VehiclePanel(Inputs(gui, self), self._path, lambda: self._shown)
         with tabs.add_tab("Files"):
-            FilePanel(gui, self, self._folder, lambda: self._shown, self._ground.show_obstacles)
+            FilePanel(gui, self, self._folder, lambda: self._shown, self.avoid)
             self.add_recording(gui)
         panel = gui.add_panel()
         with panel.add_tab("Plots"):
@@ -169,7 +183,9 @@ class Studio(Page):
     def _show_document(self, state: BenchState) -> None:
         points = np.array(state.request.waypoints)
         self._ground.show(state.request.frame, points)
-        for shown in (self._waypoints, self._walls, self._gates, self._route, self._corridor, self._time):
+        self._ground.hide_obstacles(not state.request.avoid)
+        drawn = self._waypoints, self._walls, self._gates, self._avoided
+        for shown in (*drawn, self._route, self._corridor, self._time):
             shown.show(state)
         larger = self._vehicle.show(self._flown_vehicle(state), float(np.ptp(points, axis=0).max()))
         self._flying.show(state, larger)
@@ -211,10 +227,12 @@ def show(
     limits: Any = None,
     yaw: float | str | ArrayLike | None = None,
     vehicle: str = "",
+    avoid: Obstacle | Sequence[Obstacle] | None = None,
     points: ArrayLike | None = None,
     occupancy: ArrayLike | None = None,
     resolution: ArrayLike = 1.0,
     origin: ArrayLike | None = None,
+    clearance: float = CLEARANCE,
     folder: FileName = ".",
     host: str = LOOPBACK,
     port: int = 0,
@@ -240,10 +258,14 @@ def show(
         Heading after an edit, as :func:`minsnap.plan` takes it.
     vehicle : {"crazyflie", "dji_f330", "px4_sih"}, optional
         What flies.
+    avoid : obstacle or sequence of obstacles, optional
+        What it keeps out of, as :func:`minsnap.plan` takes it.
     points : array_like, shape (n, 3), optional
-        Point cloud to be shown [m].
+        Point cloud to keep out of too [m]: by at most 64 boxes that cover it.
     occupancy, resolution, origin
-        Occupancy grid to be shown, as :func:`minsnap.corridor_from_grid` takes it.
+        Occupancy grid to keep out of, as :func:`minsnap.corridor_from_grid` takes it; by boxes as well.
+    clearance : float
+        Room around points and occupied cells [m].
     folder : str or path
         Where the page saves files.
     host : str
@@ -279,10 +301,12 @@ def show(
     if not isinstance(traj, Trajectory):
         raise InputError(f"the studio shows a Trajectory or a Fleet, not {type(traj).__name__}")
     request = _scene(scene_of(traj, waypoints, corridor, limits), yaw, vehicle)
-    certificate = certify(traj, waypoints=request.places, corridor=request.walls, limits=request.bounds)
-    planned = PlannedScene(request, traj, certificate, True, 0.0)
+    request = replace(request, avoid=named_obstacles(as_obstacles(avoid)))
     seen = cloud(points) if points is not None else None
     seen = grid(occupancy, resolution, origin) if occupancy is not None else seen
+    request = request if seen is None else avoiding(seen, clearance)(request)
+    known = {"corridor": request.walls, "limits": request.bounds, "avoid": request.obstacles}
+    planned = PlannedScene(request, traj, certify(traj, waypoints=request.places, **known), True, 0.0)
     studio = Studio(request, os.fspath(folder), host, port, planned, seen)
     _present(studio, browser, block)
     return studio

@@ -117,7 +117,7 @@ def planned_in_stages(
 
 def _certified(request: PlanRequest, curve: Trajectory, final: bool, began: float) -> PlannedScene:
     tolerance = 0.0 if request.waypoint_tolerance is None else request.waypoint_tolerance
-    certificate = certify(curve, request.places, request.walls, request.bounds, tolerance)
+    certificate = certify(curve, request.places, request.walls, request.bounds, tolerance, avoid=request.obstacles)
     return PlannedScene(request, curve, certificate, final, 1e3 * (perf_counter() - began))
 
 
