@@ -48,6 +48,7 @@ def fleet(
     """
     from minsnap.files.formats.cubic_segments import worst_distance
     from minsnap.plot.animation import animate_fleet, check_animation_name
+    from minsnap.shows.crazyswarm_folder import refuse_long
     from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, MANIFEST, read_fleet, write_fleet
     from minsnap.shows.safety_report import SafetyReport, write_report
     from minsnap.shows.show import fly
@@ -73,7 +74,7 @@ def fleet(
     lost = worst_distance(described.reach) if to not in EXACT_KINDS else 0.0
     progress = on_terminal(quiet=False)
     wider, kept = _wider(described, 2.0 * lost), output / "flights"
-    flown = fly(wider, kept, tell, progress)
+    flown = fly(wider, kept, tell, progress, *([refuse_long] if to == "crazyswarm2" else []))
     named = replace(flown.fleet, separation=described.separation)
     written = write_fleet(named, place, to, flown.lights, clobber=not no_clobber)
     for page in pages:
@@ -84,7 +85,7 @@ def fleet(
         write_report(safety, report, clobber=not no_clobber)
     if animate is not None:
         animate_fleet(certificates[0].fleet, animate, clobber=not no_clobber, progress=progress)
-    print(_summary(safety, place))
+    print("\n".join([_summary(safety, place), *(f"note: {sentence}" for sentence in written.notes)]))
     return 0 if safety.ok else 1
 
 

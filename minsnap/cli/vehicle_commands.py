@@ -9,7 +9,7 @@ from contextlib import closing
 from functools import partial
 from math import sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import minsnap
 import minsnap.flight
@@ -18,11 +18,13 @@ from minsnap.cli import options
 from minsnap.cli.app import command, tell
 from minsnap.cli.options import vehicle_of
 from minsnap.cli.output import as_json
-from minsnap.errors import FileError, LinkError
+from minsnap.errors import FleetError, LinkError
 from minsnap.flight.mavlink.vehicle_messages import TEXTS, get_autopilot, read_events
 
 if TYPE_CHECKING:
+    from minsnap.fleet.approach import FleetApproach
     from minsnap.flight.mavlink.preflight import Finding
+    from minsnap.shows.crazyswarm_folder import Robot
     from minsnap.vehicle.quadrotor import Quadrotor
 
 
@@ -178,58 +180,65 @@ def _line(report: minsnap.flight.RelayReport) -> str:
     )
 
 
-ROBOTS = "crazyflies.yaml"
-"""File of the addresses of a fleet."""
-
-
 @command()
 def upload(
     folder: Annotated[Path, "FLEET", "Folder of a fleet, or a .skyc."],
     *,
     uri: Annotated[list[str] | None, "URI", "Of each vehicle, in order; else from crazyflies.yaml in FLEET."] = None,
     start: Annotated[bool, "Take off, fly it, and land."] = False,
-    dry_run: Annotated[bool, "Say what would be written, without a link."] = False,
+    dry_run: Annotated[bool, "Say what would be written and which ways would be flown, without a link."] = False,
+    prove: Annotated[bool, "Prove the ways from crazyflies.yaml, and write them for fly.py, without a link."] = False,
 ) -> int:
     """Write a fleet into the memories of Crazyflies, and fly it.
 
-    Each memory is read back; nothing takes off before all agree. It flies with --start only. Ctrl-C, or a vehicle that
-    does not answer, lands all vehicles in place.
+    Each memory is read back; nothing takes off before all agree. It flies with --start only, from where the vehicles
+    say that they stand, on ways that are proved apart. Ctrl-C, or a vehicle that is lost, lands all vehicles in place.
     """
     from minsnap.cli.flight_commands import check_apart
     from minsnap.flight import swarm_upload
-    from minsnap.flight.swarm_upload import COMPRESSED, planned_ways
+    from minsnap.shows.crazyswarm_folder import ROBOTS, WAYS, read_robots, ways_text
 
     fleet = minsnap.shows.read_fleet(folder)
     nameless = dry_run and not uri and not (folder / ROBOTS).exists()
-    robots = [] if uri or nameless else _robots(folder)
-    uris = list(uri or [str(robot["uri"]) for robot in robots])
+    robots = [] if uri or nameless else read_robots(folder)
+    uris = list(uri or [robot.uri for robot in robots])
     if dry_run:
-        names = list(map(fleet.name, range(len(fleet)))) if nameless else uris
-        for address, part in zip(names, swarm_upload.uploads(fleet, names), strict=True):
-            form = "compressed" if part.kind == COMPRESSED else "polynomials"
-            off = f"at most {1e3 * part.distance:.2g} mm from the curve"
-            print(f"{address}: {part.pieces} pieces, {len(part.content)} bytes, {form}, {off}")
-        print(f"start: {planned_ways(uris) or f'as the addresses say, of --uri or {ROBOTS}'}")
+        _say_contents(fleet, uris, ROBOTS)
+    if dry_run or prove:
+        approach = _say_ways(fleet, robots)
+        if prove:
+            write_file(folder / WAYS, ways_text(fleet, [robot.name for robot in robots], approach))
         return 0
     if start:
         check_apart(fleet)
-    places = [robot["place"] for robot in robots] or None
+    places = [robot.place and robot.place[:2] for robot in robots] or None
     swarm_upload.upload(fleet, uris, start=start, told=tell, places=places)
     return 0
 
 
-def _robots(folder: Path) -> list[dict[str, Any]]:
-    """Return address and place of the robots of a crazyswarm2 folder, in their order; the place may be None."""
-    from minsnap.basics.storage.text import load_yaml, reading
+def _say_contents(fleet: minsnap.Fleet, uris: list[str], robots: str) -> None:
+    """Say what would be written into which memory, and how all would be started."""
+    from minsnap.flight import swarm_upload
+    from minsnap.flight.high_level import planned_ways
 
-    file = folder / ROBOTS
-    if not file.exists():
-        raise FileError(f"{folder} has no {ROBOTS}, as fleet --to crazyswarm2 writes it: give --uri for each vehicle")
-    with reading(file, "a file of robots"):
-        robots: dict[str, Any] = load_yaml(file)["robots"]
-        enabled = [robot for robot in robots.values() if robot.get("enabled", True)]
-        return [{"uri": robot["uri"], "place": _place(robot.get("initial_position"))} for robot in enabled]
+    names = uris or list(map(fleet.name, range(len(fleet))))
+    for address, part in zip(names, swarm_upload.uploads(fleet, names), strict=True):
+        form = "compressed" if part.kind == swarm_upload.COMPRESSED else "polynomials"
+        off = f"at most {1e3 * part.distance:.2g} mm from the curve"
+        print(f"{address}: {part.pieces} pieces, {len(part.content)} bytes, {form}, {off}")
+    print(f"start: {planned_ways(uris) or f'as the addresses say, of --uri or {robots}'}")
 
 
-def _place(position: list[float] | None) -> tuple[float, float] | None:
-    return None if position is None else (float(position[0]), float(position[1]))
+def _say_ways(fleet: minsnap.Fleet, robots: list[Robot]) -> FleetApproach:
+    """Say what is proved of the ways from where files say that the vehicles stand, and return them."""
+    from minsnap.cli.flight_commands import check_apart
+    from minsnap.flight.swarm_flight import proved_approach
+    from minsnap.shows.crazyswarm_folder import places_of
+
+    if robots and len(robots) != len(fleet):
+        raise FleetError(f"there are {len(robots)} robots for {len(fleet)} vehicles: give one for each")
+    check_apart(fleet)
+    approach = proved_approach(fleet, places_of(fleet, robots))
+    for sentence in approach.sentences(fleet):
+        print(sentence)
+    return approach

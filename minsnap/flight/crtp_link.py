@@ -126,12 +126,19 @@ def ask(link: CrtpLink, port: int, channel: int, body: bytes, answers: Callable[
     LinkError
         If there is no answer after ``TRIES`` times ``WAIT``.
     """
+    return ask_counted(link, port, channel, body, answers)[0]
+
+
+def ask_counted(
+    link: CrtpLink, port: int, channel: int, body: bytes, answers: Callable[[bytes], bool]
+) -> tuple[bytes, int]:
+    """Do the same, and return how often it was sent as well."""
     head = port << 4 | channel
-    for _ in range(TRIES):
+    for number in range(TRIES):
         link.send(bytes([head | LINK_BITS]) + body)
         answer = heard(link, head, answers, WAIT)
         if answer is not None:
-            return answer
+            return answer, number + 1
     raise LinkError(f"{link.name} does not answer: it is off, out of reach, or another program has its link")
 
 

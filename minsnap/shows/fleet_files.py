@@ -14,8 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from minsnap.basics.storage.atomic import check_destination, make_folder, write_file
 from minsnap.basics.storage.text import FileName, digest_of, read_text, reading
 from minsnap.errors import FileError
@@ -24,37 +22,9 @@ from minsnap.files.formats import crazyflie, skybrush
 from minsnap.files.formats.cubic_segments import cubic_segments
 from minsnap.files.formats.yaw_setpoints import YawSetpoints
 from minsnap.fleet.common_clock import Fleet, Separation
+from minsnap.shows.crazyswarm_folder import crazyswarm_files, refuse_long
 from minsnap.shows.skyc import Lamp, ShowSheet, lamps_of, read_skyc, write_skyc
 from minsnap.trajectory.trajectory import Trajectory
-
-MOST_ADDRESSES = 255
-"""Vehicles that an address can tell apart."""
-
-
-def crazyswarm_files(fleet: Fleet) -> dict[str, str]:
-    """Return ``crazyflies.yaml`` (fileversion 3) and ``fly.py`` for trajectories ``traj0.csv``, ``traj1.csv``, ...
-
-    A vehicle stands below the start of its trajectory. The script climbs straight up to it; trajectories that begin on
-    the ground take off themselves.
-
-    Raises
-    ------
-    FileError
-        If there are more vehicles than addresses.
-    """
-    if len(fleet) > MOST_ADDRESSES:
-        raise FileError(f"{len(fleet)} vehicles: one radio network of crazyswarm2 tells {MOST_ADDRESSES} apart")
-    starts, robots = [curve(0.0).tolist() for curve in fleet], ""
-    for number, (x, y, _) in enumerate(starts):  # 20 share a channel; the last byte of an address is the number
-        uri = f"radio://0/{80 + 10 * (number // 20 % 4)}/2M/E7E7E7E7{number + 1:02X}"
-        robots += f"  cf{number + 1}:\n    enabled: true\n    uri: {uri}\n    initial_position: [{x!r}, {y!r}, 0.0]\n"
-        robots += "    type: cf21  # see robot_types\n"
-    yaws = [float(curve.yaw(np.zeros(1))[0]) for curve in fleet]
-    values = {"robots": robots, "heights": [height for *_, height in starts], "yaws": yaws, "duration": fleet.duration}
-    templates = Path(__file__).with_name("crazyswarm2")
-    names = ("crazyflies.yaml", "fly.py")
-    return {name: (templates / f"{name}.txt").read_text(encoding="utf-8").format(**values) for name in names}
-
 
 MARK, MANIFEST = "minsnap fleet", "manifest.json"
 ENDINGS = (".csv", ".skyb", ".traj", ".json", ".npz")
@@ -102,11 +72,14 @@ class WrittenFleet:
         Everything that was written.
     distance : float
         Proved upper bound of the distance of any vehicle's file to its trajectory [m].
+    notes : tuple of str
+        What is to be said of them: where vehicles are to stand, and what is proved of their ways.
     """
 
     kind: str
     files: tuple[Path, ...]
     distance: float
+    notes: tuple[str, ...] = ()
 
 
 def write_fleet(
@@ -128,8 +101,9 @@ def write_fleet(
         A file ending in ``.skyc``, or a folder; folders that are missing are made.
     to : str, optional
         ``csv``: one file of polynomials a vehicle and a manifest with the hash of each; ``crazyswarm2``: the same with
-        ``crazyflies.yaml`` and a script that flies it; ``skyb`` and ``traj``: the bytes that Skybrush's firmware and
-        the Crazyflie's (compressed) fly; ``skyc``: a Skybrush show. By default by the ending.
+        ``crazyflies.yaml`` and a script that flies it, on ways to the starts and to the ground that are proved apart;
+        ``skyb`` and ``traj``: the bytes that Skybrush's firmware and the Crazyflie's (compressed) fly; ``skyc``: a
+        Skybrush show. By default by the ending.
     lights : sequence of Lights or None, optional
         Of each vehicle; ``skyb`` and ``skyc`` hold them.
     sheet : ShowSheet, optional
@@ -143,6 +117,8 @@ def write_fleet(
     FileError
         If a vehicle does not fit the format, there are lights for another number of vehicles, or a folder cannot be
         made.
+    FleetError
+        If a vehicle of a crazyswarm2 folder has no way to its start or to the ground that is proved apart.
     """
     kind = to or ("skyc" if Path(path).suffix.lower() == ".skyc" else "csv")
     if kind not in KINDS:
@@ -152,9 +128,11 @@ def write_fleet(
     if kind == "skyc":
         return WrittenFleet(kind, (Path(path),), write_skyc(fleet, path, lights, sheet=sheet, clobber=clobber))
     (ending, make), folder, lamps = FOLDERS[kind], Path(path), lamps_of(fleet, lights)
+    if kind == "crazyswarm2":
+        refuse_long(max(len(curve.durations) for curve in fleet))
     made = [make(*each) for each in zip(fleet, lamps, strict=True)]  # all of them before anything is written
     files = {folder / f"traj{i}{ending}": content for i, (content, _) in enumerate(made)}
-    beside = crazyswarm_files(fleet) if kind == "crazyswarm2" else {}
+    beside, notes = crazyswarm_files(fleet) if kind == "crazyswarm2" else ({}, ())
     further: dict[Path, str | bytes] = {folder / name: content for name, content in beside.items()}
     manifest = folder / MANIFEST
     make_folder(folder)
@@ -167,7 +145,7 @@ def write_fleet(
     for file in former - {*files, *further}:
         with suppress(OSError):
             file.unlink()
-    return WrittenFleet(kind, (*files, *further, manifest), max(distance for _, distance in made))
+    return WrittenFleet(kind, (*files, *further, manifest), max(distance for _, distance in made), notes)
 
 
 def _unchanged(folder: Path, ending: str) -> set[Path]:

@@ -9,7 +9,7 @@ are those that it has, times the scale. At knots they have the exact values and 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from math import ceil, pi
@@ -269,7 +269,13 @@ class FlownShow:
     stages: tuple[Stage, ...]
 
 
-def fly(show: Show, kept: FileName | None = None, told: Told | None = None, progress: bool = False) -> FlownShow:
+def fly(
+    show: Show,
+    kept: FileName | None = None,
+    told: Told | None = None,
+    progress: bool = False,
+    refuse: Callable[[int, str], None] = lambda pieces, what: None,
+) -> FlownShow:
     """Plan every flight of a show.
 
     Ctrl-C ends the search for one flight with the best certified so far. That is flown, but not stored: the next run
@@ -285,6 +291,9 @@ def fly(show: Show, kept: FileName | None = None, told: Told | None = None, prog
         Is told a sentence after each flight.
     progress : bool
         Show a line on the terminal while a flight is searched for.
+    refuse : callable, optional
+        Called before each flight to an act with the least number of pieces that a vehicle will have, and what is known
+        of them, in words; raises what ends the show.
 
     Raises
     ------
@@ -294,14 +303,17 @@ def fly(show: Show, kept: FileName | None = None, told: Told | None = None, prog
         If a search ends without a flight; says which.
     """
     show.check()
-    course = _Course(show, kept, progress, told, show.home, [], [[] for _ in show.home])
+    course = _Course(show, kept, progress, told, show.home, [], [[] for _ in show.home], refuse)
+    course.refuse_long(show.acts)
     course.fly("take-off", show.above)
     shown = []
-    for act in show.acts:
+    for number, act in enumerate(show.acts):
+        course.refuse_long(show.acts[number:])
         order = assign(course.now, act.points)
         shown.append((order, course.fly(act.name, act.points[order], act.hold)))
         for move in act.moves:
             course.add(f"{act.name} moves", _checked(moved(move, course.now, show.limits), show, act.name), "move", 0.0)
+    course.refuse_long(())
     order = _return(show, course.now)
     course.fly("return", show.above[order])
     end = course.fly("landing", show.home[order]).end
@@ -324,6 +336,7 @@ class _Course:
     now: FloatArray
     stages: list[Stage]
     parts: list[list[Trajectory]]
+    refuse: Callable[[int, str], None]
 
     def fly(self, name: str, goals: FloatArray, hold: float = 0.0) -> Stage:
         """Fly to goals, shape (vehicles, 3), and hold, and return the stage; see ``add``."""
@@ -350,6 +363,13 @@ class _Course:
         if file is not None:
             _store(file, list(fleet))
         return list(fleet), report.method if report else ""
+
+    def refuse_long(self, acts: Sequence[Act]) -> None:
+        """Ask whether the pieces are too many: those that are planned, and the least for these acts and the landing."""
+        planned = max(sum(len(part.durations) for part in parts) for parts in self.parts)
+        held = sum((act.hold > 0.0) + len(act.moves) for act in acts) + 2 * (self.show.take_off > 0.0)
+        last = f", of which {planned} are planned up to {self.stages[-1].name}," if self.stages else ", at least,"
+        self.refuse(planned + held, last)
 
     def _room(self, goals: FloatArray) -> Room:
         """Return the room of a flight: nobody goes around another below its lowest point and the end of the climb."""

@@ -21,8 +21,8 @@ RATES = {"250K": 0, "1M": 1, "2M": 2}
 class RadioVehicle(Crazyflie):
     """A vehicle with an address on a channel; ``deaf`` is how many broadcasts it misses."""
 
-    def __init__(self, channel, rate, last, deaf=0):
-        super().__init__()
+    def __init__(self, channel, rate, last, deaf=0, at=(0.0, 0.0, 0.0)):
+        super().__init__(at=at)
         self.place = f"{channel}/{rate}/E7E7E7E7{last:02X}"
         self.channel, self.rate, self.address = channel, RATES[rate], bytes([0xE7] * 4 + [last])
         self.deaf, self.broadcasts = deaf, 0
@@ -39,6 +39,8 @@ class RadioVehicle(Crazyflie):
             self.take(packet)
         if not self._safe or packet[0] & 4 != self._down << 2:
             self._down = 1 - self._down
+            if (said := self.log()) is not None:
+                self._answers.append(said)
             answer = self._answers.popleft() if self._answers else b"\xf3"
             self._last = bytes([answer[0] & 0xF3 | self._down << 2]) + answer[1:]
         return self._last

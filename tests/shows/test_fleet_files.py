@@ -4,11 +4,8 @@ import base64
 import hashlib
 import json
 import math
-import runpy
 import struct
-import sys
 import zipfile
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -262,45 +259,9 @@ def test_a_crazyswarm_folder_names_its_robots(tmp_path):
     assert rows.shape == (2, 33) and rows[:, 0].sum() == pytest.approx(4.6)
     script = (tmp_path / "folder" / "fly.py").read_text()
     compile(script, "fly.py", "exec")
-    assert "HEIGHTS, YAWS = [1.0, 1.0], [0.0, 0.0]" in script and "DURATION = 4.6" in script
-
-
-def flown_by_script(folder, monkeypatch):
-    """What ``fly.py`` of a folder asks of its vehicles, in order."""
-    asked = []
-
-    class Vehicle:
-        initialPosition = (1.0, 2.0, 0.0)  # noqa: N815 - crazyswarm2's name
-
-        def __getattr__(self, name):
-            return lambda *values, **named: asked.append((name, *values, *named.values()))
-
-    class Everyone(Vehicle):
-        crazyfliesByName = {f"cf{i}": Vehicle() for i in range(1, 9)}  # noqa: N815, RUF012 - crazyswarm2's name
-
-    swarm = SimpleNamespace(timeHelper=SimpleNamespace(sleep=lambda seconds: None), allcfs=Everyone())
-    modules = {
-        "crazyflie_py": SimpleNamespace(Crazyswarm=lambda: swarm),
-        "crazyflie_py.uav_trajectory": SimpleNamespace(Trajectory=Vehicle),
-    }
-    for name, module in modules.items():
-        monkeypatch.setitem(sys.modules, name, module)
-    runpy.run_path(str(folder / "fly.py"), run_name="__main__")
-    return asked
-
-
-def test_the_script_climbs_to_starts_in_the_air_and_lets_others_take_off_by_their_curves(tmp_path, monkeypatch):
-    """All climbed to half a metre; those that begin on the ground were then sent to z = 0, and all to yaw 0."""
-    up, ground = minsnap.plan([(0, 0, 0), (0, 0, 1)], [2.0]), minsnap.plan([(0, 0, 1), (0, 0, 0)], [2.0], yaw=0.7)
-    write_fleet(minsnap.Fleet((ground, up)), tmp_path / "mixed", "crazyswarm2")
-    asked = [
-        each for each in flown_by_script(tmp_path / "mixed", monkeypatch) if each[0] in ("takeoff", "goTo", "land")
-    ]
-    assert asked[0] == ("takeoff", 0.5, 2.5) and asked[1][2:] == (0.7, 2.5) and len(asked) == 3
-    assert asked[1][1] == pytest.approx((1.0, 2.0, 1.0))
-    write_fleet(minsnap.Fleet((up,)), tmp_path / "low", "crazyswarm2")
-    assert [each[0] for each in flown_by_script(tmp_path / "low", monkeypatch)][-2:] == ["startTrajectory", "land"]
-    assert "takeoff" not in [each[0] for each in flown_by_script(tmp_path / "low", monkeypatch)]
+    ways = yaml.safe_load((tmp_path / "folder" / "ways.yaml").read_text())
+    assert ways["vehicles"] == ["cf1", "cf2"] and ways["duration"] == 4.6
+    assert ways["places"] == [[0.0, 0.0, 0.0], [2.0, -2.0, 0.0]]
 
 
 def test_files_of_a_former_fleet_go_unless_they_were_changed(tmp_path):

@@ -166,10 +166,22 @@ def test_fleets_are_drawn_by_the_command_line(show_file, tmp_path, capsys, monke
 
 @pytest.mark.slow
 def test_a_show_too_long_for_the_vehicles_says_what_fits(show_file, tmp_path, capsys):
-    ring = "  - {formation: {circle: {radius: 3, height: 5}}, turn: 0}\n"
+    ring = "  - {formation: {circle: {radius: 3, height: 5}}, turn: 0, hold: 1}\n"
     show_file.write_text(SHOW + "".join(ring.replace("turn: 0", f"turn: {30 * (i % 2)}") for i in range(30)))
     assert run("fleet", show_file, "-o", tmp_path / "out", "--to", "crazyswarm2") == 2
-    assert re.search(r"\d+ pieces do not fit the Crazyflie's memory of 31", capsys.readouterr().err)
+    said = capsys.readouterr().err
+    assert re.search(r"\d+ pieces, at least, do not fit the Crazyflie's memory of 31: write it --to traj, ", said)
+    assert not (tmp_path / "out").exists() and len(said.splitlines()) == 1, "before anything was planned"
+
+
+def test_a_show_too_long_is_refused_before_the_flight_that_is_too_much(show_file, tmp_path, capsys):
+    """All was planned first, and the advice named no option of the command."""
+    acts = "".join(f"  - {{formation: {{circle: {{radius: {3 + i % 2}, height: 5}}}}, hold: 1}}\n" for i in range(12))
+    show_file.write_text(SHOW + acts)
+    assert run("fleet", show_file, "-o", tmp_path / "out", "--to", "crazyswarm2") == 2
+    told = capsys.readouterr().err.splitlines()
+    assert re.search(r"\d+ pieces, of which \d+ are planned up to act \d+, do not fit", told[-1]), told[-1]
+    assert len(told) < 12 and not any(line.startswith("landing") for line in told)
 
 
 def test_figures_show_every_vehicle_and_what_was_proved(show_file):

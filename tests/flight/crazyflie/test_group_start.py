@@ -10,7 +10,9 @@ from crtp_vehicle import CrtpVehicle
 import minsnap
 from minsnap.errors import FlightError, LinkError
 from minsnap.flight.crtp_link import channel_of, open_link
-from minsnap.flight.swarm_upload import FlightTimes, Volleys, planned_ways, start_group, upload, upload_of
+from minsnap.flight.high_level import Volleys, planned_ways, start_group
+from minsnap.flight.swarm_flight import FlightTimes
+from minsnap.flight.swarm_upload import upload, upload_of
 
 VOLLEYS = Volleys(hearing=0.5)
 QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01, VOLLEYS, climb=inf, travel=inf, sink=inf)
@@ -96,9 +98,10 @@ def test_a_vehicle_that_refuses_to_start_is_named():
 
 @pytest.mark.slow
 def test_radios_start_their_vehicles_by_one_broadcast_a_channel(plug):
-    radio = [RadioVehicle(80, "2M", 1), RadioVehicle(80, "2M", 2), RadioVehicle(90, "1M", 3)]
+    places = [(80, "2M", 1), (80, "2M", 2), (90, "1M", 3)]
+    radio = [RadioVehicle(*place, at=(i, 0, 0)) for i, place in enumerate(places)]
     dongle, fleet, told = plug(*radio), fleet_of(4), []
-    with CrtpVehicle() as simulated:
+    with CrtpVehicle(at=(3, 0, 0)) as simulated:
         vehicles = [*radio, simulated]
         upload(fleet, [one.uri for one in vehicles], start=True, timing=QUICK, told=told.append)
     packet = bytes([0x8C]) + START
@@ -112,22 +115,22 @@ def test_radios_start_their_vehicles_by_one_broadcast_a_channel(plug):
         ", ".join(f"radio://{dongle.number}/{part}" for part in ("80/2M", "90/1M")),
         "link by link (1 without a broadcast)",
     )
-    assert told[1].startswith(f"started by a broadcast on {radios} and {rest}, all within")
+    assert told[4].startswith(f"started by a broadcast on {radios} and {rest}, all within")
 
 
 @pytest.mark.slow
 def test_a_broadcast_that_one_did_not_hear_is_sent_again_to_all(plug):
     copies = 4 * VOLLEYS.copies
-    one, two = RadioVehicle(80, "2M", 1), RadioVehicle(80, "2M", 2, deaf=copies)
+    one, two = RadioVehicle(80, "2M", 1), RadioVehicle(80, "2M", 2, deaf=copies, at=(1, 0, 0))
     dongle, told = plug(one, two), []
     upload(fleet_of(2), [one.uri, two.uri], start=True, timing=QUICK, told=told.append)
-    assert len(dongle.sent) == 2 * VOLLEYS.copies and told[1].endswith("told 2 times")
+    assert len(dongle.sent) == 2 * VOLLEYS.copies and told[4].endswith("told 2 times")
     assert (len(starts(one)), len(starts(two))) == (2 * copies, copies)
 
 
 @pytest.mark.slow
 def test_who_hears_no_broadcast_makes_all_land(plug):
-    one, two = RadioVehicle(80, "2M", 1), RadioVehicle(80, "2M", 2, deaf=1000)
+    one, two = RadioVehicle(80, "2M", 1), RadioVehicle(80, "2M", 2, deaf=1000, at=(1, 0, 0))
     plug(one, two)
     with pytest.raises(LinkError, match=f"{two.uri} does not answer to the start"):
         upload(fleet_of(2), [one.uri, two.uri], start=True, timing=QUICK)

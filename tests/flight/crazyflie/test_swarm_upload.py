@@ -5,7 +5,6 @@ import re
 import signal
 import struct
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,11 +14,15 @@ import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FileError, FleetError, FlightError, LinkError
 from minsnap.files.formats.crazyflie import compressed
-from minsnap.flight import crtp_link, swarm_upload
-from minsnap.flight.swarm_upload import FlightTimes, upload, upload_of, uploads
+from minsnap.flight import crtp_link, swarm_flight
+from minsnap.flight.high_level import LAND
+from minsnap.flight.swarm_flight import FlightTimes
+from minsnap.flight.swarm_upload import upload, upload_of, uploads
 from minsnap.shows.fleet_files import write_fleet
 
 QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01, climb=math.inf, travel=math.inf, sink=math.inf)
+BESIDE = (1.0, 0.0, 0.0)
+"""Below the start of the second of a pair."""
 
 
 @pytest.fixture(autouse=True)
@@ -50,7 +53,7 @@ def packed(curve):
 @pytest.mark.parametrize("lossy", [False, True])
 def test_every_byte_arrives_though_packets_are_lost(lossy):
     fleet = pair()
-    with CrtpVehicle(lossy) as one, CrtpVehicle(lossy) as two:
+    with CrtpVehicle(lossy) as one, CrtpVehicle(lossy, at=BESIDE) as two:
         upload(fleet, [one.uri, two.uri])
     held = np.frombuffer(bytes(one.memory[:264]), "<f4")
     assert held == pytest.approx(np.frombuffer(packed(fleet[0]), "<f4"), rel=1e-5, abs=1e-3)
@@ -88,7 +91,7 @@ def test_what_is_held_is_within_its_stated_distance_or_refused():
 
 
 def test_a_memory_that_reads_otherwise_is_an_error_and_nothing_takes_off():
-    with CrtpVehicle() as one, CrtpVehicle(corrupt=100) as two:
+    with CrtpVehicle() as one, CrtpVehicle(corrupt=100, at=BESIDE) as two:
         with pytest.raises(FlightError, match=f"{two.uri}: byte 100 reads"):
             upload(pair(), [one.uri, two.uri], start=True, timing=QUICK)
     assert all(body[0] in (0, 6) for _, body in one.commands)
@@ -98,7 +101,7 @@ def test_a_memory_that_reads_otherwise_is_an_error_and_nothing_takes_off():
 @pytest.mark.parametrize("lossy", [False, True])
 def test_a_flight_takes_off_goes_to_its_starts_starts_and_lands(lossy):
     fleet, told = pair(), []
-    with CrtpVehicle(lossy) as one, CrtpVehicle(lossy) as two:
+    with CrtpVehicle(lossy) as one, CrtpVehicle(lossy, at=BESIDE) as two:
         upload(fleet, [one.uri, two.uri], start=True, timing=QUICK, told=told.append)
     for vehicle, curve in ((one, fleet[0]), (two, fleet[1])):
         bodies = list(dict.fromkeys(body for _, body in vehicle.commands))
@@ -120,12 +123,12 @@ def largest_speed(way, duration):
 def test_ways_around_the_flight_last_as_long_as_their_lengths_need(monkeypatch, height, far, lost):
     """They used to last 2.5 to 3 s whatever their length: a vehicle fell from 6 m at 4 m/s, in an emergency too."""
     given, slept = [], []
-    monkeypatch.setattr(swarm_upload, "command", lambda link, body: given.append(body))
-    monkeypatch.setattr(swarm_upload, "time", SimpleNamespace(sleep=slept.append))
-    monkeypatch.setattr(swarm_upload, "start_group", lambda links, volleys: 1 / 0 if lost else "started")
+    monkeypatch.setattr(swarm_flight, "command", lambda link, body: given.append(body))
+    monkeypatch.setattr(swarm_flight, "start_group", lambda links, volleys: 1 / 0 if lost else "started")
     fleet, times = minsnap.Fleet((minsnap.plan([(far, 0, height), (far, 1, height)], [2.0]),)), FlightTimes()
+    approach = swarm_flight.proved_approach(fleet, np.zeros((1, 3)), times)
     try:
-        swarm_upload._fly(fleet, ["link"], times, [(0.0, 0.0)], str)
+        swarm_flight._Flight(fleet, ["link"], times, approach, slept.append, str).fly()
     except ZeroDivisionError:
         assert lost
     up, there, down = given
@@ -142,7 +145,7 @@ def test_ways_around_the_flight_last_as_long_as_their_lengths_need(monkeypatch, 
 @pytest.mark.slow
 def test_a_curve_that_begins_on_the_ground_takes_off_by_itself():
     """Its vehicle was told to take off to height 0, and to go there."""
-    with CrtpVehicle() as one, CrtpVehicle() as two:
+    with CrtpVehicle() as one, CrtpVehicle(at=BESIDE) as two:
         fleet = minsnap.Fleet((minsnap.plan([(0, 0, 0), (0, 0, 1)], [0.4]), pair()[1]))
         upload(fleet, [one.uri, two.uri], start=True, timing=QUICK)
     assert not {7, 12} & {body[0] for _, body in one.commands} and {7, 12} <= {body[0] for _, body in two.commands}
@@ -150,7 +153,7 @@ def test_a_curve_that_begins_on_the_ground_takes_off_by_itself():
 
 @pytest.mark.slow
 def test_a_vehicle_that_disappears_on_the_ground_keeps_all_there():
-    with CrtpVehicle() as one, CrtpVehicle(lasts=10) as two:
+    with CrtpVehicle() as one, CrtpVehicle(lasts=10, at=BESIDE) as two:
         with pytest.raises(LinkError, match=f"{two.uri} does not answer"):
             upload(pair(), [one.uri, two.uri], start=True, timing=QUICK)
     assert 7 not in [body[0] for _, body in one.commands]
@@ -159,7 +162,7 @@ def test_a_vehicle_that_disappears_on_the_ground_keeps_all_there():
 @pytest.mark.slow
 def test_a_vehicle_that_disappears_in_the_air_lands_the_others():
     told = []
-    with CrtpVehicle() as one, CrtpVehicle() as two:
+    with CrtpVehicle() as one, CrtpVehicle(at=BESIDE) as two:
         settled = replace(QUICK, take_off=0.3)
 
         class Watched(list):
@@ -196,8 +199,8 @@ def test_the_command_says_what_it_would_write_or_writes_it(tmp_path, capsys):
     assert left.value.code in (0, None)
     said = capsys.readouterr().out
     assert re.search("E7E7E7E702: 2 pieces, 264 bytes, polynomials, at most .* mm from the curve", said)
-    assert said.endswith("start: by a broadcast on radio://0/80/2M\n")
-    with CrtpVehicle() as one, CrtpVehicle() as two:
+    assert "\nstart: by a broadcast on radio://0/80/2M\nways: 2 stages to the starts, 1 to the ground, " in said
+    with CrtpVehicle() as one, CrtpVehicle(at=BESIDE) as two:
         with pytest.raises(SystemExit) as left:
             main(["upload", str(tmp_path / "folder"), "--uri", one.uri, "--uri", two.uri])
     assert left.value.code in (0, None) and "2 memories written" in capsys.readouterr().err
@@ -212,8 +215,9 @@ def test_a_dry_run_needs_no_addresses_and_an_upload_says_what_has_them(tmp_path,
     write_fleet(replace(pair(), names=names), tmp_path / "folder")
     with pytest.raises(SystemExit) as left:
         main(["upload", str(tmp_path / "folder"), "--dry-run"])
-    *parts, start = capsys.readouterr().out.splitlines()
+    *parts, start, ways, _, _ = capsys.readouterr().out.splitlines()
     assert left.value.code in (0, None) and start == "start: as the addresses say, of --uri or crazyflies.yaml"
+    assert ways.endswith("up to 1.00 m high; all land in place")
     expected = names or ("vehicle 0", "vehicle 1")
     assert [part.split(",")[0] for part in parts] == [f"{name}: 2 pieces" for name in expected]
     with pytest.raises(SystemExit) as left:
@@ -230,7 +234,7 @@ def test_a_fleet_that_comes_too_near_or_jumps_is_not_flown(tmp_path, capsys, veh
     jumping = minsnap.Trajectory(np.concatenate((one.control_points, one.control_points + 2)), [0.1] * 4)
     fleet = minsnap.Fleet(tuple((one, two, jumping)[i] for i in vehicles))
     apart = None if separation is None else minsnap.Separation(separation)
-    write_fleet(replace(fleet, separation=apart), tmp_path / "folder", "crazyswarm2")
+    write_fleet(replace(fleet, separation=apart), tmp_path / "folder")
     with CrtpVehicle() as here, CrtpVehicle() as there:
         addresses = [f"--uri={each.uri}" for each in (here, there)[: len(fleet)]]
         with pytest.raises(SystemExit) as left:
@@ -247,7 +251,7 @@ def test_cflibs_own_driver_carries_the_same_bytes(monkeypatch):
     held = []
     for link in (crtp_link.UdpLink, crtp_link.RadioLink):
         monkeypatch.setattr("minsnap.flight.swarm_upload.open_link", link)
-        with CrtpVehicle() as one, CrtpVehicle() as two:
+        with CrtpVehicle() as one, CrtpVehicle(at=BESIDE) as two:
             upload(pair(), [one.uri, two.uri], start=True, timing=QUICK)
         held.append([(bytes(each.memory), [body for _, body in each.commands]) for each in (one, two)])
     assert held[0] == held[1]
@@ -264,10 +268,10 @@ def test_a_request_to_terminate_lands_all(monkeypatch, number):
             signal.raise_signal(number)
 
     try:
-        with CrtpVehicle() as one, CrtpVehicle() as two:
+        with CrtpVehicle() as one, CrtpVehicle(at=BESIDE) as two:
             with pytest.raises(SystemExit, match=str(128 + number)):
                 upload(pair(), [one.uri, two.uri], start=True, timing=QUICK, told=told)
-            assert [vehicle.commands[-1][1][0] for vehicle in (one, two)] == [swarm_upload.LAND] * 2
+            assert [vehicle.commands[-1][1][0] for vehicle in (one, two)] == [LAND] * 2
         assert signal.getsignal(number) is signal.SIG_DFL
     finally:
         signal.signal(number, before)
