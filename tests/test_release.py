@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import yaml
+from packaging.specifiers import SpecifierSet
 
 import minsnap
 
@@ -44,3 +45,12 @@ def test_what_the_workflows_make_can_be_made():
     used += [path.read_text(encoding="utf-8") for path in sorted((ROOT / ".github" / "workflows").glob("*.yml"))]
     wanted = re.findall(r"(?:^|run: |; then )make ([a-z-]+)", "\n".join(used), flags=re.MULTILINE)
     assert len(wanted) >= 8 and set(wanted) <= set(targets)
+
+
+def test_ros_2_installs_as_its_page_says():
+    """Of the NumPy of Humble, of Jazzy and of today the page and the package together take that of Jazzy."""
+    page = (ROOT / "ros/minsnap_ros/README.md").read_text(encoding="utf-8")
+    asked = set(re.findall(r'pip install \.\./\.\. "numpy(.*?)"', page))
+    needed = re.findall(r'^    "numpy(.*?)"', (ROOT / "pyproject.toml").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    together = SpecifierSet(",".join([*asked, *needed]))
+    assert asked and needed and list(together.filter(["1.21.5", "1.26.4", "2.2.0"])) == ["1.26.4"]

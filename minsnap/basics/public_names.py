@@ -11,6 +11,12 @@ from typing import Any
 
 import lazy_loader
 
+FOREIGN = {"scipy": "SciPy", "qpsolvers": "qpsolvers", "cflib": "cflib", "usb": "the USB library"}
+"""Packages whose own exceptions leave no public call, and their names."""
+
+MOST_SAID, DEEPEST = 120, 3
+"""Letters that are told of another package's words; how deep tensors are looked for in lists of arguments."""
+
 Loaded = tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]
 
 
@@ -58,18 +64,52 @@ def _checked(target: Any) -> Any:
     def checked(*args: Any, **kwargs: Any) -> Any:
         try:
             return target(*args, **kwargs)
-        except (AttributeError, LookupError, OverflowError, ValueError) as error:
-            from minsnap.errors import InputError, MinsnapError
-
-            other = None if isinstance(error, MinsnapError) else _of_other_kind(target, args, kwargs)
-            if other is None:
+        except Exception as error:
+            told = _told(target, args, kwargs, error)
+            if told is None:
                 raise
-            raise InputError(f"{target.__qualname__.removesuffix('.__init__')} takes {other}") from None
+            raise told from (error if told.__class__.__name__ == "SolverError" else None)
 
     checked.refuses = True  # type: ignore[attr-defined]
     if target.__qualname__ == target.__name__:
         setattr(sys.modules[target.__module__], target.__name__, checked)  # where a pickle finds it
     return checked
+
+
+def _told(target: Callable[..., Any], args: Any, kwargs: Any, error: Exception) -> Exception | None:
+    """Return what an exception of a call is told as: the library's own, or None where it is to leave as it is."""
+    from minsnap.errors import InputError, MinsnapError, SolverError
+
+    name = target.__qualname__.removesuffix(".__init__")
+    if isinstance(error, MinsnapError):
+        return None
+    home = type(error).__module__.partition(".")[0]
+    if isinstance(error, RuntimeError) and (argument := _with_gradient(target, args, kwargs)) is not None:
+        return InputError(
+            f"{name} takes numbers for {argument}, and this is a tensor with gradients: give {argument}.detach()"
+        )
+    if isinstance(error, (AttributeError, LookupError, OverflowError, ValueError)):
+        other = _of_other_kind(target, args, kwargs)
+        if other is not None:
+            return InputError(f"{name} takes {other}")
+    if home in FOREIGN:
+        said = f"{error}".strip().partition("\n")[0] or type(error).__name__
+        return SolverError(f"{name} cannot be done with these values: {FOREIGN[home]} says {said[:MOST_SAID]!r}")
+    return None
+
+
+def _with_gradient(target: Callable[..., Any], args: Any, kwargs: Any) -> str | None:
+    """Return the name of an argument that is a tensor whose gradients are followed, or holds one."""
+    from inspect import signature
+
+    def followed(value: Any, depth: int = 0) -> bool:
+        if getattr(value, "requires_grad", False) is True:
+            return True
+        parts = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
+        return depth < DEEPEST and any(followed(part, depth + 1) for part in parts)
+
+    named = signature(target).bind(*args, **kwargs).arguments
+    return next((name for name, value in named.items() if followed(value)), None)
 
 
 def _of_other_kind(target: Callable[..., Any], args: Any, kwargs: Any) -> str | None:

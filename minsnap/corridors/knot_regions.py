@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, OwnsArrays
-from minsnap.basics.checks import point_text
+from minsnap.basics.arrays import FloatArray, OwnsArrays, numbers
+from minsnap.basics.checks import check_kind, point_text
+from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Room
 from minsnap.corridors.constraint import Constraint
@@ -292,7 +294,7 @@ class GatePassage:
 
 
 def gate_passages(
-    trajectory: Trajectory, gates: Iterable[Gate] | Mapping[int, Gate], within: float = 1e-6
+    trajectory: Trajectory, gates: Iterable[Any] | Mapping[int, Gate], within: float = 1e-6
 ) -> tuple[GatePassage, ...]:
     """Return the passages of gates, in the order of the flight: those of a plan are where its legs meet.
 
@@ -300,12 +302,18 @@ def gate_passages(
     ----------
     trajectory : Trajectory
         A plan through the gates, any number of laps.
-    gates : iterable of Gate, or mapping of int to Gate
-        Other waypoints are left out before. A mapping gives them numbers of their own, such as those of waypoints.
+    gates : iterable of Gate, or of waypoints with Gates among them, or mapping of int to Gate
+        They have their places in it for numbers; points are passed over. A mapping gives them numbers of its own.
     within : float
         Distance from a gate's plane and opening at which a place counts as in it, over the path's extent.
+
+    Raises
+    ------
+    WaypointError
+        If one of them is neither a gate nor a point.
     """
-    numbered = gates.items() if isinstance(gates, Mapping) else enumerate(gates)
+    check_kind("what passes gates", trajectory, Trajectory, "a Trajectory")
+    numbered = _numbered_gates(gates)
     instants = trajectory.leg_breaks
     places, speeds = trajectory(instants), np.linalg.norm(trajectory(instants, 1), axis=1)
     reach = within * max(1.0, float(np.ptp(places, axis=0).max()))
@@ -316,6 +324,17 @@ def gate_passages(
             figures = float(instants[knot]), float(speeds[knot]), max(float(clear[knot]), 0.0)
             passages.append(GatePassage(number, *figures))
     return tuple(sorted(passages, key=lambda passage: passage.instant))
+
+
+def _numbered_gates(gates: Any) -> Iterator[tuple[int, Gate]]:
+    """Yield the gates among waypoints with their numbers, those of a mapping or their places."""
+    if not isinstance(gates, Iterable):
+        raise WaypointError(f"the gates are {shown(gates)}: give gates, or waypoints with gates among them")
+    for number, entry in gates.items() if isinstance(gates, Mapping) else enumerate(gates):
+        if isinstance(entry, Gate):
+            yield number, entry
+        elif isinstance(gates, Mapping) or getattr(numbers(entry), "shape", None) not in ((2,), (3,)):
+            raise WaypointError(f"gate {number} is {shown(entry)}: give a Gate, or a point, which is passed over")
 
 
 def clearances(gate: Gate, places: FloatArray, reach: float) -> FloatArray:

@@ -139,6 +139,10 @@ def _reader(path: FileName) -> Format:
     ending = Path(path).suffix.lower()
     able = [entry for entry in formats().values() if ending in entry.reads]
     if not able:
+        if Path(path).is_dir():
+            raise FileError(f"{path} is a folder, and no file of a path: name one that is in it")
+        if not ending and not Path(path).exists():
+            raise FileError(f"{path} cannot be read: there is no such file or folder")
         known = dict.fromkeys(ending for entry in formats().values() for ending in entry.reads)
         raise FileError(f"{path} cannot be read by its ending: it must be one of {', '.join(known)}")
     able.sort(key=lambda entry: entry.recognises is None)

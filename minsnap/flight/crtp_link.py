@@ -12,9 +12,9 @@ from __future__ import annotations
 import os
 import socket
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 from urllib.parse import urlparse
 
@@ -66,27 +66,43 @@ class UdpLink:
         self._socket.close()
 
 
+PLUG_IN = "plug in the Crazyradio"
+
+
+@contextmanager
+def _radio(name: str, what: str) -> Iterator[None]:
+    """Tell any exception of cflib and of the USB library below it, which have no class in common, as a LinkError."""
+    try:
+        yield
+    except Exception as error:
+        said = f"{error}".strip().partition("\n")[0] or type(error).__name__
+        raise LinkError(f"{name} {what}: {said}; {PLUG_IN}, and see that no other program has it") from error
+
+
 class RadioLink:
     """A vehicle behind one of cflib's drivers, such as ``radio://0/80/2M/E7E7E7E701``."""
 
     def __init__(self, uri: str) -> None:
         drivers = optional("cflib.crtp", f"{uri} needs cflib", "crazyflie")
-        drivers.init_drivers()
         self.name = uri
-        driver: Any = drivers.get_link_driver(uri, None, None)
+        with _radio(uri, "cannot be opened"):
+            drivers.init_drivers()
+            driver: Any = drivers.get_link_driver(uri, None, None)
         if driver is None:
-            raise LinkError(f"{uri} cannot be opened: is the radio plugged in?")
+            raise LinkError(f"{uri} cannot be opened: {PLUG_IN}, and write addresses as radio://0/80/2M/E7E7E7E701")
         self._driver = driver
 
     def send(self, packet: bytes) -> None:
         """Send a packet."""
         from cflib.crtp.crtpstack import CRTPPacket
 
-        self._driver.send_packet(CRTPPacket(packet[0], bytearray(packet[1:])))
+        with _radio(self.name, "cannot be reached"):
+            self._driver.send_packet(CRTPPacket(packet[0], bytearray(packet[1:])))
 
     def receive(self, timeout: float) -> bytes | None:
         """Return the next packet, or None after a time [s]."""
-        packet = self._driver.receive_packet(timeout)
+        with _radio(self.name, "cannot be reached"):
+            packet = self._driver.receive_packet(timeout)
         return None if packet is None else bytes([packet.header]) + bytes(packet.data)
 
     def close(self) -> None:
@@ -176,16 +192,18 @@ class RadioBroadcast:
     def __init__(self, channel: str) -> None:
         from cflib.crtp.radiodriver import RadioDriver, RadioManager
 
-        dongle, number, rate, *_ = RadioDriver.parse_uri(channel)
         self.name = channel
-        self._radio: Any = RadioManager.open(dongle)
-        self._radio.set_channel(number)
-        self._radio.set_data_rate(rate)
-        self._radio.set_address(ADDRESS)
+        with _radio(channel, "cannot be opened"):
+            dongle, number, rate, *_ = RadioDriver.parse_uri(channel)
+            self._radio: Any = RadioManager.open(dongle)
+            self._radio.set_channel(number)
+            self._radio.set_data_rate(rate)
+            self._radio.set_address(ADDRESS)
 
     def send(self, packet: bytes) -> None:
         """Send a packet, and return when the dongle has."""
-        self._radio.send_packet(packet)
+        with _radio(self.name, "cannot be reached"):
+            self._radio.send_packet(packet)
 
     def close(self) -> None:
         """Give the radio back to the links."""

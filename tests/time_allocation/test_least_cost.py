@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 from scipy.optimize import minimize
 from tasks import REFERENCE, random_legs, task_of
 
@@ -27,7 +28,7 @@ def test_trapezoid_covers_the_length_by_integration(speed, acceleration):
     for length, duration in zip(lengths, trapezoid_times(lengths, speed, acceleration), strict=True):
         t = np.linspace(0.0, duration, 100001)
         rising = np.full_like(t, np.inf) if np.isinf(acceleration) else acceleration * np.minimum(t, duration - t)
-        assert np.trapezoid(np.minimum(rising, speed), t) == pytest.approx(length, rel=1e-6)
+        assert trapezoid(np.minimum(rising, speed), t) == pytest.approx(length, rel=1e-6)
 
 
 def test_best_split_of_the_reference_rectangle():

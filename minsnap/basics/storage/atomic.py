@@ -108,7 +108,12 @@ def check_destination(path: FileName, *, clobber: bool = True) -> Path:
     except (TypeError, ValueError):
         raise FileError(f"{shown(path)} is no name of a file") from None
     except OSError as error:
-        if not isinstance(error, FileNotFoundError) or not destination.parent.is_dir():
+        missing = isinstance(error, FileNotFoundError)
+        if missing and not destination.parent.exists():
+            raise FileError(
+                f"{path} cannot be written: there is no folder {destination.parent}; make it first"
+            ) from error
+        if not missing or not destination.parent.is_dir():
             raise FileError(f"{path} cannot be written: {error.strerror}") from error
         return _in_writable_folder(path, destination)
     if stat.S_ISDIR(state.st_mode):

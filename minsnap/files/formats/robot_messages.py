@@ -18,12 +18,14 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, NDArray
+from minsnap.basics.checks import check_kind
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError
 from minsnap.files.convert import Format
 from minsnap.files.frames import map_samples
 from minsnap.trajectory.heading import wrap
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
 MOTION = ("position", "velocity", "acceleration", "jerk")
@@ -32,13 +34,14 @@ DTYPE = np.dtype([("timestamp", np.uint64), *((name, np.float32, 3) for name in 
 """The fields of the message, in its order."""
 
 
-def px4_setpoints(samples: Samples, start: int = 0) -> NDArray[np.void]:
+def px4_setpoints(samples: Samples | Path, start: int = 0) -> NDArray[np.void]:
     """Return one message per sample.
 
     Parameters
     ----------
-    samples : Samples
-        Three coordinates, z-up world axes; feed-forward is added to the acceleration.
+    samples : Samples or Path
+        Three coordinates, z-up world axes; feed-forward is added to the acceleration. A path is sampled at 20 Hz:
+        give ``path.sample(50.0)`` for another rate.
     start : int
         Time stamp of the first sample [microseconds].
 
@@ -51,7 +54,11 @@ def px4_setpoints(samples: Samples, start: int = 0) -> NDArray[np.void]:
     ------
     FrameError
         If the samples do not have 3 coordinates.
+    InputError
+        If they are neither samples nor a path.
     """
+    check_kind("what PX4 is to fly", samples, (Samples, Path), "samples or a path")
+    samples = samples.sample() if isinstance(samples, Path) else samples
     ned = map_samples(samples.commanded(), "enu", "ned")
     messages = np.zeros(len(ned), DTYPE)
     messages["timestamp"] = start + np.round((ned.t - ned.t[0]) * 1e6).astype(np.uint64)
@@ -69,7 +76,7 @@ def offboard_control_mode(timestamp: int = 0) -> dict[str, int | bool]:
     return {"timestamp": timestamp, "position": True} | dict.fromkeys(rest, False)
 
 
-def write_px4(samples: Samples, path: FileName, *, clobber: bool = True) -> None:
+def write_px4(samples: Samples | Path, path: FileName, *, clobber: bool = True) -> None:
     """Write the messages as a NumPy file of :data:`DTYPE`; ``numpy.load`` reads it."""
     content = io.BytesIO()  # numpy writes into a pipe or onto a full disk only through a file that is none
     np.save(content, px4_setpoints(samples), allow_pickle=False)

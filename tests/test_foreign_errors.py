@@ -1,0 +1,166 @@
+"""What other packages raise leaves no public call as it is: one sentence of the library, and the right status."""
+
+import importlib
+import inspect
+
+import numpy as np
+import pytest
+
+import minsnap
+import minsnap.plot
+import minsnap.vehicle
+from minsnap import Gate, InputError, MinsnapError, SolverError
+from minsnap.corridors import gate_passages
+from minsnap.errors import LinkError, WaypointError
+from minsnap.files.formats.robot_messages import px4_setpoints
+
+POINTS = np.array([(0.0, 0.0, 1.0), (3.0, 0.0, 1.0), (3.0, 2.0, 1.5)])
+CURVE = minsnap.plan(POINTS, total_time=5.0)
+PACKAGES = ["", "corridors", "fleet", "flight", "plot", "paths.routes", "paths.missions", "shows", "vehicle"]
+APART = {"Relay", "open_source", "show", "stream"}
+"""Calls that open a port or a page."""
+
+
+class Followed:
+    """What torch does of a tensor whose gradients are followed: no array, and its own words."""
+
+    requires_grad = True
+
+    def __array__(self, *_, **__):
+        raise RuntimeError("Can't call numpy() on Tensor that requires grad. Use tensor.detach().numpy() instead.")
+
+    def __len__(self):
+        return 3
+
+    def __iter__(self):
+        return iter([Followed()] * 3)
+
+
+def public_calls(package):
+    """Return the functions and classes of a package, with the number of their arguments that are needed."""
+    module = importlib.import_module(f"minsnap.{package}".rstrip("."))
+    for name in module.__all__:
+        called = getattr(module, name)
+        if name not in APART and (inspect.isfunction(called) or inspect.isclass(called)):
+            parameters = inspect.signature(called).parameters.values()
+            kinds = inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD
+            yield name, called, max(1, sum(p.default is p.empty and p.kind in kinds for p in parameters))
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("package", PACKAGES)
+def test_tensors_with_gradients_are_answered_in_one_sentence_by_every_public_call(package, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = []
+    for name, called, count in public_calls(package):
+        for arguments in ([Followed()] * count, [POINTS] + [Followed()] * max(count - 1, 1), [CURVE, Followed()]):
+            try:
+                called(*arguments)
+            except (MinsnapError, TypeError) as refused:
+                assert "\n" not in str(refused), name
+            except Exception as error:  # that is what is looked for
+                found.append((name, type(error).__name__, str(error)[:80]))
+    assert not found, found
+
+
+def test_the_sentence_names_the_argument_and_detach():
+    for call, argument in (
+        (lambda: minsnap.plan(Followed(), [1.0, 1.0]), "waypoints"),
+        (lambda: minsnap.plan(POINTS, durations=Followed()), "durations"),
+        (lambda: minsnap.plan_many([POINTS, [Followed()] * 3], durations=[1.0, 1.0]), "waypoints"),
+        (lambda: minsnap.certify(CURVE, waypoints=Followed()), "waypoints"),
+        (lambda: CURVE(Followed()), "t"),
+        (lambda: minsnap.Cylinder(Followed(), 1.0), "center"),
+    ):
+        with pytest.raises(InputError, match=rf"a tensor with gradients: give {argument}\.detach\(\)"):
+            call()
+
+
+def test_errors_of_scipy_and_qpsolvers_are_told_and_those_of_the_caller_are_not(monkeypatch):
+    from qpsolvers.exceptions import SolverNotFound
+    from scipy.spatial import QhullError
+
+    for foreign, name in ((QhullError("QH6013 input is less than\nmore"), "SciPy"), (SolverNotFound("x"), "qpsolvers")):
+
+        def fails(*_, foreign=foreign, **__):
+            raise foreign
+
+        monkeypatch.setattr("minsnap.plot.geometry.leg_bodies", fails)
+        with pytest.raises(SolverError, match=f"plot_path cannot be done with these values: {name} says") as told:
+            minsnap.plot.plot_path(CURVE, corridor=0.3)
+        assert "\n" not in str(told.value) and told.value.__cause__ is foreign
+    monkeypatch.setattr("minsnap.plot.geometry.leg_bodies", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        minsnap.plot.plot_path(CURVE, corridor=0.3)
+
+
+def test_gates_are_found_among_waypoints_with_their_places():
+    course = [(0, 0, 1), Gate((3, 0, 1), (1, 0, 0), 1.0), (6, 1, 1), Gate((8, 0, 1), (1, 0, 0), 1.0), (9, 0, 1)]
+    curve = minsnap.plan(course, limits=minsnap.Limits(speed=3.0, acceleration=5.0))
+    assert [passed.gate for passed in gate_passages(curve, course)] == [1, 3]
+    assert [passed.gate for passed in gate_passages(curve, [course[1], course[3]])] == [0, 1]
+    assert [passed.gate for passed in gate_passages(curve, {7: course[3]})] == [7]
+    for wrong in (3, [course[1], "gate"], {1: (3, 0, 1)}, [None]):
+        with pytest.raises(WaypointError, match="give"):
+            gate_passages(curve, wrong)
+
+
+def test_messages_of_px4_take_a_path():
+    messages = px4_setpoints(CURVE)
+    assert len(messages) == len(CURVE.sample(20.0)) and (messages == px4_setpoints(CURVE.sample(20.0))).all()
+    with pytest.raises(InputError, match="samples or a path"):
+        px4_setpoints(POINTS)
+
+
+@pytest.mark.parametrize("kind", ["no dongle", "no driver", "the dongle is pulled"])
+def test_a_crazyradio_that_is_not_there_is_one_sentence(kind, monkeypatch):
+    crtp = pytest.importorskip("cflib.crtp")
+    from minsnap.flight.crtp_link import RadioLink
+
+    class Driver:
+        def send_packet(self, packet):
+            raise OSError("[Errno 19] No such device (it may have been disconnected)")
+
+        def receive_packet(self, timeout):
+            raise OSError("[Errno 19] No such device")
+
+    def opened(uri, *_):
+        if kind == "no dongle":
+            raise Exception("Cannot find a Crazyradio Dongle")
+        return None if kind == "no driver" else Driver()
+
+    monkeypatch.setattr(crtp, "init_drivers", lambda **_: None)
+    monkeypatch.setattr(crtp, "get_link_driver", opened)
+    with pytest.raises(LinkError, match="plug in the Crazyradio") as told:
+        link = RadioLink("radio://0/80/2M/E7E7E7E701")
+        link.send(b"\xff")
+    assert "\n" not in str(told.value)
+    if kind == "the dongle is pulled":
+        with pytest.raises(LinkError, match=r"cannot be reached: \[Errno 19\]"):
+            link.receive(0.1)
+
+
+def test_upload_without_a_dongle_is_status_2(tmp_path, capsys, monkeypatch):
+    crtp = pytest.importorskip("cflib.crtp")
+    from minsnap.cli import main
+    from minsnap.files.convert import write_any
+
+    def missing(*_):
+        raise Exception("Cannot find a Crazyradio Dongle")
+
+    monkeypatch.setattr(crtp, "init_drivers", lambda **_: None)
+    monkeypatch.setattr(crtp, "get_link_driver", missing)
+    write_any(CURVE, tmp_path / "a.traj")
+    with pytest.raises(SystemExit) as left:
+        main(["upload", str(tmp_path / "a.traj"), "--uri", "radio://0/80/2M/E7E7E7E701"])
+    said = capsys.readouterr().err.strip().splitlines()
+    assert left.value.code == 2 and "Cannot find a Crazyradio Dongle; plug in" in said[-1]
+    assert not any("Traceback" in line for line in said)
+
+
+def test_a_folder_that_is_missing_is_named(tmp_path):
+    with pytest.raises(MinsnapError, match=r"there is no folder .*nowhere; make it first"):
+        minsnap.write_csv(CURVE, tmp_path / "nowhere" / "a.csv")
+    for name, said in (("nowhere", "there is no such file or folder"), (".", "is a folder, and no file of a path")):
+        with pytest.raises(MinsnapError, match=said):
+            importlib.import_module("minsnap.files.convert").read_any(tmp_path / name)
