@@ -142,9 +142,25 @@ def fly_fleet(
                     beside.event(text)
 
             _ask_by(settings, told)
+            _say_unproved(fleet, settings, told)
             how = (tables, links, each, names, clock, told)
             with _stopped_by_signals() as stops:
-                return dict(zip(names, stream_together(*how, begun=stops.append), strict=True))
+                found = stream_together(*how, begun=stops.append, separation=fleet.separation)
+                return dict(zip(names, found, strict=True))
+
+
+def _say_unproved(fleet: minsnap.Fleet, settings: StreamOptions, told: Callable[[str], None]) -> None:
+    """Say what of the flight of a fleet is not proved apart."""
+    from minsnap.fleet.approach import nearest_from_above
+
+    if settings.relative:
+        told("each vehicle counts from its own place: the fleet is apart if they stand as their paths begin")
+    if settings.on_abort == "rtl":
+        told("what returns all when a rule stops one (--on-abort rtl) is not proved apart")
+    near = nearest_from_above(fleet) if settings.on_abort == "land" and fleet.separation is not None else None
+    if near is not None and not near.apart:
+        pair = f"{fleet.names_of(near.pair)} come within {near.distance:.3g} m, seen from above"
+        told(f"what lands all when a rule stops one (--on-abort land) is not proved apart: {pair}")
 
 
 def links_of(connect: str, count: int) -> list[str]:

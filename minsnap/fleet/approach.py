@@ -191,7 +191,7 @@ def approach_of(fleet: Fleet, places: FloatArray, times: WayTimes | None = None)
     pace, joined = times or WayTimes(), np.concatenate([up, down])
     measured = [nearest_of_stages(each, apart) for each in (up, down)]
     there, back = _stages(up, flies, pace, landing=False), _stages(down, lands, pace, landing=True)
-    upright = _nearest([_from_above(fleet, apart), *(_flattened(each, apart) for each in (up, down))])
+    upright = _nearest([nearest_from_above(fleet), *(_flattened(each, apart) for each in (up, down))])
     highest = float(joined[..., 2].max())
     return FleetApproach(places, there, back, _nearest(measured), upright, highest, home, fleet.separation is not None)
 
@@ -253,8 +253,12 @@ def _flattened(places: FloatArray, apart: Separation) -> Meeting | None:
     return nearest_of_stages(places[..., :2], _flat_separation(apart))
 
 
-def _from_above(fleet: Fleet, apart: Separation) -> Meeting | None:
-    """Return the two vehicles that come nearest to each other seen from above, by the certificate of that."""
+def nearest_from_above(fleet: Fleet) -> Meeting | None:
+    """Return the two vehicles that come nearest to their separation seen from above; None for one vehicle.
+
+    Where they are apart, all may land straight down at any instant.
+    """
+    apart = fleet.separation or Separation(SPAN)
     flat = [Trajectory(curve.control_points[..., :2], curve.durations) for curve in fleet]
     near = certify_fleet(flat, _flat_separation(apart)).closest
     return None if near is None else Meeting(near.pair, near.distance, near.required)

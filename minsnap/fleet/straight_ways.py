@@ -65,13 +65,25 @@ def nearest_of_stages(places: FloatArray, separation: Separation) -> Meeting | N
     Meeting or None
         None for one vehicle.
     """
-    found = [_nearest_of_ways(np.stack(ends, axis=1), separation) for ends in zip(places, places[1:], strict=False)]
+    found = [nearest_of_ways(np.stack(ends, axis=1), separation) for ends in zip(places, places[1:], strict=False)]
     known = [each for each in found if each is not None]
     return min(known, key=lambda each: each.distance / each.required) if known else None
 
 
-def _nearest_of_ways(ways: FloatArray, separation: Separation) -> Meeting | None:
-    """Return the nearest two of ways (vehicles, corners, dim)."""
+def nearest_of_ways(ways: FloatArray, separation: Separation) -> Meeting | None:
+    """Return the two vehicles that come nearest to their separation, whenever each flies its way.
+
+    Parameters
+    ----------
+    ways : ndarray, shape (vehicles, corners, dim)
+        Corners of the ways, in their order [m].
+    separation : Separation
+
+    Returns
+    -------
+    Meeting or None
+        None for one vehicle.
+    """
     if len(ways) < 2:
         return None
     field = _Field(ways, separation)
@@ -157,7 +169,7 @@ def stages_between(places: FloatArray, goals: FloatArray, flies: BoolArray, sepa
     up = places.copy()
     up[flies, 2] = goals[flies, 2]
     stages = np.stack([places, up]) if flies.any() else places[None]
-    first = _nearest_of_ways(np.stack([places, up], axis=1), separation)
+    first = nearest_of_ways(np.stack([places, up], axis=1), separation)
     if first is not None and not first.apart:
         raise _too_near(first, "as they take off: stand them further apart")
     search = _Turns(goals, separation, float(goals[:, 2].max()))

@@ -24,7 +24,7 @@ from minsnap.basics.checks import check_number
 from minsnap.basics.storage.text import FileName, read_bytes
 from minsnap.errors import FileError, InputError, LinkError, TimingError
 from minsnap.flight.mavlink._transports import LinkTransport, Peer, open_transport
-from minsnap.flight.mavlink.vehicle_messages import TEXTS, Message, VehicleState, load_dialect
+from minsnap.flight.mavlink.vehicle_messages import TEXTS, Message, Vector, VehicleState, load_dialect
 
 
 def check_setpoint_rate(rate: float) -> float:
@@ -152,6 +152,8 @@ class CommonFlight:
         Called once all are ready; True lets all go.
     links : sequence of Link
         Of the vehicles: no two of them may lead to the same one.
+    judge : callable, optional
+        Returns why vehicles that stand at these places must not fly, or None.
 
     Attributes
     ----------
@@ -159,20 +161,41 @@ class CommonFlight:
         When the first setpoint of all is due [s].
     reason : str or None
         Why all stop.
+    judged : bool
+        Whether all have told where they stand, and these places were judged.
     """
 
     def __init__(
-        self, names: Sequence[str], clock: Clock, rate: float, trigger: Callable[[], bool], links: Sequence[Link]
+        self,
+        names: Sequence[str],
+        clock: Clock,
+        rate: float,
+        trigger: Callable[[], bool],
+        links: Sequence[Link],
+        judge: Callable[[Sequence[Vector]], str | None] = lambda places: None,
     ) -> None:
         self._names, self._clock, self._rate, self._trigger, self._links = tuple(names), clock, rate, trigger, links
         self._epoch, self._lock = clock.now(), threading.Lock()
-        self._ready = [False] * len(names)
+        self._ready, self._judge = [False] * len(names), judge
+        self._places: list[Vector | None] = [None] * len(names)
+        self.judged = False
         self.begin: float | None = None
         self.reason: str | None = None
 
     def aligned(self, start: float) -> float:
         """Return the first instant of the common grid of setpoints from another on [s]."""
         return self._epoch + math.ceil((start - self._epoch) * self._rate) / self._rate
+
+    def stand(self, member: int, place: Vector) -> None:
+        """Take note of where a vehicle stands before anything is sent; with the last of them all are judged."""
+        with self._lock:
+            self._places[member] = place
+            places = [each for each in self._places if each is not None]
+            if len(places) == len(self._places) and not self.judged:
+                refusal = self._judge(places)
+                if refusal is not None and self.reason is None:
+                    self.reason = refusal
+                self.judged = True
 
     def tell(self, member: int, ready: bool, stopped: str | None) -> None:
         """Take note of a vehicle: whether it is ready, and why it has stopped."""

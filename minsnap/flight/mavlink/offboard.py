@@ -27,6 +27,8 @@ from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
 from minsnap.files.consistency import ConsistencyReport, check_samples
 from minsnap.files.frames import map_samples
 from minsnap.files.setpoint_csv import frame_of, in_space
+from minsnap.fleet.common_clock import Separation
+from minsnap.flight.mavlink.fleet_ways import judge_of_ways
 from minsnap.flight.mavlink.link import Clock, CommonFlight, Link, open_link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback
 from minsnap.flight.mavlink.sender import undisturbed
@@ -142,8 +144,11 @@ def stream_together(
     on_event: Callable[[str], None] | None = None,
     on_status: StatusCallback | None = None,
     begun: Callable[[Callable[[], None]], None] = lambda stop: None,
+    separation: Separation | None = None,
 ) -> list[StreamReport | FlightError]:
     """Fly several vehicles, each over its own link, from one instant on; what stops one stops all where they are.
+
+    Nothing is sent before all have told where they stand, and their ways to the starts are proved apart.
 
     Parameters
     ----------
@@ -157,6 +162,9 @@ def stream_together(
         Called with the status of the first vehicle.
     begun : callable, optional
         Called with what stops all, before they fly.
+    separation : Separation, optional
+        How far apart all must be on their ways to their starts, and as they land; not asked of flights that begin where
+        their vehicles are, each in a frame of its own.
 
     Returns
     -------
@@ -172,7 +180,8 @@ def stream_together(
     if len(rates) > 1:
         raise InputError(f"the setpoints of a fleet have one rate, and these have {sorted(rates)}: give --rate")
     trigger = options[0].trigger
-    common = CommonFlight(names, clock, rates.pop(), trigger if callable(trigger) else lambda: True, links)
+    judge = judge_of_ways(separation, tables, names, land=options[0].land)
+    common = CommonFlight(names, clock, rates.pop(), trigger if callable(trigger) else lambda: True, links, judge)
 
     def said(name: str) -> Callable[[str], None] | None:
         return None if on_event is None else lambda text: on_event(f"{name}: {text}")

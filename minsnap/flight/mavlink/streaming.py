@@ -147,6 +147,7 @@ class Streamer:
         try:
             autopilot = self._meet()
             self._check_start()
+            self._stand_apart()
             with undisturbed(type(self._clock) is Clock, within=self._common is not None) as granted:
                 if granted and self._common is None:
                     self._say(granted)
@@ -226,6 +227,18 @@ class Streamer:
         if refusal is not None:
             advice = "" if vehicle.position is None else ": bring it there, or start where it is (--origin current)"
             raise FlightError(f"{refusal}{advice}; nothing was sent")
+
+    def _stand_apart(self) -> None:
+        """Wait until all vehicles of a fleet have told where they stand, and refuse ways that are not apart."""
+        place = self._link.vehicle.position
+        if self._common is None or place is None or self._options.relative:
+            return
+        common, member = self._common
+        common.stand(member, place)
+        while not (common.judged or common.reason is not None or self._stops):
+            self._listen(self._clock.now() + 0.1)
+        if common.reason is not None:
+            raise FlightError(f"{common.reason}; nothing was sent")
 
     def _fly(self, autopilot: Autopilot) -> None:
         """Serve slots until the flight is over; after an exception the flight stops and the hold continues."""

@@ -8,6 +8,7 @@ from clocks import SharedClock, enter, leave
 from flying import START, excursion, patient_rules
 from standin import POSCTL, PointMass, StandIn
 
+import minsnap
 from minsnap.cli.flight_commands import links_of, systems_of
 from minsnap.errors import FlightError, InputError
 from minsnap.flight.mavlink.link import open_link
@@ -21,7 +22,7 @@ PATHS = excursion(5.0, reach=2.0), excursion(7.0, reach=2.0)
 class Pair:
     """Both vehicles at the start, and their flight in threads that share the clock."""
 
-    def __init__(self, monkeypatch, paths=PATHS, behind_one_port=False, **how):
+    def __init__(self, monkeypatch, paths=PATHS, behind_one_port=False, places=(START, START), separation=None, **how):
         self.clock, self.said, self.found = SharedClock(), [], None
         fly = Streamer.run
 
@@ -32,13 +33,14 @@ class Pair:
                 leave(self.clock)
 
         monkeypatch.setattr(Streamer, "run", run)
-        self.vehicles = [StandIn(clock=self.clock, body=PointMass(START)) for _ in PATHS]
+        self.vehicles = [StandIn(clock=self.clock, body=PointMass(place)) for place in places]
         options = [StreamOptions(trigger="now", rules=patient_rules(), **how) for _ in PATHS]
         ports = [(self.vehicles[0] if behind_one_port else vehicle).port for vehicle in self.vehicles]
         self.links = [open_link(f"udpout:127.0.0.1:{port}", self.clock) for port in ports]
         tables = [prepare(path, option) for path, option in zip(paths, options, strict=True)]
         how = (tables, self.links, options, ("first", "second"), self.clock, self.said.append)
-        self.thread = threading.Thread(target=lambda: setattr(self, "found", stream_together(*how, begun=self.begun)))
+        named = {"begun": self.begun, "separation": separation}
+        self.thread = threading.Thread(target=lambda: setattr(self, "found", stream_together(*how, **named)))
 
     def begun(self, stop):
         self.stop = stop
@@ -127,6 +129,33 @@ def test_two_links_to_one_vehicle_are_refused_unless_each_names_its_own(monkeypa
         "first and second both lead to system 1" in str(one) or "second and first" in str(one) for one in pair.found
     )
     assert not any(m.vy for vehicle in pair.vehicles for _, m in vehicle.setpoints)
+
+
+BESIDE = [minsnap.plan([(x, 0, 1.5), (x, 3, 1.5)], [4.0]).sample(20.0) for x in (0.0, 1.2)]
+"""Two lines that are 1.2 m apart."""
+
+
+@pytest.mark.slow
+def test_nothing_is_sent_to_vehicles_that_stand_too_near_their_ways(monkeypatch):
+    """Two vehicles within a metre of their starts flew to them through each other, with exit status 0."""
+    places = [(0.0, 0.7, -1.5), (0.0, 0.5, -1.5)]  # within a metre of their starts, past each other
+    with Pair(monkeypatch, BESIDE, places=places, separation=minsnap.Separation(1.0, 2.0)) as pair:
+        pair.join()
+    for one in pair.found:
+        assert isinstance(one, FlightError)
+        assert "first and second would come as near as 0 m, and 1 m are asked" in str(one)
+        assert str(one).endswith("; nothing was sent")
+    assert not any(vehicle.setpoints for vehicle in pair.vehicles)
+
+
+@pytest.mark.slow
+def test_vehicles_below_their_starts_fly(monkeypatch):
+    places = [(0.0, 0.0, -1.5), (0.0, 1.2, -1.5)]
+    with Pair(monkeypatch, BESIDE, places=places, separation=minsnap.Separation(1.0, 2.0)) as pair:
+        pair.both_enter()
+        pair.vehicles[1].until(lambda v: {"first: holding the end", "second: holding the end"} <= set(pair.said))
+        found = pair.leave()
+    assert [report.completed for report in found] == [True, True]
 
 
 def test_each_vehicle_has_its_link():
