@@ -4,6 +4,8 @@ from . import plot as plot
 from . import shows as shows
 from . import studio as studio
 from .basics.version import __version__ as __version__
+from .bounds.least_time import TimeBound as TimeBound
+from .bounds.least_time import least_time as least_time
 from .certificate import Certificate as Certificate
 from .certificate import certify as certify
 from .corridors.boxes import Boxes as Boxes

@@ -193,6 +193,10 @@ class WallsRecord(Record):
         return WallsRecord(**self.kept | values)
 
 
+class CostateSearch(Record):
+    """A search for the costate that bounds the flight time; see ``costate.py``."""
+
+
 class FleetCurves(Record):
     """Curves of several vehicles; see ``FleetArrays``."""
 

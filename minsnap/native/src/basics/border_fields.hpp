@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "basics/border.hpp"
+#include "bounds/border.hpp"
 #include "fleet/joint_question.hpp"
 #include "fleet/questions.hpp"
 #include "polynomials/evaluate.hpp"
@@ -311,6 +312,27 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(PiecewiseCurve, pieces),
     MINSNAP_FIELD(PiecewiseCurve, degree),
     MINSNAP_FIELD(PiecewiseCurve, dim),
+    MINSNAP_FIELD(CostateSearch, legs),
+    MINSNAP_FIELD(CostateSearch, cells),
+    MINSNAP_FIELD(CostateSearch, fine),
+    MINSNAP_FIELD(CostateSearch, parts),
+    MINSNAP_FIELD(CostateSearch, closed),
+    MINSNAP_FIELD(CostateSearch, accelerations),
+    MINSNAP_FIELD(CostateSearch, velocities),
+    MINSNAP_FIELD(CostateSearch, costate_axes),
+    MINSNAP_FIELD(CostateSearch, rate_axes),
+    MINSNAP_FIELD(CostateSearch, sets),
+    MINSNAP_FIELD(CostateSearch, steps),
+    MINSNAP_FIELD(CostateSearch, rounds),
+    MINSNAP_FIELD(CostateSearch, sides),
+    MINSNAP_FIELD(CostateSearch, times),
+    MINSNAP_FIELD(CostateSearch, ends),
+    MINSNAP_FIELD(CostateSearch, grid),
+    MINSNAP_FIELD(CostateSearch, costate),
+    MINSNAP_FIELD(CostateSearch, rate),
+    MINSNAP_FIELD(CostateSearch, splits),
+    MINSNAP_FIELD(CostateSearch, rate_splits),
+    MINSNAP_FIELD(CostateSearch, iterations),
 };
 
 #undef MINSNAP_FIELD

@@ -1,0 +1,145 @@
+"""Convex sets in which limits keep acceleration and velocity, as a bound of the flight time takes them.
+
+Every flight within the limits stays in all of them. What a bound cannot use is left out and named: jerk, snap, body and
+yaw rate, a least thrust, single rotors, thrust and tilt with drag, a climb or a descent that is bounded one way alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf, tan
+from typing import NamedTuple
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.limit_kinds import KIND
+from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.polynomials.enclosures import UNIT
+
+Vector = tuple[float, float, float]
+
+BESIDE = 1.0 + 8.0 * UNIT
+"""Factor on what is computed from limits, above its rounding."""
+
+
+@dataclass(frozen=True)
+class DerivativeSet:
+    """Vectors in three coordinates: a product of balls around a center, or a cone that opens upwards and is cut.
+
+    Parameters
+    ----------
+    balls : tuple of (tuple of int, float)
+        Coordinates and radius of each ball; other coordinates are free.
+    center : tuple of float
+        Of the balls, or the tip of the cone.
+    slope, height : float
+        Of the cone: horizontal over vertical distance from its tip, and where it is cut; a height of 0 for no cone.
+    """
+
+    balls: tuple[tuple[tuple[int, ...], float], ...] = ()
+    center: Vector = (0.0, 0.0, 0.0)
+    slope: float = 0.0
+    height: float = 0.0
+
+    @property
+    def covered(self) -> frozenset[int]:
+        """Coordinates that it bounds."""
+        return frozenset(range(3)) if self.height else frozenset(axis for axes, _ in self.balls for axis in axes)
+
+    @property
+    def size(self) -> float:
+        """Length of the longest of its vectors, roughly."""
+        center = max(abs(value) for value in self.center)
+        return center + max((radius for _, radius in self.balls), default=self.height * (1.0 + self.slope))
+
+    def support(self, along: FloatArray) -> FloatArray:
+        """Return how far it reaches along vectors (..., 3) that are zero in the coordinates that are free: (...)."""
+        reach = along @ np.array(self.center)
+        for axes, radius in self.balls:
+            reach = reach + radius * np.sqrt((along[..., list(axes)] ** 2).sum(axis=-1))
+        if self.height:
+            aside = np.sqrt((along[..., :2] ** 2).sum(axis=-1))
+            reach = reach + self.height * np.maximum(along[..., 2] + self.slope * aside, 0.0)
+        return np.asarray(reach)
+
+    def scaled(self, factor: float) -> DerivativeSet:
+        """Return the set with all vectors times a factor."""
+        center = self.center[0] * factor, self.center[1] * factor, self.center[2] * factor
+        balls = tuple((axes, radius * factor) for axes, radius in self.balls)
+        return replace(self, balls=balls, center=center, height=self.height * factor)
+
+
+Sets = tuple[DerivativeSet, ...]
+
+
+class BoundingSets(NamedTuple):
+    """Sets of accelerations and of velocities, and names of the limits that are left out."""
+
+    accelerations: Sets
+    velocities: Sets
+    left_out: tuple[str, ...]
+
+
+def bounding_sets(limits: Limits, dim: int) -> BoundingSets:
+    """Return what limits say of acceleration and velocity, for curves of a number of coordinates, at most three.
+
+    The first set of each kind covers all coordinates that any of them covers.
+    """
+    limits.check_dim(dim)
+    given, axes = limits.given(), tuple(range(dim))
+    norm = tuple((axis,) for axis in axes) if limits.norm == "axis" else (axes,)
+    kinds = ((1, "speed", "climb_speed", "descent_speed"), (2, "acceleration", "", ""))
+    used, of_order = set[str](), dict[int, list[DerivativeSet]]()
+    for order, name, up, down in kinds:
+        whole = given.get(name, inf)
+        parts = _parts(given, name, up, down, whole, used)
+        of_order[order] = [DerivativeSet(tuple((group, whole) for group in norm))] if whole < inf else []
+        of_order[order] += [parts] if parts.balls else []
+        used |= {name}
+    thrust, names = _of_thrust(limits, given, of_order[2])
+    of_order[2] += thrust
+    used |= names
+    for sets in of_order.values():
+        sets.sort(key=lambda one: -len(one.covered))
+    left_out = [_named(name) for name in given if name not in used]
+    left_out += ["single rotors"] if isinstance(limits, VehicleLimits) else []
+    return BoundingSets(tuple(of_order[2]), tuple(of_order[1]), tuple(left_out))
+
+
+def _parts(given: dict[str, float], name: str, up: str, down: str, whole: float, used: set[str]) -> DerivativeSet:
+    """Return the bounds of the horizontal and of the vertical part of a derivative as one set."""
+    flat, both = given.get(f"horizontal_{name}", inf), given.get(f"vertical_{name}", inf)
+    above, below = min(given.get(up, inf), both), min(given.get(down, inf), both)
+    used |= {f"horizontal_{name}", f"vertical_{name}"}
+    balls: list[tuple[tuple[int, ...], float]] = [((0, 1), flat)] if flat < inf else []
+    center = 0.0
+    if min(above, below) < inf and max(above, below, whole) >= min(above, below):
+        above, below = min(above, whole), min(below, whole)
+        if max(above, below) < inf:
+            center = 0.5 * (above - below)
+            balls.append(((2,), 0.5 * (above + below) * BESIDE))
+            used |= {up, down}
+    return DerivativeSet(tuple(balls), (0.0, 0.0, center))
+
+
+def _of_thrust(
+    limits: Limits, given: dict[str, float], others: list[DerivativeSet]
+) -> tuple[list[DerivativeSet], set[str]]:
+    """Return the sets of thrust and tilt around free fall; a cone is cut where another limit bounds its height."""
+    if limits.medium.drags:
+        return [], set()
+    sets, used, fall = [], set[str](), (0.0, 0.0, -limits.gravity)
+    height = min((radius for one in others for axes, radius in one.balls if 2 in axes), default=inf) + limits.gravity
+    if "max_thrust" in given:
+        most = given["max_thrust"] * limits.gravity * BESIDE
+        sets.append(DerivativeSet((((0, 1, 2), most),), fall))
+        height, used = min(height, most), used | {"max_thrust"}
+    if "tilt" in given and height < inf:
+        sets.append(DerivativeSet((), fall, tan(given["tilt"]) * BESIDE, height * BESIDE))
+        used |= {"tilt"}
+    return sets, used
+
+
+def _named(name: str) -> str:
+    return "the least thrust" if name == "min_thrust" else KIND[name].label

@@ -1,0 +1,137 @@
+"""The least time of a course within limits, from below: no curve of any kind is quicker."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from minsnap.basics import checks
+from minsnap.basics.arrays import ArrayLike
+from minsnap.basics.cards import card
+from minsnap.bounds.derivative_sets import bounding_sets
+from minsnap.bounds.passed_course import PassedCourse, passed_course
+from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.gates import Ball
+from minsnap.corridors.given_waypoints import as_knots
+from minsnap.corridors.knot_regions import place
+from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
+from minsnap.errors import LimitError
+from minsnap.limits.limits import Limits, check_limits
+
+if TYPE_CHECKING:
+    from minsnap.bounds.costate_proof import CostateProof
+
+ROUNDED = 1e-10
+"""Share of what a proved time is the sum of by which it is rounded down, above the rounding of that sum."""
+
+HALF = 6
+"""Half the number of end derivatives that are read: those of the highest degree."""
+
+
+@dataclass(frozen=True, eq=False)
+class TimeBound:
+    """A time that every flight of a course takes at least, whatever its curve.
+
+    Parameters
+    ----------
+    seconds : float or None
+        Proved, rounded down [s]; None where nothing bounds the time.
+    left_out : tuple of str
+        Limits and walls that it does not know: flights within them may take longer.
+    reason : str
+        Why there is none; empty where there is one.
+    proof : CostateProof or None
+    """
+
+    seconds: float | None
+    left_out: tuple[str, ...] = ()
+    reason: str = ""
+    proof: CostateProof | None = None
+
+    def verify(self) -> bool:
+        """Prove it again, in exact rational arithmetic of the stored numbers; some milliseconds a leg.
+
+        Returns
+        -------
+        bool
+            False also where there is no bound.
+        """
+        from minsnap.bounds.exact_proof import proves
+
+        return self.seconds is not None and self.proof is not None and proves(self.proof, self.seconds)
+
+    def _repr_html_(self) -> str:
+        """Return the card of a notebook."""
+        known = None if self.seconds is None else f"{self.seconds:.6g} s"
+        left = ", ".join(self.left_out) or None
+        return card("Least time", [("at least", known), ("without", left), ("none", self.reason or None)])
+
+
+def least_time(
+    waypoints: ArrayLike | Sequence[object] | None,
+    limits: Limits,
+    corridor: ArrayLike | Constraint | Sequence[object] | Sampled | None = None,
+    waypoint_tolerance: ArrayLike | Ball | None = None,
+    start: Mapping[str, ArrayLike] | None = None,
+    end: Mapping[str, ArrayLike] | None = None,
+    *,
+    closed: bool = False,
+) -> TimeBound:
+    """Return a time below which no flight passes the waypoints within limits: no polynomial, and no other curve.
+
+    Speed, acceleration, thrust and tilt bound it; other limits and the walls of a corridor are left out and named.
+
+    Parameters
+    ----------
+    waypoints, limits, corridor, waypoint_tolerance, start, end, closed
+        As :func:`minsnap.plan` takes them. Of ``start`` and ``end`` the velocity counts, zero unless given.
+
+    Returns
+    -------
+    TimeBound
+        Its ``seconds``, and ``verify()``, which proves them anew.
+
+    Raises
+    ------
+    WaypointError, LimitError, CorridorError
+        If an argument is malformed.
+    """
+    check_limits(limits)
+    if not limits.given():
+        raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
+    constraints = as_constraints(unsampled(corridor, True)[0])
+    knots, lap = as_knots(waypoints, waypoint_tolerance), checks.check_flag("closed", closed)
+    (first, start), (last, end) = checks.check_position(start, "start"), checks.check_position(end, "end")
+    placement = place(knots, constraints, first, last, lap)
+    pinned = checks.check_pins(None, start, end, lap, HALF, placement.points)
+    checks.check_closing(lap, placement.points)
+    checks.refuse_repeated(placement.points, "leave one of them out")
+    ends = None if lap else np.stack((pinned[0][1], pinned[len(placement.points) - 1][1]))
+    if placement.points.shape[1] > 3:
+        return TimeBound(None, reason="it is known of up to three coordinates")
+    course = passed_course(placement, {} if knots is None else knots.gates, ends, lap)
+    return bound_of(course, limits, bool(constraints))
+
+
+def bound_of(course: PassedCourse, limits: Limits, walled: bool) -> TimeBound:
+    """Return the bound of a course; ``walled`` tells that flights stay inside of walls, too."""
+    from minsnap.bounds.costate_search import longest_proof
+
+    sets = bounding_sets(limits, course.dim)
+    left_out = (*sets.left_out, *(["the corridor"] if walled else []))
+    if not (sets.accelerations or sets.velocities):
+        return TimeBound(None, left_out, "neither a speed nor an acceleration is bounded all around")
+    course = course.apart()
+    if not course.advances:
+        return TimeBound(None, left_out, "the course may be passed without moving")
+    proof = longest_proof(course, sets)
+    if proof is None:
+        return TimeBound(None, left_out, "no proof was found: it takes the native core")
+    seconds, size = proof.seconds()
+    seconds -= ROUNDED * size
+    if not seconds > 0.0:
+        return TimeBound(None, left_out, "no time above zero was proved")
+    return TimeBound(seconds, left_out, "", proof)
