@@ -146,7 +146,8 @@ class FleetApproach:
 
     def sentences(self, fleet: Fleet) -> list[str]:
         """Return what is proved of the ways, and what is not, with the vehicles' names."""
-        flown = f"{len(self.there)} stages to the starts, {len(self.back)} to the ground, {self.seconds:.1f} s"
+        begin = f"{len(self.there)} stages to the starts" if self.there else "none to the starts, on the ground"
+        flown = f"{begin}, {len(self.back)} to the ground, {self.seconds:.1f} s"
         told = [f"ways: {flown}, up to {self.highest:.2f} m high; all land {'home' if self.home else 'in place'}"]
         if self.nearest is not None:
             asked = "asked" if self.stated else "taken, for the files do not say how far apart the vehicles must be"
@@ -262,42 +263,3 @@ def nearest_from_above(fleet: Fleet) -> Meeting | None:
     flat = [Trajectory(curve.control_points[..., :2], curve.durations) for curve in fleet]
     near = certify_fleet(flat, _flat_separation(apart)).closest
     return None if near is None else Meeting(near.pair, near.distance, near.required)
-
-
-RINGS = 40
-"""Rings of places around a start that are looked at for a free one."""
-
-
-def standing_places(fleet: Fleet) -> FloatArray:
-    """Return where vehicles are to stand, shape (vehicles, 3) [m]: below their starts, or beside what is taken there.
-
-    Those whose starts are lower choose first. Places are apart by the separation without its downwash.
-
-    Raises
-    ------
-    FleetError
-        If no free place is found near a start.
-    """
-    apart, starts = fleet.separation or Separation(SPAN), fleet(0.0)
-    radii, places = apart.radii_of(len(fleet)), np.zeros((len(fleet), 3))
-    step = 2.0 * float(radii.max()) * (1.0 + 1e-3)
-    beside = step * _hexagons()
-    taken: list[int] = []
-    for vehicle in np.argsort(starts[:, 2], kind="stable"):
-        tried = starts[vehicle, :2] + beside
-        away = np.linalg.norm(tried[:, None] - places[taken, :2], axis=2) >= radii[vehicle] + radii[taken]
-        free = np.flatnonzero(away.all(axis=1))
-        if not len(free):
-            raise FleetError(f"no free place is near the start of {fleet.name(vehicle)}: give the fleet more room")
-        places[vehicle, :2] = tried[free[0]]
-        taken.append(int(vehicle))
-    low = starts[:, 2] <= GROUND
-    places[low, 2] = starts[low, 2]
-    return places
-
-
-def _hexagons() -> FloatArray:
-    """Return the points of a grid of triangles with side 1, the nearest to its origin first."""
-    row, column = (each.ravel() for each in np.mgrid[-RINGS : RINGS + 1, -RINGS : RINGS + 1])
-    points = np.stack([column + 0.5 * row, row * math.sqrt(0.75)], axis=1)
-    return np.asarray(points[np.argsort(np.linalg.norm(points, axis=1).round(9), kind="stable")])

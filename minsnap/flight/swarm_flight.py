@@ -16,6 +16,7 @@ import numpy as np
 from minsnap.errors import FleetError, FlightError, LinkError
 from minsnap.fleet.approach import LANDS, TAKES_OFF, FleetApproach, WayMove, WayStage, WayTimes, approach_of
 from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.flight.crazyflie_log import FleetWatch
 from minsnap.flight.crtp_link import CrtpLink, act_on_each
 from minsnap.flight.high_level import GO_TO, LAND, TAKE_OFF, Volleys, command, start_group
@@ -47,7 +48,10 @@ class FlightTimes(WayTimes):
 
 
 def proved_approach(fleet: Fleet, places: np.ndarray, times: WayTimes | None = None) -> FleetApproach:
-    """Return the ways of a fleet, or raise FlightError where none are proved apart; see ``approach_of``."""
+    """Return the ways of a fleet; see ``approach_of``. Raise FlightError where they, or its curves, are not apart."""
+    fault = certify_fleet(fleet).fault
+    if fault is not None:
+        raise FlightError(f"not flown: {fault}; nothing moved")
     try:
         return approach_of(fleet, places, times)
     except FleetError as error:
@@ -101,6 +105,7 @@ class _Flight:
         self._fleet, self._links, self._timing = fleet, links, timing
         self._approach, self._watch, self._say = approach, watch, say
         self._yaws = [[float(curve.yaw(np.array(at))) for at in (0.0, curve.duration)] for curve in fleet]
+        self._up: set[int] = set()
         self._down: set[int] = set()
 
     def fly(self) -> None:
@@ -108,6 +113,7 @@ class _Flight:
         try:
             for stage in self._approach.there:
                 self._pass(stage, 0)
+            self._up = set(range(len(self._links)))
             self._say(str(start_group(self._links, self._timing.start)))
             self._watch(self._fleet.duration + self._timing.settle)
             *ways, landing = self._approach.back
@@ -127,6 +133,7 @@ class _Flight:
             move = stage.moves[told[i]]
             if move.kind == LANDS:
                 self._down.add(told[i])
+            self._up.add(told[i])
             command(link, self._packet(move, self._yaws[told[i]][end], stage.seconds))
 
         act_on_each([self._links[i] for i in told], tell)
@@ -141,9 +148,9 @@ class _Flight:
         return struct.pack("<BBBBfffff", GO_TO, 0, 0, 0, *move.goal, yaw, seconds)
 
     def _land_all(self) -> None:
-        """Tell every vehicle that was not told yet to land in place, whether or not others answer."""
-        left = [i for i in range(len(self._links)) if i not in self._down]
-        gone = []
+        """Tell every vehicle that flies and was not told yet to land in place, whether or not others answer."""
+        left = sorted(self._up - self._down)
+        gone: list[str] = []
         tops = [max(float(curve.control_points[..., 2].max()), self._approach.highest) for curve in self._fleet]
 
         def land(link: CrtpLink, i: int) -> None:
@@ -154,4 +161,4 @@ class _Flight:
 
         if left:
             act_on_each([self._links[i] for i in left], land)
-        self._say("told all to land" + (f"; no answer from {', '.join(gone)}" if gone else ""))
+        self._say("told all that fly to land" + (f"; no answer from {', '.join(gone)}" if gone else ""))

@@ -20,9 +20,9 @@ from minsnap.fleet.approach import (
     WayStage,
     WayTimes,
     approach_of,
-    standing_places,
 )
 from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.standing_places import standing_places
 
 MOST_ADDRESSES = 255
 """Vehicles that an address can tell apart."""
@@ -125,7 +125,8 @@ def crazyswarm_files(fleet: Fleet) -> tuple[dict[str, str], tuple[str, ...]]:
     script, described = ((templates / f"{name}.txt").read_text(encoding="utf-8") for name in (SCRIPT, ROBOTS))
     names = [f"cf{number + 1}" for number in range(len(fleet))]
     files = {ROBOTS: described.format(robots=robots), SCRIPT: script, WAYS: ways_text(fleet, names, approach)}
-    stand = f"{len(aside)} starts are above others: stand the vehicles where {ROBOTS} says, not below their starts"
+    which = ", ".join(f"cf{number + 1}" for number in aside)
+    stand = f"others stand below the starts of {which}: stand all where {ROBOTS} says"
     return files, (*([stand] if len(aside) else []), *approach.sentences(fleet))
 
 

@@ -14,7 +14,8 @@ from crazyflie_planner import DEFINE, GO_TO, LAND, START, TAKE_OFF, Planner, lea
 import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FleetError
-from minsnap.fleet.approach import approach_of, standing_places
+from minsnap.fleet.approach import approach_of
+from minsnap.fleet.standing_places import standing_places
 from minsnap.flight.swarm_upload import upload_of
 from minsnap.shows.fleet_files import read_fleet, write_fleet
 
@@ -110,7 +111,7 @@ def places_in(folder, change):
 def test_starts_above_each_other_have_places_of_their_own_and_are_apart_all_the_time(tmp_path, monkeypatch):
     """Both had the place (0, 0, 0): take-off, way and landing were 0.000 m apart, without a word."""
     written = write_fleet(stacked(), tmp_path, "crazyswarm2")
-    assert written.notes[0].startswith("1 starts are above others: stand the vehicles where crazyflies.yaml says")
+    assert written.notes[0] == "others stand below the starts of cf2: stand all where crazyflies.yaml says"
     robots, said = flown_by_script(tmp_path, monkeypatch)
     assert said == "" and least_distance([robot.planner for robot in robots], 2.0) > 0.3 - 1e-6
     for robot in robots:

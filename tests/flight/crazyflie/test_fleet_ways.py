@@ -3,6 +3,7 @@
 import math
 import re
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -145,7 +146,30 @@ def test_one_that_is_lost_in_flight_ends_the_others_at_once_and_each_is_told_onc
         flown(fleet, [(0, 0, 0), (1, 0, 0)], after=keep)
     landings = [(t, body) for t, body in vehicles[0].commands if body[0] == 8]
     assert len(landings) == 1 and landings[0][0] - lost[0] < 15.0, "half of its flight"
-    assert told[-1].startswith("told all to land") and "proved apart at any instant" in told[-3 - (len(told) == 4)]
+    assert told[-1].startswith("told all that fly to land")
+    assert any("all land straight down, proved apart at any instant" in line for line in told)
+
+
+@pytest.mark.slow
+def test_one_that_stands_on_the_ground_is_not_told_to_land():
+    """Its motors would have begun to turn."""
+    fleet = lines([(0, 0, 0), (1, 0, 1)], [(0, 0, 1), (1, 1, 1)])
+    with CrtpVehicle() as one, CrtpVehicle(at=(1, 0, 0)) as two:
+
+        def told(line):
+            if line.startswith("ways"):
+                two.supervisor = 1 << 5
+
+        with pytest.raises(FlightError, match="has tumbled"):
+            upload(fleet, [one.uri, two.uri], start=True, timing=replace(QUICK, take_off=3.0), told=told)
+    assert not {7, 8, 13} & set(kinds(one)) and [kind for kind in kinds(two) if kind > 6] == [7, 8]
+
+
+def test_curves_that_are_not_apart_are_not_flown():
+    fleet = lines([(0, 0, 1), (1, 0, 1)], [(1, 0, 1), (0, 0, 1)])
+    with CrtpVehicle() as one, CrtpVehicle(at=(1, 0, 0)) as two:
+        with pytest.raises(FlightError, match=r"not flown: vehicles \(0, 1\) come as near as .* nothing moved"):
+            upload(fleet, [one.uri, two.uri], start=True, timing=QUICK)
 
 
 @pytest.mark.slow

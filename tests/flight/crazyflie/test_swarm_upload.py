@@ -176,7 +176,7 @@ def test_a_vehicle_that_disappears_in_the_air_lands_the_others():
             upload(pair(), [one.uri, two.uri], start=True, timing=settled, told=told.append)
     sent = [body[0] for _, body in one.commands]
     assert sent[-1] == 8 and 13 not in sent
-    assert told[-1] == f"told all to land; no answer from {two.uri}"
+    assert told[-1] == f"told all that fly to land; no answer from {two.uri}"
 
 
 def test_addresses_must_fit_the_vehicles():
