@@ -51,7 +51,7 @@ SHORTEST = {
     "by distance, scaled": {"search": minsnap.Search(split="distance")},
     "trapezoid of each leg, scaled": {"search": minsnap.Search(split="trapezoid")},
     "best proportions, scaled": {"search": minsnap.Search(enforce="scaling")},
-    "joint search of curve and durations": {},
+    "joint search of curve and durations": {"pieces": 1},
     "the same, two pieces per leg": {"pieces": 2},
     "the same, three pieces per leg": {"pieces": 3},
     "the same, five pieces per leg": {"pieces": 5},

@@ -228,6 +228,10 @@ class MagnitudeWarning(UserWarning):
     """A number has the size of another unit than the one it is taken in, such as millimetres for metres."""
 
 
+class MagnitudeError(MinsnapError):
+    """A path is none that a vehicle can be meant to fly, mostly since its numbers are in another unit."""
+
+
 class FirmwareWarning(UserWarning):
     """A file is flown otherwise than it says by older firmware of a vehicle."""
 

@@ -36,7 +36,7 @@ COMMANDS = {
 """Commands in the order of the help, and the modules that register them with :data:`app` when they are imported."""
 
 UNMET: tuple[type[Exception], ...] = (errors.InfeasibleError, errors.SolverError, errors.FlightError)
-UNMET += (errors.ThrustError, errors.DivergenceError, errors.BatchError)
+UNMET += (errors.ThrustError, errors.DivergenceError, errors.BatchError, errors.MagnitudeError)
 """Errors that mean that the request cannot be met: exit status 1. All others mean bad input: 2."""
 
 app = typer.Typer(

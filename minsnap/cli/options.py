@@ -48,12 +48,13 @@ FlightReport = Annotated[Path | None, "FILE", "HTML page: maps, error against ti
 ColourBy = Annotated[str | None, "speed", "Draw the path in the colours of its speed."]
 Json = Annotated[bool, "Print the summary as JSON."]
 NoClobber = Annotated[bool, "Refuse to replace a file that is there."]
+Force = Annotated[bool, "Write a path that no vehicle flies, too, such as one of over 100 g."]
 OffsetDrag = Annotated[float, "K", "Add K times the velocity to the acceleration, against drag [1/s]."]
 OffsetVehicle = Annotated[str | None, "NAME", "Take the drag of a vehicle instead: " + VEHICLE_HELP]
 Lead = Annotated[float, "S", "Send setpoints S seconds earlier, against the vehicle's delay."]
 FlownLead = Annotated[float | None, "S", "How much earlier than planned the flight's setpoints were sent."]
 NoLimit = Annotated[
-    str | None, "NAME", "Remove a default limit: speed, acceleration, tilt or altitude; several with commas."
+    str | None, "NAME", "Remove a default limit: speed, acceleration, tilt, jerk or altitude; several with commas."
 ]
 
 Corridor = Annotated[str | None, "M", "Half-width around each leg [m]: one, or one per leg with commas."]

@@ -36,7 +36,6 @@ _LINES = (
     ("obstacle_distance", "obstacle distance", "{}"),
     ("altitude", "altitude", "{:g} m in files of setpoints: give --start X Y Z to choose it"),
     ("parts", "parts", "{}"),
-    ("pieces_auto", "with --pieces auto", "{}"),
     ("solver", "solver", "{}"),
     ("rounds", "rounds", "{}"),
     ("milliseconds", "planned in", "{:.1f} ms"),
@@ -121,8 +120,6 @@ def _lines(figures: Mapping[str, Any], wanted: tuple[tuple[str, str, str], ...])
 
 
 def _line(figures: Mapping[str, Any], name: str, form: str) -> str:
-    if name == "pieces_auto":
-        return f"{figures[name]:.6g} s, {100.0 * figures['pieces_auto_gain']:.1f} % shorter"
     if name == "parts":
         return ", ".join(f"{part['name']} {part['duration']:.4g} s" for part in figures[name])
     if name == "obstacle_distance":
@@ -191,6 +188,8 @@ class Destination:
         Print the summary as JSON.
     no_clobber : bool
         Refuse to replace files.
+    force : bool
+        Write a path that no vehicle flies, too.
     drag, vehicle, lead : float, str or None, float
         What to offset by feed-forward in setpoints (:class:`~minsnap.flight.mavlink.setpoints.FeedForward`).
 
@@ -214,6 +213,7 @@ class Destination:
     frame: Annotated[str, "Axes of the file: enu, ned, flu, frd or optitrack."] = "enu"
     json: options.Json = False
     no_clobber: options.NoClobber = False
+    force: options.Force = False
     format: options.Format = None
     drag: options.OffsetDrag = 0.0
     vehicle: options.OffsetVehicle = None
@@ -226,7 +226,7 @@ class Destination:
         get_frame(self.frame)
         sample_times(1.0, self.rate)
         check_figure(self.plot, self.view, self.colour_by)
-        named = ("format", "frame", "rate", "drag", "vehicle", "lead")
+        named = ("format", "frame", "rate", "drag", "vehicle", "lead", "force")
         options.refuse_unwritten(self.output, **{n: getattr(self, n) != getattr(Destination, n) for n in named})
         files = [file for file in (self.output, self.plot) if file is not None and file != STANDARD_OUTPUT]
         if len({check_destination(file, clobber=not self.no_clobber) for file in files}) < len(files):
@@ -291,6 +291,10 @@ class Destination:
         figures = summarise(path, corridor, waypoints, limits, avoid) | _passed(path, gates) | dict(further or {})
         known = {"waypoints": waypoints, "corridor": corridor, "limits": limits, "avoid": avoid, "tolerance": tolerance}
         notes = [figures["note"], note]
+        if self.output is not None and not self.force:
+            from minsnap.cli.implausible import refuse_implausible
+
+            refuse_implausible(path, figures)
         if self.plot is not None:
             draw = draw or partial(minsnap.plot.plot_overview, path, **known)
             figure = draw(view=self.view or "xy", colour_by=self.colour_by)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import takewhile
 from pathlib import Path
 from time import perf_counter
@@ -18,12 +17,15 @@ from minsnap.cli import options
 from minsnap.cli.app import command
 from minsnap.cli.options import vehicle_of
 from minsnap.cli.output import Destination, nearest_place, on_terminal
-from minsnap.cli.planning import GAIN, Planning, TimingOptions, gain, gain_of_auto_pieces, standing
+from minsnap.cli.planning import Planning, TimingOptions, standing
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
     from minsnap.paths.missions.mission import Mission
     from minsnap.planning.request import PlanRequest
+
+QUICK = 1000.0
+"""Longest search for a lap after which laps from a standing start are searched for, too [ms]."""
 
 
 @command()
@@ -42,8 +44,8 @@ def plan(
 ) -> None:
     """Plan through the waypoints of a file, or fly a course in YAML.
 
-    Without times and limits, waypoints are flown at 1 m/s on average, and a course within 3 m/s and 6 m/s^2. A course
-    may have gates, balls, holds, laps, take-off and landing.
+    Without times and limits, the time is the shortest found within 3 m/s, 6 m/s^2 and 30 m/s^3. A course may have
+    gates, balls, holds, laps, take-off and landing.
 
     A YAML file may also hold total time, limits, corridor and more, as the studio saves it. Options take precedence.
     The limits of the file also hold for another time. A plan in .json or .yaml is not planned again: it is certified
@@ -74,18 +76,15 @@ def plan(
     if "split" in chosen and not searched and request.total_time is None and not request.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
     request, walls = _timed(request, chosen | {"on_interrupt": "return"}, searched), request.walls
-    if request.room is None and "limits" in chosen and not request.boxes:
+    timed = request.durations is not None or request.total_time is not None
+    if request.room is None and not (timed or request.boxes) and ("limits" in chosen or read.bounds is None):
         request = replace(request, **planning.altitudes(request.waypoints))
 
     def planned(progress: bool | None = None, **changes: Any) -> minsnap.Trajectory:
         return minsnap.plan(**request.changed(**changes).arguments(), progress=progress)
 
     path = planned(on_terminal(destination.json))
-    figures: dict[str, Any] = {}
-    if path.report is not None and not path.report.interrupted and planning.pieces is None and _fastest(request):
-        figures = gain(planned, path, path.report.milliseconds)
-    if request.closed and searched:
-        figures |= standing(lambda: planned(closed=False), path)
+    figures = standing(lambda: planned(closed=False), path) if request.closed and request.durations is None else {}
     how: dict[str, Any] = {"limits": request.bounds, "further": figures, "avoid": request.obstacles}
     how |= {"gates": request.gates, "tolerance": request.waypoint_tolerance} | _of_mission(file)
     destination.deliver(path, walls, request.places, **how)
@@ -180,36 +179,22 @@ def _beside_those_of(
     return chosen | own
 
 
-def _fastest(request: PlanRequest) -> bool:
-    """Whether the shortest time within limits is searched for as usual, with one polynomial per leg."""
-    timed = request.durations is not None or request.total_time is not None or request.continuity is not None
-    usual = request.pieces == 1 and request.search == minsnap.Search(on_interrupt="return")
-    return usual and not timed and request.bounds is not None
-
-
 def _timed(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> PlanRequest:
-    """Return the request with the options in place of its own, and durations from the average speed without any.
+    """Return the request with the options in place of its own, and ordinary limits where nothing gives its time.
 
     Times are in place of times, and limits of limits, alone or with the times: its own limits hold for other times.
     """
-    import numpy as np
-
-    from minsnap.paths.shapes import leg_durations
+    from minsnap.limits.ordinary import completed
 
     own: dict[str, Any] = {"durations": None, "total_time": None, "time_weight": None} if searched else {}
     own |= {"limits": (), "rotors": None} if "limits" in chosen else {}
     own |= {"time_limit": None} if chosen.get("total_time") is not None else {}
     own |= {"split": "optimal"} if chosen.get("time_weight") is not None else {}
     timed = request.changed(**own | chosen)
-    if timed.durations is not None or timed.total_time is not None or (timed.search and timed.search.time_weight):
+    priced = timed.search is not None and timed.search.time_weight is not None
+    if priced or timed.durations is not None or timed.total_time is not None or timed.bounds is not None:
         return timed
-    limits = timed.bounds
-    if limits is None:
-        return replace(timed, durations=leg_durations(np.array(timed.waypoints)))
-    if list(limits.given()) != ["yaw_rate"]:
-        return timed
-    times = request.durations or leg_durations(np.array(request.waypoints))  # a yaw rate alone limits no time
-    return replace(timed, total_time=request.total_time or float(np.sum(times)))
+    return replace(timed, limits=tuple(completed({}).items()))
 
 
 def course_of(file: Path) -> minsnap.Course:
@@ -244,7 +229,7 @@ def fly_course(
     took = 1e3 * (perf_counter() - began)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
     figures: dict[str, Any] = {"parts": parts, "interrupted": "yes" if mission.interrupted else None}
-    figures |= {} if mission.interrupted else _beside(flown, arguments, mission, took)
+    figures |= {} if mission.interrupted else _standing(flown, arguments, mission, took)
     how |= {"limits": mission.limits, "further": figures, "gates": mission.gates, "avoid": flown.obstacles}
     how |= {"pins": mission.pins, "stops": mission.passed_stops}
     how["note"] = "; ".join(filter(None, (*mission.notes, note, _other_vehicle(mission, destination))))
@@ -252,21 +237,13 @@ def fly_course(
     destination.deliver(mission.trajectory, mission.corridor or None, **how)
 
 
-def _beside(course: minsnap.Course, arguments: dict[str, Any], mission: Mission, took: float) -> dict[str, Any]:
-    """Return how long the course would last with more pieces, and flying laps, all of them, from a standing start."""
-    from minsnap.planning.request import plan_arguments
-
+def _standing(course: minsnap.Course, arguments: dict[str, Any], mission: Mission, took: float) -> dict[str, Any]:
+    """Return how long flying laps, all of them, last from a standing start, where that is found quickly."""
+    if not course.closed or course.laps * took > QUICK:
+        return {}
     quiet = {name: value for name, value in arguments.items() if name not in ("search", "progress")}
     laps = course.changed(closed=False, stops=(*course.stops, *course.stops[:1]))
-
-    def again(**changes: Any) -> minsnap.Trajectory:
-        return minsnap.plan_mission(course, **quiet, **plan_arguments(changes)).trajectory
-
-    known = quiet.keys() & {"pieces", "continuity"} or course.pieces != 1
-    shorter = {} if known else gain(again, mission.trajectory, took)
-    if not course.closed or course.laps * took > GAIN.quick:
-        return shorter
-    return shorter | standing(lambda: minsnap.plan_mission(laps, **quiet).trajectory, mission.trajectory)
+    return standing(lambda: minsnap.plan_mission(laps, **quiet).trajectory, mission.trajectory)
 
 
 def _other_vehicle(mission: Mission, destination: Destination) -> str:
@@ -359,7 +336,7 @@ def route(
     """Plan from a start to a goal through the free cells of a map.
 
     The path keeps a distance from all occupied cells. Without --time and limits, the time is the shortest found within
-    3 m/s and 6 m/s^2. Exit status 1 if no way is wide enough.
+    3 m/s, 6 m/s^2 and 30 m/s^3. Exit status 1 if no way is wide enough.
     """
     from minsnap.paths.routes.map_files import files_of
     from minsnap.paths.routes.plan_route import plan_through
@@ -370,10 +347,8 @@ def route(
     timing.refuse_idle()
     ends = parse_point("--start", start), parse_point("--goal", goal)
     arguments = reading.arguments() | timing.arguments() | destination.search
-    through = partial(plan_through, _source(map_file, reading.transpose), *ends)
-    planned = through(**plan_arguments(arguments))
-    shorter = gain_of_auto_pieces(through, arguments | {"limits": planned.limits}, planned.trajectory)
-    figures = shorter | nearest_place(planned.trajectory, planned.distance, planned.approach.instant, None)
+    planned = plan_through(_source(map_file, reading.transpose), *ends, **plan_arguments(arguments))
+    figures = nearest_place(planned.trajectory, planned.distance, planned.approach.instant, None)
     figures["altitude"] = 0.0 if planned.dim == 2 else None
     how: dict[str, Any] = {"corridor": planned.corridor, "limits": planned.limits, "further": figures}
     how["draw"] = lambda **view: minsnap.plot.plot_route(planned, title=name_as_text(map_file.name), **view)

@@ -10,31 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import minsnap
 from minsnap.cli import options
 from minsnap.cli.output import STANDING
-from minsnap.errors import InputError, MinsnapError, TimingError
+from minsnap.errors import InputError, LimitError, MinsnapError, TimingError
 
 Laps = Annotated[float, "Turns, spin-up and spin-down included."]
 
-
-@dataclass(frozen=True)
-class GainSettings:
-    """When a summary says how much shorter ``--pieces auto`` is.
-
-    Parameters
-    ----------
-    quick : float
-        Longest search after which it is tried [ms].
-    worth : float
-        Least share of the flight that is worth a line.
-    least : float
-        Time that this may take in any case [s].
-    """
-
-    quick: float = 1000.0
-    worth: float = 0.01
-    least: float = 0.5
-
-
-GAIN = GainSettings()
 
 RECTANGLE_WALLS = 0.3
 """Half-width around the sides of a rectangle, by default [m]."""
@@ -66,15 +45,19 @@ class LimitOptions(LimitFields):
             if self.no_limit is not None:
                 raise InputError("with --time only the limits that are named hold: leave out --no-limit")
             return minsnap.Limits(**chosen)
-        kept: dict[str, Any] = completed(chosen, self._off)
+        kept: dict[str, Any] = completed(self._said)
         if not kept:
             raise InputError("--no-limit leaves no limit: name one, such as --max-jerk")
         return minsnap.Limits(**kept)
 
     @property
-    def _off(self) -> list[str]:
-        """Names of limits that are taken off, without that of altitudes."""
-        return [name for name in options.taken_off(self.no_limit) if name != "altitude"]
+    def _said(self) -> dict[str, float | None]:
+        """The limits that are named, and None for those that are taken off; without that of altitudes."""
+        named, off = options.limit_values(self), options.taken_off(self.no_limit)
+        both = [name for name in off if name in named]
+        if both:
+            raise LimitError(f"the {both[0]} is limited and its limit taken off: do one of them")
+        return named | dict.fromkeys(name for name in off if name != "altitude")
 
     def refuse_idle(self, altitudes: bool = False) -> None:
         """Raise InputError where ``--no-limit`` takes off nothing; ``altitudes`` are limited here or not."""
@@ -84,8 +67,7 @@ class LimitOptions(LimitFields):
 
         if altitudes and "altitude" in options.taken_off(self.no_limit):
             return
-        chosen = options.limit_values(self)
-        if completed(chosen, self._off) == completed(chosen):
+        if completed(self._said) == completed(options.limit_values(self)):
             raise InputError(f"--no-limit {self.no_limit} takes off a limit that does not hold here: leave it out")
 
     def limits_over(self, own: minsnap.Limits | None, timed: bool = False) -> minsnap.Limits | None:
@@ -108,38 +90,6 @@ class LimitOptions(LimitFields):
         values: dict[str, Any] = {name: getattr(chosen, name) for name in filled if getattr(own, name) is None}
         values = {} if own.max_thrust is not None else values
         return replace(own, **values | {name: None for name in off if name in ORDINARY} | named)
-
-
-def gain_of_auto_pieces(
-    plan: Callable[..., minsnap.Path], named: dict[str, Any], path: minsnap.Trajectory
-) -> dict[str, Any]:
-    """Return how long a plan would last with ``--pieces auto``, where one polynomial per leg was searched for.
-
-    Nothing where times, pieces or a split are set, limits are not, or the search took more than ``GAIN.quick``.
-    """
-    report, chosen = path.report, {"total_time", "durations", "time_weight", "time_limit", "split", "continuity"}
-    names = chosen & options.present(**named).keys()
-    searched = named.get("limits") is not None and named.get("pieces") is None and not names
-    if not searched or report is None or report.interrupted:
-        return {}
-    from minsnap.planning.request import plan_arguments
-
-    return gain(lambda **again: plan(**plan_arguments(named | again)), path, report.milliseconds)
-
-
-def gain(plan: Callable[..., minsnap.Path], path: minsnap.Path, milliseconds: float) -> dict[str, Any]:
-    """Return the same for what a function plans again with other arguments, where the search took so long.
-
-    It gets as long again, and no less than ``GAIN.least``.
-    """
-    if milliseconds > GAIN.quick:
-        return {}
-    try:
-        again = plan(pieces="auto", progress=None, time_limit=max(GAIN.least, milliseconds / 1e3))
-    except MinsnapError:
-        return {}
-    share = 1.0 - again.duration / path.duration
-    return {"pieces_auto": again.duration, "pieces_auto_gain": share} if share >= GAIN.worth else {}
 
 
 def standing(plan: Callable[[], minsnap.Path], path: minsnap.Trajectory) -> dict[str, Any]:
@@ -166,7 +116,7 @@ class TimingOptions(LimitOptions, Span):
 
     split: Annotated[str | None, "How --time is split over the legs: optimal, distance or trapezoid."] = None
     pieces: Annotated[
-        str | None, "N|auto", "Polynomials per leg; by default 1. auto: with limits, as many as shorten the flight."
+        str | None, "N|auto", "Polynomials per leg; by default 1 with a time, else auto: as many as shorten the flight."
     ] = None
     time_limit: Annotated[float | None, "S", "Stop the search after S seconds, and take the best plan so far."] = None
     yaw: options.Yaw = None
@@ -176,11 +126,19 @@ class TimingOptions(LimitOptions, Span):
         if self.time is not None and self.time_weight is not None:
             raise TimingError("--time and --time-weight exclude each other: give the duration or the price of time")
 
+    @property
+    def held(self) -> minsnap.Limits | None:
+        """The limits of the options, or the ordinary ones where neither limits nor a time are set."""
+        if self.limits is not None or self.time is not None or self.time_weight is not None:
+            return self.limits
+        from minsnap.limits.ordinary import ordinary_limits
+
+        return ordinary_limits()
+
     def altitudes(self, points: Any) -> dict[str, Any]:
         """Return floor and ceiling of ordinary flight as the argument ``room``, where limits choose the time."""
-        named = bool(options.limit_values(self)) or self.no_limit is not None
-        off = "altitude" in options.taken_off(self.no_limit)
-        if not named or off or self.time is not None or len(points[0]) != 3:
+        timed = self.time is not None or (self.time_weight is not None and self.limits is None)
+        if timed or "altitude" in options.taken_off(self.no_limit) or len(points[0]) != 3:
             return {}
         from minsnap.limits.ordinary import ordinary_room
 
@@ -214,13 +172,6 @@ class Planning(TimingOptions):
         """The half-widths of the corridor [m], or None."""
         return options.parse_corridor(self.corridor)
 
-    @property
-    def limits(self) -> minsnap.Limits | None:
-        """The limits of the options; a yaw rate alone, which limits no time, is not completed."""
-        if self.no_limit is None and list(options.limit_values(self)) == ["yaw_rate"]:
-            return minsnap.Limits(**options.limit_values(self))
-        return super().limits
-
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that the options name."""
         chosen = options.present(corridor=self.walls, continuity=self.continuity, avoid=options.parse_avoid(self.avoid))
@@ -248,16 +199,6 @@ class RectanglePlanning(Planning):
         if self.no_corridor:
             return None
         return RECTANGLE_WALLS if self.corridor is None else super().walls
-
-    @property
-    def limits(self) -> minsnap.Limits | None:
-        """The limits of the options, or those of ``rectangle`` where no time is set either."""
-        chosen = super(Planning, self).limits
-        if chosen is not None or self.time is not None or self.time_weight is not None:
-            return chosen
-        from minsnap.limits.ordinary import ordinary_limits
-
-        return ordinary_limits()
 
 
 @dataclass(frozen=True)

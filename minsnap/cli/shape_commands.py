@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from math import radians
 from typing import Annotated, Any
 
@@ -10,7 +9,7 @@ import minsnap
 from minsnap.cli import options
 from minsnap.cli.app import ARGUMENTS, command
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import Climbing, RectanglePlanning, TimingOptions, Turning, gain_of_auto_pieces
+from minsnap.cli.planning import Climbing, RectanglePlanning, TimingOptions, Turning
 from minsnap.errors import TimingError
 
 StartAngle = Annotated[float, "DEG", "Where it begins [degrees]."]
@@ -31,19 +30,17 @@ def rect(
 ) -> None:
     """Plan a rectangle from rest to rest, inside a corridor.
 
-    The corridor is around the sides. Without --time and limits, the time is the shortest found within 3 m/s and 6
-    m/s^2.
+    The corridor is around the sides. Without --time and limits, the time is the shortest found within 3 m/s, 6
+    m/s^2 and 30 m/s^3.
     """
     from minsnap.planning.request import plan_arguments
 
     planning.refuse_idle()
     place: dict[str, Any] = {"altitude": altitude, "start_corner": start_corner, "center": center}
-    traced = partial(minsnap.rectangle, width, length, **place, laps=laps, clockwise=clockwise)
     arguments = planning.arguments() | {"corridor": planning.walls} | destination.search
-    path = traced(**plan_arguments(arguments))
-    shorter = gain_of_auto_pieces(traced, arguments, path)
+    path = minsnap.rectangle(width, length, **place, laps=laps, clockwise=clockwise, **plan_arguments(arguments))
     avoided = options.parse_avoid(planning.avoid) or ()
-    destination.deliver(path, planning.walls, limits=planning.limits, further=shorter, avoid=avoided)
+    destination.deliver(path, planning.walls, limits=planning.held, avoid=avoided)
 
 
 @command()
@@ -55,7 +52,10 @@ def line(
     goal: Annotated[options.Triple, "X Y Z", "Other end [m]."] = (7.0, 1.0, 1.5),
     constant_speed: Annotated[bool, "Equal steps from end to end."] = False,
 ) -> None:
-    """Plan a straight line, from rest to rest or at constant speed."""
+    """Plan a straight line, from rest to rest or at constant speed.
+
+    Without --time and limits, the time is the shortest found within 3 m/s, 6 m/s^2 and 30 m/s^3.
+    """
     from minsnap.planning.request import plan_arguments
 
     timing.refuse_idle(altitudes=True)
@@ -66,8 +66,7 @@ def line(
     if not constant_speed:
         arguments |= destination.search | timing.altitudes([start, goal])
     path = minsnap.line(start, goal, constant_speed=constant_speed, **plan_arguments(arguments))
-    figures = {} if constant_speed else gain_of_auto_pieces(partial(minsnap.line, start, goal), arguments, path)
-    destination.deliver(path, limits=timing.limits, further=figures)
+    destination.deliver(path, limits=None if constant_speed else timing.held)
 
 
 @command()

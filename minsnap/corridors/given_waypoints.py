@@ -200,17 +200,28 @@ def warn_magnitude(points: FloatArray) -> None:
     first, second = points[0].tolist(), points[1].tolist()
     if max(map(abs, first + second)) < LONG / 2.0 and not _beside(first, second):
         return
+    degrees = in_degrees(points)
     extent = np.ptp(points, axis=0)
     whole = bool((points == np.round(points)).all())
     high = points.shape[1] == 3 and np.abs(points[:, 2]).max() >= HIGH
     if extent.max() >= LONG and (whole or high):
         _warn(f"waypoints extend over {extent.max():g} m: if they are millimetres, divide them by 1000")
-    elif _beside(first, second) and extent[:2].max() < DEGREES_EXTENT and points.shape[1] > 1:
-        place = f"({first[0]:g}, {first[1]:g})"
-        _warn(
-            f"waypoints near {place} lie within {extent[:2].max():.2g} m: if they are latitudes and longitudes, "
-            "convert them to metres"
-        )
+    elif degrees is not None:
+        _warn(degrees)
+
+
+def in_degrees(points: FloatArray) -> str | None:
+    """Return a sentence where waypoints (n, dim) look like latitudes and longitudes, else None."""
+    first, second = points[0].tolist(), points[1].tolist()
+    if points.shape[1] < 2 or not _beside(first, second):
+        return None
+    extent = float(np.ptp(points[:, :2], axis=0).max())
+    if extent >= DEGREES_EXTENT:
+        return None
+    return (
+        f"waypoints near ({first[0]:g}, {first[1]:g}) lie within {extent:.2g} m: if they are latitudes and longitudes, "
+        "convert them to metres"
+    )
 
 
 def _beside(first: list[float], second: list[float]) -> bool:

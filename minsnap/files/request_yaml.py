@@ -33,7 +33,7 @@ from minsnap.errors import FileError, FrameError
 from minsnap.files.frames import FRAMES, get_frame, map_vectors, map_yaw
 from minsnap.files.waypoints import COLUMNS, ENTRY, read_waypoints, waypoints_of
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.ordinary import completed_in_file, written_in_file
+from minsnap.limits.ordinary import POWER, completed, written_in_file
 from minsnap.planning.request import RESERVE, Opening, PlanRequest
 from minsnap.time_allocation.search_options import USUAL, WORDS
 from minsnap.vehicle.quadrotor import SHORT_NAMES, VEHICLES, Quadrotor, named_vehicle, vehicle_from
@@ -72,7 +72,7 @@ LIMITS = mapping(
 def complete(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return limits that choose the time with the ordinary ones that are neither named nor null."""
     options = {name: value for name, value in content.items() if name in HOW}
-    return completed_in_file({name: value for name, value in content.items() if name not in HOW}) | options
+    return completed({name: value for name, value in content.items() if name not in HOW}, (POWER,)) | options
 
 
 def without_null(content: Mapping[str, Any]) -> dict[str, Any]:

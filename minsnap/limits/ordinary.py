@@ -1,7 +1,8 @@
-"""Limits of ordinary flight, which hold on the command line and in files where they are not named.
+"""Limits of ordinary flight, which hold where neither a limit nor a time is named, or not each limit.
 
-One limit alone leaves the others to the search: a rectangle within 8 m/s would be flown at 73 m/s^2. In Python a plan
-has the limits that it is given, and its report says what is far from ordinary (:mod:`minsnap.trajectory.report`).
+One limit alone leaves the others to the search: a rectangle within 8 m/s would be flown at 73 m/s^2. Python's ``plan``
+has exactly the limits that it is given, and its report says what is far from ordinary
+(:mod:`minsnap.trajectory.report`); shapes, courses, files and commands have these.
 """
 
 from __future__ import annotations
@@ -13,13 +14,19 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike
+from minsnap.basics.checks import check_waypoints
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 
-ORDINARY = {"speed": 3.0, "acceleration": 6.0, "tilt": pi / 4.0}
-"""By name, in [m/s], [m/s^2] and [rad]; an acceleration, named or not, stands for the tilt.
+BUILT_UP = 0.2
+"""Time in which the acceleration is built up: what limits the jerk where it is not named [s]."""
 
-A metre to stop, a vehicle leaned by 38 degrees at most, and the largest tilt of PX4 unless set otherwise.
+ORDINARY = {"speed": 3.0, "acceleration": 6.0, "tilt": pi / 4.0, "jerk": 6.0 / BUILT_UP}
+"""By name, in [m/s], [m/s^2], [rad] and [m/s^3]; an acceleration, named or not, stands for the tilt.
+
+A metre to stop, a vehicle leaned by 38 degrees at most, and the largest tilt of PX4 unless set otherwise. A jerk of 30
+m/s^3 turns a hovering vehicle by 30 / g = 3.1 rad/s, which is 175 degrees/s; PX4 allows 220 (``MC_ROLLRATE_MAX``).
+Without a limit on it the shortest plans jump from one acceleration to another, at 2 % less time.
 """
 
 POWER = "max_thrust"
@@ -30,40 +37,38 @@ HEIGHT = 1.0
 
 
 def ordinary_limits() -> Limits:
-    """Return the limits that hold where neither limits nor a time are set: 3 m/s and 6 m/s^2."""
-    return Limits(speed=ORDINARY["speed"], acceleration=ORDINARY["acceleration"])
+    """Return the limits that hold where neither limits nor a time are set: 3 m/s, 6 m/s^2 and 30 m/s^3."""
+    values: dict[str, Any] = completed({})
+    return Limits(**values)
 
 
-def completed(named: Mapping[str, float], off: Collection[str] = ()) -> dict[str, float]:
-    """Return limits by name with the ordinary ones that are neither named nor taken off.
+def completed(said: Mapping[str, float | None], alone: Collection[str] = ()) -> dict[str, float]:
+    """Return the limits that hold, by name, where some are named: the ordinary ones that are not named hold too.
 
     Parameters
     ----------
-    named : mapping
-        Limits by the names of the fields of :class:`~minsnap.Limits`, in their units.
-    off : collection of str
-        Names of ``ORDINARY`` that are not to hold.
+    said : mapping
+        Limits by the names of the fields of :class:`~minsnap.Limits`, in their units; None takes one off.
+    alone : collection of str
+        Names that stand for the ordinary ones: where one of them is limited, exactly what is named holds.
 
     Raises
     ------
     LimitError
-        If a name of ``off`` is none of them, or is also named.
+        If a name that is taken off is none of ``ORDINARY``.
     """
-    for name in off:
-        if name not in ORDINARY:
+    named = {name: value for name, value in said.items() if value is not None}
+    for name in said:
+        if name not in named and name not in ORDINARY:
             raise LimitError(f"{name} is limited only where it is named: what can be taken off is {_names(ORDINARY)}")
-        if name in named:
-            raise LimitError(f"the {name} is limited and its limit taken off: do one of them")
-    filled = {name: value for name, value in ORDINARY.items() if name not in off and name not in named}
+    if any(name in named for name in alone):
+        return named
+    filled = {name: value for name, value in ORDINARY.items() if name not in said}
     if "acceleration" in filled or "acceleration" in named:
         filled.pop("tilt", None)
+    if "jerk" in filled:
+        filled["jerk"] = named.get("acceleration", ORDINARY["acceleration"]) / BUILT_UP
     return {**named, **filled}
-
-
-def completed_in_file(said: Mapping[str, float | None]) -> dict[str, float]:
-    """Return the limits of a file: None takes one off, and the thrust of a vehicle stands for the ordinary ones."""
-    named = {name: value for name, value in said.items() if value is not None}
-    return named if not said or POWER in said else completed(named, [name for name in said if name not in named])
 
 
 def written_in_file(limits: Mapping[str, float]) -> dict[str, float | None]:
@@ -79,11 +84,11 @@ def ordinary_room(points: ArrayLike) -> tuple[list[float], list[float]]:
 
     A path within a small tilt alone would climb a hundred metres: thrust is what turns the tilt into acceleration.
     """
-    where = np.asarray(points, dtype=np.float64)
+    where = check_waypoints(points)
     beyond = max(HEIGHT, 0.5 * float(np.ptp(where, axis=0).max()))
     low, high = float(where[:, 2].min()) - beyond, float(where[:, 2].max()) + beyond
     return [-np.inf, -np.inf, low], [np.inf, np.inf, high]
 
 
-def _names(mapping: Mapping[str, Any]) -> str:
+def _names(mapping: Mapping[str, float]) -> str:
     return ", ".join(mapping)

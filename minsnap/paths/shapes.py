@@ -305,9 +305,6 @@ def _turned(radius: float, start_angle: float, clockwise: bool) -> ComplexArray:
     return np.asarray([amplitude.conj() if checks.check_switch("clockwise", clockwise) else amplitude])
 
 
-SPEED = 1.0
-"""Average speed of a line without a time and limits [m/s]."""
-
 MOST_LAPS = 100_000
 """Laps of a rectangle, which has four legs for each."""
 
@@ -332,9 +329,10 @@ def line(
     start, goal : sequence of 3 floats
         Ends [m].
     total_time : float, optional
-        Seconds; at 1 m/s on average unless this or limits are set.
+        Seconds.
     limits : Limits, optional
-        What not to exceed: the line is then flown in the shortest time that keeps them.
+        What not to exceed: the line is then flown in the shortest time that keeps them. Without a time they are 3 m/s,
+        6 m/s^2 and 30 m/s^3 by default.
     constant_speed : bool
         Equal steps from start to goal, at speed from the first instant to the last; 120 samples at 20 Hz unless a
         total time is set.
@@ -354,14 +352,11 @@ def line(
         If the time is not positive, or limits are set with a constant speed.
     """
     ends = np.array([check_point("start", start, 3), check_point("goal", goal, 3)])
-    distance = float(np.linalg.norm(ends[1] - ends[0]))
-    if distance == 0.0:
+    if (ends[0] == ends[1]).all():
         raise ShapeError(f"the line starts and ends at {tuple(ends[0].tolist())}: give it two ends")
     if checks.check_switch("constant_speed", constant_speed):
         return _constant_speed(ends, total_time, limits, **options)
-    if total_time is None and limits is None and not is_priced(options):
-        total_time = distance / SPEED
-    return plan(ends, total_time=total_time, limits=limits, **options)
+    return plan(ends, **timed({"total_time": total_time, "limits": limits} | options))
 
 
 @explains_names({"size": "width= and length=", "height": "altitude=", "speed": "limits=Limits(speed=3)"})
@@ -399,7 +394,8 @@ def rectangle(
     center : sequence of 2 floats
         Center in the plane [m].
     total_time, durations, limits
-        As :func:`minsnap.plan` takes them; by default the shortest time within 3 m/s and 6 m/s^2.
+        As :func:`minsnap.plan` takes them; by default the shortest time within 3 m/s, 6 m/s^2 and
+        30 m/s^3.
     **options
         More arguments of :func:`minsnap.plan`, such as ``yaw``, ``closed`` or ``search``.
 
@@ -431,12 +427,6 @@ def timed(planning: dict[str, Any]) -> dict[str, Any]:
     from minsnap.limits.ordinary import ordinary_limits
 
     return planning | {"limits": ordinary_limits()}
-
-
-def leg_durations(waypoints: FloatArray) -> FloatArray:
-    """Return leg durations for an average speed of 1 m/s, shape (n - 1,) [s], or refuse a leg without length."""
-    checks.refuse_repeated(checks.check_waypoints(waypoints), "give every leg a duration")
-    return np.asarray(np.linalg.norm(np.diff(waypoints, axis=0), axis=1) / SPEED)
 
 
 def _corners(width: float, length: float, altitude: float, center: Sequence[float]) -> FloatArray:

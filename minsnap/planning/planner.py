@@ -19,8 +19,15 @@ from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.constraint import Constraint, walls_of
-from minsnap.corridors.gates import Ball
-from minsnap.corridors.given_waypoints import as_knots, check_dimension, is_table, read_columns, warn_magnitude
+from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.given_waypoints import (
+    as_knots,
+    check_dimension,
+    is_table,
+    read_columns,
+    warn_magnitude,
+    without_gates,
+)
 from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
@@ -77,7 +84,7 @@ def plan(
     solver: str = "auto",
     *,
     pins: Mapping[int, Mapping[str, ArrayLike]] | None = None,
-    pieces: int | str = 1,
+    pieces: int | str | None = None,
     waypoint_tolerance: ArrayLike | Ball | None = None,
     search: Search | None = None,
     progress: Progress | bool | None = None,
@@ -125,10 +132,10 @@ def plan(
         A QP solver by its qpsolvers name, or ``"auto"``.
     pins : mapping, optional
         Derivatives at inner waypoints: ``{2: {"velocity": (1, 0, 0)}}``.
-    pieces : int or "auto"
+    pieces : int or "auto", optional
         Polynomials per leg. ``"auto"`` lets the search for the shortest time within ``limits`` divide each leg into
         three, then into six, as long as that promises to gain half a percent, and a single leg into nine. In other
-        plans it is one, or three where one has no plan.
+        plans it is one, or three where one has no plan. By default ``"auto"`` where limits choose the time, else one.
     waypoint_tolerance : float, array_like of shape (n,) or (n, dim), or Ball, optional
         Half-width of the box around a waypoint within which the curve may pass [m], or a ball. One number applies to
         the inner waypoints; the ends stay exact.
@@ -170,8 +177,8 @@ def plan(
         (search is None or replace(how, on_interrupt="raise") == USUAL)
         and (limits is None and continuity is None and yaw is None and start is None and end is None)
         and (pins is None and waypoint_tolerance is None and avoid is None)
-        and (closed is False and type(pieces) is int and pieces == 1 and isinstance(solver, str) and solver == "auto")
-        and not isinstance(corridor, Sampled)
+        and (closed is False and isinstance(solver, str) and solver == "auto" and not isinstance(corridor, Sampled))
+        and (pieces is None or (type(pieces) is int and pieces == 1))
     ):
         quick = resting_plan(waypoints, durations, total_time, corridor, degree)
         if quick is not None and progress is None:
@@ -194,10 +201,10 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
         checks.refuse_repeated(task.waypoints, "give every leg a duration of its own")
     else:
         times = checks.check_durations(times, task.legs)
-    how, refine = dict(vars(request.search or USUAL)), checks.check_pieces(request.pieces)[1]
-    limit = how.pop("time_limit")
+    search, refine = dict(vars(request.search or USUAL)), checks.check_pieces(request.polynomials)[1]
+    limit = search.pop("time_limit")
     due = inf if limit is None else monotonic() + limit
-    timing = Timing(times, request.total_time, request.limits, **how, progress=watch, refine=refine, due=due)
+    timing = Timing(times, request.total_time, request.limits, **search, progress=watch, refine=refine, due=due)
     timing.check()
     task = replace(task, deadline=timing.deadline)
     if not request.avoid:
@@ -209,7 +216,10 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
 
         timed = plan_around(task, timing, request.avoid)
     known = timed.facts() | {"milliseconds": 1e3 * (perf_counter() - began)}
-    return timed.trajectory.changed(how=_Plan(known, request.limits, request.yaw is None), checked=True)
+    passed = without_gates(request.waypoints)[1], tuple(request.avoid or ())
+    chosen = request.pieces is None and refine and not request.avoid
+    how = _Plan(known, request.limits, request.yaw is None, chosen, *passed)
+    return timed.trajectory.changed(how=how, checked=True)
 
 
 def _shown(curve: Trajectory, watch: Progress | None, on_interrupt: str) -> Trajectory:
@@ -247,8 +257,9 @@ def task_of(request: PlanRequest) -> Task:
     corridor, instants = unsampled(request.corridor, limits is not None)
     constraints = as_constraints(corridor)
     knots = as_knots(request.waypoints, request.waypoint_tolerance)
-    half, (pieces, refine) = checks.check_degree(request.degree), checks.check_pieces(request.pieces)
-    smoothness, closed = checks.check_continuity(request.continuity, half), checks.check_flag("closed", request.closed)
+    half, closed = checks.check_degree(request.degree), checks.check_flag("closed", request.closed)
+    smoothness = checks.check_continuity(request.continuity, half)
+    pieces, refine = checks.check_pieces(request.polynomials)
     (first, start), (last, end) = (
         checks.check_position(request.start, "start"),
         checks.check_position(request.end, "end"),
@@ -278,6 +289,9 @@ class _Plan:
     facts: Mapping[str, Any]
     limits: Limits | None
     default_yaw: bool
+    default_pieces: bool
+    gates: Mapping[int, Gate]
+    obstacles: Sequence[Obstacle]
 
     def report(self, curve: Trajectory) -> Report:
         """Return the report of the plan."""
@@ -286,6 +300,12 @@ class _Plan:
             from minsnap.limits.heading_cost import fixed_yaw_notes
 
             notes = fixed_yaw_notes(limits, curve)
+        if self.default_pieces and curve.pieces > 1:
+            notes += (f"the search chose {curve.pieces} polynomials a leg; with one the flight takes longer",)
+        if self.gates or self.obstacles:
+            from minsnap.planning.near_notes import near_notes
+
+            notes += near_notes(curve, self.gates, self.obstacles, limits)
         used = () if limits is None else limits.utilisation(curve)
         notes += unlimited_notes(curve, () if limits is None else limits.given())
         return Report(cost=curve.cost(), utilisation=used, notes=notes, **self.facts)

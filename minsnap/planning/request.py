@@ -92,7 +92,7 @@ class PlanRequest:
     closed: bool = False
     solver: str = "auto"
     pins: Any = None
-    pieces: int | str = 1
+    pieces: int | str | None = None
     waypoint_tolerance: Any = None
     search: Search | None = None
     avoid: Any = ()
@@ -107,6 +107,20 @@ class PlanRequest:
     def legs(self) -> int:
         """Number of legs between waypoints."""
         return len(self.waypoints) - 1
+
+    @property
+    def polynomials(self) -> int | str:
+        """Polynomials per leg: as asked, else "auto" where limits choose the time, and one elsewhere.
+
+        Continuity below k - 1 is that of legs of one polynomial.
+        """
+        if self.pieces is not None:
+            return self.pieces
+        priced = self.search is not None and self.search.time_weight is not None
+        timed = self.durations is not None or self.total_time is not None or priced
+        limited = bool(self.limits) or self.rotors is not None
+        smooth = self.continuity is None or self.continuity >= self.degree // 2
+        return "auto" if limited and smooth and not timed else 1
 
     @property
     def turns(self) -> tuple[float, ...]:

@@ -27,9 +27,9 @@ from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, W
 from minsnap.files.convert import RATE, write_any
 from minsnap.files.request_yaml import besides_rotors, read_request, write_request
 from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.limits.ordinary import completed
 from minsnap.paths.missions.course import Course, is_course, read_course
 from minsnap.planning.request import Opening, PlanRequest
-from minsnap.studio.edits import straight_durations
 from minsnap.studio.workbench import BenchState, PlannedScene
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import VEHICLES, preset_of
@@ -178,8 +178,8 @@ def example_scene() -> PlanRequest:
 def open_scene(path: FileName) -> PlanRequest:
     """Return the scene of a file: a request or waypoints in YAML, waypoints in CSV, or a QGroundControl plan.
 
-    A plan that was written as JSON or YAML gives its waypoints, durations, walls, limits and heading. What has no times
-    is timed at 1 m/s per leg.
+    A plan that was written as JSON or YAML gives its waypoints, durations, walls, limits and heading. What has no
+    times is planned within ordinary limits.
 
     Raises
     ------
@@ -206,11 +206,11 @@ def open_scene(path: FileName) -> PlanRequest:
 
 
 def timed(request: PlanRequest) -> PlanRequest:
-    """Return a request that has durations at 1 m/s if nothing else gives its time."""
+    """Return a request within ordinary limits if nothing else gives its time."""
     times = request.durations, request.total_time, request.rotors, request.search and request.search.time_weight
     if request.limits or any(value is not None for value in times):
         return request
-    return replace(request, durations=straight_durations(request))
+    return replace(request, limits=tuple(completed({}).items()))
 
 
 def open_upload(name: str, content: bytes, folder: WorkingFolder) -> PlanRequest:

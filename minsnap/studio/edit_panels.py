@@ -16,6 +16,7 @@ from minsnap.errors import FileError
 from minsnap.files.frames import FRAMES
 from minsnap.flight.simulation.controllers import GeometricController
 from minsnap.flight.simulation.simulated_flight import Flight, simulate
+from minsnap.limits.ordinary import completed
 from minsnap.planning.request import RESERVE, Opening, PlanRequest
 from minsnap.studio import edits
 from minsnap.studio.page_inputs import InputRows, Inputs, follow, sentence, table, when_changed, when_clicked
@@ -209,7 +210,7 @@ MODES = ("durations", "total time", "limits")
 SLIDERS = {
     "speed": (0.1, 15.0, 3.0),
     "acceleration": (0.1, 30.0, 6.0),
-    "jerk": (0.5, 200.0, 40.0),
+    "jerk": (0.5, 200.0, 30.0),
     "horizontal_speed": (0.1, 15.0, 3.0),
     "vertical_speed": (0.1, 10.0, 2.0),
     "max_thrust": (1.05, 5.0, 2.0),
@@ -219,7 +220,7 @@ SLIDERS = {
 }
 """Limits of the panel: ends of the slider and the value at first, angles in degrees."""
 
-USUAL = {"speed": 3.0, "acceleration": 6.0}
+USUAL = completed({})
 """Limits of a scene that had none."""
 
 AUTOMATIC = "automatic"
@@ -302,7 +303,11 @@ class TimePanel:
         continuity = gui.add_dropdown("Continuous derivatives", (AUTOMATIC, *map(str, range(2, 11))))
         bind(continuity, lambda r: str(r.continuity or AUTOMATIC), lambda r, text: replace(r, continuity=_whole(text)))
         pieces = gui.add_dropdown("Pieces per leg", ("1", "2", "3", "4", "5", "6", "auto"))
-        bind(pieces, lambda r: str(r.pieces), lambda r, text: replace(r, pieces=text if text == "auto" else int(text)))
+        bind(
+            pieces,
+            lambda r: str(r.polynomials),
+            lambda r, text: replace(r, pieces=text if text == "auto" else int(text)),
+        )
 
 
 def _with_rotors(request: PlanRequest, wanted: bool) -> PlanRequest:

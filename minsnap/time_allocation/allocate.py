@@ -48,6 +48,8 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
         planned = _timed(task, timing, partial(refuse_short, task, timing))
         return looked_at(planned, task, timing)
     except UnlimitedError as reason:
+        if timing.refine:  # a limit on a derivative that jumps between polynomials, as snap of degree 5, limits one
+            return plan_timed(task, replace(timing, refine=False))
         raise LimitError(str(reason)) from None
     except LateError:
         if not task.deadline.late:

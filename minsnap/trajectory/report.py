@@ -17,11 +17,19 @@ from minsnap.basics.tolerances import EXACT
 NOTED = (
     ("speed", 1, 15.0, "m/s", frozenset({"speed"})),
     ("acceleration", 2, 2.0 * GRAVITY, "m/s²", frozenset({"acceleration", "max_thrust", "rotor_thrust"})),
+    ("jerk", 3, 10.0 * GRAVITY, "m/s³", frozenset({"jerk", "snap", "body_rate", "rotor_thrust"})),
 )
-"""Quantity, order of the derivative, greatest value that is left unsaid, unit, and the limits that bound it."""
+"""Quantity, order of the derivative, greatest value that is left unsaid, unit, and the limits that bound it.
+
+A jerk of 10 g turns a hovering vehicle by 10 rad/s.
+"""
 
 SPANS = 2.0
 """Greatest extent of a path, over that of its waypoints, that is left unsaid."""
+
+
+GROUND = 0.01
+"""How far below the ground a path may go that is left unsaid [m]."""
 
 
 class Step(NamedTuple):
@@ -228,7 +236,7 @@ class LinearSystem(NamedTuple):
 
 
 def unlimited_notes(curve: Any, limited: Collection[str] = ()) -> tuple[str, ...]:
-    """Return sentences about greatest values that no limit bounds: beyond 15 m/s, 2 g, twice the span of the waypoints.
+    """Return sentences about greatest values that no limit bounds: beyond 15 m/s, 2 g, 10 g/s, twice the span.
 
     Parameters
     ----------
@@ -249,7 +257,7 @@ def unlimited_notes(curve: Any, limited: Collection[str] = ()) -> tuple[str, ...
         for name, order, most, unit, bounding in NOTED
         if not bounding.intersection(limited) and (value := curve.max_norm(order)[0]) > most
     ]
-    return (*notes, *_extent_note(curve))
+    return (*notes, *_extent_note(curve), *_ground_note(curve))
 
 
 def _extent_note(curve: Any) -> list[str]:
@@ -262,6 +270,16 @@ def _extent_note(curve: Any) -> list[str]:
     return [
         f"the path goes over {reach:.4g} m along an axis, and its waypoints over {span:.4g} m: limit it, or give a Room"
     ]
+
+
+def _ground_note(curve: Any) -> list[str]:
+    """Return a sentence if the path goes below the ground, at an altitude of zero, and its waypoints do not."""
+    if curve.dim != 3 or curve(curve.leg_breaks)[:, 2].min() < 0.0:
+        return []
+    lowest = float(curve.extent(np.eye(3)[2])[0])
+    if not lowest < -GROUND:
+        return []
+    return [f"the path goes down to z = {lowest:.3g} m, below the ground if that is at 0: give a Room, or a corridor"]
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ def ulog_bytes():
 
 
 def test_formats_by_their_endings_and_by_name(call, tmp_path):
-    assert call("rect", "-o", "rect.csv").returncode == 0
+    assert call("rect", "--pieces", 1, "-o", "rect.csv").returncode == 0
     assert (
         call("convert", "rect.csv", "rect.parquet", "--to-frame", "ned").stdout == "rect.parquet: parquet, frame ned\n"
     )

@@ -31,7 +31,7 @@ def test_a_moved_file_is_checked_in_its_own_axes(call, tmp_path):
 @pytest.mark.parametrize("frame", ["ned", "frd", "optitrack"])
 def test_figures_and_faults_are_of_the_columns_of_the_file(call, tmp_path, frame):
     """They were in ENU below the name of the file's frame, so that a fault was said of another column."""
-    assert call("rect", "--frame", frame, "-o", "a.csv").returncode == 0
+    assert call("rect", "--pieces", 1, "--frame", frame, "-o", "a.csv").returncode == 0
     names, *rows = [line.split(",") for line in (tmp_path / "a.csv").read_text().splitlines()]
     told = json.loads(call("check", "a.csv", "--json").stdout)
     columns = dict(zip(names, np.array(rows, dtype=float).T, strict=True))

@@ -67,7 +67,7 @@ def test_check_and_simulate_say_each_margin_of_a_plan(call, plan):
         "corridor of 2 m inside by",
         "obstacles clear by",
         "waypoints",
-        "limit speed 100",
+        "limit jerk 100",
         "acceleration 100",
     ):
         assert words in checked, checked

@@ -112,7 +112,7 @@ def test_a_plan_is_planned_again_from_its_file(call, tmp_path):
     stored = read_polynomials(tmp_path / "r.json")
     assert (
         stored.corridor == 0.3
-        and stored.limits == minsnap.Limits(speed=1.5, acceleration=6.0)
+        and stored.limits == minsnap.Limits(speed=1.5, acceleration=6.0, jerk=30.0)
         and len(stored.waypoints) == 3
     )
     again = call("plan", "r.json", "-o", "again.json", "--json")

@@ -16,7 +16,7 @@ from minsnap.trajectory.samples import ARRAYS, Samples
 
 NAMES = {"setpoints": "a.csv", "crazyflie": "cf.csv", "mav": "a.yaml", "npz": "a.npz", "parquet": "a.parquet",
          "polynomials": "a.json", "crazyflie-compressed": "a.traj"}  # fmt: skip
-PLAN = minsnap.rectangle(width=6, length=4)
+PLAN = minsnap.rectangle(width=6, length=4, pieces=1)
 
 
 def sampled(content, rate=20.0):

@@ -46,19 +46,22 @@ def test_waypoint_files_are_requests_too(tmp_path):
 @pytest.mark.parametrize(
     ("said", "kept"),
     [
-        ("{speed: 8}", {"speed": 8.0, "acceleration": 6.0}),
+        ("{}", {"speed": 3.0, "acceleration": 6.0, "jerk": 30.0}),
+        ("{speed: 8}", {"speed": 8.0, "acceleration": 6.0, "jerk": 30.0}),
+        ("{acceleration: 20}", {"speed": 3.0, "acceleration": 20.0, "jerk": 100.0}),
+        ("{speed: 8, jerk: null}", {"speed": 8.0, "acceleration": 6.0}),
         ("{jerk: 40}", {"jerk": 40.0, "speed": 3.0, "acceleration": 6.0}),
-        ("{speed: 8, acceleration: null}", {"speed": 8.0, "tilt": pi / 4}),
-        ("{speed: 8, acceleration: null, tilt: null}", {"speed": 8.0}),
+        ("{speed: 8, acceleration: null}", {"speed": 8.0, "tilt": pi / 4, "jerk": 30.0}),
+        ("{speed: 8, acceleration: null, tilt: null, jerk: null}", {"speed": 8.0}),
         ("{max_thrust: 2.5}", {"max_thrust": 2.5}),
     ],
 )
 def test_limits_that_choose_the_time_are_completed(tmp_path, said, kept):
     file = tmp_path / "scene.yaml"
     file.write_text(f"waypoints: [[0,0,1],[4,0,1]]\nlimits: {said}\n")
-    assert dict(read_request(file).limits) == kept
+    assert dict(read_request(file).limits) == pytest.approx(kept)
     file.write_text(f"waypoints: [[0,0,1],[4,0,1]]\nlaps: 1\nlimits: {said}\n")
-    assert read_course(file).bounds.given() == kept
+    assert read_course(file).bounds.given() == pytest.approx(kept)
 
 
 def test_one_half_width_is_for_every_leg(tmp_path):

@@ -81,9 +81,9 @@ WIDE = [(0, 0, 1, 0, 2), (8, 0, 1, 1, 2), (8, 4, 1, 2, 0), (0, 4, 1, 1, 1)]
 CRAFT = Quadrotor.dji_f330()
 
 
-def fast(limits=SPEEDY, **asked):
+def fast(limits=SPEEDY, pieces=1, **asked):
     """The rectangle within limits."""
-    return lambda: minsnap.plan(REFERENCE, limits=limits, **asked)
+    return lambda: minsnap.plan(REFERENCE, limits=limits, pieces=pieces, **asked)
 
 
 WITHIN_LIMITS = {
@@ -102,9 +102,9 @@ WITHIN_LIMITS = {
     "yaw at waypoints": fast(minsnap.Limits(speed=3.0, yaw_rate=0.8), yaw=np.linspace(0.0, 2.0 * np.pi, 5)),
     **{f"fastest, degree {n}": fast(degree=n) for n in (3, 5, 9, 11)},
     "fastest, continuity 4": fast(continuity=4, pieces=3),
-    "fastest, five coordinates": lambda: minsnap.plan(WIDE, limits=SPEEDY, degree=9),
+    "fastest, five coordinates": lambda: minsnap.plan(WIDE, limits=SPEEDY, degree=9, pieces=1),
     "slanted gate": lambda: minsnap.plan(
-        [(0, 0, 1), minsnap.Gate((4, 0, 1), (1.0, 1.0, 0.3), 1.2, 0.8), (8, 2, 1)], limits=SPEEDY
+        [(0, 0, 1), minsnap.Gate((4, 0, 1), (1.0, 1.0, 0.3), 1.2, 0.8), (8, 2, 1)], limits=SPEEDY, pieces=1
     ),
     "price": fast(corridor=0.3, search=minsnap.Search(time_weight=1000.0)),
     "total within limits": fast(corridor=0.3, total_time=11.5),

@@ -149,7 +149,13 @@ OFF = {
 @pytest.mark.parametrize("off", OFF)
 def test_what_the_search_around_does_not_know_is_seen(monkeypatch, off):
     """The search has the question without one of its parts, and what it finds must not leave."""
-    asked = {"waypoints": ACROSS, "limits": LIMITS, "corridor": 0.9, "start": {"velocity": (0.5, 0.9, 0.0)}}
+    asked = {
+        "waypoints": ACROSS,
+        "limits": LIMITS,
+        "corridor": 0.9,
+        "start": {"velocity": (0.5, 0.9, 0.0)},
+        "pieces": 1,
+    }
     asked["avoid"] = Cylinder((3.0, 0.3), 0.5)
     search, (changed, sentence) = around._planned_around, OFF[off]
     obstacles = [Cylinder((9.0, 9.0), 0.1)] if off == "obstacle" else None

@@ -208,13 +208,13 @@ def test_utilisation_per_axis_and_without_what_it_needs(path):
 
 
 def test_convergence_goes_down_to_the_duration_found():
-    traj = minsnap.rectangle(limits=Limits(speed=3.0, acceleration=6.0))
+    traj = minsnap.rectangle(limits=Limits(speed=3.0, acceleration=6.0), pieces=1)
     axes = plot_convergence(traj)
     best = axes.lines[1].get_ydata()
     assert (np.diff(best) <= 0.0).all() and axes.get_ylabel() == "total time [s]"
     assert best[-1] == pytest.approx(traj.duration, rel=0.02)
     with pytest.raises(InputError, match="not searched"):
-        plot_convergence(minsnap.line())
+        plot_convergence(minsnap.line(total_time=7.0))
 
 
 @pytest.mark.parametrize(("view", "projection"), [("3d", None), ("xy", "3d")])

@@ -28,7 +28,7 @@ LIMITS = Limits(speed=3.0, acceleration=6.0)
 
 @pytest.fixture(scope="module")
 def flown():
-    return minsnap.plan(POINTS, limits=LIMITS, corridor=0.5)
+    return minsnap.plan(POINTS, limits=LIMITS, corridor=0.5, pieces=1)
 
 
 def task_of(flown, walls, points, **changes):

@@ -33,7 +33,7 @@ def test_limits_do_not_move():
 
 def test_new_plans_stay_inside_boxes_that_shift_by_the_clearance():
     wide = Boxes([(-1, -1, 0), (2, -1, 0)], [(4, 1, 2), (7, 1, 2)])
-    flown = minsnap.plan(POINTS, limits=Limits(speed=1.5, acceleration=3.0), corridor=wide)
+    flown = minsnap.plan(POINTS, limits=Limits(speed=1.5, acceleration=3.0), corridor=wide, pieces=1)
     faster = Limits(speed=3.0, acceleration=6.0)
     change = Replanner(faster, wide, clearance=0.4, clock=lambda: 0.0).replan(flown, 0.2, POINTS[1:], 0.5, began=60.0)
     assert not change.kept

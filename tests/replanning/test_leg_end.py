@@ -51,7 +51,7 @@ def test_a_new_plan_begins_at_the_waypoint_where_little_is_left_of_the_leg(flown
 
 
 def test_the_rest_of_a_plan_on_its_limits_is_within_them_an_instant_before_a_waypoint():
-    full = minsnap.plan(POINTS, limits=Limits(acceleration=3.0))
+    full = minsnap.plan(POINTS, limits=Limits(acceleration=3.0), pieces=1)
     limits = Limits(acceleration=full.max_norm(2)[0])
     splices = [splice_of(full, full.leg_breaks[1] - 0.1 - left, 0.1, 4) for left in np.geomspace(1e-7, 1e-6, 30)]
     assert not all(within(splice.rest, limits) for splice in splices)
@@ -96,7 +96,7 @@ def test_times_that_are_given_are_those_of_the_legs_after_the_one_flown_on():
 
 @pytest.mark.parametrize("yaw", ([0.0, 0.5, 0.2, -0.3], "velocity"))
 def test_an_instant_before_a_waypoint_the_yaw_rate_of_the_rest_is_judged_too(yaw):
-    full = minsnap.plan(POINTS, limits=Limits(acceleration=3.0), yaw=yaw)
+    full = minsnap.plan(POINTS, limits=Limits(acceleration=3.0), yaw=yaw, pieces=1)
     begin = float(full.leg_breaks[1])
     rate = Limits(yaw_rate=1.0).utilisation(full.between(begin, full.duration))[0].value
     splices = [splice_of(full, begin - 0.1 - left, 0.1, 4) for left in np.geomspace(1e-7, 1e-6, 30)]

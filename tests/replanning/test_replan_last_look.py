@@ -25,7 +25,7 @@ def still():
 
 @pytest.fixture(scope="module")
 def flown():
-    return minsnap.plan(POINTS, limits=LIMITS, corridor=Boxes(LOWER, UPPER))
+    return minsnap.plan(POINTS, limits=LIMITS, corridor=Boxes(LOWER, UPPER), pieces=1)
 
 
 def replanned(flown, now=NOW, points=POINTS[1:], limits=FASTER, boxes=(LOWER, UPPER), **options):

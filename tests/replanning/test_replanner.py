@@ -43,7 +43,7 @@ AMPLE = {"began": 160.0}
 
 @pytest.fixture(scope="module")
 def flown():
-    return minsnap.plan(POINTS, limits=LIMITS, corridor=BOXES, start=START)
+    return minsnap.plan(POINTS, limits=LIMITS, corridor=BOXES, start=START, pieces=1)
 
 
 def ahead(flown, splice):
@@ -166,7 +166,7 @@ def test_boxes_instead_of_waypoints():
 
 
 def test_a_tube_runs_along_the_legs_of_the_course_also_after_a_replan(flown):
-    tubed = minsnap.plan(POINTS, limits=LIMITS, corridor=0.3)
+    tubed = minsnap.plan(POINTS, limits=LIMITS, corridor=0.3, pieces=1)
     replanner = Replanner(LIMITS, 0.3, clock=still)
     now, current = 0.1, tubed
     for _ in range(5):
@@ -374,7 +374,7 @@ def test_malformed_calls_are_refused(flown):
 
 
 def test_tubes_of_several_widths_go_with_the_legs_ahead():
-    tubed = minsnap.plan(POINTS, limits=LIMITS, corridor=[0.3, 0.4, 0.5, 0.6])
+    tubed = minsnap.plan(POINTS, limits=LIMITS, corridor=[0.3, 0.4, 0.5, 0.6], pieces=1)
     change = minsnap.replan(
         tubed, 0.2, POINTS[1:], 0.1, limits=LIMITS, corridor=Tube([0.3, 0.4, 0.5, 0.6]), clock=still
     )
@@ -383,7 +383,7 @@ def test_tubes_of_several_widths_go_with_the_legs_ahead():
 
 def test_many_replans_of_the_same_plan_neither_drift_nor_grow():
     """80 cuts of 40 ms: the rest is still the plan, to the rounding of one cut, with a heading of one step."""
-    flown = minsnap.plan(POINTS, limits=LIMITS, corridor=BOXES, start=START, yaw=[0.0, 0.3, 0.1, -0.4, 0.2])
+    flown = minsnap.plan(POINTS, limits=LIMITS, corridor=BOXES, start=START, yaw=[0.0, 0.3, 0.1, -0.4, 0.2], pieces=1)
     replanner = Replanner(LIMITS, clock=still)
     current, now = flown, 0.0
     for _ in range(80):
@@ -403,7 +403,7 @@ def test_walls_that_a_plan_does_not_touch_may_shift_for_a_while_without_a_search
     points, limits = np.array([(0.0, 0, 1), (4, 0, 1), (8, 1, 1), (12, 0, 1)]), Limits(speed=3.0, acceleration=6.0)
     searches, shifts = [], count()
     monkeypatch.setattr(replanner_module.horizon, "search_ahead", lambda *a: (searches.append(1), search_ahead(*a))[1])
-    replanner, flown = Replanner(limits, clearance=0.1, clock=still), minsnap.plan(points, limits=limits)
+    replanner, flown = Replanner(limits, clearance=0.1, clock=still), minsnap.plan(points, limits=limits, pieces=1)
     lower, upper = np.minimum(points[:-1], points[1:]), np.maximum(points[:-1], points[1:])
 
     def next_replan(flown, wide=2.0):
@@ -443,7 +443,7 @@ def test_a_rest_that_was_planned_for_another_aim_is_not_kept():
 def test_a_plan_that_was_never_searched_is_searched_once_walls_change():
     points = np.array([(0.0, 0, 1), (4, 0, 1), (8, 3, 1), (12, 0, 1)])
     lower, upper = np.minimum(points[:-1], points[1:]), np.maximum(points[:-1], points[1:])
-    flown, replanner = minsnap.plan(points, limits=LIMITS, corridor=0.1), Replanner(LIMITS, clock=still)
+    flown, replanner = minsnap.plan(points, limits=LIMITS, corridor=0.1, pieces=1), Replanner(LIMITS, clock=still)
     first = replanner.replan(flown, 0.0, points[1:], 0.01, boxes=Boxes(lower - 2.0, upper + 2.0), **AMPLE)
     wider = replanner.replan(first.trajectory, 0.0, points[1:], 0.01, boxes=Boxes(lower - 2.1, upper + 2.1), **AMPLE)
     assert first.kept and not wider.kept and wider.trajectory.duration < first.trajectory.duration - 0.2

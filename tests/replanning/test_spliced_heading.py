@@ -86,7 +86,7 @@ def test_a_heading_goes_on_after_two_laps_without_a_jump_of_whole_turns(yaw, tmp
     """The heading of a replan began 4 pi below the flown one."""
     angles, limits = np.linspace(0.0, 4.0 * np.pi, 13), minsnap.Limits(speed=3.0, acceleration=6.0)
     points = np.stack((3.0 * np.cos(angles), 3.0 * np.sin(angles), np.ones(13)), axis=1)
-    flown = minsnap.plan(points, limits=limits, yaw=yaw)
+    flown = minsnap.plan(points, limits=limits, yaw=yaw, pieces=1)
     late = points[int((flown.leg_breaks[1:] <= 9.2).sum()) + 1 :] + [0.1, 0.0, 0.05]
     change = minsnap.Replanner(limits=limits, yaw=yaw, clock=lambda: 0.0).replan(flown, 9.0, late, 0.2)
     begun = float(change.trajectory.yaw(0.0))

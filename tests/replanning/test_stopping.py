@@ -20,7 +20,7 @@ START = {"velocity": (1.5, 0.2, 0), "acceleration": (0.5, 0, 0)}
 
 @pytest.fixture(scope="module")
 def flown():
-    return minsnap.plan(POINTS, limits=LIMITS, corridor=Boxes(LOWER, UPPER), start=START)
+    return minsnap.plan(POINTS, limits=LIMITS, corridor=Boxes(LOWER, UPPER), start=START, pieces=1)
 
 
 def stopping(flown, now, corridor):

@@ -14,7 +14,7 @@ NOW, BUDGET = 0.5, 0.2
 
 @pytest.fixture(scope="module")
 def flown():
-    return minsnap.plan(POINTS, limits=LIMITS)
+    return minsnap.plan(POINTS, limits=LIMITS, pieces=1)
 
 
 def change_of(flown, points, now=NOW, **options):
@@ -66,7 +66,7 @@ def test_the_way_back_is_part_of_the_time_that_there_is(flown, times):
 @pytest.mark.parametrize(("degree", "other"), [(5, 7), (7, 9), (3, 7)])
 def test_a_plan_of_a_lower_degree_is_flown_on_as_smoothly_as_it_is(degree, other):
     """Its end of a leg and its legs beyond a horizon were refused, as having too few continuous derivatives."""
-    flown = minsnap.plan(POINTS, limits=LIMITS, degree=degree)
+    flown = minsnap.plan(POINTS, limits=LIMITS, degree=degree, pieces=1)
     late = 0.93 * flown.leg_breaks[1] - BUDGET
     later = POINTS[1:] + np.array([(0, 0, 0), (0, 0.3, 0), (0, 0.3, 0), (0, 0.3, 0)])
     faster = Limits(speed=3.0, acceleration=6.0)
@@ -102,7 +102,7 @@ def test_what_is_no_course_ahead_is_refused_by_what_it_is(flown, points, options
 
 def test_the_corridor_of_a_replanner_is_its_own():
     """Widths changed later by the caller were those of the next replan."""
-    flown, widths = minsnap.plan(POINTS, limits=LIMITS, corridor=0.4), np.full(4, 0.4)
+    flown, widths = minsnap.plan(POINTS, limits=LIMITS, corridor=0.4, pieces=1), np.full(4, 0.4)
     replanner = minsnap.Replanner(LIMITS, widths, clock=lambda: 0.0)
     widths[:] = 1e-3
     assert replanner.replan(flown, NOW, POINTS[1:], BUDGET).certified

@@ -24,7 +24,7 @@ def still():
 
 @pytest.fixture(scope="module")
 def flown():
-    return minsnap.plan(POINTS, limits=LIMITS, corridor=0.5, yaw=[0.0, 0.5, 0.2, -0.3, 0.4])
+    return minsnap.plan(POINTS, limits=LIMITS, corridor=0.5, yaw=[0.0, 0.5, 0.2, -0.3, 0.4], pieces=1)
 
 
 def check_heading(change, flown, angles):
@@ -125,7 +125,7 @@ def test_a_stop_ends_a_turn_so_gently_that_the_rotors_can():
     """Stops were judged level in yaw and turned back within 0.5 s: rotors had to give up to 45 % more than they can."""
     vehicle = Quadrotor.px4_sih()
     limits, points = Limits.of(vehicle, speed=4.0, acceleration=7.0), np.array([(0, 0, 1), (3, 1, 1.5), (6, -1, 1)])
-    flown = minsnap.plan(points, limits=limits, yaw=[0.0, 1.5, -0.5], corridor=1.0)
+    flown = minsnap.plan(points, limits=limits, yaw=[0.0, 1.5, -0.5], corridor=1.0, pieces=1)
     for now in (0.2, 0.5, 0.8):
         change = Replanner(limits, 1.0, clock=lambda: 0.0).replan(flown, now, points[1:], 0.2)
         stop, instants = change.stop, np.linspace(0.0, change.stop.duration, 500)

@@ -44,7 +44,9 @@ def test_every_kind_is_written(tmp_path, planned, kind):
 
 
 def test_a_plan_in_every_wall_within_the_rotors_is_the_same_scene_when_opened(tmp_path):
-    walls = replace(with_room(with_boxes(EXAMPLE, True), True), corridor=(0.4, 0.3, 0.3, 0.3), total_time=None)
+    walls = replace(
+        with_room(with_boxes(EXAMPLE, True), True), corridor=(0.4, 0.3, 0.3, 0.3), total_time=None, pieces=1
+    )
     scene = replace(walls, limits=(("speed", 3.0),), rotors=0.25, yaw="velocity")
     planned = list(planned_in_stages(scene, None, lambda: False))[-1]
     documents.save_as("plan (JSON)", BenchState(scene, planned), tmp_path / "a.json")
@@ -80,9 +82,11 @@ def test_a_plan_of_another_scene_is_not_saved(tmp_path, planned):
     assert not list(tmp_path.iterdir())
 
 
-def test_files_without_times_are_timed_at_one_metre_per_second(tmp_path):
+def test_files_without_times_are_planned_within_ordinary_limits(tmp_path):
     (tmp_path / "a.csv").write_text("x,y,z\n0,0,1\n3,4,1\n3,4,3\n")
-    assert documents.open_scene(tmp_path / "a.csv").durations == (5.0, 2.0)
+    opened = documents.open_scene(tmp_path / "a.csv")
+    assert dict(opened.limits) == {"speed": 3.0, "acceleration": 6.0, "jerk": 30.0}
+    assert opened.durations is None and opened.polynomials == "auto"
 
 
 @pytest.mark.parametrize(

@@ -176,7 +176,7 @@ def test_a_total_too_short_for_the_limits_says_the_shortest_found():
     with pytest.raises(InfeasibleError, match="the shortest found is") as refused:
         minsnap.plan(REFERENCE, total_time=8.0, limits=LIMITS, corridor=0.3)
     shortest = refused.value.shortest
-    assert shortest == pytest.approx(minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3).duration, rel=2e-3)
+    assert shortest == pytest.approx(minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3, pieces=1).duration, rel=2e-3)
     path = minsnap.plan(REFERENCE, total_time=shortest * 1.0001, limits=LIMITS, corridor=0.3)
     check(path, LIMITS, corridor=0.3)
 
@@ -191,7 +191,7 @@ def test_a_total_with_limits_costs_more_than_without_and_keeps_them():
 
 
 def test_a_dear_second_with_limits_ends_near_the_shortest_time():
-    shortest = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3).duration
+    shortest = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3, pieces=1).duration
     path = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3, search=minsnap.Search(time_weight=1e6))
     check(path, LIMITS, corridor=0.3)
     assert shortest * 0.999 <= path.duration <= 1.03 * shortest

@@ -36,7 +36,9 @@ def test_the_least_cost_is_found_as_by_the_qp(closed, pieces):
     assert found.trajectory.cost() <= 1.01 * least.trajectory.cost()
 
 
-@pytest.mark.parametrize("asked", [{}, {"closed": True}, {"corridor": 0.6, "waypoint_tolerance": 0.2, "pieces": 3}])
+@pytest.mark.parametrize(
+    "asked", [{"pieces": 1}, {"closed": True, "pieces": 1}, {"corridor": 0.6, "waypoint_tolerance": 0.2, "pieces": 3}]
+)
 @pytest.mark.parametrize("limits", [RATES, ROTORS], ids=["rates", "rotors"])
 def test_durations_near_the_shortest_have_a_plan(limits, asked):
     points, _ = random_legs(3, 4)
@@ -58,7 +60,7 @@ def test_a_total_in_proportions_is_kept_too():
 @pytest.mark.parametrize("limits", [Limits(body_rate=0.8), ROTORS], ids=["rate", "rotors"])
 @pytest.mark.parametrize("pinned", [{"start": {"velocity": (1.5, 0.4, 0)}}, {"pins": {2: {"velocity": (-1, 0.3, 0)}}}])
 def test_a_total_longer_than_the_shortest_is_kept_where_states_do_not_scale(pinned, limits):
-    total = 1.05 * minsnap.plan(REFERENCE, limits=limits, **pinned).duration
+    total = 1.05 * minsnap.plan(REFERENCE, limits=limits, pieces=1, **pinned).duration
     path = minsnap.plan(REFERENCE, total_time=total, limits=limits, **pinned)
     assert path.duration == pytest.approx(total) and minsnap.certify(path, limits=limits).ok
 
@@ -79,7 +81,7 @@ def test_a_turn_along_the_velocity_whose_search_finds_no_end_is_searched_in_long
 
 def test_what_a_search_in_held_durations_tells_is_in_the_report():
     asked = {"limits": Limits(body_rate=0.8), "start": {"velocity": (1.5, 0.4, 0.0)}}
-    total, told = 1.05 * minsnap.plan(REFERENCE, **asked).duration, []
+    total, told = 1.05 * minsnap.plan(REFERENCE, pieces=1, **asked).duration, []
     path = minsnap.plan(REFERENCE, **asked, total_time=total, progress=told.append)
     assert path.report.solver == "interior point" and len(path.report.steps) == len(told) > 0
     assert not path.report.interrupted

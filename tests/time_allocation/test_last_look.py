@@ -28,7 +28,9 @@ SOFT = HalfSpaces((1, 0, 0), 3.5, order=2)
 @pytest.mark.parametrize(
     "corridor", [0.3, RoundTube(0.3), BOXES, SLOW, SOFT, [BOXES, SLOW], [Tube(0.6), SLOW]], ids=repr
 )
-@pytest.mark.parametrize("asked", [{"durations": TIMES}, {"limits": Limits(speed=4.0)}, {"total_time": 5.5}], ids=str)
+@pytest.mark.parametrize(
+    "asked", [{"durations": TIMES}, {"limits": Limits(speed=4.0), "pieces": 1}, {"total_time": 5.5}], ids=str
+)
 def test_a_wall_that_the_solver_does_not_know_is_seen(monkeypatch, corridor, asked):
     """One wall after another is switched off inside, after the question is taken and before it is solved."""
     constraints = corridor if isinstance(corridor, list) else [corridor]

@@ -76,7 +76,7 @@ def test_units_do_not_matter():
 
 
 def test_one_leg_is_as_fast_as_its_profile():
-    path = minsnap.plan([(0, 0, 0), (8, 0, 0)], limits=LIMITS)
+    path = minsnap.plan([(0, 0, 0), (8, 0, 0)], limits=LIMITS, pieces=1)
     check_touching(path, LIMITS, [(0, 0, 0), (8, 0, 0)])
     assert path.duration == pytest.approx(2.1875 * 8.0 / 3.0, rel=1e-6)
 
@@ -221,7 +221,7 @@ def test_ctrl_c_keeps_a_plan_with_more_room_for_a_yaw(calls, most):
             raise KeyboardInterrupt
 
     limits, ends = Limits.of(Quadrotor.dji_f330(), speed=4.0), minsnap.Search(on_interrupt="return")
-    path = minsnap.plan(REFERENCE, limits=limits, yaw=(0.0, 0.7, 1.5, 2.2, 3.0), search=ends, progress=press)
+    path = minsnap.plan(REFERENCE, limits=limits, yaw=(0.0, 0.7, 1.5, 2.2, 3.0), pieces=1, search=ends, progress=press)
     assert path.report.interrupted and path.duration <= most
 
 
@@ -255,7 +255,8 @@ def test_a_plan_that_no_search_found_is_searched_from():
 
 def test_the_rate_of_a_heading_is_searched_for_in_the_plane_too():
     limits = Limits(speed=6.0, acceleration=10.0, yaw_rate=1.0)
-    flat, path = (minsnap.plan(REFERENCE[:, :dim], corridor=1.0, limits=limits, yaw="velocity") for dim in (2, 3))
+    asked = {"corridor": 1.0, "limits": limits, "yaw": "velocity", "pieces": 1}
+    flat, path = (minsnap.plan(REFERENCE[:, :dim], **asked) for dim in (2, 3))
     assert flat.duration == pytest.approx(path.duration, rel=2e-3)
 
 
@@ -263,7 +264,7 @@ def test_thrust_keeps_a_direction_where_a_curve_falls_almost_freely():
     """It came down to 0.0005 of the weight, where a small change turns it by any angle."""
     points = [(0.0, 0.0, 0.0), (0.8, 1.0, 0.2), (1.4, 0.4, -0.7), (-1.1, -2.4, 1.3), (-1.6, -1.4, -2.8)]
     limits = Limits(speed=6.0, acceleration=11.0, tilt=0.4)
-    path = minsnap.plan(points, limits=limits)
+    path = minsnap.plan(points, limits=limits, pieces=1)
     check_touching(path, limits, points)
     thrust = path(np.linspace(0.0, path.duration, 10001), 2) + (0.0, 0.0, limits.gravity)
     assert np.linalg.norm(thrust, axis=1).min() >= 0.009 * limits.gravity
@@ -335,9 +336,8 @@ def test_a_search_that_ends_barely_outside_is_brought_inside():
 def test_a_least_thrust_at_a_slant_costs_no_time_where_a_straight_way_goes_past_free_fall(limit, degree):
     """A wall on the vertical thrust ended the search, and room beyond it was taken for a path that nothing limits."""
     for points in ([(0, 0, 0), (1, 0, 1)], [(0, 0, 0), (3, 0, -1)]):
-        free, kept = (
-            minsnap.plan(points, limits=Limits(**limit, **least), degree=degree) for least in ({}, {"min_thrust": 0.25})
-        )
+        asked = ({**limit, **least} for least in ({}, {"min_thrust": 0.25}))
+        free, kept = (minsnap.plan(points, limits=Limits(**own), degree=degree, pieces=1) for own in asked)
         assert kept.duration == pytest.approx(free.duration, rel=1e-4)
         assert minsnap.certify(kept, limits=Limits(**limit, min_thrust=0.25)).ok
 

@@ -102,7 +102,7 @@ class Course:
     laps : int
         How often it is flown.
     limits : Limits or None
-        By default 3 m/s and 6 m/s^2.
+        By default 3 m/s, 6 m/s^2 and 30 m/s^3.
     tube : float or None
         Half-width of a corridor around the legs [m].
     boxes : Boxes or None
@@ -139,7 +139,7 @@ class Course:
     land: Sequence[float] | bool = False
     name: str = "course"
     degree: int = 7
-    pieces: int | str = 1
+    pieces: int | str | None = None
     avoid: Any = ()
 
     def __post_init__(self) -> None:
@@ -176,7 +176,7 @@ class Course:
 
     @property
     def bounds(self) -> Limits:
-        """The limits, or moderate ones where there are none."""
+        """The limits, or the ordinary ones where there are none."""
         return ordinary_limits() if self.limits is None else self.limits
 
     @property

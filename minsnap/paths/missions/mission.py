@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,11 @@ from minsnap.files.plan_file import PassedStop
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
-from minsnap.limits.ordinary import ORDINARY
+from minsnap.limits.ordinary import BUILT_UP, ORDINARY
 from minsnap.paths.missions.course import Course, Stop, section_request
+from minsnap.planning.near_notes import near_notes
 from minsnap.planning.planner import plan
+from minsnap.replanning.horizon import grouped
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.trajectory.planned_heading import chosen_heading
 from minsnap.trajectory.report import unlimited_notes
@@ -40,6 +43,8 @@ class MissionSettings:
     ----------
     climb, landing, gentle : float
         Largest speeds of take-off and landing [m/s], and their acceleration [m/s^2].
+    pieces : int
+        Polynomials of take-off and landing, unless the course says how many a leg has.
     slowings : int
         How often parts are slowed down until they keep the limits together.
     shortest_run, longest_run : float
@@ -49,6 +54,7 @@ class MissionSettings:
     climb: float = 1.0
     landing: float = 0.5
     gentle: float = 2.0
+    pieces: int = 3
     slowings: int = 4
     shortest_run: float = 1.0
     longest_run: float = 5.0
@@ -105,7 +111,8 @@ class Mission:
     def notes(self) -> tuple[str, ...]:
         """What is far from ordinary, as the report of a plan says it."""
         fixed = fixed_yaw_notes(self.limits, self.trajectory) if self.course.yaw is None else ()
-        return fixed + unlimited_notes(self.trajectory, self.limits.given())
+        near = near_notes(self.trajectory, self.gates, self.course.obstacles, self.limits)
+        return fixed + near + unlimited_notes(self.trajectory, self.limits.given())
 
     @property
     def gates(self) -> dict[int, Gate]:
@@ -357,7 +364,10 @@ def _vertical(name: str, start: FloatArray, goal: FloatArray, course: Course, sp
     limits = course.bounds
     slow = min(speed, limits.speed or speed)
     gentle = min(AROUND.gentle, limits.acceleration or AROUND.gentle)
-    curve = plan([start, goal], limits=replace(limits, speed=slow, acceleration=gentle), degree=course.degree)
+    jerk = min(gentle / BUILT_UP, limits.jerk or inf)
+    slower = replace(limits, speed=slow, acceleration=gentle, jerk=jerk)
+    pieces = course.pieces if isinstance(course.pieces, int) else AROUND.pieces
+    curve = plan([start, goal], limits=slower, degree=course.degree, pieces=pieces)
     near = nearest_obstacle(curve, course.obstacles) if course.obstacles else None
     if near is not None and near.value < -EXACT:
         raise WaypointError(
@@ -369,7 +379,8 @@ def _vertical(name: str, start: FloatArray, goal: FloatArray, course: Course, sp
 
 def _headed(course: Course, flown: Sequence[_Flown]) -> Trajectory:
     """Join the parts, and give the whole its heading."""
-    joined = concatenate([part.curve for part in flown])
+    most = max(part.curve.pieces for part in flown)
+    joined = concatenate([grouped(part.curve, most) for part in flown])
     if isinstance(course.yaw, tuple) and len(course.yaw) != joined.legs + 1:
         raise YawError(
             f"yaw has {len(course.yaw)} angles: give one, or {joined.legs + 1}, one for each waypoint of the whole "

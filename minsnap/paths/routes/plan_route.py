@@ -263,8 +263,8 @@ def plan_through(
         Lowest and highest altitude of cells that may be flown through, in a map in space [m]; the clearance holds to
         the cells above and below, too.
     **planning
-        Further arguments of :func:`minsnap.plan`: ``limits``, ``total_time``, ``yaw``, ``pieces``, … Within 3 m/s and
-        6 m/s^2 in the shortest time unless a time or limits are set.
+        Further arguments of :func:`minsnap.plan`: ``limits``, ``total_time``, ``yaw``, ``pieces``, … Within 3 m/s,
+        6 m/s^2 and 30 m/s^3 in the shortest time unless a time or limits are set.
 
     Returns
     -------
