@@ -11,6 +11,7 @@ from pathlib import Path
 
 import minsnap
 from minsnap.plot import plot_fleet, plot_separation, save_figure
+from minsnap.shows.file_limits import certify_files
 from minsnap.shows.formations import circle, grid, text
 from minsnap.shows.safety_report import SafetyReport, write_report
 from minsnap.shows.show import Act, Show, fly
@@ -23,11 +24,13 @@ def main(folder: Path) -> None:
     letter = Act("letter", text(16, "M", 12.0, 5.0), hold=3.0, colour=(0, 80, 255), fade=True)
     limits = minsnap.Limits(speed=4.0, acceleration=3.0)
     show = Show(grid(16, 2.0), (ring, letter), minsnap.Separation(1.0, downwash=2.0), limits)
-    flown = fly(show)
+    flown = fly(show, to="skyc")  # flights are slowed until the file keeps the limits
     for stage in flown.stages:
         print(f"{stage.name:10} leaves {stage.start:6.2f} s, arrives {stage.arrival:6.2f} s")
-    written = minsnap.shows.write_fleet(flown.fleet, folder / "show.skyc", lights=flown.lights)
-    held = minsnap.certify_fleet(minsnap.shows.read_fleet(folder / "show.skyc"), show.separation, limits)
+    written = minsnap.shows.write_fleet(
+        flown.fleet, folder / "show.skyc", lights=flown.lights, sheet=flown.sheet(show, "Ring")
+    )
+    held = certify_files(minsnap.shows.read_fleet(folder / "show.skyc"), show.separation, limits, None, "skyc")
     planned = minsnap.certify_fleet(flown.fleet, show.separation, limits)
     print(f"{1e3 * written.distance:.1f} mm from the plan at most, {held.least_distance:.3f} m apart at all times")
     report = SafetyReport("Ring and letter", held, planned, written.distance, flown.stages, written.files)

@@ -42,16 +42,15 @@ def fleet(
 ) -> int:
     """Plan a show of several vehicles, and certify its files.
 
-    The least distance between vehicles is proved from the written files. Each planned flight is kept in FOLDER/flights;
-    a run that was killed continues from there. Ctrl-C ends the search for one flight with the best so far. Exit status
-    1 if the files violate a condition of the show.
+    The least distance between vehicles is proved from the written files, and flights are slowed until these keep the
+    limits. Each planned flight is kept in FOLDER/flights; a run that was killed continues from there. Ctrl-C ends the
+    search for one flight with the best so far. Exit status 1 if the files violate a condition of the show.
     """
-    from minsnap.files.formats.cubic_segments import worst_distance
     from minsnap.plot.animation import animate_fleet, check_animation_name
-    from minsnap.shows.crazyswarm_folder import refuse_long
-    from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, MANIFEST, read_fleet, write_fleet
+    from minsnap.shows.firmware_take_off import take_off_note
+    from minsnap.shows.fleet_files import KINDS, MANIFEST, read_fleet, write_fleet
     from minsnap.shows.safety_report import SafetyReport, write_report
-    from minsnap.shows.show import fly
+    from minsnap.shows.show import SKYBRUSH, fly
     from minsnap.shows.show_yaml import read_show
 
     if to not in KINDS:
@@ -71,16 +70,17 @@ def fleet(
     place = output / "show.skyc" if to == "skyc" else output
     if output.is_dir():
         check_destination(place if to == "skyc" else place / MANIFEST, clobber=not no_clobber)
-    lost = worst_distance(described.reach) if to not in EXACT_KINDS else 0.0
-    progress = on_terminal(quiet=False)
-    wider, kept = _wider(described, 2.0 * lost), output / "flights"
-    flown = fly(wider, kept, tell, progress, *([refuse_long] if to == "crazyswarm2" else []))
-    named = replace(flown.fleet, separation=described.separation)
-    written = write_fleet(named, place, to, flown.lights, clobber=not no_clobber)
+    progress, title = on_terminal(quiet=False), name_as_text(show.stem)
+    flown = fly(described, output / "flights", tell, progress, to)
+    sheet = flown.sheet(described, title)
+    written = write_fleet(flown.fleet, place, to, flown.lights, sheet=sheet, clobber=not no_clobber)
     for page in pages:
         refuse_source(page, *written.files)
-    certificates = _certified(described, flown.fleet, read_fleet(place))
-    safety = SafetyReport(name_as_text(show.stem), *certificates, written.distance, flown.stages, written.files)
+    held = read_fleet(place)
+    certificates = _certified(described, flown.fleet, held, to)
+    late = take_off_note(held) if to in SKYBRUSH else None
+    beyond = [] if late is None else [late]
+    safety = SafetyReport(title, *certificates, written.distance, flown.stages, written.files, beyond)
     if report is not None:
         write_report(safety, report, clobber=not no_clobber)
     if animate is not None:
@@ -89,18 +89,15 @@ def fleet(
     return 0 if safety.ok else 1
 
 
-def _wider(show: Show, more: float) -> Show:
-    """Return the show with what the files may lose added to its separation."""
-    apart = show.separation
-    wider = minsnap.Separation((apart.distance or 0.0) + more, apart.downwash)
-    return replace(show, separation=wider) if more else show
-
-
-def _certified(show: Show, planned: minsnap.Fleet, held: minsnap.Fleet) -> tuple[FleetCertificate, FleetCertificate]:
+def _certified(
+    show: Show, planned: minsnap.Fleet, held: minsnap.Fleet, to: str
+) -> tuple[FleetCertificate, FleetCertificate]:
     """Return the certificates of the files and of the plan."""
+    from minsnap.shows.file_limits import certify_files
+
     named = replace(held, separation=show.separation)
-    first, second = (minsnap.certify_fleet(one, show.separation, show.limits, show.room) for one in (named, planned))
-    return first, second
+    files = certify_files(named, show.separation, show.limits, show.room, to)
+    return files, minsnap.certify_fleet(planned, show.separation, show.limits, show.room)
 
 
 def _summary(page: SafetyReport, place: Path) -> str:
@@ -111,14 +108,15 @@ def _summary(page: SafetyReport, place: Path) -> str:
         names = held.fleet.names_of(near.pair)
         lines.append(("least distance", f"{near.distance:.4f} m, {names} at {near.instant:.2f} s"))
     lines.append(("files from the plan", f"{1e3 * page.distance:.2g} mm at most"))
-    planned = {used.use.name: used.use.value for used in page.planned.utilisation}
-    for used in held.utilisation:
-        figures = f"{planned[used.use.name]:.4g} of {used.use.limit:.4g} in the plan, {used.use.value:.4g} in the files"
-        lines.append((used.use.name, figures))
-    verdict = "apart at every instant, proved of the files" if page.ok else "problem: it does not hold of the files"
+    files = {used.use.name: f"{used.use.value:.4g} in the files" for used in held.utilisation}
+    for used in page.planned.utilisation:
+        reached = files.get(used.use.name, "of the plan alone")
+        lines.append((used.use.name, f"{used.use.value:.4g} of {used.use.limit:.4g} in the plan, {reached}"))
+    verdict = "apart at every instant, proved of the files" if page.apart else "problem: it does not hold of the files"
     cut = [stage.name for stage in page.stages if "Ctrl-C" in stage.method]
-    notes = [*page.exceeded, *(f"the search for {name} was cut short: run again for a shorter flight" for name in cut)]
-    return "\n".join([labelled(lines), "", verdict, *(f"note: {sentence}" for sentence in notes)])
+    problems = [f"problem: {sentence}" for sentence in page.exceeded]
+    notes = [f"note: the search for {name} was cut short: run again for a shorter flight" for name in cut]
+    return "\n".join([labelled(lines), "", verdict, *problems, *notes])
 
 
 @command()

@@ -22,7 +22,7 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import UnprovedError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.first_guess import frozen, guess, powers
-from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, legs_left
+from minsnap.fleet.fleet_certificate import FleetCertificate, FleetUse, certify_fleet, legs_left
 from minsnap.fleet.fleet_task import FleetTask, knot_shares
 from minsnap.limits.limits import Limits
 from minsnap.native.joint_fleet import FleetSearch, Outcome, Settings
@@ -281,8 +281,13 @@ class TimeSearch:
 
 def slowed(curves: Sequence[Trajectory], limits: Limits | Sequence[Limits]) -> float:
     """Return by how much time is to be stretched so that curves keep limits on derivatives; 0 if nothing moves."""
+    return stretch_of(certify_fleet(curves, limits=limits).utilisation)
+
+
+def stretch_of(uses: Sequence[FleetUse]) -> float:
+    """Return by how much time is to be stretched so that limits on derivatives are kept that are used so far."""
     factor = 0.0
-    for entry in certify_fleet(curves, limits=limits).utilisation:
+    for entry in uses:
         order = KIND[entry.use.name].order
         share = max(entry.use.fraction, 0.0)
         factor = max(factor, _root(share, order) if order else max(1.0, share))

@@ -214,9 +214,9 @@ def write_page(path: FileName, title: str, parts: Sequence[str], *, clobber: boo
         file.write(f"{head}<style>\n{style}</style><h1>{escape(title)}</h1>{''.join(parts)}</html>\n")
 
 
-def verdict(good: bool, html: str) -> str:
-    """Return the paragraph that says whether all is well."""
-    return f'<p class="{"holds" if good else "fails"}">{html}</p>'
+def verdict(good: bool | None, html: str) -> str:
+    """Return the paragraph that says whether all is well, or that something is beyond its limit (None)."""
+    return f'<p class="{"exceeds" if good is None else "holds" if good else "fails"}">{html}</p>'
 
 
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -12,15 +12,20 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import point_text
 from minsnap.basics.storage.text import FileName, digest_of
+from minsnap.files.formats.bezier_segments import STEP_TIME
 from minsnap.fleet.common_clock import Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, extent_of
 from minsnap.limits.limits import Limits
 from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.fleet_figures import plot_fleet, plot_separation
-from minsnap.shows.show import Stage
+from minsnap.shows.file_limits import largest_step
+from minsnap.shows.timeline import Stage
 
 PAIRS = 20
 """Pairs in the table of those that come nearest."""
+
+FAINT_STEP = 1e-5
+"""Step of a velocity that is none: numbers are written with few digits [m/s]."""
 
 VALIDATED = ("horizontal_speed", "vertical_speed", "horizontal_acceleration", "vertical_acceleration")
 """Limits whose use over all time is read from a certificate."""
@@ -51,6 +56,8 @@ class SafetyReport:
         How far the files may be from the plan [m].
     stages : sequence of Stage
     files : sequence of Path
+    beyond : sequence of str
+        What else keeps the show from being flown as it was proved, a sentence each.
     """
 
     title: str
@@ -59,20 +66,28 @@ class SafetyReport:
     distance: float
     stages: Sequence[Stage]
     files: Sequence[Path]
+    beyond: Sequence[str] = ()
 
     @property
     def ok(self) -> bool:
-        """Whether separation and room hold of the files, and the limits of the plan."""
+        """Whether separation, room and limits hold of the files, and nothing else is in the way."""
+        return self.apart and not self.exceeded
+
+    @property
+    def apart(self) -> bool:
+        """Whether separation and room hold of the files, and everything of the plan."""
         return replace(self.held, utilisation=()).ok and self.planned.ok
 
     @property
     def exceeded(self) -> list[str]:
-        """What the files use beyond the limits, by rounding and cubics: a sentence each."""
-        return [
-            f"the files reach {used.use.name} {used.use.value:.4g} of {used.use.limit:.4g}: lower that limit to keep it"
+        """What the files use beyond the limits, by rounding and cubics, and what else is beyond: a sentence each."""
+        files = [
+            f"the files reach {used.use.name} {used.use.value:.4g} of {used.use.limit:.4g}: give a limit on the jerk, "
+            "or plan within less"
             for used in self.held.utilisation
             if not used.kept
         ]
+        return [*files, *self.beyond]
 
 
 def write_report(report: SafetyReport, path: FileName, *, clobber: bool = True) -> None:
@@ -89,9 +104,11 @@ def _verdict(report: SafetyReport) -> str:
     near = held.closest
     if near is not None:
         words = f"{escape(held.fleet.names_of(near.pair))} come nearest: {near.distance:.4f} m at {near.instant:.2f} s"
-    title = "Apart at every instant" if report.ok else "Does not hold"
+    title = "Apart at every instant" if report.apart else "Does not hold"
+    title += ", and beyond its limits" if report.apart and report.exceeded else ""
     beyond = "".join(f"<br><b>{escape(sentence)}.</b>" for sentence in report.exceeded)
-    return verdict(report.ok, f"<b>{title}.</b> {words}. Proved, not sampled.{beyond}")
+    good = None if report.apart and report.exceeded else report.ok
+    return verdict(good, f"<b>{title}.</b> {words}. Proved, not sampled.{beyond}")
 
 
 def _facts(report: SafetyReport) -> str:
@@ -102,6 +119,9 @@ def _facts(report: SafetyReport) -> str:
         apart = "radii of each vehicle" if separation.distance is None else f"{separation.distance:g} m"
         rows.append(("separation", f"{apart}, heights divided by {separation.downwash:g}"))
     rows.append(("files from the plan", f"{1e3 * report.distance:.2g} mm at most, included in every figure below"))
+    step = largest_step(held.fleet)
+    counted = f"{step:.2g} m/s at a knot, which counts as {step / STEP_TIME:.2g} m/s² on the acceleration there"
+    rows.append(("steps of the velocity", counted if step > FAINT_STEP else "none"))
     for axis, name in enumerate(("x", "y", "altitude")):
         rows.append((name, f"within {_range(points[:, axis])} m"))
     if held.room_margin is not None:
@@ -127,13 +147,13 @@ def _figures(held: FleetCertificate) -> str:
 
 
 def _limits(report: SafetyReport) -> str:
-    planned = {used.use.name: used for used in report.planned.utilisation}
+    files = {used.use.name: used for used in report.held.utilisation}
     rows = []
-    for used in report.held.utilisation:
-        plan = planned.get(used.use.name)
-        before = "" if plan is None else f"{plan.use.value:.4g}"
-        who = report.held.fleet.name(used.vehicle)
-        rows.append((used.use.name, f"{used.use.limit:.4g}", before, f"{used.use.value:.4g}", who))
+    for used in report.planned.utilisation:
+        name, held = used.use.name, files.get(used.use.name)
+        reached = "of the plan alone" if held is None else f"{held.use.value:.4g}"
+        who = report.held.fleet.name((held or used).vehicle)
+        rows.append((name, f"{used.use.limit:.4g}", f"{used.use.value:.4g}", reached, who))
     return table("Limits", ["limit", "bound", "plan", "files", "vehicle"], rows)
 
 

@@ -1,9 +1,10 @@
 """A show: formations one after the other, and the flights between them, planned one by one and kept once planned.
 
 From home all climb straight up, fly to the acts, each by the assignment of least squared way, hold each, return above
-home and land. A formation may move: it turns about the vertical, grows or shrinks, and its center goes along a curve.
-All vehicles share three polynomials, of the cosine, the sine and the scale, so that it keeps its shape: its distances
-are those that it has, times the scale. At knots they have the exact values and three derivatives.
+home and land. A formation may move (``moves``).
+
+A show that is flown from files is planned for these: with their distance from the curves added to the separation, and
+flights slowed until the files keep the limits.
 """
 
 from __future__ import annotations
@@ -11,121 +12,49 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from math import ceil, pi
+from dataclasses import dataclass, replace
+from math import ceil, inf
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.basics.checks import LONGEST, point_text
+from minsnap.basics.checks import LONGEST
 from minsnap.basics.storage.atomic import atomic_write, make_folder
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import FileName, reading
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Room
 from minsnap.errors import FileError, FleetError, MinsnapError
+from minsnap.files.formats.cubic_segments import worst_distance
 from minsnap.files.formats.skybrush import Lights
 from minsnap.fleet.assignment import assign
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.fleet.fleet_certificate import certify_fleet, extent_of
 from minsnap.fleet.fleet_planner import plan_fleet
 from minsnap.fleet.fleet_task import table_of
-from minsnap.fleet.time_search import slowed
 from minsnap.limits.limits import Limits
-from minsnap.planning.planner import plan
+from minsnap.limits.ordinary import ORDINARY
+from minsnap.shows.crazyswarm_folder import refuse_long
+from minsnap.shows.file_limits import ROUNDED_KINDS, SLOWING, played, stretches
+from minsnap.shows.firmware_take_off import late_by
 from minsnap.shows.formations import spacing_of
+from minsnap.shows.moves import Move, moved
+from minsnap.shows.skyc import ShowSheet
+from minsnap.shows.timeline import PlannedFlight, Stage, timed
 from minsnap.trajectory.trajectory import Trajectory
 
-PIECE = pi / 24.0
-"""Angle of a piece: cosine and sine are then met to 2e-10."""
+BUILT_UP = 1.0 / 3.0
+"""Time in which a flight builds up its acceleration: what limits the jerk of a show that says none [s].
 
-LEAST_PIECES = 4
+Without a limit a straight flight jumps from one acceleration to another, which no file of whole millimetres holds.
+"""
 
+GENTLE = 1.0
+"""Speed of take-off and landing in Skybrush's files unless a show says another: its firmware takes off at it [m/s]."""
 
-@dataclass(frozen=True, eq=False)
-class Move:
-    """How a formation moves, from rest to rest.
-
-    Parameters
-    ----------
-    turn : float
-        About the vertical through its center, counter-clockwise [rad].
-    scale : float
-        How many times as large it is in the end.
-    along : ndarray, shape (n, 3), or None
-        Way of its center, from where it is: ``[[0, 0, 0], [5, 0, 2]]`` [m].
-    seconds : float or None
-        How long it takes; by default as short as the limits allow [s].
-    """
-
-    turn: float = 0.0
-    scale: float = 1.0
-    along: FloatArray | None = None
-    seconds: float | None = None
-
-
-def moved(move: Move, points: FloatArray, limits: Limits) -> list[Trajectory]:
-    """Return the curves of a formation (vehicles, 3), in its seconds or the shortest time; none if that is zero.
-
-    Raises
-    ------
-    FleetError
-        If it does not keep the limits in its seconds, or its way does not begin at the center.
-    """
-    if move.along is not None and move.along[:1].any():
-        raise FleetError(
-            f"the way of a move begins at {point_text(move.along[0])}: it is counted from the center of the formation, "
-            "so begin it at (0, 0, 0)"
-        )
-    way = None if move.along is None else plan(move.along, total_time=1.0)
-    count = max(LEAST_PIECES, ceil(abs(move.turn) / PIECE))
-    breaks = np.union1d(np.linspace(0.0, 1.0, count + 1), [] if way is None else way.breaks[1:-1])
-    curves = _pieces(breaks, np.stack(_shape(move, breaks), axis=2))
-    center, durations = points.mean(axis=0), np.diff(breaks)
-    shift = np.zeros((*curves.shape[:2], 3))
-    if way is not None:
-        shift = _pieces(breaks, np.stack([way(np.minimum(breaks, way.duration), q) for q in range(4)], axis=1))
-    moves = []
-    for x, y, z in points - center:
-        x_y = curves[..., :1] * (x, y) + curves[..., 1:2] * (-y, x)
-        moves.append(Trajectory(center + shift + np.concatenate((x_y, curves[..., 2:] * z), axis=2), durations))
-    time = slowed(moves, limits) if move.seconds is None else move.seconds
-    if time == 0.0 and move.seconds is None:
-        return []
-    if not 0.0 < time <= LONGEST:
-        raise FleetError(f"a move takes {time:g} s: give it a number of seconds up to {LONGEST:g}")
-    flown = [Trajectory(curve.control_points, curve.durations * time) for curve in moves]
-    for used in () if move.seconds is None else certify_fleet(flown, limits=limits).utilisation:
-        if used.use.fraction > 1.0 + EXACT:
-            beyond = f"{used.use.name} {used.use.value:.4g} of {used.use.limit:g}"
-            raise FleetError(f"a move in {time:g} s does not keep the limits ({beyond}): give it more seconds")
-    return flown
-
-
-def _shape(move: Move, breaks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return values and three derivatives of cosine, sine and scale at knots of a unit of time, (knots, 4) each."""
-    rise = Trajectory(np.repeat([0.0, 1.0], 4)[None, :, None], np.ones(1)).states(breaks, 4)[..., 0]
-    angle, scale = move.turn * rise, (move.scale - 1.0) * rise + (1.0, 0.0, 0.0, 0.0)
-    ones = np.exp(1j * angle[:, 0])
-    first, second, third = 1j * angle[:, 1], 1j * angle[:, 2], 1j * angle[:, 3]
-    chain = (np.ones(len(ones)), first, first**2 + second, first**3 + 3.0 * first * second + third)
-    turned = np.stack([ones * each for each in chain], axis=1)
-    # the product with the scale is differentiated as a whole
-    whole = np.zeros_like(turned)
-    for order, weights in enumerate(((1,), (1, 1), (1, 2, 1), (1, 3, 3, 1))):
-        for k, weight in enumerate(weights):
-            whole[:, order] += weight * turned[:, k] * scale[:, order - k]
-    return whole.real, whole.imag, scale
-
-
-def _pieces(breaks: FloatArray, data: FloatArray) -> FloatArray:
-    """Return the control points of degree 7 that have values and three derivatives at knots: (pieces, 8, dim)."""
-    from scipy.interpolate import BPoly
-
-    return np.asarray(BPoly.from_derivatives(breaks, data).c.transpose(1, 0, 2))
-
+SKYBRUSH = ("skyb", "skyc")
 
 Told = Callable[[str], None]
 
@@ -176,6 +105,13 @@ class Show:
         ``"own"``: each lands where it took off; ``"any"``: at any vehicle's place, where that is shorter.
     room : pair of corners or None
     seed : int
+    smooth : bool
+        Whether flights build up their acceleration in ``BUILT_UP`` where the limits name no jerk.
+    climb_speed, descent_speed : float or None
+        Of take-off and landing [m/s]; None: as the limits allow, or ``GENTLE`` in Skybrush's files.
+    wait : float or None
+        How long all stand on the ground before they climb [s]; None: none, or what Skybrush's firmware needs.
+    environment : {"outdoor", "indoor"}
     """
 
     home: FloatArray
@@ -187,6 +123,19 @@ class Show:
     seed: int = 0
     layers: int = 1
     land: str = "own"
+    smooth: bool = True
+    climb_speed: float | None = None
+    descent_speed: float | None = None
+    wait: float | None = None
+    environment: str = "outdoor"
+
+    @property
+    def flown_limits(self) -> Limits:
+        """Limits that flights are planned within."""
+        if self.limits.jerk is not None or not self.smooth:
+            return self.limits
+        hardest = float(table_of(self.limits)[1].min())
+        return replace(self.limits, jerk=(hardest if hardest < inf else ORDINARY["acceleration"]) / BUILT_UP)
 
     @property
     def above(self) -> FloatArray:
@@ -204,10 +153,13 @@ class Show:
 
     def check(self) -> None:
         """Refuse limits that leave a climb free, and acts that do not fit, are below home, or stand too close."""
-        times = [("take_off", self.take_off), *((f"hold of act {act.name!r}", act.hold) for act in self.acts)]
-        for name, value in times:
+        times = [("take_off", self.take_off), ("the wait before take_off", self.wait or 0.0)]
+        for name, value in (*times, *((f"hold of act {act.name!r}", act.hold) for act in self.acts)):
             if not 0.0 <= value <= LONGEST:
                 raise FleetError(f"{name} is {value}: give a number from 0 to {LONGEST:g}")
+        for name, speed in (("take_off", self.climb_speed), ("land", self.descent_speed)):
+            if speed is not None and not 0.0 < speed < inf:
+                raise FleetError(f"the speed of {name} is {speed}: give a positive number [m/s]")
         if not np.isfinite(table_of(self.limits)[:2, 2:4]).any():
             raise FleetError("nothing limits how fast vehicles climb: give limits such as {speed: 4, acceleration: 3}")
         if self.home.ndim != 2 or self.home.shape[1] != 3 or not len(self.home):
@@ -231,27 +183,6 @@ class Show:
                 raise FleetError(f"{text} than the separation of {apart:g} m: {give}", pair=pair)
 
 
-@dataclass(frozen=True)
-class Stage:
-    """One flight of a show, and the hold after it.
-
-    Parameters
-    ----------
-    name : str
-        Where it leads.
-    start, arrival, end : float
-        [s].
-    method : str
-        How it was planned, or ``"kept"`` from an earlier run.
-    """
-
-    name: str
-    start: float
-    arrival: float
-    end: float
-    method: str
-
-
 @dataclass(frozen=True, eq=False)
 class FlownShow:
     """A show as trajectories.
@@ -268,13 +199,19 @@ class FlownShow:
     lights: tuple[Lights, ...]
     stages: tuple[Stage, ...]
 
+    def sheet(self, show: Show, title: str) -> ShowSheet:
+        """Return what a Skybrush show says of itself: a cue for each act, take-off, show and landing."""
+        up, down, end = self.stages[0], self.stages[-1], self.stages[-1].end
+        spans = {"takeoff": (0.0, up.end), "show": (up.end, down.start), "landing": (down.start, end)}
+        names = {act.name for act in show.acts}
+        cues = tuple((stage.arrival, stage.name) for stage in self.stages if stage.name in names)
+        highest = None if show.room is None else float(show.room[1][2])
+        segments = {name: span for name, span in spans.items() if span[1] > span[0]}
+        return ShowSheet(title, show.environment, show.limits, highest, cues, segments)
+
 
 def fly(
-    show: Show,
-    kept: FileName | None = None,
-    told: Told | None = None,
-    progress: bool = False,
-    refuse: Callable[[int, str], None] = lambda pieces, what: None,
+    show: Show, kept: FileName | None = None, told: Told | None = None, progress: bool = False, to: str = "csv"
 ) -> FlownShow:
     """Plan every flight of a show.
 
@@ -291,9 +228,9 @@ def fly(
         Is told a sentence after each flight.
     progress : bool
         Show a line on the terminal while a flight is searched for.
-    refuse : callable, optional
-        Called before each flight to an act with the least number of pieces that a vehicle will have, and what is known
-        of them, in words; raises what ends the show.
+    to : str
+        Format of the files from which it is flown, as in ``write_fleet``. Where these round, twice their distance from
+        the curves is added to the separation, and flights are slowed until the files keep the limits.
 
     Raises
     ------
@@ -301,25 +238,67 @@ def fly(
         If acts and vehicles do not fit together.
     UnprovedError
         If a search ends without a flight; says which.
+    FileError
+        If no file of the format holds a curve.
     """
     show.check()
-    course = _Course(show, kept, progress, told, show.home, [], [[] for _ in show.home], refuse)
+    asked, show = show, _prepared(show, to)
+    course = _Course(show, kept, progress, told, show.home, [], to)
     course.refuse_long(show.acts)
-    course.fly("take-off", show.above)
+    course.fly("take-off", show.above, show.climb_speed)
     shown = []
     for number, act in enumerate(show.acts):
         course.refuse_long(show.acts[number:])
         order = assign(course.now, act.points)
-        shown.append((order, course.fly(act.name, act.points[order], act.hold)))
+        course.fly(act.name, act.points[order], hold=act.hold)
+        shown.append((order, len(course.flights) - 1))
         for move in act.moves:
-            course.add(f"{act.name} moves", _checked(moved(move, course.now, show.limits), show, act.name), "move", 0.0)
+            limits = show.limits if move.seconds is not None else show.flown_limits
+            course.add(f"{act.name} moves", _checked(moved(move, course.now, limits), show, act.name), "move")
     course.refuse_long(())
     order = _return(show, course.now)
     course.fly("return", show.above[order])
-    end = course.fly("landing", show.home[order]).end
-    fleet = Fleet(tuple(_joined(part) for part in course.parts), None, show.separation)
-    lights = tuple(_lights(show, shown, end, vehicle) for vehicle in range(len(show.home)))
-    return FlownShow(fleet, lights, tuple(course.stages))
+    course.fly("landing", show.home[order], show.descent_speed)
+    curves, stages = _timed(show, course, to)
+    at = [(order, stages[number]) for order, number in shown]
+    lights = tuple(_lights(show, at, stages[-1].end, vehicle) for vehicle in range(len(show.home)))
+    return FlownShow(Fleet(tuple(curves), None, asked.separation), lights, tuple(stages))
+
+
+def _prepared(show: Show, to: str) -> Show:
+    """Return the show as it is planned for files: apart by what they may lose too, gentle where Skybrush flies it."""
+    if to not in ROUNDED_KINDS:
+        return show
+    apart, more = show.separation, 2.0 * worst_distance(show.reach)
+    show = replace(show, separation=Separation((apart.distance or 0.0) + more, apart.downwash))
+    if to not in SKYBRUSH:
+        return show
+    up, down = (GENTLE if speed is None else speed for speed in (show.climb_speed, show.descent_speed))
+    return replace(show, climb_speed=up, descent_speed=down)
+
+
+def _timed(show: Show, course: _Course, to: str) -> tuple[list[Trajectory], list[Stage]]:
+    """Return the curves and the stages, flights stretched until the files keep the limits, after a wait."""
+    flights, stretched, wait = course.flights, np.ones(len(course.flights)), show.wait or 0.0
+    curves, stages = timed(flights, stretched, wait, show.home)
+    late = late_by(curves) if to in SKYBRUSH and show.wait is None else 0.0
+    if 0.0 < late < inf:
+        wait = ceil(10.0 * late) / 10.0
+        course.tell(
+            f"take-off: after {wait:g} s on the ground, as Skybrush's firmware begins its climb before the curve"
+        )
+        curves, stages = timed(flights, stretched, wait, show.home)
+    for _ in range(SLOWING.rounds if to in ROUNDED_KINDS else 0):
+        held = Fleet(tuple(played(curve, to) for curve in curves))
+        more = stretches(held, [(stage.start, stage.arrival) for stage in stages], show.limits)
+        if (more == 1.0).all():
+            break
+        stretched = stretched * more
+        curves, stages = timed(flights, stretched, wait, show.home)
+    for flight, factor in zip(flights, stretched.tolist(), strict=True):
+        if factor > 1.0:
+            course.tell(f"{flight.name}: slowed by {100.0 * (factor - 1.0):.1f} %, so that the files keep the limits")
+    return curves, stages
 
 
 @dataclass(eq=False)
@@ -334,26 +313,28 @@ class _Course:
     progress: bool
     told: Told | None
     now: FloatArray
-    stages: list[Stage]
-    parts: list[list[Trajectory]]
-    refuse: Callable[[int, str], None]
+    flights: list[PlannedFlight]
+    to: str
 
-    def fly(self, name: str, goals: FloatArray, hold: float = 0.0) -> Stage:
-        """Fly to goals, shape (vehicles, 3), and hold, and return the stage; see ``add``."""
-        return self.add(name, *self._flight(name, goals), hold)
+    def fly(self, name: str, goals: FloatArray, vertical: float | None = None, hold: float = 0.0) -> None:
+        """Fly to goals, shape (vehicles, 3), up and down no faster than that [m/s], and hold; see ``add``."""
+        limits = self.show.flown_limits
+        if vertical is not None:
+            limits = replace(limits, vertical_speed=min(vertical, limits.vertical_speed or inf))
+        self.add(name, *self._flight(name, goals, limits), hold)
 
-    def _flight(self, name: str, goals: FloatArray) -> tuple[list[Trajectory], str]:
+    def _flight(self, name: str, goals: FloatArray, limits: Limits) -> tuple[list[Trajectory], str]:
         """Return the curves to goals, and how they were planned; an UnprovedError says of which flight it is."""
         if np.abs(goals - self.now).max() <= EXACT:
             return [], "stays"
         show, room = self.show, self._room(goals)
-        file = None if self.kept is None else Path(self.kept) / f"{self._key(goals, room)}.npz"
+        file = None if self.kept is None else Path(self.kept) / f"{self._key(goals, room, limits)}.npz"
         ways = np.stack([self.now, goals], axis=1)
         with suppress(FileError):
             if file is not None:
                 return _stored(file, ways), "kept"
         try:
-            fleet = plan_fleet(ways, show.limits, show.separation, room, seed=show.seed, progress=self.progress)
+            fleet = plan_fleet(ways, limits, show.separation, room, seed=show.seed, progress=self.progress)
         except MinsnapError as error:
             error.args = (f"the flight to {name}: {error}",)
             raise
@@ -365,11 +346,14 @@ class _Course:
         return list(fleet), report.method if report else ""
 
     def refuse_long(self, acts: Sequence[Act]) -> None:
-        """Ask whether the pieces are too many: those that are planned, and the least for these acts and the landing."""
-        planned = max(sum(len(part.durations) for part in parts) for parts in self.parts)
+        """Refuse too many pieces for crazyswarm2: those that are planned, and the least for these acts and landing."""
+        if self.to != "crazyswarm2":
+            return
+        counts = [max((len(curve.durations) for curve in flight.curves), default=0) for flight in self.flights]
+        planned = sum(counts) + sum(flight.hold > 0.0 for flight in self.flights)
         held = sum((act.hold > 0.0) + len(act.moves) for act in acts) + 2 * (self.show.take_off > 0.0)
-        last = f", of which {planned} are planned up to {self.stages[-1].name}," if self.stages else ", at least,"
-        self.refuse(planned + held, last)
+        last = f", of which {planned} are planned up to {self.flights[-1].name}," if self.flights else ", at least,"
+        refuse_long(planned + held, last)
 
     def _room(self, goals: FloatArray) -> Room:
         """Return the room of a flight: nobody goes around another below its lowest point and the end of the climb."""
@@ -377,25 +361,23 @@ class _Course:
         floor = min(float(places[:, 2].min()) for places in (self.now, goals, self.show.above))
         return Room(np.maximum(lower, (-np.inf, -np.inf, floor)), upper)
 
-    def _key(self, goals: FloatArray, room: Room) -> str:
+    def _key(self, goals: FloatArray, room: Room, limits: Limits) -> str:
         """Return a name of the question of a flight."""
         show, corners = self.show, [corner.tolist() for corner in (room.lower, room.upper)]
         apart = show.separation.plain.values()
-        question = (self.now.tolist(), goals.tolist(), repr(show.limits), *apart, corners, show.seed)
+        question = (self.now.tolist(), goals.tolist(), repr(limits), *apart, corners, show.seed)
         return hashlib.sha256(repr(question).encode()).hexdigest()[:24]
 
-    def add(self, name: str, curves: list[Trajectory], method: str, hold: float) -> Stage:
-        """Fly and hold, and return the stage; without curves all stay where they are."""
-        start = self.stages[-1].end if self.stages else 0.0
-        arrival = start + max((curve.duration for curve in curves), default=0.0)
+    def add(self, name: str, curves: list[Trajectory], method: str, hold: float = 0.0) -> None:
+        """Fly and hold; without curves all stay where they are."""
         self.now = np.stack([curve.control_points[-1, -1] for curve in curves]) if curves else self.now
-        for i, (part, goal) in enumerate(zip(self.parts, self.now, strict=True)):
-            flown = curves[i : i + 1]
-            part.extend([*flown, *_wait(goal, arrival - start - sum(curve.duration for curve in flown) + hold)])
-        self.stages.append(Stage(name, start, arrival, arrival + hold, method))
+        self.flights.append(PlannedFlight(name, curves, method, hold))
+        self.tell(f"{name}: {self.flights[-1].duration:.2f} s ({method})")
+
+    def tell(self, sentence: str) -> None:
+        """Tell a sentence to who wants to know."""
         if self.told is not None:
-            self.told(f"{name}: {arrival - start:.2f} s ({method})")
-        return self.stages[-1]
+            self.told(sentence)
 
 
 def _stored(file: Path, ways: FloatArray) -> list[Trajectory]:
@@ -442,18 +424,6 @@ def _checked(curves: list[Trajectory], show: Show, name: str) -> list[Trajectory
     if certificate.room_margin is not None and certificate.room_margin < -EXACT:
         raise FleetError(f"a move of {name!r} leaves the room by {-certificate.room_margin:.3g} m: move it less far")
     return curves
-
-
-def _wait(point: FloatArray, duration: float) -> list[Trajectory]:
-    return [Trajectory(np.tile(point, (1, 8, 1)), np.array([duration]))] if duration > 1e-9 else []
-
-
-def _joined(parts: list[Trajectory]) -> Trajectory:
-    """Return curves one after the other; all rest where they meet."""
-    if not parts:
-        raise FleetError("nothing moves in this show: give it a climb, or acts")
-    points, durations = zip(*((part.control_points, part.durations) for part in parts), strict=True)
-    return Trajectory(np.concatenate(points), np.concatenate(durations))
 
 
 def _lights(show: Show, shown: list[tuple[IntArray, Stage]], end: float, vehicle: int) -> Lights:

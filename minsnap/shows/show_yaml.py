@@ -17,7 +17,8 @@ from minsnap.files.request_yaml import LIMITS, limits_of
 from minsnap.files.waypoints import read_waypoints
 from minsnap.fleet.common_clock import Separation
 from minsnap.shows.formations import circle, grid, mesh, svg, text
-from minsnap.shows.show import Act, Move, Show
+from minsnap.shows.moves import Move
+from minsnap.shows.show import Act, Show
 
 LAYERS = 100
 """Most heights in which a climb may end."""
@@ -62,6 +63,21 @@ ACT = mapping(
     },
     "a mapping of an act",
 )
+TAKE_OFF = mapping(
+    {
+        "height": Key(NUMBER, "of the straight climb [m]"),
+        "speed": Key(NUMBER, "at most [m/s]"),
+        "wait": Key(NUMBER, "on the ground before it [s]"),
+    },
+    "a mapping of a take-off",
+)
+LAND = mapping(
+    {
+        "place": Key(word("own", "any"), "each at its own home, or at any"),
+        "speed": Key(NUMBER, "at most [m/s]"),
+    },
+    "a mapping of a landing",
+)
 SHOW = mapping(
     {
         "vehicles": Key(WHOLE, needed=True),
@@ -70,9 +86,10 @@ SHOW = mapping(
         "limits": Key(LIMITS, needed=True),
         "room": Key(BOX, "[m]"),
         "home": Key(FORMATION, "on the ground", needed=True),
-        "take_off": Key(NUMBER, "height of the straight climb [m]"),
+        "environment": Key(word("outdoor", "indoor"), "which checks of Skybrush's viewer hold; outdoor unless given"),
+        "take_off": Key(either(NUMBER, TAKE_OFF), "height of the straight climb [m], or how they take off"),
         "layers": Key(WHOLE, "in how many heights the climb ends, from 1 to 100"),
-        "land": Key(word("own", "any"), "each at its own home, or at any"),
+        "land": Key(either(word("own", "any"), LAND), "each at its own home, or at any, or how they land"),
         "acts": Key(several(ACT, "a list of acts", 1), needed=True),
         "seed": Key(WHOLE),
     },
@@ -103,20 +120,31 @@ def read_show(path: FileName) -> Show:
         content, place = SHOW.read(f"{path}", load_yaml(path)), Path(path).parent
         if not 1 <= content.get("layers", 1) <= LAYERS:
             raise FileError(f"layers is {content['layers']}: give a whole number from 1 to {LAYERS}")
-        room = content.get("room")
+        room, limits = content.get("room"), content["limits"]
+        up, down = (_mapped(content.get(name), key) for name, key in (("take_off", "height"), ("land", "place")))
         return Show(
             _formation(content["home"], content["vehicles"], place, "home"),
             tuple(_act(entry, f"act {i}", content["vehicles"], place) for i, entry in enumerate(content["acts"], 1)),
             Separation(content["separation"], content.get("downwash", 1.0)),
-            limits_of("limits", content["limits"], place),
+            limits_of("limits", limits, place),
             room=None if room is None else (np.array(room[0]), np.array(room[1])),
-            **_named(content, "take_off", "seed", "layers", "land"),
+            smooth=limits.get("jerk", 0.0) is not None,
+            climb_speed=up.get("speed"),
+            wait=up.get("wait"),
+            descent_speed=down.get("speed"),
+            **_named(content, "environment", "seed", "layers"),
+            **_named({"take_off": up.get("height"), "land": down.get("place")}, "take_off", "land"),
         )
+
+
+def _mapped(content: Any, key: str) -> dict[str, Any]:
+    """Return the entries of a mapping, or of what stands for one of them alone."""
+    return dict(content) if isinstance(content, dict) else {key: content}
 
 
 def _named(content: dict[str, Any], *names: str) -> dict[str, Any]:
     """Return those of some entries that are there; the others have their defaults in the class that takes them."""
-    return {name: content[name] for name in names if name in content}
+    return {name: content[name] for name in names if content.get(name) is not None}
 
 
 def _act(content: dict[str, Any], where: str, vehicles: int, place: Path) -> Act:

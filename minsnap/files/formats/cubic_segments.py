@@ -47,6 +47,8 @@ class CubicSettings:
         How many times as long as its neighbour a moving segment is at most: steps of its velocity are the neighbour's.
     corner : float
         Step of the curve's velocity from which a knot is a corner [m/s].
+    still : float
+        Distance of a control point from an end at which the curve is at rest [units].
     scale : int
         Largest unit [mm].
     moved : float
@@ -62,6 +64,7 @@ class CubicSettings:
     loose: float = 10.0
     uneven: int = 2
     corner: float = 1e-6
+    still: float = 1e-6
     scale: int = 127
     moved: float = 1.75
 
@@ -197,17 +200,23 @@ class CubicFit:
         """Return the control points in whole units, none beyond the largest number, and which segments are lines.
 
         At a knot whose neighbours have a common measure, both have the same velocity: three units over that measure,
-        times a whole number. A drone reads each segment from where the last one ends.
+        times a whole number. A drone reads each segment from where the last one ends. Where a cubic stays between its
+        ends, or the curve is at rest at one, the rounded one does: no vehicle dips below the ground as it lands.
         """
         spans, ends = np.diff(breaks)[:, None], self.hermite(breaks) / self.units
         places = np.round(np.concatenate([ends[:, 0], ends[-1:, 3]])).astype(np.int64)
         leaving, arriving = ends[:, 1] - ends[:, 0], ends[:, 3] - ends[:, 2]
-        out, back = (np.round(each).astype(np.int64) for each in (leaving, arriving))
+        true, rounded = ends[:, 3] - ends[:, 0], np.diff(places, axis=0)
+        room_out, room_back = _room(leaving, arriving, true, rounded), _room(arriving, leaving, true, rounded)
+        out = np.clip(np.round(leaving).astype(np.int64), -room_out, room_out)
+        back = np.clip(np.round(arriving).astype(np.int64), -room_back, room_back)
         measure = np.gcd(spans[:-1], spans[1:])
         smooth = (measure[:, 0] >= CUBIC.shortest) & ~np.isin(breaks[1:-1], self.edges)
-        common = np.round(leaving[1:] * measure / spans[1:]).astype(np.int64)
-        out[1:] = np.where(smooth[:, None], common * (spans[1:] // measure), out[1:])
-        back[:-1] = np.where(smooth[:, None], common * (spans[:-1] // measure), back[:-1])
+        before, after = spans[:-1] // measure, spans[1:] // measure
+        room = np.minimum(room_back[:-1] // before, room_out[1:] // after)
+        common = np.clip(np.round(leaving[1:] / after).astype(np.int64), -room, room)
+        out[1:] = np.where(smooth[:, None], common * after, out[1:])
+        back[:-1] = np.where(smooth[:, None], common * before, back[:-1])
         points = np.stack([places[:-1], places[:-1] + out, places[1:] - back, places[1:]], axis=1)
         lines = np.abs(points - lines_of(places[:-1], places[1:])).max(axis=(1, 2))
         alone = np.concatenate([[True], ~smooth]) & np.concatenate([~smooth, [True]])
@@ -248,6 +257,15 @@ class CubicFit:
         shorter[:-1] = np.where(moves, spans[1:], shorter[:-1])
         shorter[1:] = np.minimum(shorter[1:], np.where(moves, spans[:-1], shorter[1:]))
         return np.asarray(spans > CUBIC.uneven * shorter + CUBIC.cell)
+
+
+def _room(way: FloatArray, other: FloatArray, true: FloatArray, rounded: _Integers) -> _Integers:
+    """Return how far a control point may be from its end: to the other end, where the true one is between the two.
+
+    The cubic of a curve that starts from rest as a fourth power of time goes back first: it is held, too.
+    """
+    between = np.abs(way) <= np.abs(true) * np.where(np.abs(other) < CUBIC.still, 2.0, 1.0)
+    return np.where(between & (way * true >= 0.0), np.abs(rounded), 2 * LARGEST)
 
 
 def _lost(breaks: _Integers) -> BoolArray:
