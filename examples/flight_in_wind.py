@@ -21,7 +21,7 @@ CORNERS = [(0, 0, 1), (3, 0, 1), (3, 2, 1.5), (0, 2, 1.5)]
 def main(folder: Path) -> None:
     """Plan, fly twice, compare."""
     folder.mkdir(parents=True, exist_ok=True)
-    path = minsnap.plan(CORNERS, limits=minsnap.Limits(speed=2.0, acceleration=3.0))
+    path = minsnap.plan(CORNERS, limits=minsnap.Limits(speed=2.0, acceleration=3.0, jerk=15.0))
     vehicle, controller = Quadrotor.dji_f330(), GeometricController()
     winds = {"still air": None, "gusts": DrydenWind((3.0, 0.0, 0.0), (1.0, 1.0, 0.5), seed=1)}
     flights = {name: simulate(vehicle, controller, path, wind=wind) for name, wind in winds.items()}

@@ -32,7 +32,7 @@ def courses():
     return {
         "rectangle, 24 s": rectangle(8, 4, total_time=24.0),
         "rectangle, 12 s": rectangle(8, 4, total_time=12.0),
-        "rectangle, 3 m/s": rectangle(6, 4, limits=minsnap.Limits(speed=3.0, acceleration=6.0)),
+        "rectangle, 3 m/s": rectangle(6, 4, limits=minsnap.Limits(speed=3.0, acceleration=6.0), pieces=1),
         "circle, 9 s": minsnap.circle(radius=3.0, period=6.0),
     }
 

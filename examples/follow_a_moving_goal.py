@@ -56,7 +56,7 @@ def main(folder: Path, seconds: float) -> None:
     """Fly after the goal, then hold, and write the setpoints that arrived."""
     receiver, clock = Receiver((0.0, 2.0, -1.5)), Clock()
     receiver.start()
-    first = minsnap.plan([(2.0, 0.0, 1.5), goal_at(0.0)], limits=LIMITS, corridor=ROOM)
+    first = minsnap.plan([(2.0, 0.0, 1.5), goal_at(0.0)], limits=LIMITS, corridor=ROOM, pieces=1)
     options = StreamOptions(rate=20.0, trigger="now", rules=SafetyRules(abort_distance=1.0), delay=0.1)
     counts = {"new": 0, "kept": 0, "refused": 0}
 

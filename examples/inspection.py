@@ -20,7 +20,8 @@ def main(folder: Path) -> None:
     """Fly there, turn around the mast while climbing, and say how fast the nose turns."""
     turns = minsnap.helix(radius=2.0, pitch=1.0, laps=3, period=8.0, center=MAST, altitude=1.0, yaw=LookAt(MAST))
     helix = minsnap.as_polynomials(turns)
-    there = minsnap.plan([(7, -1, 1), helix(0.0)], limits=Limits(speed=2.0, acceleration=3.0), yaw=LookAt(MAST))
+    limits = Limits(speed=2.0, acceleration=3.0, jerk=15.0)
+    there = minsnap.plan([(7, -1, 1), helix(0.0)], limits=limits, yaw=LookAt(MAST))
     flight = there.then(helix)
     used = minsnap.certify(flight, limits=Limits(speed=2.0, yaw_rate=3.0)).utilisation
     for one in used:

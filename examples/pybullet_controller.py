@@ -44,7 +44,7 @@ class PlanControl:
 def planned():
     """Return a small climbing rectangle, from rest to rest."""
     corners = [(0, 0, 0.5), (1, 0, 0.8), (1, 1, 1.1), (0, 1, 0.8), (0, 0, 0.5)]
-    return minsnap.plan(corners, limits=minsnap.Limits(speed=1.0, acceleration=2.0), corridor=0.1)
+    return minsnap.plan(corners, limits=minsnap.Limits(speed=1.0, acceleration=2.0, jerk=10.0), corridor=0.1)
 
 
 def fly():

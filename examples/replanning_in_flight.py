@@ -44,7 +44,7 @@ def fly() -> tuple[list[np.ndarray], list[minsnap.replanning.Change]]:
     """Fly until the last gate is reached: the pieces of path flown, and every change."""
     replanner = minsnap.Replanner(LIMITS, clock=lambda: 0.0, recover=0.3, clearance=0.1)
     gates = gates_at(0.0)
-    flown = minsnap.plan(gates, limits=LIMITS, corridor=boxes_at(gates))
+    flown = minsnap.plan(gates, limits=LIMITS, corridor=boxes_at(gates), pieces=1)
     passed, paths, changes = 0, [], []
     while flown.duration > BUDGET and len(changes) < MOST:
         gates = gates_seen(gates, BUDGET * len(changes), flown(0.0))

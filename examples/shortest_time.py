@@ -20,8 +20,8 @@ LIMITS = Limits(speed=3.0, acceleration=6.0)
 WAYS = {
     "by distance, scaled": {"search": minsnap.Search(split="distance")},
     "best proportions, scaled": {"search": minsnap.Search(enforce="scaling")},
-    "limits in the programme": {},
-    "the same, three pieces a side": {"pieces": 3},
+    "one polynomial a side": {"pieces": 1},
+    "three polynomials a side": {"pieces": 3},
 }
 STYLES = [("#999999", ":"), ("#d55e00", "-."), ("#009e73", "--"), ("#0072b2", "-")]
 
