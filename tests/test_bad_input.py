@@ -45,7 +45,6 @@ WAYPOINTS = (
     ({"waypoints": replaced(2, (8, NAN, 1))}, WaypointError, r"waypoint 2 is \(8, nan, 1\).*finite"),
     ({"waypoints": replaced(3, (0, 4, INF))}, WaypointError, r"waypoint 3 is \(0, 4, inf\).*finite"),
     ({"waypoints": replaced(3, (0, 4, -INF))}, WaypointError, r"waypoint 3 is \(0, 4, -inf\).*finite"),
-    ({"waypoints": replaced(2, (8, 0, 1)), "corridor": 0.3}, MinsnapError, r"waypoints 1 and 2"),
     ({"waypoints": replaced(2, (8, 0, 1)), "durations": None, "total_time": 9}, WaypointError, r"1 and 2 are both"),
     (
         {"waypoints": CORNERS[:4], "durations": [1, 1, 1], "closed": True},

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import LARGEST, SMALLEST, ArrayLike, FloatArray, IntArray, bounded, numbers
+from minsnap.basics.arrays import LARGEST, SMALLEST, ArrayLike, BoolArray, FloatArray, IntArray, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.errors import DegreeError, InputError, MinsnapError, TimingError, WaypointError
 
@@ -285,6 +285,35 @@ def check_pins(
         collected[0] = rest | check_state(start, "start", half, dim)
         collected[last] = rest | check_state(end, "end", half, dim)
     return collected
+
+
+def at_rest_in_holds(
+    pinned: dict[int, dict[int, FloatArray]], points: FloatArray, fixed: BoolArray, half: int
+) -> tuple[dict[int, dict[int, FloatArray]], list[int]]:
+    """Return pinned derivatives, those up to order k - 1 zero at both ends of legs between equal waypoints; these legs.
+
+    Parameters
+    ----------
+    pinned : dict
+        As ``check_pins`` returns it; a leg with a derivative at its ends that is not zero is no hold. A single leg that
+        begins and ends at rest is one without pins.
+    points : ndarray, shape (n, dim)
+        Waypoints [m].
+    fixed : ndarray of bool, shape (n,)
+        Whether a waypoint is passed exactly.
+    half : int
+        k.
+    """
+    still = (points[1:] == points[:-1]).all(axis=1) & fixed[1:] & fixed[:-1]
+    rest = {order: np.zeros(points.shape[1]) for order in range(1, half)}
+    resting, legs = dict(pinned), list[int]()
+    for leg in np.flatnonzero(still).tolist():
+        ends = [pinned.get(knot, {}) for knot in (leg, leg + 1)]
+        if any(value.any() for end in ends for value in end.values()) or len(still) == 1:
+            continue
+        resting |= {knot: rest for knot in (leg, leg + 1)}
+        legs.append(leg)
+    return resting, legs
 
 
 def check_position(state: Any, where: str) -> tuple[FloatArray | None, Any]:

@@ -17,21 +17,9 @@ from minsnap.errors import CorridorError
 
 
 def leg_projections(waypoints: FloatArray) -> FloatArray:
-    r"""Return :math:`I - u u^\top` of every leg, shape (legs, dim, dim).
-
-    Raises
-    ------
-    CorridorError
-        If a leg has no length and so no direction.
-    """
+    r"""Return :math:`I - u u^\top` of every leg, shape (legs, dim, dim); of a hold, which has no direction, I."""
     steps, lengths = waypoints[1:] - waypoints[:-1], lengths_of(waypoints)
-    if not lengths.all():
-        leg = int(np.flatnonzero(lengths == 0.0)[0])
-        raise CorridorError(
-            f"leg {leg} has no length, so its tube has no direction: remove one of waypoints {leg} and {leg + 1}",
-            leg=leg,
-        )
-    directions = steps / lengths[:, None]
+    directions = steps / np.where(lengths > 0.0, lengths, 1.0)[:, None]
     projections = -directions[:, :, None] * directions[:, None, :]
     axes = np.arange(waypoints.shape[1])
     projections[:, axes, axes] += 1.0
@@ -60,7 +48,8 @@ def _half_widths(value: ArrayLike, name: str) -> FloatArray:
 class Tube(ReadOnly):
     r"""A corridor around the legs: perpendicular offset from the leg's line, infinity norm in world axes.
 
-    :math:`d(t) = (I - u u^\top)(r(t) - r_i)`, :math:`\|d(t)\|_\infty \le \delta`, u the leg's unit vector.
+    :math:`d(t) = (I - u u^\top)(r(t) - r_i)`, :math:`\|d(t)\|_\infty \le \delta`, u the leg's unit vector; zero for a
+    leg without length, whose tube is the box around its waypoint.
 
     Parameters
     ----------

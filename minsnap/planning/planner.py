@@ -12,13 +12,16 @@ from math import inf
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from minsnap.basics import checks
-from minsnap.basics.arrays import ArrayLike
+from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.deadline import WORK
 from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
-from minsnap.corridors.constraint import Constraint, walls_of
+from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import (
     as_knots,
@@ -103,7 +106,7 @@ def plan(
         used unless ``yaw``, a time or limits are set. With None the corridor is ``Boxes`` or ``Polytopes``: the curve
         passes from set to set through their overlaps, and ``start`` and ``end`` have positions.
     durations : array_like, shape (n - 1,), optional
-        Duration of each leg [s].
+        Duration of each leg [s]. Between equal waypoints it is a hold, at rest from one to the other.
     total_time : float, optional
         Duration of all legs together [s], divided among them as ``search.split`` says.
     limits : Limits, optional
@@ -198,7 +201,7 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
     began = perf_counter()
     task, times = task_of(request), request.durations
     if times is None:
-        checks.refuse_repeated(task.waypoints, "give every leg a duration of its own")
+        checks.refuse_repeated(task.waypoints, "give every leg a duration, which makes it a hold; a course says hold")
     else:
         times = checks.check_durations(times, task.legs)
     search, refine = dict(vars(request.search or USUAL)), checks.check_pieces(request.polynomials)[1]
@@ -275,11 +278,28 @@ def task_of(request: PlanRequest) -> Task:
 
     pinned = checks.check_pins(request.pins, start, end, closed, half, points)
     checks.check_closing(closed, points)
+    held: list[int] = []
+    if request.durations is not None and smoothness < half:
+        fixed = (lower == upper).all(axis=1)
+        fixed[[*placement.regions]] = False
+        pinned, held = checks.at_rest_in_holds(pinned, points, fixed, half)
+        if closed and pinned.keys() & {0, len(points) - 1}:  # it is closed at rest: from rest to rest, that is
+            rest = {order: np.zeros(points.shape[1]) for order in range(1, half)}
+            pinned, closed = pinned | {0: rest, len(points) - 1: rest}, False
     walls = walls_of(constraints, points)
     check_reach(placement, pinned, walls)
+    walls = [_off_holds(wall, points, held) for wall in walls] if held else walls
     checks.check_jumps(smoothness, half, pieces == 1 and not refine and not (upper > lower).any())
     known = pinned, half, smoothness, closed, pieces, walls, request.solver, placement.regions
     return Task(points, lower, upper, *known, samples=instants, finish=finish)
+
+
+def _off_holds(wall: Walls, points: FloatArray, held: list[int]) -> Walls:
+    """Return walls without those that a hold lies on: a point needs no room there, and a curve has none."""
+    if wall.order:
+        return wall
+    on_it = wall.slack(points[wall.leg, None])[:, 0] <= EXACT * wall.width
+    return wall.chosen(~(on_it & np.isin(wall.leg, held)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -202,7 +202,7 @@ def test_far_from_the_origin_nothing_is_lost_but_rounding():
     assert far.report.cost == pytest.approx(near.report.cost, rel=1e-8)
 
 
-def test_a_leg_without_length_is_a_loop_in_place():
+def test_a_leg_without_length_is_a_hold_in_place():
     traj = minsnap.plan([(0, 0), (3, 0), (3, 0), (3, 4)], [2.0, 1.0, 2.0])
     assert (traj(traj.breaks) == [(0, 0), (3, 0), (3, 0), (3, 4)]).all()
-    assert (jumps(traj, 6) <= 1e-9).all()
+    assert (jumps(traj, 3) <= 1e-9).all() and traj(np.linspace(2.0, 3.0, 9)) == pytest.approx(np.tile((3, 0), (9, 1)))

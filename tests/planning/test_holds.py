@@ -68,12 +68,19 @@ def test_a_leg_back_to_its_waypoint_that_begins_in_motion_is_no_hold():
     assert pinned(7.0, 1) == pytest.approx([0.0, 1.0, 0.0])
 
 
-def test_a_lap_may_have_a_hold_but_not_where_it_is_closed():
+def test_a_lap_may_have_a_hold_also_where_it_is_closed():
     lap = np.vstack((POINTS, POINTS[:1]))
     path = minsnap.plan(lap, [*TIMES, 4.0], closed=True)
     assert_still(path)
-    with pytest.raises(WaypointError, match="leg 0 is a hold where the lap is closed"):
-        minsnap.plan(np.vstack((POINTS[:1], lap)), [1.0, *TIMES, 4.0], closed=True)
+    assert np.linalg.norm(path(0.0, 1)) > 0.1 and path(0.0, 1) == pytest.approx(path(path.duration, 1), abs=1e-9)
+    for points, times, still in (
+        (np.vstack((POINTS[:1], lap)), [1.0, *TIMES, 4.0], (0.0, 1.0)),
+        (np.vstack((lap, POINTS[:1])), [*TIMES, 4.0, 1.0], (14.0, 15.0)),
+    ):
+        path = minsnap.plan(points, times, closed=True)
+        assert np.abs(path(np.linspace(*still, 101)) - POINTS[0]).max() <= 1e-12
+        for order in (1, 2, 3):
+            assert path([0.0, path.duration], order) == pytest.approx(np.zeros((2, 3)), abs=1e-9)
 
 
 def test_without_a_duration_the_hold_is_named():

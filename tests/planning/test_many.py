@@ -201,10 +201,10 @@ def test_tubes_are_solved_together_to_the_bytes_of_each_alone(threads):
     durations[11, 0] = -1.0
     widths[13] = 0.0
     many = minsnap.plan_many(points, durations, corridor=widths, threads=threads)
-    assert [i for i, error in enumerate(many.errors) if error] == [7, 11, 13]
+    assert [i for i, error in enumerate(many.errors) if error] == [11, 13]
     with pytest.raises(CorridorError):
         many[13]
-    for index in set(range(30)) - {7, 11, 13}:
+    for index in set(range(30)) - {11, 13}:
         alone = minsnap.plan(points[index], durations[index], corridor=widths[index])
         assert many[index].control_points.tobytes() == alone.control_points.tobytes()
         ours, its = many[index].report, alone.report

@@ -31,6 +31,7 @@ Status solve_one(const ChainProblem &chain, int half, std::int64_t all, double *
     Spread spread;
     const Status checked = check_chain(chain, half, spread);
     if (checked != Status::done) return checked;
+    if (has_hold(chain)) return Status::unsupported;
     const std::int64_t count = chain.legs * 2 * half * chain.stride;
     const bool direct = all < large || count > small || reinterpret_cast<std::uintptr_t>(out) % 16 != 0;
     alignas(64) double room[small];

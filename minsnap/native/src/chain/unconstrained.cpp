@@ -72,6 +72,14 @@ Status check_chain(const ChainProblem &chain, int half, Spread &spread) {
     return Status::done;
 }
 
+bool has_hold(const ChainProblem &chain) {
+    for (std::int64_t leg = 0; leg < chain.legs; ++leg) {
+        const double *const begin = chain.points + leg * chain.stride;
+        if (std::equal(begin, begin + chain.stride, begin + chain.stride)) return true;
+    }
+    return false;
+}
+
 Status solve_chain(const ChainProblem &chain, int half, Spread spread, Output out) {
     if (spread == Spread::wide) return solve_chain_extended(chain, half, out);
     return half <= most_usual_half ? solve_chain_usual(chain, half, out) : solve_chain_high(chain, half, out);
@@ -90,7 +98,8 @@ void write_breaks(const double *durations, std::int64_t legs, double *breaks) {
 
 }  // namespace minsnap
 
-// The curve through points (legs + 1, dim) [m] with durations (legs,) [s], at rest at both ends.
+// The curve through points (legs + 1, dim) [m] with durations (legs,) [s], at rest at both ends; unsupported where a leg
+// has no length.
 //
 // Out: control points (legs, 2 half, dim) [m].
 MINSNAP_EXPORT std::int32_t minsnap_unconstrained(const double *points, const double *durations, std::int64_t legs, std::int32_t dim,
@@ -100,6 +109,7 @@ MINSNAP_EXPORT std::int32_t minsnap_unconstrained(const double *points, const do
     chain.points = points, chain.durations = durations, chain.legs = legs, chain.stride = dim;
     Spread spread;
     Status status = check_chain(chain, half, spread);
+    if (status == Status::done && has_hold(chain)) status = Status::unsupported;
     if (status == Status::done) status = solve_chain(chain, half, spread, {out, nullptr});
     if (status == Status::done) status = looked_at(chain, half, out);
     return static_cast<std::int32_t>(status);

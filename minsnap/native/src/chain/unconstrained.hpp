@@ -31,6 +31,9 @@ Status read_chain(const ChainRecord &given, Pins &pins, ChainProblem &chain);
 // Whether a chain is well formed and can be solved here; durations are those of all its legs.
 Status check_chain(const ChainProblem &chain, int half, Spread &spread);
 
+// Whether a leg ends where it begins: a hold, which pins have to keep at rest.
+bool has_hold(const ChainProblem &chain);
+
 // The optimum of an open chain.
 Status solve_chain(const ChainProblem &chain, int half, Spread spread, Output out);
 
