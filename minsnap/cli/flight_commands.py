@@ -155,12 +155,13 @@ def _say_unproved(fleet: minsnap.Fleet, settings: StreamOptions, told: Callable[
 
     if settings.relative:
         told("each vehicle counts from its own place: the fleet is apart if they stand as their paths begin")
-    if settings.on_abort == "rtl":
+    if settings.after_stop == "rtl":
         told("what returns all when a rule stops one (--on-abort rtl) is not proved apart")
-    near = nearest_from_above(fleet) if settings.on_abort == "land" and fleet.separation is not None else None
+    lands = settings.after_stop == "land" and fleet.separation is not None
+    near = nearest_from_above(fleet) if lands else None
     if near is not None and not near.apart:
         pair = f"{fleet.names_of(near.pair)} come within {near.distance:.3g} m, seen from above"
-        told(f"what lands all when a rule stops one (--on-abort land) is not proved apart: {pair}")
+        told(f"what lands all when a rule stops one (--on-abort) is not proved apart: {pair}")
 
 
 def links_of(connect: str, count: int) -> list[str]:
@@ -265,19 +266,26 @@ class StreamedFlight(FlightOptions):
         "file"
     )
     max_start_distance: Annotated[float, "M", "Largest distance of the vehicle from the start; inf: not checked."] = 1.0
-    on_abort: Annotated[str, "hold, land or rtl: what to do when a rule stops the flight."] = "hold"
+    on_abort: Annotated[
+        str | None,
+        "WAY",
+        "After a stop by a rule: hold, land, rtl or hand-back (to HOLD or BRAKE). By default land with --land, else "
+        "hand-back with --arm, else hold.",
+    ] = None
     give_up: Annotated[float, "S", "End a hold when the vehicle is silent for so long."] = 30.0
     wait: Annotated[float, "S", "For the vehicle's heartbeat, its position, and its arming."] = 30.0
     log: Annotated[Path | None, "FILE", "CSV of all messages sent and received."] = None
 
     def settings(self, **others: Any) -> StreamOptions:
         """Return the options of the stream, with others of it."""
+        from minsnap.flight.mavlink.stream_options import ON_ABORT
+
         return super().settings(
             rules=minsnap.flight.SafetyRules(self.max_start_distance, self.abort_distance),
             autopilot=one_of("--autopilot", self.autopilot, ("auto", "px4", "ardupilot", "generic")),
             relative=one_of("--origin", self.origin, ("file", "current", "current-height")) != "file",
             relative_height=self.origin == "current-height",
-            on_abort=one_of("--on-abort", self.on_abort, ("hold", "land", "rtl")),
+            on_abort=None if self.on_abort is None else one_of("--on-abort", self.on_abort, ON_ABORT),
             give_up=self.give_up,
             wait=self.wait,
             log=self.log,

@@ -23,3 +23,11 @@ def fly_until(flight, vehicle, beyond=1.5):
     vehicle.until(lambda v: "ready" in flight.events)
     vehicle.enter()
     vehicle.until(lambda v: any(status.elapsed > beyond for status in flight.statuses[-500:]))
+
+
+MESSAGE_INTERVAL = 511
+
+
+def commanded(vehicle):
+    """The commands that came, but for requests of messages."""
+    return [command for command in vehicle.commands if command[0] != MESSAGE_INTERVAL]

@@ -49,7 +49,7 @@ class QuadrotorBody:
     def rest(self, dt):
         self._fly(self._hover, dt)
 
-    def descend(self, dt):
+    def descend(self, dt, floor=0.0):
         x, y, z = self._hover.position
         self._hover = self._reference((x, y, max(0.0, z - 0.8 * dt)))
         self._fly(self._hover, dt)

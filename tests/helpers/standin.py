@@ -6,6 +6,10 @@ COM_OF_LOSS_T; 1.06 s were recorded), by default for a return that climbs, and e
 that comes back; ArduCopter stays in its mode, accelerates for ``guided_timeout`` (recorded: from 1.06 to 1.99 m/s in
 3 s) and brakes, 6 m farther. Both are noted in ``failsafes``. ArduCopter refuses the first take-off with result 4.
 Poses are put on the topics of PX4, of which its EKF2 fuses one: ``topics``, ``fused``.
+
+As PX4 1.17 it refuses to send heartbeats more often and tells a mode at once where CURRENT_MODE is asked for, says what
+it is asked for, and disarms itself ``disarms_after`` arming on the ground. As ArduCopter 4.7 it follows no setpoint on
+the ground, where it stays until it is told to take off. The ground is where its estimate has it: ``floor``.
 """
 
 import math
@@ -28,7 +32,9 @@ POSCTL, OFFBOARD, LAND, RETURN = 3 << 16, 6 << 16, (4 << 16) | (6 << 24), (4 << 
 GAINED, BRAKED = 0.31, 1.4  # of ArduCopter after a loss, until and after its timeout, as recorded [m/s^2]
 COASTING = 0.3  # ArduCopter flies on by its last velocity after so long without a setpoint [s]
 RETURN_HEIGHT = 14.0  # past which PX4's default return was seen to climb [m]
-LOITER, GUIDED, COPTER_LAND, COPTER_RTL = 5, 4, 9, 6
+HOLD = (4 << 16) | (3 << 24)
+LOITER, GUIDED, COPTER_LAND, COPTER_RTL, BRAKE = 5, 4, 9, 6, 17
+LIFTED = 0.1  # height above the ground from which it flies [m]
 
 
 class PointMass:
@@ -61,8 +67,8 @@ class PointMass:
     def rest(self, dt):
         self.velocity = [0.0, 0.0, 0.0]
 
-    def descend(self, dt):
-        self.position[2] = min(0.0, self.position[2] + dt)
+    def descend(self, dt, floor=0.0):
+        self.position[2] = min(floor, self.position[2] + dt)
 
 
 class StandIn:
@@ -84,10 +90,15 @@ class StandIn:
         self.position_rate, self.beat_period, self.patience = 20.0, 0.25, 1.0
         self.guided_timeout, self.refused_takeoffs, self.failed = 3.0, 0 if self.px4 else 1, False
         self.parameters, self.written = {}, []
-        self.beats_on_request, self.refuses_arming = False, ""
+        self.beats_on_request, self.refuses_arming, self.refuses_modes = False, "", False
         self.telemetry = []  # messages that go out with each heartbeat
         self.silent_unasked = False  # as ArduPilot on a port for a companion: nothing but heartbeats until asked
-        self.asked = set()  # ids of messages that were asked for
+        self.asked = {}  # ids of messages that were asked for, and how often [s]
+        self.floor, self.disarms_after = 0.0, 10.0  # of PX4 (COM_DISARM_PRFLT)
+        self.grounded = None  # until it is known: a vehicle that is not armed stands on the ground
+        self.shakes = 0.0  # how far the estimate wanders about the position [m]
+        self.tells_modes = self.tells_targets = True  # where it is asked, which older ones are in vain
+        self.told_mode, self.told_at = None, -math.inf
         self.logs, self.lost_pieces = [], set()  # bytes of each log; offsets that do not arrive when first asked for
         self.held_back = 0.0  # how much later than it comes a setpoint is acted on [s]
         self.returns, self.topics, self.fused = False, [], 0
@@ -141,6 +152,7 @@ class StandIn:
             now = self.clock()
             self._fly(now, now - last)
             last = now
+            self._tell_mode(now)
             if now >= beat:
                 beat = max(beat + self.beat_period, now)
                 self._beat()
@@ -156,13 +168,35 @@ class StandIn:
         for message in self.telemetry:
             if self._tells(message.id):
                 self.link.mav.send(message)
+        if self.beats:
+            self._tell_state()
+
+    def _tell_state(self):
+        """Say whether it has landed, and what it is asked for, where that was asked for."""
+        if mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE in self.asked:
+            flies = mavlink.MAV_LANDED_STATE_IN_AIR if self.climbing_to is None else mavlink.MAV_LANDED_STATE_TAKEOFF
+            self.link.mav.extended_sys_state_send(0, mavlink.MAV_LANDED_STATE_ON_GROUND if self.grounded else flies)
+        asks = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED in self.asked and self.mode == self.following
+        if asks and self.tells_targets and self.armed and self.setpoints:
+            m = self.setpoints[-1][1]
+            moved = (m.x, m.y, m.z, m.vx, m.vy, m.vz, m.afx, m.afy, m.afz, m.yaw, m.yaw_rate)
+            self.link.mav.position_target_local_ned_send(0, 1, 0, *moved)
+
+    def _tell_mode(self, now):
+        """Tell a mode that has changed, no more often than was asked for."""
+        every = self.asked.get(mavlink.MAVLINK_MSG_ID_CURRENT_MODE, math.inf)
+        if self.beats and self.tells_modes and self.px4 and self.mode != self.told_mode and now - self.told_at >= every:
+            self.told_mode, self.told_at = self.mode, now
+            self.link.mav.current_mode_send(0, self.mode, self.mode)
 
     def _tells(self, number):
         return number in self.asked or not self.silent_unasked
 
     def _report(self, now):
         if self.positions and self._tells(mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED):
-            where = (*self.body.position, *self.body.velocity)
+            wander = [self.shakes * math.sin(2.0 * now + k) for k in range(3)]
+            places = [place + off for place, off in zip(self.body.position, wander, strict=True)]
+            where = (*places, *self.body.velocity)
             self.link.mav.local_position_ned_send(int(now * 1000) & 0xFFFFFFFF, *where)
 
     def _receive(self):
@@ -228,14 +262,18 @@ class StandIn:
         self.commands.append((message.command, message.param1, message.param2, message.param7))
         accepted = True
         if message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
-            self.asked.add(int(message.param1))
+            self.asked[int(message.param1)] = 1e-6 * message.param2
         if message.command == mavlink.MAV_CMD_DO_SET_MODE:
-            wanted = int(message.param2) << 16 if self.px4 else int(message.param2)
+            wanted = int(message.param2) << 16 | int(message.param3) << 24 if self.px4 else int(message.param2)
             streaming = not self.px4 or self.clock() - self.first_setpoint > 1.0
-            accepted = wanted == self.following and streaming
+            streaming = streaming and not self.refuses_modes
+            accepted = wanted in (HOLD, BRAKE) or (wanted == self.following and streaming)
             self.mode = wanted if accepted else self.mode
         elif message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL and message.param1 == 0 and self.beats_on_request:
             self.beat_period = 1e-6 * message.param2
+        elif message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL and message.param1 == 0 and self.px4:
+            self.link.mav.command_ack_send(message.command, mavlink.MAV_RESULT_FAILED)
+            return
         elif message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM and self.refuses_arming:
             self.link.mav.statustext_send(mavlink.MAV_SEVERITY_CRITICAL, self.refuses_arming.encode())
             accepted = False
@@ -246,7 +284,7 @@ class StandIn:
             self.link.mav.command_ack_send(message.command, mavlink.MAV_RESULT_FAILED)
             return
         elif message.command == mavlink.MAV_CMD_NAV_TAKEOFF:
-            self.climbing_to = -message.param7
+            self.climbing_to = self.floor - message.param7  # above home, where it was armed
         elif message.command == mavlink.MAV_CMD_NAV_LAND:
             self.mode = self.landing
         elif message.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
@@ -257,19 +295,31 @@ class StandIn:
     def _fly(self, now, dt):
         if dt <= 0:
             return
+        self._look_at_the_ground(now)
         if self.climbing_to is not None:
             self._climb(dt)
             return
         led = self.mode == self.following and self.armed and self.last_setpoint > self.armed_at
-        if led and self.setpoints and self.moves:
+        if led and self.setpoints and self.moves and (self.px4 or not self.grounded):
             self._follow(now, dt)
         elif self.mode == self.landing:
-            self.body.descend(dt)
-            self.armed = self.armed and self.body.position[2] < -0.02
+            self.body.descend(dt, self.floor)
+            self.armed = self.armed and self.body.position[2] < self.floor - 0.02
         elif self.mode == self.returning and self.failed and self.body.position[2] > -RETURN_HEIGHT:
             self.body.climb(dt)
         elif self.armed:
             self.body.rest(dt)
+
+    def _look_at_the_ground(self, now):
+        """PX4 knows by its height that it has left the ground, ArduCopter by its take-off."""
+        height = self.floor - self.body.position[2]
+        if not self.armed:
+            self.grounded = True
+        elif self.px4 or self.grounded is None:
+            self.grounded = height < LIFTED
+        armed_for = now - self.armed_at
+        if self.px4 and self.armed and self.grounded and self.disarms_after < armed_for < math.inf:
+            self.armed, self.failsafes = False, [*self.failsafes, "disarmed on the ground"]
 
     def _follow(self, now, dt):
         silence = now - self.last_setpoint
@@ -292,6 +342,6 @@ class StandIn:
         """Take off at a metre per second; a setpoint on the way would stop it, as ArduPilot's would."""
         self.body.position[2] -= dt
         if self.body.position[2] <= self.climbing_to:
-            self.climbing_to = None
+            self.climbing_to, self.grounded = None, False
         elif self.last_setpoint > self.armed_at and self.body.position[2] > self.climbing_to + 0.6:
             self.failsafes.append("take-off stopped")

@@ -157,6 +157,8 @@ class CommonFlight:
 
     Attributes
     ----------
+    released : bool
+        Whether all are prepared and let go: vehicles that begin on the ground are armed from then on, all at once.
     begin : float or None
         When the first setpoint of all is due [s].
     reason : str or None
@@ -176,9 +178,10 @@ class CommonFlight:
     ) -> None:
         self._names, self._clock, self._rate, self._trigger, self._links = tuple(names), clock, rate, trigger, links
         self._epoch, self._lock = clock.now(), threading.Lock()
-        self._ready, self._judge = [False] * len(names), judge
+        self._prepared, self._ready = [False] * len(names), [False] * len(names)
+        self._judge = judge
         self._places: list[Vector | None] = [None] * len(names)
-        self.judged = False
+        self.judged = self.released = False
         self.begin: float | None = None
         self.reason: str | None = None
 
@@ -197,15 +200,17 @@ class CommonFlight:
                     self.reason = refusal
                 self.judged = True
 
-    def tell(self, member: int, ready: bool, stopped: str | None) -> None:
-        """Take note of a vehicle: whether it is ready, and why it has stopped."""
+    def tell(self, member: int, ready: bool, stopped: str | None, prepared: bool = False) -> None:
+        """Take note of a vehicle: whether it is ready, or would be once it is armed, and why it has stopped."""
         with self._lock:
             if stopped is not None and self.reason is None:
                 self.reason = f"{self._names[member]} has stopped: {stopped}"
             if self.begin is None and self.reason is None:
                 self.reason = self._mistaken(member)
-            self._ready[member] = ready
-            if self.begin is None and self.reason is None and all(self._ready) and self._trigger():
+            self._ready[member], self._prepared[member] = ready, ready or prepared
+            if not self.released and self.reason is None and all(self._prepared):
+                self.released = self._trigger()
+            if self.begin is None and self.reason is None and self.released and all(self._ready):
                 self.begin = self.aligned(self._clock.now() + AHEAD)
 
     def _mistaken(self, member: int) -> str | None:

@@ -183,7 +183,9 @@ class StreamObserver:
             return
         told, self._phase = self._phase is Phase.HOLDING or sequence.reason is None, sequence.phase
         stopped, over = f"stopped: {sequence.reason}; ", "nobody follows any more: done"
-        ends = "holding the end" if sequence.completed else f"{stopped}holding"
+        after = sequence.after_stop
+        ends = f"{stopped}the vehicle is told to {after}" if after else f"{stopped}holding"
+        ends = "holding the end" if sequence.completed else ends
         words = {Phase.HOLDING: ends, Phase.DONE: over if told else stopped + over}
         self.say(now, words.get(sequence.phase, sequence.phase.value))
 

@@ -318,7 +318,12 @@ class Orders:
             change = self._planned(self._stop_from)
         except MinsnapError as error:
             self._flight.stop()
-            return {"duration": 0.0, "certified": False, "note": f"held, for there is no certified stop: {error}"}
+            return {
+                "duration": 0.0,
+                "certified": False,
+                "flown": False,
+                "note": f"held, for there is no certified stop: {error}",
+            }
         return self._told(change)
 
     def _stop_from(self, now: float, budget: float) -> Change:
@@ -368,6 +373,7 @@ class Orders:
             "splice": change.splice,
             "duration": self._flown.duration,
             "certified": proved.ok and change.certified,
+            "flown": change.certified,
             "max_speed": proved.max_speed,
             "max_acceleration": proved.max_acceleration,
             "limits": {used.name: {"value": used.value, "limit": used.limit} for used in proved.utilisation},

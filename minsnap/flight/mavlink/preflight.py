@@ -20,6 +20,8 @@ from minsnap.files.frames import map_vectors
 from minsnap.flight.mavlink.estimates import ESTIMATORS, estimate_faults
 from minsnap.flight.mavlink.link import Clock, Link
 from minsnap.flight.mavlink.parameters import Parameter, Parameters, meaning_of
+from minsnap.flight.mavlink.setpoints import tabulate
+from minsnap.flight.mavlink.start_gate import begins_on_ground
 from minsnap.flight.mavlink.stream_options import SafetyRules, StreamOptions
 from minsnap.flight.mavlink.vehicle_messages import (
     ARDUPILOT,
@@ -525,11 +527,12 @@ def _position(vehicle: VehicleState, places: FloatArray | None) -> Told:
 
 
 def _placed(samples: Samples, vehicle: VehicleState, frame: str, options: StreamOptions) -> Samples:
-    """Return samples, in z-up world axes, where they are flown: at the vehicle, if the flight begins there."""
-    if not options.relative or vehicle.position is None:
+    """Return samples, in z-up world axes, where they are flown: at the vehicle, or from the ground where it stands."""
+    if vehicle.position is None:
         return samples
-    x, y, z = map_vectors(samples.position[0], "enu", frame).tolist()
-    offset = options.offset((x, y, z), vehicle.position)
+    table = tabulate(samples, frame=frame)
+    on_ground = begins_on_ground(table, vehicle)
+    offset = options.offset(table.start.position, vehicle.position, on_ground)
     return replace(samples, position=samples.position + map_vectors(offset, frame, "enu"))
 
 

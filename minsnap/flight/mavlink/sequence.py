@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 from minsnap.flight.mavlink.setpoints import Setpoint, Setpoints
+from minsnap.flight.mavlink.start_gate import Hover
 from minsnap.flight.mavlink.stream_options import STREAM, Phase, StreamOptions
 from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, Vector, VehicleState, command
 
@@ -33,6 +34,12 @@ class Conditions:
         Time since the slot before this was served [s].
     begin : int or None
         Slot of the first setpoint of the flight, where several flights begin together; None: the one that is served.
+    may_arm : bool
+        True once a vehicle that begins on the ground may be armed: it does not stand there armed for long.
+    left : bool
+        Whether it was outside of its mode since the slot before, however briefly.
+    foreign : str or None
+        What another program asks of the vehicle, in words.
     """
 
     slot: int
@@ -42,6 +49,9 @@ class Conditions:
     stops: int = 0
     gap: float = 0.0
     begin: int | None = None
+    may_arm: bool = True
+    left: bool = False
+    foreign: str | None = None
 
 
 @dataclass(frozen=True)
@@ -79,6 +89,9 @@ class Sequence:
         When streaming begins [s].
     here : tuple of 3, or None
         Where the vehicle is, for a flight relative to that; it is updated until the vehicle enters the mode.
+    lift : float or None
+        Of a flight that begins on the ground, whose height is that of the vehicle until it is armed: how high above it
+        the autopilot takes off by itself first [m], 0 for one that does not. None: it begins where the table does.
 
     Attributes
     ----------
@@ -86,6 +99,8 @@ class Sequence:
         What is sent now.
     ready : bool
         Whether the flight waits for nothing but its trigger.
+    prepared : bool
+        Whether it waits for nothing but its trigger and, on the ground, its arming.
     led : bool
         Whether the vehicle has followed this stream.
     planned : tuple of 3
@@ -93,27 +108,40 @@ class Sequence:
     """
 
     def __init__(
-        self, table: Setpoints, autopilot: Autopilot, options: StreamOptions, start: float, here: Vector | None = None
+        self,
+        table: Setpoints,
+        autopilot: Autopilot,
+        options: StreamOptions,
+        start: float,
+        here: Vector | None = None,
+        lift: float | None = None,
     ) -> None:
         self._table, self._autopilot, self._options, self._rules = table, autopilot, options, options.rules
+        self._lift, self._hover, self._may_arm = lift, Hover(), lift is None
         self._prestream_end = start + options.prestream
         self._on_entry, self._relative = options.trigger == "mode" and not options.arm, here is not None
         self.phase = Phase.PRESTREAM
         self.reason: str | None = None
-        self.completed = self.aborted = self.gave_up = self.led = self.ready = False
+        self.completed = self.aborted = self.gave_up = self.led = self.ready = self.prepared = False
         self._lost_at: float | None = None
         self._arm_sent = -math.inf
+        self._arm_by: float | None = None
         self._lacking: list[str] | None = None
         self._first_slot = 0
         self._was_outside = False
         self._outside_since: float | None = None
         self._settled_since: float | None = None
+        self._waited_since: float | None = None
+        self._foreign: str | None = None
+        self._stands = False
+        self._ground: float | None = None
         self._next_command = start
         self._start_here(table.start.position if here is None else here)
 
     def _start_here(self, place: Vector) -> None:
         first = self._table.start
-        self.offset = self._options.offset(first.position, place)
+        above = (*place[:2], place[2] - (self._lift or 0.0))
+        self.offset = self._options.offset(first.position, above, self._lift is not None)
         self.setpoint = first.shifted(self.offset)
         self.planned: Vector = self.setpoint.position
 
@@ -126,15 +154,18 @@ class Sequence:
         """Return the setpoint and commands of this slot, or None once the flight has ended and sending must stop."""
         self._watch_mode(at)
         self.led |= self._leads(at.vehicle)
+        self._foreign, self._may_arm = at.foreign or self._foreign, self._may_arm or at.may_arm
         if at.stops and self.phase is not Phase.HOLDING:
             self._end("stopped by the user", at, where_it_is=False)
         self._watch_gap(at)
         if self.phase in (Phase.PRESTREAM, Phase.READY):
             self._watch_start(at)
+            self._watch_hover(at)
             settled = self._autopilot.follows(at.vehicle) and self.waits_for(at.vehicle) is None
             self._settled_since = (self._settled_since or at.now) if settled else None
         if self.phase is Phase.READY:
             self._consider_start(at)
+            self._watch_patience(at)
         if self.phase is Phase.FLYING:
             self._advance(at)
         if self.phase is Phase.HOLDING and self._may_leave(at):
@@ -165,6 +196,7 @@ class Sequence:
         self._end(reason, at)
 
     def _end(self, reason: str, at: Conditions, where_it_is: bool = True) -> None:
+        self._stands = at.vehicle.landed
         led = self._leads(at.vehicle) and not self._on_the_ground(at)
         self.hold(reason, at, where_it_is)
         if not led:
@@ -199,23 +231,45 @@ class Sequence:
 
     def _watch_start(self, at: Conditions) -> None:
         """Move a relative start with the vehicle, and refuse a vehicle that is too far from a fixed start."""
-        if self._relative and at.vehicle.position is not None and not self._autopilot.follows(at.vehicle):
+        if at.vehicle.disarmed and at.vehicle.position is not None:
+            self._ground = at.vehicle.position[2]
+        moves = at.vehicle.disarmed if self._lift is not None else not self._autopilot.follows(at.vehicle)
+        if (self._relative or self._lift is not None) and at.vehicle.position is not None and moves:
             self._start_here(at.vehicle.position)
-        refusal = self._rules.start_refusal(at.vehicle, self.setpoint.position, on_the_ground=self._options.arm)
-        if refusal is not None:
-            self.abort(refusal, at)
+        beneath = self._options.arm or self._lift is not None
+        refusal = self._rules.start_refusal(at.vehicle, self.setpoint.position, on_the_ground=beneath)
+        if refusal is not None or at.foreign is not None:
+            self.abort(refusal or str(at.foreign), at)
         elif self.phase is Phase.PRESTREAM and at.now >= self._prestream_end:
             self.phase = Phase.READY
+
+    def _watch_hover(self, at: Conditions) -> None:
+        if self._autopilot.follows(at.vehicle) and at.vehicle.armed:
+            self._hover.see(at.now, at.vehicle)
+        else:
+            self._hover.forget()
+
+    def _watch_patience(self, at: Conditions) -> None:
+        """End what waits in the air, or armed on the ground, for a start that the vehicle does not come to."""
+        reason = self.waits_for(at.vehicle)
+        waits = at.triggered and self._autopilot.follows(at.vehicle) and at.vehicle.armed and reason is not None
+        self._waited_since = (self._waited_since or at.now) if waits and self.phase is Phase.READY else None
+        if self._waited_since is not None and at.now - self._waited_since > self._options.wait:
+            self.abort(f"the vehicle was not at its start within {self._options.wait:g} s: {reason}", at)
 
     def _consider_start(self, at: Conditions) -> None:
         """Begin the flight when all conditions hold; what was brought about for it and is lost again ends it."""
         entered = self._was_outside or not self._on_entry
         self.ready = entered and self._autopilot.follows(at.vehicle) and self._is_there(at)
+        arms_last = self._options.arm and self._lift is not None and not self._may_arm
+        self.prepared = self.ready or (arms_last and self._autopilot.follows(at.vehicle))
         lost = self._lost_again(at.vehicle)
+        if self._may_arm and self._arm_by is None:
+            self._arm_by = at.now + self._options.wait
         if self._options.arm and lost:
             self.aborted = True
             self.hold(lost[0], at)
-        elif self._options.arm and at.now > self._prestream_end + self._options.wait and not self.ready:
+        elif self._options.arm and at.now > (self._arm_by or math.inf) and not self.ready:
             self.abort(f"the vehicle was not armed, in its mode and at the start in time: {self._missing(at)}", at)
         elif at.triggered and self.ready:
             self.phase, self._first_slot = Phase.FLYING, at.slot if at.begin is None else at.begin
@@ -240,8 +294,16 @@ class Sequence:
 
     def waits_for(self, vehicle: VehicleState) -> str | None:
         """Return the reason why the flight of a vehicle in its mode does not begin yet, or None."""
-        unsettled = self._rules.unsettled(vehicle, self.setpoint.position)
-        return "the vehicle is not armed" if vehicle.disarmed else unsettled
+        if vehicle.disarmed:
+            return "the vehicle is not armed"
+        if self._lift == 0.0:  # it stands on the ground, whatever its estimate does
+            return None
+        return self._rules.unsettled(vehicle, self.setpoint.position, self.gate)
+
+    @property
+    def gate(self) -> tuple[float, float]:
+        """Within which distance of its start [m] and below which speed [m/s] the vehicle may begin the flight."""
+        return self._hover.gate(self._rules, self.setpoint.position)
 
     def _is_there(self, at: Conditions) -> bool:
         """Return whether the vehicle is armed and at rest at the start, for long enough, and has taken off for it."""
@@ -254,6 +316,7 @@ class Sequence:
         index = at.slot - self._first_slot
         landed = self._has_landed(at.vehicle, index)
         reason = None if landed else self._rules.breach(at.now, at.vehicle, self.planned, self._autopilot)
+        reason = reason or at.foreign or (f"the vehicle left {self._autopilot.mode}" if at.left and index > 0 else None)
         if reason is not None:
             self.abort(reason, at)
             return
@@ -302,11 +365,14 @@ class Sequence:
     def hold_ends(self, at: Conditions) -> str:
         """Return the sentence that says how a hold ends."""
         command = self._wanted_command(at.vehicle)
-        descent = "" if command is None else "it was told to come down; "
+        descent = "" if command is None else f"it was told to {self.after_stop}; "
+        other = "" if self._foreign is None else f"{self._foreign}; "
         refusal = at.vehicle.refusal
         own_refusal = command is not None and refusal is not None and refusal.command == command.command
         refused = f"it refuses {refusal}; " if own_refusal else ""
-        return f"{descent}{refused}it ends when the vehicle leaves {self._autopilot.mode}, or with a second Ctrl-C"
+        return (
+            f"{other}{descent}{refused}it ends when the vehicle leaves {self._autopilot.mode}, or with a second Ctrl-C"
+        )
 
     def _answer(self, at: Conditions) -> SetpointStep:
         index = at.slot - self._first_slot if self.phase is Phase.FLYING else None
@@ -316,7 +382,10 @@ class Sequence:
 
     def _takes_off_alone(self, vehicle: VehicleState) -> bool:
         """Return whether the autopilot performs its own take-off, which setpoints would interrupt."""
-        below = vehicle.position is None or vehicle.position[2] - self.setpoint.position[2] > STREAM.climbed
+        room = STREAM.climbed if self._lift is None else self._lift / 2.0
+        below = vehicle.position is None or vehicle.position[2] - self.setpoint.position[2] > room
+        if self._lift is not None and vehicle.taking_off is not None:
+            below = vehicle.taking_off
         return self._options.arm and self._autopilot.takes_off and below
 
     def _commands(self, at: Conditions) -> tuple[Message, ...]:
@@ -338,14 +407,29 @@ class Sequence:
         if not following:
             return command(vehicle, "MAV_CMD_DO_SET_MODE", 1.0, float(self._autopilot.main_mode or 0))
         if not vehicle.armed:
-            return command(vehicle, "MAV_CMD_COMPONENT_ARM_DISARM", 1.0)
+            return command(vehicle, "MAV_CMD_COMPONENT_ARM_DISARM", 1.0) if self._may_arm else None
         if self._takes_off_alone(vehicle):
-            return command(vehicle, "MAV_CMD_NAV_TAKEOFF", *(0.0,) * 6, -self.setpoint.position[2])
+            above_home = (self._ground or 0.0) - self.setpoint.position[2]  # home is where it was armed
+            return command(vehicle, "MAV_CMD_NAV_TAKEOFF", *(0.0,) * 6, above_home)
         return None
+
+    @property
+    def after_stop(self) -> str:
+        """What a vehicle that is held is told to do by itself, in words; empty where it is held until it is taken."""
+        if self.completed:
+            return "land" if self._options.land else ""
+        way = self._options.after_stop if self.aborted else "hold"
+        if way == "hand-back" and self._stands:
+            way = "land"  # armed on the ground: so it disarms itself
+        hover = self._autopilot.hold
+        back = "" if hover is None else f"hover by itself, in {hover[0]}"
+        return {"hold": "", "land": "land", "rtl": "return to launch", "hand-back": back}[way]
 
     def _way_down(self, vehicle: VehicleState) -> Message | None:
         """Return the command that ends a hold, if one was requested; after a stop by the user there is none."""
-        if (self.completed and self._options.land) or (self.aborted and self._options.on_abort == "land"):
+        hover, told = self._autopilot.hold, self.after_stop
+        if told == "land":
             return command(vehicle, "MAV_CMD_NAV_LAND")
-        back = self.aborted and self._options.on_abort == "rtl"
-        return command(vehicle, "MAV_CMD_NAV_RETURN_TO_LAUNCH") if back else None
+        if told == "return to launch":
+            return command(vehicle, "MAV_CMD_NAV_RETURN_TO_LAUNCH")
+        return command(vehicle, "MAV_CMD_DO_SET_MODE", 1.0, *hover[1:]) if told and hover is not None else None

@@ -48,6 +48,8 @@ class SetpointSettings:
         [m/s].
     gap : float
         Greatest distance between the end of a lap and its start [m].
+    upright : float
+        Way aside up to which a climb is straight [m].
     turn : float
         Greatest angle between their headings, but for whole turns [rad]: 3 degrees, which a vehicle that turns at
         1 rad/s covers in the 50 ms between two setpoints.
@@ -57,6 +59,7 @@ class SetpointSettings:
     distance: float = 0.02
     jump: float = 0.1
     gap: float = 0.01
+    upright: float = 0.1
     turn: float = 0.05
 
 
@@ -256,12 +259,39 @@ class SetpointTable(OwnsArrays):
         """Greatest speed from row to row [m/s]."""
         return float(np.linalg.norm(np.diff(self.rows[:, :3], axis=0), axis=1).max(initial=0.0)) * self.rate
 
+    @property
+    def climb(self) -> float:
+        """How high the path climbs straight up before it goes anywhere else [m]; 0 where it does not."""
+        away = np.linalg.norm(self.rows[:, :2] - self.rows[0, :2], axis=1) > ALLOWED.upright
+        straight = self.rows[: int(np.argmax(away)) if away.any() else len(self.rows), 2]
+        return max(0.0, float(straight[0] - straight[-1] if away.any() else straight[0] - straight.min()))
+
+    def lifted(self, height: float) -> SetpointTable:
+        """Return the table begun so much higher, at most half of its climb [m], and as it was from twice that on.
+
+        With the height L of the lift, T the time at which the climb has reached 2 L, and S the quintic from 0 to 1 with
+        two derivatives of 0 at both ends, L (1 - S(t / T)) is added to the height.
+        """
+        rows = self.rows.copy()
+        steps = int(np.argmax(rows[0, 2] - rows[:, 2] >= 2.0 * height * (1.0 - 1e-9)))
+        time = steps / self.rate
+        rise, slope, bend = _quintic(np.minimum(np.arange(len(rows)) / max(steps, 1), 1.0))
+        rows[:, 2] -= height * (1.0 - rise)
+        rows[:, 5] += height * slope / time * ("velocity" in self.fields)
+        rows[:, 8] += height * bend / time**2 * ("acceleration" in self.fields)
+        return replace(self, rows=rows)
+
     def planned(self, step: float) -> Vector:
         """Return where the vehicle is to be while a step is sent: where the step sent ``lead`` before is [m]."""
         at = max(step - self.lead * self.rate, 0.0)
         before, after = self[int(at)].position, self[int(at) + 1].position
         x, y, z = (a + (at - int(at)) * (b - a) for a, b in zip(before, after, strict=True))
         return x, y, z
+
+
+def _quintic(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the quintic from 0 to 1 that is flat at both ends, and its two derivatives."""
+    return u**3 * (10.0 - 15.0 * u + 6.0 * u**2), 30.0 * (u * (1.0 - u)) ** 2, 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u)
 
 
 def tabulate(
@@ -415,6 +445,26 @@ class ChangingTable:
         before = self._flown
         self._flown, self._added = before.motion(), NOTHING
         return before.added is not None
+
+    @property
+    def climb(self) -> float:
+        """How high the path climbs straight up first [m]."""
+        return self._flown.climb
+
+    def begin_lifted(self, height: float) -> None:
+        """Begin so much higher, before the flight (:meth:`SetpointTable.lifted`).
+
+        Raises
+        ------
+        InputError
+            If several laps are flown.
+        """
+        if self._flown.laps > 1:
+            raise InputError(
+                f"{self._flown.laps} laps that each begin on the ground: ArduPilot takes off once, fly one"
+            )
+        self._flown = self._flown.lifted(height)
+        self.start = self._flown.start
 
     def planned(self, step: float) -> Vector:
         """Return where the vehicle is to be while a step is sent [m]."""

@@ -25,8 +25,10 @@ class StreamSettings:
         A position older than this does not say where the vehicle is [s].
     least_abort : float
         Abort distance of slow flights [m].
+    bends : float
+        Lag in bends, in lags on straight ways: PX4 1.17 lagged by up to 0.68 s times its speed there.
     lag_room : float
-        Abort distance of fast ones, in expected lags: gusts and corners add to it.
+        Abort distance of fast ones, in expected lags in bends: gusts add to it.
     linger : float
         How long the hold goes on after the vehicle has left the mode [s].
     climbed : float
@@ -39,6 +41,24 @@ class StreamSettings:
         Rate at which positions are asked for [Hz].
     heartbeat_rate : float
         The same of heartbeats: modes are seen in them alone, and a pilot's choice may last less than a second [Hz].
+    mode_rate : float
+        At which CURRENT_MODE is asked for [Hz]: PX4 sends it at changes, no more often than it was asked for.
+    state_rate : float
+        At which the landed state and the asked-for position are asked for [Hz].
+    ground : float
+        How far the estimate of a vehicle on the ground may be above or below the file's ground [m].
+    least_climb : float
+        Height to which a file climbs straight up, at least, that begins on the ground [m].
+    lift : float
+        Height to which an autopilot takes off by itself before it flies such a file, half of its climb at most [m].
+    foreign : float
+        Distance of what a vehicle is asked for from all that was sent here, beyond which others send too [m].
+    foreign_times : int
+        How often it was asked for that, within ``foreign_within``.
+    foreign_within : float
+        [s]
+    carried : float
+        For how long an autopilot may carry a setpoint on with its velocity [s].
     seen : float
         Heartbeats that come less often hide a mode that is chosen for a moment [s].
     blind_wait : float
@@ -51,6 +71,7 @@ class StreamSettings:
 
     fresh: float = 0.5
     least_abort: float = 2.0
+    bends: float = 1.4
     lag_room: float = 1.5
     linger: float = 1.0
     climbed: float = 0.5
@@ -58,6 +79,15 @@ class StreamSettings:
     retry: float = 1.0
     position_rate: float = 20.0
     heartbeat_rate: float = 5.0
+    mode_rate: float = 20.0
+    state_rate: float = 5.0
+    ground: float = 0.6
+    least_climb: float = 0.5
+    lift: float = 0.5
+    foreign: float = 0.5
+    foreign_times: int = 3
+    foreign_within: float = 2.0
+    carried: float = 0.2
     seen: float = 0.5
     blind_wait: float = 3.0
     give_up: int = 5
@@ -132,10 +162,10 @@ class SafetyRules:
 
     def lag_refusal(self, speed: float, delay: float) -> str | None:
         """Return why a flight that lags by ``delay`` [s] at a speed [m/s] would be stopped by its lag, or None."""
-        lag = speed * delay
+        lag = STREAM.bends * speed * delay
         if lag < self.farthest:
             return None
-        text = f"this plan will lag {lag:.1f} m behind at {speed:.1f} m/s ({delay:.2g} s)"
+        text = f"this plan will lag {lag:.1f} m behind in bends at {speed:.1f} m/s ({delay:.2g} s)"
         give = f"allow {STREAM.lag_room * lag:.1f} m, or plan it slower"
         return f"{text}: an abort distance of {self.farthest:g} m would stop it; {give}"
 
@@ -161,14 +191,18 @@ class SafetyRules:
             return None
         return f"the vehicle is {distance:.2f} m from the start, more than the {self.max_start_distance:g} m allowed"
 
-    def unsettled(self, vehicle: VehicleState, start: Vector) -> str | None:
-        """Return the reason why the vehicle is not at rest at the start yet, or None; None also without bounds."""
+    def unsettled(self, vehicle: VehicleState, start: Vector, gate: tuple[float, float] | None = None) -> str | None:
+        """Return the reason why the vehicle is not at rest at the start yet, or None; None also without bounds.
+
+        ``gate`` are the distance [m] and the speed [m/s] that count as there, if not those of the rules.
+        """
         if math.isinf(self.max_start_distance):
             return None
+        near, slow = gate or (self.settled_distance, self.settled_speed)
         distance, speed = vehicle.distance(start), vehicle.speed
-        if distance > self.settled_distance:
-            return f"the vehicle is {distance:.2f} m from the start, not within {self.settled_distance:g} m"
-        return None if speed <= self.settled_speed else f"the vehicle still moves at {speed:.2f} m/s"
+        if distance > near:
+            return f"the vehicle is {distance:.2f} m from the start, not within {near:.2g} m"
+        return None if speed <= slow else f"the vehicle still moves at {speed:.2f} m/s"
 
     def stall(self, gap: float) -> str | None:
         """Return a message if the stream paused too long before a setpoint of the flight, else None."""
@@ -196,7 +230,7 @@ class SafetyRules:
         return None
 
 
-ON_ABORT = ("hold", "land", "rtl")
+ON_ABORT = ("hold", "land", "rtl", "hand-back")
 """What a flight may do after a rule has stopped it."""
 
 
@@ -224,13 +258,16 @@ class StreamOptions:
     relative : bool
         Start where the vehicle is: its x and y are those of the first setpoint, at the source's own height.
     relative_height : bool
-        Count the vehicle's height as well. Not with ``arm``: a vehicle on the ground has to climb first.
+        Count the vehicle's height as well. With ``arm`` for a path that climbs first alone: any other would be flown on
+        the ground.
     arm : bool
         Change the vehicle's mode and arm it, each until it has taken effect once. Without it, neither is ever done.
     land : bool
         Land at the end instead of holding until stopped.
-    on_abort : str
-        When a rule has stopped the flight: ``hold`` until the mode is left, ``land``, or ``rtl`` (return to launch).
+    on_abort : str or None
+        When a rule has stopped the flight: ``hold`` until the mode is left, ``land``, ``rtl`` (return to launch), or
+        ``hand-back``: to the mode in which the autopilot hovers by itself (PX4's HOLD, ArduCopter's BRAKE). None: land
+        with ``land``, else hand back with ``arm``, else hold, for a pilot has the vehicle.
     rules : SafetyRules
         When to refuse and when to stop.
     prestream : float
@@ -256,7 +293,7 @@ class StreamOptions:
     TimingError
         If the rate is one at which the autopilot would not stay in its mode, or the prestream is shorter than 2 s.
     InputError
-        If ``on_abort`` is unknown, ``give_up`` is not positive, or ``relative_height`` goes with ``arm``.
+        If ``on_abort`` is unknown, ``give_up`` is not positive, or ``relative_height`` goes without ``relative``.
     """
 
     rate: float | None = None
@@ -269,7 +306,7 @@ class StreamOptions:
     relative_height: bool = False
     arm: bool = False
     land: bool = False
-    on_abort: str = "hold"
+    on_abort: str | None = None
     rules: SafetyRules = field(default_factory=SafetyRules)
     prestream: float = 2.0
     wait: float = 30.0
@@ -283,19 +320,28 @@ class StreamOptions:
     def __post_init__(self) -> None:
         give = "autopilots need the first setpoint for at least 2 s before"
         check_number("prestream", self.prestream, 2.0, math.inf, give, TimingError, unit="s")
-        if self.on_abort not in ON_ABORT:
+        if self.on_abort is not None and self.on_abort not in ON_ABORT:
             raise InputError(f"on_abort is {self.on_abort!r}: choose {', '.join(ON_ABORT[:-1])} or {ON_ABORT[-1]}")
         if self.delay is not None and not 0.0 <= self.delay < math.inf:
             raise InputError(f"the delay is {self.delay} s: it must be 0 or more")
         if not self.give_up > 0:
             raise InputError(f"give_up is {self.give_up} s: it must be positive")
-        if self.relative_height and (self.arm or not self.relative):
-            raise InputError("the vehicle's height is an origin only in flight: use it with relative, not with arm")
+        if self.relative_height and not self.relative:
+            raise InputError("the vehicle's height is an origin beside its x and y: use it with relative")
 
-    def offset(self, start: Vector, here: Vector) -> Vector:
-        """Return what a flight that begins where the vehicle is, ``here``, is moved by from its file's start [m]."""
+    @property
+    def after_stop(self) -> str:
+        """What is done after a rule has stopped the flight, one of :data:`ON_ABORT`."""
+        return self.on_abort or ("land" if self.land else "hand-back" if self.arm else "hold")
+
+    def offset(self, start: Vector, here: Vector, from_ground: bool = False) -> Vector:
+        """Return what a flight that begins where the vehicle is, ``here``, is moved by from its file's start [m].
+
+        From the ground it is moved to the height of the ground, whatever the origin.
+        """
         x, y, z = (there - before for there, before in zip(here, start, strict=True))
-        return x, y, z if self.relative_height else 0.0
+        aside = (x, y) if self.relative else (0.0, 0.0)
+        return *aside, z if self.relative_height or from_ground else 0.0
 
     def check_rate(self, rate: float) -> None:
         """Raise TimingError if setpoints at this rate would not keep the autopilot in its mode."""

@@ -12,9 +12,11 @@ from dataclasses import replace
 from minsnap.errors import FlightError, LinkError
 from minsnap.flight.mavlink.link import Clock, CommonFlight, Link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback, StreamObserver
+from minsnap.flight.mavlink.other_senders import OtherSenders
 from minsnap.flight.mavlink.sender import SentSetpoint, open_sender, undisturbed
 from minsnap.flight.mavlink.sequence import Conditions, Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import ChangingTable, SetpointTable, setpoint_message
+from minsnap.flight.mavlink.start_gate import begins_on_ground
 from minsnap.flight.mavlink.stream_options import STREAM, Phase, StreamOptions, StreamReport
 from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, VehicleState, get_autopilot, rate_request
 from minsnap.replanning.memory import Change
@@ -64,7 +66,10 @@ class Streamer:
         self._triggered = not callable(options.trigger)
         self._failures: list[Exception] = []
         self._sequence: Sequence | None = None
-        self._said = self._hidden = False
+        self._said = self._hidden = self._left = self._beside = self._wide = False
+        self._lift: float | None = None
+        self._others = OtherSenders()
+        self._foreign: str | None = None
 
     def stop(self) -> None:
         """Request a stop, from any thread or signal handler.
@@ -146,7 +151,7 @@ class Streamer:
         """
         try:
             autopilot = self._meet()
-            self._check_start()
+            self._check_start(autopilot)
             self._stand_apart()
             with undisturbed(type(self._clock) is Clock, within=self._common is not None) as granted:
                 if granted and self._common is None:
@@ -168,6 +173,9 @@ class Streamer:
         if options.trigger == "mode" and autopilot.main_mode is None:
             raise LinkError("the vehicle's modes are not known, so entering one cannot be the trigger: use another")
         self._link.send(rate_request(vehicle, "HEARTBEAT", STREAM.heartbeat_rate))
+        self._link.send(rate_request(vehicle, "CURRENT_MODE", STREAM.mode_rate))
+        for name in ("EXTENDED_SYS_STATE", "POSITION_TARGET_LOCAL_NED"):
+            self._link.send(rate_request(vehicle, name, STREAM.state_rate))
         self._wait_for_position(vehicle)
         self._expect_lag(autopilot)
         self._suit(autopilot)
@@ -193,14 +201,14 @@ class Streamer:
         usual = autopilot.delay if craft is None or not craft.delay else craft.delay
         delay = max(0.0, (usual if options.delay is None else options.delay) - table.lead)
         speed = max(table.speed, options.fastest)
-        lag = speed * delay
+        lag = STREAM.bends * speed * delay
         rules = options.rules.fitting(lag)
         refusal = rules.lag_refusal(speed, delay)
         if refusal is not None:
             raise FlightError(f"{refusal}; nothing was sent")
         self._options = replace(options, rules=rules)
-        if lag >= options.rules.farthest:
-            self._say(f"{rules.farthest:.1f} m from the plan are allowed: it will lag {lag:.1f} m")
+        allowed = f"{rules.farthest:.1f} m from the plan are allowed"
+        self._say(f"{allowed}: it will lag {lag:.1f} m in bends at {speed:.1f} m/s ({delay:.2g} s)")
 
     def _wait_for_position(self, vehicle: VehicleState) -> None:
         """Wait for the first position, which a vehicle that has just booted does not report for a while."""
@@ -213,17 +221,20 @@ class Streamer:
                 request += STREAM.blind_wait
             self._listen(min(deadline, self._clock.now() + 0.1))
 
-    def _check_start(self) -> None:
+    def _check_start(self, autopilot: Autopilot) -> None:
         """Check the start before sending."""
         options, vehicle = self._options, self._link.vehicle
         if self._table.missing:
             has = ", ".join(self._table.fields)
             self._say(f"the source has no {', '.join(self._table.missing)}: streaming {has}")
+        self._refuse_beside_others(autopilot)
+        self._find_ground(autopilot)
         if options.relative:
             if vehicle.position is None:
                 raise FlightError("the vehicle does not report LOCAL_POSITION_NED: the flight cannot start where it is")
             return
-        refusal = self._options.rules.start_refusal(vehicle, self._table.start.position, options.arm)
+        beneath = options.arm or self._lift is not None
+        refusal = self._options.rules.start_refusal(vehicle, self._table.start.position, beneath)
         if refusal is not None:
             advice = "" if vehicle.position is None else ": bring it there, or start where it is (--origin current)"
             raise FlightError(f"{refusal}{advice}; nothing was sent")
@@ -240,10 +251,45 @@ class Streamer:
         if common.reason is not None:
             raise FlightError(f"{common.reason}; nothing was sent")
 
+    def _refuse_beside_others(self, autopilot: Autopilot) -> None:
+        """Refuse a vehicle that is in its mode by the setpoints of another program: it would follow both."""
+        if math.isinf(autopilot.loss_time) or not autopilot.follows(self._link.vehicle):
+            return
+        began = self._clock.now()
+        self._listen(began + 2.0 / STREAM.state_rate)
+        vehicle = self._link.vehicle
+        if vehicle.armed and autopilot.follows(vehicle) and vehicle.targeted > began:
+            kept = f"it is in {autopilot.mode}, where nothing but a stream keeps it"
+            raise FlightError(f"another program sends setpoints to this vehicle: {kept}; nothing was sent")
+
+    def _find_ground(self, autopilot: Autopilot) -> None:
+        """Let a flight that begins on the ground begin where the vehicle says that is, and say so."""
+        vehicle, table, options = self._link.vehicle, self._table, self._options
+        if not begins_on_ground(table, vehicle):
+            if options.relative_height and options.arm:
+                refused = "the vehicle's height is no origin for a path that does not climb first, from the ground"
+                raise FlightError(f"{refused}: leave the height or --arm out; nothing was sent")
+            return
+        assert vehicle.position is not None
+        off = table.start.position[2] - vehicle.position[2]
+        where = f"the flight begins on the ground, which the vehicle has at {-vehicle.position[2]:.2f} m"
+        moved = f"{where}: it is flown {abs(off):.2f} m {'higher' if off > 0.0 else 'lower'} than the file lies"
+        self._say(moved if abs(off) >= 0.01 else where)
+        self._lift = 0.0
+        if autopilot.takes_off:
+            if not options.arm:
+                follows = f"on the ground {autopilot.name} follows no setpoints"
+                raise FlightError(f"{follows}: give --arm, or begin in the air; nothing was sent")
+            self._lift = min(STREAM.lift, table.climb / 2.0)
+            table.begin_lifted(self._lift)
+            self._say(
+                f"it takes off by itself, to {self._lift:.2g} m, and joins the path in the next {self._lift:.2g} m"
+            )
+
     def _fly(self, autopilot: Autopilot) -> None:
         """Serve slots until the flight is over; after an exception the flight stops and the hold continues."""
-        here = self._link.vehicle.position if self._options.relative else None
-        self._sequence = Sequence(self._table, autopilot, self._options, self._clock.now(), here)
+        here = self._link.vehicle.position if self._options.relative or self._lift is not None else None
+        self._sequence = Sequence(self._table, autopilot, self._options, self._clock.now(), here, self._lift)
         self._autopilot, self._remind_at = autopilot, math.inf
         if self._table.note:
             self._say(self._table.note)
@@ -280,7 +326,7 @@ class Streamer:
             step = sequence.step(conditions)
         if self._common is not None:
             stopped = None if sequence.completed else sequence.reason
-            self._common[0].tell(self._common[1], sequence.ready, stopped)
+            self._common[0].tell(self._common[1], sequence.ready, stopped, sequence.prepared)
         if step is None:
             self._observer.announce(conditions.now, sequence)
             self._say_what_is_left(conditions)
@@ -289,12 +335,14 @@ class Streamer:
             self._link.send(command)
         self._observer.announce(conditions.now, sequence)
         self._say_what_is_hidden(conditions.vehicle, sequence)
+        self._say_who_else_sends(conditions, sequence)
         foreseen = sequence.foreseen if step.setpoint is not None else lambda slot: SetpointStep(None)
         self._tell(self._sender.deliver(conditions.slot, step, foreseen), sequence)
         if self._sender.note is not None and not self._said:
             self._said = True
             self._say(self._sender.note)
         self._remind(conditions, sequence)
+        self._say_how_it_hovers(sequence)
         return False
 
     def _message(self, step: SetpointStep, milliseconds: int) -> Message:
@@ -303,6 +351,9 @@ class Streamer:
 
     def _tell(self, sent: list[SentSetpoint], sequence: Sequence) -> None:
         for each in sent:
+            if each.step.setpoint is not None:
+                setpoint = each.step.setpoint
+                self._others.sent(each.time, setpoint.position, math.hypot(*setpoint.velocity))
             self._observer.sent(each.time, each.step, each.lateness, sequence, self._link.vehicle)
 
     def _say_what_is_hidden(self, vehicle: VehicleState, sequence: Sequence) -> None:
@@ -310,8 +361,23 @@ class Streamer:
         if sequence.phase is not Phase.FLYING or self._hidden:
             return
         self._hidden = True
-        if STREAM.seen < vehicle.beat < math.inf:
+        if STREAM.seen < vehicle.beat < math.inf and math.isinf(vehicle.mode_told):
             self._say(f"the vehicle tells its mode every {vehicle.beat:.1f} s: one chosen for less is not seen")
+
+    def _say_who_else_sends(self, at: Conditions, sequence: Sequence) -> None:
+        """Report once that another program sends during a hold, which goes on: both would leave the vehicle."""
+        if at.foreign is not None and sequence.phase is Phase.HOLDING and not self._beside:
+            self._beside = True
+            self._say(f"{at.foreign}, while it is held here")
+
+    def _say_how_it_hovers(self, sequence: Sequence) -> None:
+        """Report once that the flight begins with a hover that is wider than it should be."""
+        if sequence.phase is not Phase.READY or self._wide:
+            return
+        near, _ = sequence.gate
+        if near > self._options.rules.settled_distance:
+            self._wide = True
+            self._say(f"the vehicle hovers no nearer to its start than {near:.2f} m: the flight begins within that")
 
     def _remind(self, at: Conditions, sequence: Sequence) -> None:
         """Report periodically what a waiting flight waits for."""
@@ -347,7 +413,12 @@ class Streamer:
 
     def _listen(self, until: float) -> None:
         for message in self._link.pump(until):
-            self._observer.heard(self._clock.now(), message, self._link.vehicle, self._sequence)
+            vehicle = self._link.vehicle
+            self._observer.heard(self._clock.now(), message, vehicle, self._sequence)
+            if self._sequence is not None:
+                follows = self._autopilot.follows(vehicle)
+                self._left |= not follows
+                self._foreign = self._others.heard(vehicle, follows) or self._foreign
 
     def _conditions(self, sequence: Sequence, late: float = 0.0) -> Conditions:
         now, common, trigger = self._clock.now(), self._common, self._options.trigger
@@ -356,10 +427,13 @@ class Streamer:
             self._triggered = bool(trigger())
         triggered = common is None and self._triggered
         at = Conditions(slot, now, self._link.vehicle, triggered, self._stops, late)
+        at = replace(at, may_arm=self._triggered, left=self._left, foreign=self._foreign)
+        self._left, self._foreign = False, None
         return at if common is None else self._together(sequence, common[0], at)
 
     def _together(self, sequence: Sequence, common: CommonFlight, at: Conditions) -> Conditions:
         """Return the conditions of a flight that begins with others, stopped where one of them is."""
+        at = replace(at, may_arm=common.released)
         if common.reason is not None and sequence.phase in (Phase.PRESTREAM, Phase.READY, Phase.FLYING):
             sequence.abort(common.reason, at)
         if common.begin is None:
@@ -375,7 +449,7 @@ class Streamer:
             raise error
         self._triggered = True
         if sequence.phase is not Phase.HOLDING:
-            sequence.hold(f"an error here: {error}", self._conditions(sequence))
+            sequence.abort(f"an error here: {error}", self._conditions(sequence))
 
     def _conclude(self) -> StreamReport:
         if self._failures:

@@ -215,7 +215,7 @@ PX4, ARDUPILOT = 12, 3
 
 _CUSTOM_MODE = 1  # MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 _ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
-_ON_GROUND = 1  # MAV_LANDED_STATE_ON_GROUND
+_ON_GROUND, _TAKEOFF = 1, 3  # MAV_LANDED_STATE
 
 
 def text_of(message: Message) -> str:
@@ -310,6 +310,11 @@ class VehicleState:
     mode_told: float = -math.inf
     target: Vector | None = None
     targeted: float = -math.inf
+
+    @property
+    def taking_off(self) -> bool | None:
+        """Whether it has still to leave the ground or to end its own take-off; None while it does not say."""
+        return self.landed_state in (_ON_GROUND, _TAKEOFF) if self.landed_state else None
 
     @property
     def landed(self) -> bool:
@@ -417,9 +422,12 @@ class Autopilot:
         A stream that pauses for longer is lost: its failsafe acts, and setpoints that come back take the vehicle from
         it [s].
     delay : float
-        Of a vehicle's position after its setpoint, where nothing better is known [s]; seen in simulation.
+        Of a vehicle's position after its setpoint, where nothing better is known [s]; seen in simulation (of PX4 1.17
+        0.41 to 0.50 s).
     thrust : bool
         Whether the acceleration of a setpoint is passed on as thrust, so that it can offset drag.
+    hold : (str, float, float) or None
+        The mode in which it hovers by itself, without a pilot's sticks: its name and its numbers (MAV_CMD_DO_SET_MODE).
     """
 
     name: str
@@ -429,8 +437,9 @@ class Autopilot:
     takes_off: bool = False
     after_loss: str = "its own failsafe acts"
     loss_time: float = math.inf
-    delay: float = 0.4
+    delay: float = 0.5
     thrust: bool = True
+    hold: tuple[str, float, float] | None = None
 
     def follows(self, vehicle: VehicleState) -> bool:
         """Return whether the vehicle is in the mode in which it follows setpoints."""
@@ -469,9 +478,17 @@ _COPTER_MODES = {0: "STABILIZE", 2: "ALT_HOLD", 3: "AUTO", 4: "GUIDED", 5: "LOIT
 AUTOPILOTS = {
     pilot.name: pilot
     for pilot in (
-        Autopilot("px4", "OFFBOARD", 6, 2.0, after_loss=_PX4_AFTER_LOSS, loss_time=1.0),
+        Autopilot("px4", "OFFBOARD", 6, 2.0, after_loss=_PX4_AFTER_LOSS, loss_time=1.0, hold=("HOLD", 4.0, 3.0)),
         Autopilot(
-            "ardupilot", "GUIDED", 4, 1.0, takes_off=True, after_loss=_ARDUPILOT_AFTER_LOSS, delay=0.15, thrust=False
+            "ardupilot",
+            "GUIDED",
+            4,
+            1.0,
+            takes_off=True,
+            after_loss=_ARDUPILOT_AFTER_LOSS,
+            delay=0.15,
+            thrust=False,
+            hold=("BRAKE", 17.0, 0.0),
         ),
         Autopilot("generic", "any mode", None, 2.0),
     )

@@ -1,6 +1,7 @@
 """Orders in flight: answered with a splice and a certificate, followed from what is flown, refused in a sentence."""
 
 import json
+from itertools import count
 
 import numpy as np
 import pytest
@@ -35,8 +36,9 @@ class Flown:
         return self.table.began
 
     def change(self, change):
-        self.table.exchange(self.table.prepare(change.trajectory, change.splice), self.elapsed)
-        return change.trajectory
+        chosen = change.trajectory if change.certified else change.stop
+        self.table.exchange(self.table.prepare(chosen, change.splice), self.elapsed)
+        return chosen
 
     def stop(self):
         self.stops += 1
@@ -65,10 +67,20 @@ def test_a_goal_is_answered_with_its_splice_and_what_is_proved_of_the_way_there(
     said = order({"goal": [4.0, 1.0, 1.5], "id": "a"}, 1.0)
     assert said["ok"] and said["id"] == "a" and said["certified"] and said["splice"] == pytest.approx(1.2)
     assert said["end"] == pytest.approx([4.0, 1.0, 1.5]) and said["max_speed"] <= 1.5 + 1e-6
-    assert said["limits"]["acceleration"]["value"] <= 2.0 + 1e-6
+    assert said["limits"]["acceleration"]["value"] <= 2.0 + 1e-6 and said["flown"]
     again = order({"waypoints": [[3.5, 0.6, 1.5], [4.0, 2.0, 2.0]]}, 1.6)
     assert again["splice"] == pytest.approx(1.8) and again["end"] == pytest.approx([4.0, 2.0, 2.0])
     assert flight.table[10**6].position == pytest.approx((2.0, 4.0, -2.0), abs=1e-6)
+
+
+def test_a_stop_that_stands_in_for_a_goal_is_not_said_to_be_flown_there(flight):
+    """It was answered by ok, and the vehicle stood metres from the goal."""
+    ticks = count()
+    orders = Orders(flight, PLAN, LIMITS, replanner=Replanner(LIMITS, room=ROOM, clock=lambda: 0.01 * next(ticks)))
+    flight.elapsed = 1.0
+    said = json.loads(orders.answer('{"goal": [4.0, 1.0, 1.5]}'))
+    assert said["ok"] and not said["flown"] and "the stop is flown" in said["note"]
+    assert np.linalg.norm(np.subtract(said["end"], [4.0, 1.0, 1.5])) > 1.0
 
 
 def test_at_the_end_it_stays_for_another_goal_until_it_is_to_finish(flight, order):

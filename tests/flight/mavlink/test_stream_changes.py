@@ -96,7 +96,7 @@ def test_a_change_that_is_not_certified_flies_its_stop(vehicle, clock, flown):
 
 @pytest.mark.slow
 def test_the_rules_of_safety_stop_a_changed_flight_too(vehicle, clock, flown):
-    with Flight(vehicle, flown.sample(20.0), clock, rules=patient_rules(abort_distance=1.0)) as flight:
+    with Flight(vehicle, flown.sample(20.0), clock, rules=patient_rules(abort_distance=1.0), delay=0.2) as flight:
         in_flight(vehicle, flight)
         flight.streamer.change(detour(flown, flight.streamer.now + 0.6))
         vehicle.moves = False

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from flying import PATH, START, Flight, patient_rules
 from pilot import fly_until, places, sent, stands_still, streamed
-from standin import COPTER_RTL, GUIDED, LAND, LOITER, OFFBOARD, RETURN, PointMass, StandIn
+from standin import COPTER_LAND, COPTER_RTL, GUIDED, LAND, OFFBOARD, RETURN, PointMass, StandIn
 from world import HERE, TABLE, fly, ready
 
 from minsnap.errors import FlightError, InputError
@@ -88,10 +88,10 @@ def test_an_origin_on_the_ground_is_climbed_from_first(clock):
     assert track[:, 2].max() <= START[2] + 1e-6, "z points down: never lower than the file"
 
 
-def test_a_height_on_the_ground_is_no_origin():
-    with pytest.raises(InputError, match="not with arm"):
-        StreamOptions(relative=True, relative_height=True, arm=True)
-    with pytest.raises(InputError, match="choose hold, land or rtl"):
+def test_options_that_make_no_sense_are_refused():
+    with pytest.raises(InputError, match="use it with relative"):
+        StreamOptions(relative_height=True)
+    with pytest.raises(InputError, match="choose hold, land, rtl or hand-back"):
         StreamOptions(on_abort="crash")
     with pytest.raises(InputError, match="give_up is 0"):
         StreamOptions(give_up=0.0)
@@ -189,10 +189,9 @@ def test_a_take_off_that_stays_refused_is_reported(clock):
     ground = PointMass((0.0, 0.0, 0.0))
     with StandIn(autopilot="ardupilot", clock=clock, body=ground, armed=False, refused_takeoffs=99) as vehicle:
         with Flight(vehicle, PATH, clock, arm=True, wait=10.0) as flight:
-            vehicle.until(lambda v: any("holding" in event for event in flight.events))
-            vehicle.enter(LOITER)
             with pytest.raises(FlightError, match=r"it refused command 22 \(take off\) with result 4 \(failed\)"):
                 flight.result()
+            assert vehicle.mode == COPTER_LAND and any("told to land" in event for event in flight.events)
     assert "the vehicle has refused command 22 (take off) with result 4 (failed) 5 times" in flight.events
 
 

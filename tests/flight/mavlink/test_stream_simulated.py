@@ -21,7 +21,7 @@ def test_from_the_ground_round_a_planned_rectangle_and_back_to_the_ground(tmp_pa
     clock, log = SharedClock(), tmp_path / "flight.csv"
     with StandIn(clock=clock, body=QuadrotorBody(ground), armed=False) as vehicle:
         rules = patient_rules(max_start_distance=0.2, abort_distance=1.5)
-        with Flight(vehicle, samples, clock, rules=rules, arm=True, land=True, log=log) as flight:
+        with Flight(vehicle, samples, clock, rules=rules, arm=True, land=True, log=log, delay=0.2) as flight:
             report = flight.result()
         assert vehicle.mode == LAND and not vehicle.failsafes
         vehicle.until(lambda v: not v.armed)

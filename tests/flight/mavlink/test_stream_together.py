@@ -22,7 +22,9 @@ PATHS = excursion(5.0, reach=2.0), excursion(7.0, reach=2.0)
 class Pair:
     """Both vehicles at the start, and their flight in threads that share the clock."""
 
-    def __init__(self, monkeypatch, paths=PATHS, behind_one_port=False, places=(START, START), separation=None, **how):
+    def __init__(
+        self, monkeypatch, paths=PATHS, behind_one_port=False, places=(START, START), separation=None, begin=None, **how
+    ):
         self.clock, self.said, self.found = SharedClock(), [], None
         fly = Streamer.run
 
@@ -33,7 +35,7 @@ class Pair:
                 leave(self.clock)
 
         monkeypatch.setattr(Streamer, "run", run)
-        self.vehicles = [StandIn(clock=self.clock, body=PointMass(place)) for place in places]
+        self.vehicles = [StandIn(clock=self.clock, body=PointMass(place), **(begin or {})) for place in places]
         options = [StreamOptions(trigger="now", rules=patient_rules(), **how) for _ in PATHS]
         ports = [(self.vehicles[0] if behind_one_port else vehicle).port for vehicle in self.vehicles]
         self.links = [open_link(f"udpout:127.0.0.1:{port}", self.clock) for port in ports]
@@ -178,3 +180,26 @@ def test_one_rate_for_all():
     tables = [prepare(path, option) for path, option in zip(PATHS, options, strict=True)]
     with pytest.raises(InputError, match="one rate"):
         stream_together(tables, [], options, ("a", "b"), SharedClock())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("land", [False, True])
+def test_a_fleet_on_the_ground_is_armed_at_once_and_leaves_before_it_disarms_itself(monkeypatch, land):
+    """The first armed itself, waited for the second, and was disarmed by PX4 after ten seconds."""
+    stops = tuple(minsnap.Stop(point) for point in ((0, 0, 2), (2, 0, 2)))
+    course = minsnap.Course(stops, takeoff=True, limits=minsnap.Limits(speed=2, acceleration=2, jerk=20))
+    path = minsnap.plan_mission(course).trajectory.sample(20.0)
+    begin, places = {"floor": 0.3, "armed": False}, [(0.0, 0.0, 0.3)] * 2
+    with Pair(monkeypatch, (path, path), places=places, begin=begin, arm=True, land=land) as pair:
+        pair.vehicles[1].refuses_modes = True
+        pair.vehicles[0].until(lambda v: len(v.setpoints) > 300)
+        assert not pair.vehicles[0].armed
+        pair.vehicles[1].refuses_modes = False
+        pair.vehicles[1].until(lambda v: {"first: holding the end", "second: holding the end"} <= set(pair.said))
+        if not land:
+            for vehicle in pair.vehicles:
+                vehicle.enter(POSCTL)
+        pair.join()
+        found, armed = pair.found, [vehicle.armed_at for vehicle in pair.vehicles]
+    assert [one.completed for one in found] == [True, True]
+    assert not any(vehicle.failsafes for vehicle in pair.vehicles) and abs(armed[0] - armed[1]) < 0.3

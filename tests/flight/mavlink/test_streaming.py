@@ -2,7 +2,7 @@
 
 import pytest
 from flying import PATH, Flight, patient_rules
-from pilot import fly_until, places, sent, stands_still, streamed
+from pilot import commanded, fly_until, places, sent, stands_still, streamed
 from standin import POSCTL, mavlink
 
 from minsnap.cli.app import exit_status
@@ -23,7 +23,7 @@ def test_a_whole_flight_waits_flies_holds_and_ends_when_the_pilot_takes_over(veh
     assert report.completed and report.reason is None
     assert len(PATH) - report.schedule.skipped <= report.flown <= len(PATH)
     assert report.rmse < 0.1 and report.worst_error < 0.4
-    assert vehicle.failsafes == [] and [c[0] for c in vehicle.commands] == [511, 511]
+    assert vehicle.failsafes == [] and commanded(vehicle) == []
     assert stands_still(sent(vehicle)[held:])
 
 
