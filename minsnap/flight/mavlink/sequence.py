@@ -154,7 +154,9 @@ class Sequence:
         """Return the setpoint and commands of this slot, or None once the flight has ended and sending must stop."""
         self._watch_mode(at)
         self.led |= self._leads(at.vehicle)
-        self._foreign, self._may_arm = at.foreign or self._foreign, self._may_arm or at.may_arm
+        self._foreign = at.foreign or self._foreign
+        if at.may_arm and not self._may_arm:
+            self._may_arm, self._next_command = True, at.now
         if at.stops and self.phase is not Phase.HOLDING:
             self._end("stopped by the user", at, where_it_is=False)
         self._watch_gap(at)
