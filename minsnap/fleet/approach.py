@@ -190,11 +190,15 @@ def approach_of(fleet: Fleet, places: FloatArray, times: WayTimes | None = None)
     up = stages_between(places, np.where(flies[:, None], starts, places), flies, apart)
     down, home = _down(places, ends, lands, apart)
     pace, joined = times or WayTimes(), np.concatenate([up, down])
-    measured = [nearest_of_stages(each, apart) for each in (up, down)]
+    near = _nearest([nearest_of_stages(each, apart) for each in (up, down)])
+    if near is not None and not near.apart:
+        raise FleetError(
+            f"the ways of vehicles {near.pair} are {near.distance:.4g} m apart: not proved", pair=near.pair
+        )
     there, back = _stages(up, flies, pace, landing=False), _stages(down, lands, pace, landing=True)
     upright = _nearest([nearest_from_above(fleet), *(_flattened(each, apart) for each in (up, down))])
     highest = float(joined[..., 2].max())
-    return FleetApproach(places, there, back, _nearest(measured), upright, highest, home, fleet.separation is not None)
+    return FleetApproach(places, there, back, near, upright, highest, home, fleet.separation is not None)
 
 
 _ENDS = (lambda curve: 0.0, lambda curve: curve.duration)

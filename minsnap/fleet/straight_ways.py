@@ -145,8 +145,8 @@ def stages_between(places: FloatArray, goals: FloatArray, flies: BoolArray, sepa
     """Find straight ways from places on the ground to goals, apart from all others in every stage.
 
     All take off at once, straight up to the heights of their goals. Then as many as can fly straight to their goals,
-    at once or one after the other, or over the others, a separation above the highest goal. A vehicle whose goal is
-    taken by one that waits for it in turn goes up out of its way.
+    at once or one after the other, or over the others, a separation above the highest goal, or two. A vehicle whose
+    goal is taken by one that waits for it in turn goes up out of its way.
 
     Parameters
     ----------
@@ -172,8 +172,18 @@ def stages_between(places: FloatArray, goals: FloatArray, flies: BoolArray, sepa
     first = nearest_of_ways(np.stack([places, up], axis=1), separation)
     if first is not None and not first.apart:
         raise _too_near(first, "as they take off: stand them further apart")
-    search = _Turns(goals, separation, float(goals[:, 2].max()))
-    at, waiting = up, [int(vehicle) for vehicle in np.flatnonzero(flies)]
+    refusals = []
+    for level in range(LEVELS):
+        try:
+            return np.concatenate([stages, *_turns(up, flies, _Turns(goals, separation, level))])
+        except FleetError as error:
+            refusals.append(error)
+    raise refusals[0]
+
+
+def _turns(at: FloatArray, flies: BoolArray, search: _Turns) -> list[FloatArray]:
+    """Return where all are after each further stage; raises FleetError where nobody can fly any more."""
+    stages, waiting = [], [int(vehicle) for vehicle in np.flatnonzero(flies)]
     while waiting:
         ways = search.arrivals(at, waiting)
         arrived = list(ways)
@@ -184,7 +194,8 @@ def stages_between(places: FloatArray, goals: FloatArray, flies: BoolArray, sepa
             legs[:, vehicle] = way
         flown = (legs[1:] != legs[:-1]).any(axis=(1, 2))
         flown[0] |= not flown.any()  # all are at their goals already
-        stages, at = np.concatenate([stages, legs[1:][flown]]), legs[-1]
+        stages.append(legs[1:][flown])
+        at = legs[-1]
         waiting = [vehicle for vehicle in waiting if vehicle not in arrived]
     return stages
 
@@ -195,24 +206,34 @@ def _too_near(near: Meeting, what: str) -> FleetError:
 
 
 class _Turns:
-    """Which vehicles can fly next."""
+    """Which vehicles can fly next.
 
-    def __init__(self, goals: FloatArray, separation: Separation, highest: float) -> None:
-        self._goals, self._separation = goals, separation
+    On the first level many go out of the way at once, which is quick; on the highest one, one at a time, below which
+    all others can pass.
+    """
+
+    def __init__(self, goals: FloatArray, separation: Separation, level: int) -> None:
+        self._goals, self._separation, highest = goals, separation, float(goals[:, 2].max())
         radii = separation.radii_of(len(goals))
         step = 2.0 * float(radii.max()) * separation.downwash * (1.0 + ROOM)
         self._levels = [highest + step * number for number in range(1, LEVELS + 1)]
+        self._top, self._alone = self._levels[level], level > 0
 
     def arrivals(self, at: FloatArray, waiting: list[int]) -> dict[int, FloatArray]:
         """Return ways to their goals of as many as are apart from all others."""
-        field = self._field(at)
+        field, columns = self._field(at), self._field(at)
         found: dict[int, FloatArray] = {}
-        for vehicle in waiting:
-            for way in self._ways(at[vehicle], self._goals[vehicle]):
-                if field.apart(vehicle, way):
-                    field.take(vehicle, way)
-                    found[vehicle] = way
-                    break
+        for vehicle in waiting if self._alone else ():  # nobody ends above one that is still to go up
+            columns.take(vehicle, self._raised(at[vehicle]))
+        for vehicle in [each for _ in range(1 + self._alone) for each in waiting]:
+            goal = np.repeat(self._goals[vehicle][None], CORNERS, axis=0)
+            if vehicle in found or not columns.apart(vehicle, goal):
+                continue
+            way = next((way for way in self._ways(at[vehicle], goal[0]) if field.apart(vehicle, way)), None)
+            if way is not None:
+                field.take(vehicle, way)
+                columns.take(vehicle, goal)
+                found[vehicle] = way
         return found
 
     def parkings(self, at: FloatArray, waiting: list[int]) -> dict[int, FloatArray]:
@@ -223,9 +244,11 @@ class _Turns:
             taken = resting.nearest(vehicle, np.repeat(self._goals[vehicle][None], CORNERS, axis=0))
             way = self._raised(at[vehicle])
             stays = taken.apart or not set(taken.pair) & set(found)
-            if stays and at[vehicle, 2] < self._levels[0] and field.apart(vehicle, way):
+            if stays and at[vehicle, 2] < self._top and field.apart(vehicle, way):
                 field.take(vehicle, way)
                 found[vehicle] = way
+                if self._alone:
+                    break
         return found
 
     def blocked(self, at: FloatArray, vehicle: int) -> Meeting:
@@ -236,13 +259,12 @@ class _Turns:
         return _Field(np.repeat(at[:, None], CORNERS, axis=1), self._separation)
 
     def _raised(self, place: FloatArray) -> FloatArray:
-        top = np.append(place[:2], self._levels[0])
+        top = np.append(place[:2], self._top)
         return np.stack([place, top, top, top])
 
     def _ways(self, place: FloatArray, goal: FloatArray) -> list[FloatArray]:
         """Return the straight way, and those over all others."""
         found = [np.stack([place, goal, goal, goal])]
         for level in self._levels:
-            height = max(level, float(place[2]))
-            found.append(np.stack([place, np.append(place[:2], height), np.append(goal[:2], height), goal]))
+            found.append(np.stack([place, np.append(place[:2], level), np.append(goal[:2], level), goal]))
         return found

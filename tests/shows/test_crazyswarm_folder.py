@@ -119,6 +119,7 @@ def test_starts_above_each_other_have_places_of_their_own_and_are_apart_all_the_
         assert names(robot).count("land") == 1
 
 
+@pytest.mark.slow
 def test_places_that_were_changed_are_refused_until_their_ways_are_proved(tmp_path, monkeypatch, capsys):
     """The script went to its place and the height: 0.40 m of step at the start, and nothing was proved."""
     starts = np.array([(0, 0, 1.0), (1, 0, 1.2)])
@@ -160,6 +161,7 @@ def test_the_script_lets_those_on_the_ground_take_off_by_their_curves(tmp_path, 
     assert moves == [{"vehicle": "cf1", "call": "goTo", "goal": [1.0, 0.0, 1.0], "yaw": 0.7}]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rows", [1, 3])
 def test_places_on_the_ground_are_apart_below_any_formation(rows):
     """An upright wall and a cube: where a place is taken, the next free one beside it."""

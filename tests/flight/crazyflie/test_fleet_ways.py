@@ -194,6 +194,7 @@ def run(capsys, *arguments):
     return left.value.code or 0, capsys.readouterr()
 
 
+@pytest.mark.slow
 def test_a_dry_run_says_what_is_proved_of_the_places_in_the_file_or_refuses_them(tmp_path, capsys):
     """It was silent about eight vehicles under the opposite starts."""
     fleet, starts = ring()
