@@ -24,7 +24,7 @@ FINEST = 64
 CLEARANCE = 0.3
 """Room around cells and points of a file unless told otherwise [m]."""
 
-COLOUR = (96, 105, 116)
+COLOUR = (150, 158, 168)
 
 Named = tuple[str, tuple[float, ...]]
 """An obstacle of a document: its name and its numbers."""
@@ -132,7 +132,7 @@ class ObstacleView:
             self._mesh = None
         vertices, faces = triangles(request)
         if len(faces):
-            look = {"color": COLOUR, "opacity": 0.5, "flat_shading": True, "side": "double"}
+            look = {"color": COLOUR, "flat_shading": True, "side": "double"}  # opaque: tubes hide what is not
             self._mesh = self._scene.add_mesh_simple("/avoided", vertices, faces, **look)
 
 
