@@ -161,7 +161,7 @@ def studio(
 
 
 def _page(
-    file: Path | None, folder: Path, host: str, port: int, obstacles: Path | None, clearance: float | None
+    file: Path | None, folder: Path, host: str, port: int, obstacles: Path | None, clearance: float | None = None
 ) -> Page:
     from minsnap.studio.documents import WorkingFolder, example_scene, open_scene
     from minsnap.studio.ground_view import read_obstacles
