@@ -2,6 +2,8 @@
 
 import importlib
 import inspect
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -164,3 +166,10 @@ def test_a_folder_that_is_missing_is_named(tmp_path):
     for name, said in (("nowhere", "there is no such file or folder"), (".", "is a folder, and no file of a path")):
         with pytest.raises(MinsnapError, match=said):
             importlib.import_module("minsnap.files.convert").read_any(tmp_path / name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["corridors.gate_passages", "vehicle.Quadrotor", "flight.simulate", "batch.Spec"])
+def test_a_package_is_there_as_soon_as_the_library_is(name):
+    asked = [sys.executable, "-c", f"import minsnap; minsnap.{name}"]
+    assert subprocess.run(asked, capture_output=True, check=False).returncode == 0

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate
+from minsnap.plot.obstacles import draw_obstacles
 from minsnap.plot.style import Axes, new_axes, styled
 
 INSTANTS = 401
@@ -23,7 +27,7 @@ VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
 @styled
-def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None) -> Axes:
+def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None, *, avoid: Sequence[Obstacle] = ()) -> Axes:
     """Draw the paths of all vehicles, coloured by time, with their ends.
 
     Parameters
@@ -33,6 +37,8 @@ def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None) -> Axes:
         From above, or from a side.
     ax : Axes, optional
         By default new ones.
+    avoid : sequence of Obstacle
+        Those of :func:`minsnap.plan_fleet`; drawn as shadows.
 
     Raises
     ------
@@ -46,6 +52,7 @@ def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None) -> Axes:
     t = np.linspace(0.0, fleet.duration, INSTANTS)
     places = fleet(t)[:, :, VIEWS[view]]
     axes = new_axes(size=_size_for(places)) if ax is None else ax
+    draw_obstacles(axes, avoid, VIEWS[view], places.reshape(-1, 2))
     steps = np.stack([places[:, :-1], places[:, 1:]], axis=2).reshape(-1, 2, 2)
     lines = LineCollection(list(steps), array=np.tile(t[:-1], len(fleet)), cmap="viridis", linewidths=0.8)
     axes.add_collection(lines)

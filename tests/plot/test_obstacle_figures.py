@@ -89,3 +89,10 @@ def test_a_stored_plan_is_drawn_with_what_it_keeps(tmp_path, monkeypatch):
         main(["plot", "plan.json", "-o", "film.gif"])
     assert (tmp_path / "film.gif").stat().st_size > 0
     assert read_polynomials("plan.json").drawn["avoid"][1].half_axes.tolist() == [0.5, 0.3, 0.6]
+
+
+def test_the_figure_of_a_fleet_draws_its_obstacles():
+    from minsnap.plot import plot_fleet
+
+    fleet = minsnap.Fleet([PATH, minsnap.plan([(0, 2, 1), (6, 2, 3)], [5.0])])
+    assert "obstacles" in named(plot_fleet(fleet, avoid=AVOID).figure)
