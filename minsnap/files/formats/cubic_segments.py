@@ -180,14 +180,16 @@ class CubicFit:
 
     def knots(self, tolerance: float) -> _Integers:
         """Return the knots of its cubics, from 0 to not before its end [ms]."""
-        breaks = self.edges
+        breaks, looks = self.edges, (self._hard, self._far)  # the second is dear, and hardly ever finds what is left
         while True:
             cuts = self._cuts(breaks)
-            wanted = self._coarse(breaks, tolerance) | self._uneven(breaks) | _lost(breaks)
-            finer = np.union1d(breaks, cuts[wanted & (cuts > 0)]).astype(np.int64)
-            if len(finer) == len(breaks):
+            for look in looks:
+                wanted = look(breaks, tolerance) & (cuts > 0)
+                if wanted.any():
+                    break
+            else:
                 return breaks
-            breaks = finer
+            breaks = np.union1d(breaks, cuts[wanted]).astype(np.int64)
 
     def hermite(self, breaks: _Integers) -> FloatArray:
         """Return the control points of the cubics, shape (segments, 4, dim); after its end the curve stays there."""
@@ -239,15 +241,19 @@ class CubicFit:
             step *= 2
         return cuts
 
-    def _coarse(self, breaks: _Integers, tolerance: float) -> BoolArray:
-        """Return which segments are to be halved: too long, too far from the curve, or too hard."""
+    def _hard(self, breaks: _Integers, tolerance: float) -> BoolArray:
+        """Return which segments are to be halved for their duration, or since that improves their acceleration."""
         points, spans, t = self.hermite(breaks), np.diff(breaks) / 1e3, self._instants(breaks)
-        space = Trajectory(self.curve.control_points[..., :3], self.curve.durations)
-        far = distances_within(Trajectory(points[..., :3], spans), space) > tolerance
         true = np.stack([self.curve(t[:-1], 2), _arriving(self.curve, t[1:], 2)], axis=1) * spans[:, None, None] ** 2
         allowed = np.maximum(CUBIC.gain, CUBIC.loose * tolerance / self.units[0]) * self.units
         hard = (np.abs(6.0 * np.diff(points, 2, axis=1) - true) > allowed).any(axis=(1, 2))
-        return np.asarray(far | hard | (np.diff(breaks) > CUBIC.longest))
+        return np.asarray(hard | (np.diff(breaks) > CUBIC.longest) | self._uneven(breaks) | _lost(breaks))
+
+    def _far(self, breaks: _Integers, tolerance: float) -> BoolArray:
+        """Return which segments are farther from the curve than the tolerance."""
+        stored = Trajectory(self.hermite(breaks)[..., :3], np.diff(breaks) / 1e3)
+        space = Trajectory(self.curve.control_points[..., :3], self.curve.durations)
+        return np.asarray(distances_within(stored, space) > tolerance)
 
     def _uneven(self, breaks: _Integers) -> BoolArray:
         """Return which segments are too much longer than a neighbour to which they move, or from which."""
