@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import degrees, radians
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import minsnap
 import minsnap.flight
 from minsnap.basics.limit_kinds import KINDS
-from minsnap.errors import InputError, LimitError
+from minsnap.errors import InputError, LimitError, MagnitudeWarning
 
 if TYPE_CHECKING:
     from minsnap.corridors.keep_out import Obstacle
@@ -150,6 +151,9 @@ def limit_values(options: Any) -> dict[str, Any]:
     for kind, value in values.items():
         if kind.degrees and value is not None and value >= degrees(kind.below):
             raise LimitError(f"{kind.option} is {value:g} degrees: it must be below {degrees(kind.below):g}")
+        if kind.degrees and value is not None and 0.0 < value < kind.below:
+            doubt = f"{kind.option} is {value:g} degrees: if that is in radians, give {degrees(value):.3g}"
+            warnings.warn(doubt, MagnitudeWarning, stacklevel=1)  # at one place, so that it is told once
     return {kind.name: radians(value) if kind.degrees else value for kind, value in values.items() if value is not None}
 
 

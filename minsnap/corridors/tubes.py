@@ -36,7 +36,8 @@ def _half_widths(value: ArrayLike, name: str) -> FloatArray:
     widths = numbers(value)
     if widths is None:
         raise CorridorError(f"the {name} must be numbers [m], not {shown(value)}")
-    wrong = np.flatnonzero(~positive(widths))
+    unbounded = np.isposinf(widths)  # a leg beside others that has no corridor
+    wrong = np.flatnonzero(~(positive(widths) | unbounded) | unbounded.all())
     if len(wrong) or not widths.size:
         where = f" (entry {wrong[0]})" if widths.ndim and len(wrong) else ""
         where += beyond(widths.flat[wrong[0]]) if len(wrong) else ""
@@ -54,7 +55,7 @@ class Tube(ReadOnly):
     Parameters
     ----------
     half_width : float or array_like, shape (legs,) or (legs, dim)
-        :math:`\delta` [m]: one for all, one per leg, or one per leg and world axis.
+        :math:`\delta` [m]: one for all, one per leg, or one per leg and world axis; infinite where a leg has none.
 
     Raises
     ------
@@ -78,6 +79,8 @@ class Tube(ReadOnly):
             )
         widths = (widths[:, None] if widths.ndim == 1 else widths) * np.ones((legs, dim))
         leg, axis = across(projections)
+        bounded = np.isfinite(widths[leg, axis])
+        leg, axis = leg[bounded], axis[bounded]
         width = widths[leg, axis]
         return [Walls.pairs(leg, projections[leg, axis], waypoints[leg], -width, width, width)]
 
@@ -91,7 +94,7 @@ class RoundTube(ReadOnly):
     Parameters
     ----------
     radius : float or array_like, shape (legs,)
-        :math:`\rho` [m].
+        :math:`\rho` [m]; infinite where a leg has none.
 
     Raises
     ------
@@ -112,7 +115,9 @@ class RoundTube(ReadOnly):
             raise CorridorError(
                 f"the corridor has radii of shape {self.radius.shape} for {legs} legs: give one, or one per leg"
             )
-        return [Walls.balls(np.arange(legs), projections, waypoints[:-1], np.broadcast_to(self.radius, legs))]
+        radii = np.broadcast_to(self.radius, legs)
+        leg = np.flatnonzero(np.isfinite(radii))
+        return [Walls.balls(leg, projections[leg], waypoints[leg], radii[leg])]
 
 
 def as_constraints(corridor: ArrayLike | Constraint | Sequence[object] | None) -> list[Constraint]:

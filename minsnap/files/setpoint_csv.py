@@ -22,16 +22,22 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import check_array
+from minsnap.basics.checks import check_array, is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.basics.storage.table import read_table
 from minsnap.basics.storage.text import FileName, beginning, read_text, reading
-from minsnap.errors import FileError, FrameError
+from minsnap.errors import FileError, FrameError, TimingError
 from minsnap.files.convert import Format
 from minsnap.files.frames import FRAMES, get_frame, map_samples
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples, column_names
+
+LEAST_RATE = 1.0
+"""Setpoints per second below which a rate is a period by mistake [Hz]."""
+
+WORKBOOKS = (".xlsx", ".xls", ".xlsm", ".ods")
+"""Endings of spreadsheets, which take no CSV under these names."""
 
 ENDING = ".meta"
 UNITS = "m, s, rad"
@@ -217,11 +223,12 @@ def write_csv(
     Raises
     ------
     FileError
-        If a value is not finite, the path has other than 2 or 3 coordinates, or the destination cannot be written.
+        If a value is not finite, the path has other than 2 or 3 coordinates, or the destination cannot be written or
+        has the ending of a spreadsheet.
     FrameError
         If the frame is unknown.
     TimingError
-        If the rate is not positive.
+        If the rate is not positive, or so low that it is a period.
 
     Examples
     --------
@@ -238,6 +245,7 @@ def write_csv(
     if origin is not None:
         give = "latitude and longitude [degrees] and altitude [m]"
         origin = check_array("the origin", origin, ((3,),), give, FileError).tolist()
+    _refuse_workbook(path)
     lines = csv_lines(source, rate, frame)
     with atomic_write(path, clobber=clobber) as file:
         file.writelines(lines)
@@ -253,6 +261,8 @@ def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") ->
     FileError, FrameError, TimingError
         As :func:`write_csv`.
     """
+    if isinstance(source, Path):
+        _refuse_period(rate)
     axes, flat = get_frame(frame), in_space(source.sample(rate))
     mapped = map_samples(flat, "enu", axes)
     columns = columns_of(mapped)
@@ -354,6 +364,22 @@ def _check_groups(path: FileName, table: dict[str, FloatArray]) -> None:
         missing = [name for name in names if name not in table]
         if 0 < len(missing) < len(names):
             raise FileError(f"{path}, line 1: {', '.join(missing)} missing; give {', '.join(names)} or none of them")
+
+
+def _refuse_workbook(path: FileName) -> None:
+    """Raise FileError where a name ends as those of spreadsheets do, which read CSV under its own ending alone."""
+    if FilePath(path).suffix.lower() in WORKBOOKS:
+        raise FileError(
+            f"{path} is a spreadsheet by its ending: write {FilePath(path).stem}.csv, which spreadsheets open"
+        )
+
+
+def _refuse_period(rate: float) -> None:
+    """Raise TimingError for a rate that is a period: less than one setpoint a second."""
+    if is_number(rate) and 0.0 < rate < LEAST_RATE:
+        raise TimingError(
+            f"the rate is {rate:g} Hz, one setpoint every {1.0 / rate:g} s: if it is a period, give rate={1.0 / rate:g}"
+        )
 
 
 def _check_increasing(path: FileName, t: FloatArray) -> None:

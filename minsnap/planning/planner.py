@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.basics import checks
-from minsnap.basics.arrays import ArrayLike, FloatArray
+from minsnap.basics.arrays import ArrayLike, FloatArray, numbers
 from minsnap.basics.deadline import WORK
 from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, within_memory
@@ -40,7 +40,7 @@ from minsnap.time_allocation.resting import resting_plan
 from minsnap.time_allocation.search_options import USUAL, Search, check_search
 from minsnap.time_allocation.timing import Timing
 from minsnap.trajectory.planned_heading import Yaw, chosen_heading
-from minsnap.trajectory.report import Progress, Report, unlimited_notes
+from minsnap.trajectory.report import Progress, Report, unlimited_notes, wide_tube_note
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -219,7 +219,8 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
 
         timed = plan_around(task, timing, request.avoid)
     known = timed.facts() | {"milliseconds": 1e3 * (perf_counter() - began)}
-    passed = without_gates(request.waypoints)[1], tuple(request.avoid or ())
+    widths = None if request.corridor is None else numbers(request.corridor)
+    passed = without_gates(request.waypoints)[1], tuple(request.avoid or ()), widths
     chosen = request.pieces is None and refine and not request.avoid
     how = _Plan(known, request.limits, request.yaw is None, chosen, *passed)
     return timed.trajectory.changed(how=how, checked=True)
@@ -312,6 +313,7 @@ class _Plan:
     default_pieces: bool
     gates: Mapping[int, Gate]
     obstacles: Sequence[Obstacle]
+    widths: FloatArray | None
 
     def report(self, curve: Trajectory) -> Report:
         """Return the report of the plan."""
@@ -322,6 +324,8 @@ class _Plan:
             notes = fixed_yaw_notes(limits, curve)
         if self.default_pieces and curve.pieces > 1:
             notes += (f"the search chose {curve.pieces} polynomials a leg; with one the flight takes longer",)
+        if self.widths is not None:
+            notes += wide_tube_note(self.widths, curve(curve.leg_breaks))
         if self.gates or self.obstacles:
             from minsnap.planning.near_notes import near_notes
 

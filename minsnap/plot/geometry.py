@@ -175,7 +175,7 @@ def leg_bodies(corridor: Corridor, waypoints: FloatArray) -> list[FloatArray]:
     """Corners of the convex body that each leg must stay in.
 
     A tube is unbounded along its leg; it is drawn from one waypoint to the next. Repeated legs, as in laps, are
-    returned once.
+    returned once, and legs without walls are left out.
 
     Parameters
     ----------
@@ -191,7 +191,8 @@ def leg_bodies(corridor: Corridor, waypoints: FloatArray) -> list[FloatArray]:
     """
     walls = [wall for wall in walls_of(as_constraints(corridor), waypoints) if wall.order == 0]
     bodies: dict[bytes, FloatArray] = {}
-    for leg in range(len(waypoints) - 1):
+    bounded = {leg for wall in walls for leg in wall.leg.tolist()}
+    for leg in sorted(bounded.intersection(range(len(waypoints) - 1))):
         corners = _body(walls, leg, waypoints)
         bodies.setdefault(np.unique(np.round(corners, 9), axis=0).tobytes(), corners)
     return list(bodies.values())

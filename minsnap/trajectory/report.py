@@ -32,6 +32,13 @@ GROUND = 0.01
 """How far below the ground a path may go that is left unsaid [m]."""
 
 
+LONG, CREEPING = 500.0, 0.02
+"""Duration of a leg from which it may be milliseconds [s], where its mean speed is below this [m/s]."""
+
+WIDE, WIDER = 3.0, 2.0
+"""Half-width of a tube from which it may be centimetres [m], where it is so many times as long as every leg."""
+
+
 class Step(NamedTuple):
     """One evaluation of a search for durations.
 
@@ -257,7 +264,7 @@ def unlimited_notes(curve: Any, limited: Collection[str] = ()) -> tuple[str, ...
         for name, order, most, unit, bounding in NOTED
         if not bounding.intersection(limited) and (value := curve.max_norm(order)[0]) > most
     ]
-    return (*notes, *_extent_note(curve), *_ground_note(curve))
+    return (*notes, *_extent_note(curve), *_ground_note(curve), *_slow_note(curve))
 
 
 def _extent_note(curve: Any) -> list[str]:
@@ -280,6 +287,30 @@ def _ground_note(curve: Any) -> list[str]:
     if not lowest < -GROUND:
         return []
     return [f"the path goes down to z = {lowest:.3g} m, below the ground if that is at 0: give a Room, or a corridor"]
+
+
+def _slow_note(curve: Any) -> list[str]:
+    """Return a sentence if a leg takes so long that its duration is in another unit, such as milliseconds."""
+    times = np.diff(curve.leg_breaks)
+    if times.max() < LONG:
+        return []
+    lengths = np.linalg.norm(np.diff(curve(curve.leg_breaks), axis=0), axis=1)
+    slow = np.flatnonzero((times >= LONG) & (lengths > 0.0) & (lengths < CREEPING * times))
+    if not slow.size:
+        return []
+    leg = int(slow[0])
+    return [f"leg {leg} takes {times[leg]:g} s over {lengths[leg]:.4g} m: if that is milliseconds, divide it by 1000"]
+
+
+def wide_tube_note(widths: Any, points: FloatArray) -> tuple[str, ...]:
+    """Return a sentence if a tube is so wide beside its legs (n - 1) that its half-widths are in another unit."""
+    widest, longest = float(np.max(widths)), float(np.linalg.norm(np.diff(points, axis=0), axis=1).max())
+    if not WIDE <= widest < np.inf or widest < WIDER * longest:
+        return ()
+    return (
+        f"the corridor is {widest:g} m to each side of legs of up to {longest:.4g} m: if that is centimetres, divide "
+        "it by 100",
+    )
 
 
 @dataclass(frozen=True)

@@ -243,7 +243,7 @@ def _corridor(corridor: Any) -> Any:
         parts = corridor if isinstance(corridor, (list, tuple)) else ()
         if any(hasattr(part, "walls") for part in parts):
             return [_corridor(part) for part in parts]
-        return None if corridor is None else np.asarray(corridor, dtype=np.float64).tolist()
+        return None if corridor is None else plain(np.asarray(corridor, dtype=np.float64))
     kind = type(corridor).__name__
     if CONSTRAINTS.get(kind) is not type(corridor):
         raise FileError(f"a constraint of kind {kind} has no description in a file: leave the corridor out")
@@ -253,6 +253,8 @@ def _corridor(corridor: Any) -> Any:
 def _constraint(content: Any) -> Any:
     if isinstance(content, list) and any(isinstance(part, dict) for part in content):
         return [_constraint(part) for part in content]
+    if isinstance(content, list):
+        return [np.inf if width == "inf" else width for width in content]
     if not isinstance(content, dict):
         return content
     values = {name: value for name, value in content.items() if name != "kind"}

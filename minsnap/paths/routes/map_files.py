@@ -20,7 +20,7 @@ import numpy as np
 from minsnap.basics.arrays import SMALLEST, ArrayLike, BoolArray, FloatArray, NDArray
 from minsnap.basics.checks import check_number, is_number
 from minsnap.basics.messages import shown
-from minsnap.basics.schema import FLAG, NUMBER, TEXT, WHOLE, Key, either, from_to, mapping, several, word
+from minsnap.basics.schema import ANY, FLAG, NUMBER, TEXT, WHOLE, Key, either, from_to, mapping, several, word
 from minsnap.basics.storage.text import LARGEST, FileName, load_yaml, read_bytes, read_text, reading
 from minsnap.errors import CorridorError, FileError
 from minsnap.paths.routes.grid_map import LARGEST_MAP, GridMap
@@ -38,6 +38,7 @@ MAP = mapping(
         "occupied_thresh": Key(PROBABILITY),
         "free_thresh": Key(PROBABILITY),
         "mode": Key(word("trinary", "scale", "raw")),
+        "map_type": Key(ANY, "nav2's name for a grid, which is not needed"),
     },
     "a mapping with image, resolution and origin",
 )

@@ -23,6 +23,13 @@ def map_server(folder, picture=PICTURE, name="map.pgm", text=YAML):
     return folder / "map.yaml"
 
 
+def test_the_type_of_a_map_of_nav2_is_read_over(tmp_path):
+    """A shipped map, which map_server reads, was refused for its last key."""
+    typed = map_server(tmp_path, text=YAML + "\nmap_type: occupancy\n")
+    again = read_map(typed).occupied
+    assert np.array_equal(again, read_map(map_server(tmp_path)).occupied)
+
+
 @pytest.mark.parametrize("name", ["map.pgm", "map.png"])
 def test_map_server_picture_has_its_last_row_at_the_origin(tmp_path, name):
     found = read_map(map_server(tmp_path, name=name))

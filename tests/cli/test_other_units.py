@@ -1,0 +1,47 @@
+"""Numbers that are in another unit than they are taken in: said, or refused where they cannot be meant."""
+
+import pytest
+
+import minsnap
+from minsnap.errors import FileError, TimingError
+
+POINTS = [(0, 0, 1), (2, 0, 1), (2, 2, 1)]
+
+
+def test_a_period_in_the_place_of_a_rate_is_refused(call, tmp_path):
+    """A flight of 6 s became two rows, at 0 and 20 s."""
+    path = minsnap.plan(POINTS, [3.0, 3.0])
+    with pytest.raises(TimingError, match="one setpoint every 20 s: if it is a period, give rate=20"):
+        minsnap.write_csv(path, tmp_path / "a.csv", rate=0.05)
+    assert not (tmp_path / "a.csv").exists()
+    run = call("line", "-o", "a.csv", "--rate", 0.05)
+    assert run.returncode == 2 and "if it is a period" in run.stderr
+    minsnap.write_csv(path, tmp_path / "a.csv", rate=1.0)
+
+
+@pytest.mark.parametrize("ending", ["xlsx", "ods", "XLS"])
+def test_a_spreadsheet_is_no_csv(tmp_path, ending):
+    with pytest.raises(FileError, match=r"is a spreadsheet by its ending: write a\.csv"):
+        minsnap.write_csv(minsnap.plan(POINTS, [3.0, 3.0]), tmp_path / f"a.{ending}")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_tilt_in_radians_is_doubted(process):
+    doubted = process("line", "--max-tilt", 0.5, "--no-limit", "acceleration")
+    assert doubted.returncode == 0
+    assert doubted.stderr == "minsnap: --max-tilt is 0.5 degrees: if that is in radians, give 28.6\n"
+    assert process("line", "--max-tilt", 20).stderr == ""
+
+
+def test_milliseconds_and_centimetres_are_noted():
+    slow = minsnap.plan(POINTS, [4000.0, 3000.0]).report.notes
+    assert slow == ("leg 0 takes 4000 s over 2 m: if that is milliseconds, divide it by 1000",)
+    hold = [POINTS[0], POINTS[0], POINTS[1]]
+    assert minsnap.plan(hold, [4000.0, 3.0]).report.notes == ()
+    limits = minsnap.Limits(speed=2.0, acceleration=3.0, jerk=20.0)
+    for asked in ({"durations": [4.0, 3.0]}, {"limits": limits, "pieces": 1}, {"total_time": 9.0}):
+        (wide,) = minsnap.plan(POINTS, corridor=30.0, **asked).report.notes
+        assert wide == (
+            "the corridor is 30 m to each side of legs of up to 2 m: if that is centimetres, divide it by 100"
+        )
+        assert minsnap.plan(POINTS, corridor=0.3, **asked).report.notes == ()
