@@ -174,6 +174,8 @@ def place(
             raise WaypointError(
                 f"{where} is at {point_text(position)} but its waypoint at {point_text(points[index])}: leave one out"
             )
+    if closed:
+        knots = _with_equal_ends(knots)
     regions = {int(k): ball_region(float(knots.radii[k]), points.shape[1]) for k in np.flatnonzero(knots.radii)}
     if closed and knots.gates.get(0) is not knots.gates.get(len(points) - 1):
         raise WaypointError("a closed lap that begins in a gate ends in it: give the same gate first and last")
@@ -182,6 +184,13 @@ def place(
     for waypoint, region in regions.items():
         lower[waypoint], upper[waypoint] = region.lower, region.upper
     return Placement(points, lower, upper, regions=regions)
+
+
+def _with_equal_ends(knots: Knots) -> Knots:
+    """Return knots whose first and last, which a closed lap passes at once, have what both tolerances allow."""
+    widths, radii, ends = knots.widths.copy(), knots.radii.copy(), [0, -1]
+    widths[ends], radii[ends] = widths[ends].min(axis=0), radii[ends].min()
+    return knots._replace(widths=widths, radii=radii)
 
 
 def _from_sets(

@@ -263,12 +263,14 @@ def from_end(task: Task, way: Trajectory) -> Task:
 
 
 def _moved(task: Task, waypoint: int, state: FloatArray) -> Task:
-    """Return the same task with another state (k, dim) at its first or last waypoint."""
-    points = task.waypoints.copy()
-    points[waypoint] = state[0]
-    points.flags.writeable = False
+    """Return the same task with another state (k, dim), position included, at its first or last waypoint."""
+    points, lower, upper = task.waypoints.copy(), task.lower.copy(), task.upper.copy()
+    points[waypoint], lower[waypoint], upper[waypoint] = state[0], 0.0, 0.0
+    for array in (points, lower, upper):
+        array.flags.writeable = False
+    regions = {knot: region for knot, region in task.regions.items() if knot != waypoint}
     pins = dict(task.pins) | {waypoint: {order: state[order] for order in range(1, task.half)}}
-    return replace(task, waypoints=points, pins=pins)
+    return replace(task, waypoints=points, lower=lower, upper=upper, regions=regions, pins=pins)
 
 
 def joined(first: Trajectory, rest: Trajectory) -> Trajectory:

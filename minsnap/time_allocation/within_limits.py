@@ -201,8 +201,6 @@ def _searched_plan(task: Task, timing: Timing) -> Timed:
             return require_limits_kept(timed(*joint.priced_from_shortest(timing.time_weight)), task, timing, True)
     fastest, search = Strategy(task, timing).run()
     price, durations = _wished(task, timing, _leg_durations(fastest))
-    if price is None:
-        _check_total(float(durations.sum()), fastest)
     planned = None if search.interrupted else _cheapest(bounded, timing, price, durations, search)
     if planned is not None and price is not None:
         return require_limits_kept(planned, task, timing, True)
@@ -268,7 +266,8 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     """
     total, task, durations = timing.total, best.task, best.trajectory.durations
     factor = total / best.trajectory.duration
-    if task.still or factor <= 1.0 + KEPT:
+    joins = best.task.jumps == asked.jumps  # a search joins k - 1 derivatives, whatever is asked for
+    if joins and (task.still or factor <= 1.0 + KEPT):
         slower = timed(best, run, factor)
         kept = keeps(timing.bounds, slower.trajectory)
         return slower if kept else searched_in_time(best, asked, timing, factor * durations, run)
