@@ -103,7 +103,9 @@ def connect_start(
     scales = typical(state, limits)
     piece = SinglePiece(state, scales[1], deadline)
     moment = scales[0] / scales[1]
-    own = walls_from(walls, leg, leg + 1) + walls_from(limits.walls(np.zeros((2, len(state[0])))), 0, 1)
+    bounds = [limits, *_smoothing(limits, scales[1] / (RECOVERY.ahead * moment), RECOVERY.ahead * moment, len(state))]
+    own = walls_from(walls, leg, leg + 1)
+    own += [wall for bound in bounds for wall in walls_from(bound.walls(np.zeros((2, len(state[0])))), 0, 1)]
     known = [wall.from_origin(state[0]) for wall in own]
     for lenience in RECOVERY.leniences:
         demands = [demand for wall in known for demand in _demands(wall, piece.state, moment, lenience)]
@@ -113,6 +115,18 @@ def connect_start(
         if answer is not None:
             return Trajectory(answer[None] + state[0], np.array([duration]))
     return None
+
+
+def _smoothing(limits: Limits, jerk: float, ahead: float, half: int) -> list[Limits]:
+    """Bound what limits leave free: the jerk of a body rate, and all but the highest derivative of a state.
+
+    That one is bounded by the room which the one below it has a moment ahead.
+    """
+    turning = norm_limits(limits)[2]
+    bounded = {"jerk": min(jerk if half > 4 else np.inf, turning), "snap": jerk / ahead if half > 5 else np.inf}
+    given = limits.given()
+    lacking = {name: most for name, most in bounded.items() if np.isfinite(most) and name not in given}
+    return [Limits(**lacking)] if lacking else []
 
 
 def shortest(

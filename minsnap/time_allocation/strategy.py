@@ -712,10 +712,11 @@ class Strategy:
             return SolverError("no plan that keeps the walls and the limits was found from this start")
         used = self._exceeded()
         if used is not None:
+            inside = " inside the corridor" if self.task.walls else ""
             return SolverError(
-                f"no speed was found at which the limits can be kept inside the corridor: {used.name} reaches "
-                f"{used.value:.6g} on leg {used.leg} at {used.instant:.4g} s where {used.limit:.6g} is allowed; raise "
-                "it or change the path"
+                f"no plan that keeps the limits{inside} was found: with {SETTINGS.looser:g} times as much of each, the "
+                f"one found needs {used.name} {used.value:.6g} on leg {used.leg} at {used.instant:.4g} s where "
+                f"{used.limit:.6g} is allowed; raise it or change the path"
             )
         answer = self.answer
         durations = answer.durations if answer is not None and answer.kept else self.times

@@ -237,8 +237,8 @@ def start_on_limit(task: Task, limits: Limits) -> bool:
 
 def end_on_limit(task: Task, limits: Limits) -> bool:
     """Whether the end of a task is on a limit."""
-    fixed = task.legs in task.moving and not task.closed and bool((task.upper[-1] <= task.lower[-1]).all())
-    return fixed and pinned_use(task, limits, task.legs) > 1.0 - RECOVERY.on_limit
+    moves = task.legs in task.moving and not task.closed
+    return moves and pinned_use(task, limits, task.legs) > 1.0 - RECOVERY.on_limit
 
 
 def no_connector(task: Task, limits: Limits, waypoint: int) -> LimitError:

@@ -414,7 +414,7 @@ def check_pinned_limits(task: Task, limits: Limits, mended: bool = False) -> Non
     for waypoint, state in task.pins.items():
         if (at_rest and waypoint not in task.moving) or (mended and waypoint == 0):
             continue
-        last = mended and waypoint == task.legs and bool((task.upper[-1] <= task.lower[-1]).all())
+        last = mended and waypoint == task.legs
         for used in limits.use_of_state(state, task.dim):
             if used.fraction > (1.0 + KEPT if last else 1.0 - AT_LIMIT):
                 raise _pinned_at(waypoint, used)
@@ -473,8 +473,10 @@ class LeastPriced:
         if run.interrupted or keeps(self.limits, free.flown):
             return free, run
         solved = self._from(free, price)
+        if solved is None and self.strategy.ended is not None:
+            raise self.strategy.ended
         if solved is None:
-            raise self.strategy.ended or self.strategy.reason()
+            return self.priced_from_shortest(price)
         return solved, Run(tuple(self.log.steps), self.interrupted)
 
     def priced_from_shortest(self, price: float) -> tuple[SolvedTask, Run]:
