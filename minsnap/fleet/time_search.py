@@ -61,7 +61,7 @@ class TimeSettings:
     fine: int = 16
     inside: tuple[float, float] = (0.995, 0.95)
     narrower: float = 0.99
-    openings: tuple[float, ...] = (2.0, 2.6, 3.4)
+    openings: tuple[float, ...] = (2.0, 2.6, 3.4, 5.4, 8.5)
     growth: float = 1.4
     enough: float = 0.3
     guesses: tuple[int, ...] = (0, 1, 4, 2)

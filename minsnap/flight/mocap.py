@@ -123,8 +123,9 @@ class UdpJsonSource(PoseSource):
             content = json.loads(data)
             body = _label(content.get("body"))
             if self._body in (None, body):
-                attitude = _quaternion(content["quaternion"]) if "quaternion" in content else float(content["yaw"])
-                self._pose = _measured(self._clock.now(), content["position"], attitude)
+                turned = "quaternion" in content
+                attitude = _quaternion(_numbers(content["quaternion"])) if turned else _numbers([content["yaw"]])[0]
+                self._pose = _measured(self._clock.now(), _numbers(content["position"]), attitude)
                 self._body = body
         except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
             self.rejected += 1
@@ -133,6 +134,13 @@ class UdpJsonSource(PoseSource):
 def _label(body: object) -> str:
     """Return the name of a body as text; a number without a fraction is named like the integer."""
     return str(int(body) if isinstance(body, float) and body.is_integer() else body)
+
+
+def _numbers(values: object) -> list[float]:
+    """Return a list of JSON numbers as floats; a text, an object or a truth value in their place is a TypeError."""
+    if not isinstance(values, list) or not all(type(value) in (int, float) for value in values):
+        raise TypeError("not a list of numbers")
+    return [float(value) for value in values]
 
 
 def _quaternion(numbers: Iterable[Any]) -> Quaternion:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 from dataclasses import dataclass, fields
+from functools import partial
 from math import inf
 
 import numpy as np
@@ -163,7 +164,7 @@ class Takes:
     """How long parts of the last answers took [s]."""
 
     def __init__(self) -> None:
-        self._known: defaultdict[str, deque[float]] = defaultdict(lambda: deque(maxlen=ANSWERS))
+        self._known: defaultdict[str, deque[float]] = defaultdict(partial(deque, maxlen=ANSWERS))
         self._skipped: defaultdict[str, int] = defaultdict(int)
 
     def add(self, part: str, seconds: float) -> None:

@@ -127,6 +127,13 @@ class Replanner:
         self._takes = Takes()
         _wake()
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the lock: a copy has its own."""
+        return {name: value for name, value in vars(self).items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, _lock=threading.Lock())
+
     @property
     def limits(self) -> Limits | None:
         """The limits that new plans keep, those of the vehicle with them."""

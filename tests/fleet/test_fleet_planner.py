@@ -354,3 +354,16 @@ def test_edges_of_blocks_are_kept_between_samples():
 def test_malformed_holds_are_one_sentence(holds):
     with pytest.raises(FleetError, match="holds"):
         minsnap.plan_fleet([LINE], AXIS, APART, holds=holds)
+
+
+@pytest.mark.slow
+def test_a_fleet_whose_waypoints_need_more_time_than_usual_is_given_it():
+    """It was refused with the time that did, although none was asked for."""
+    paths = [[(-2.0, 1.53, 0.53), (1.57, -2.37, 0.18), (-0.34, 0.59, -0.43), (-0.7, 0.98, -0.51)]]
+    paths.append([(1.81, -0.42, -0.85), (0.18, -0.39, 1.03)])
+    limits, separation = (
+        minsnap.Limits(speed=1.43, acceleration=1.19),
+        minsnap.Separation(downwash=2.0, radii=[0.21, 0.11]),
+    )
+    fleet = minsnap.plan_fleet(paths, limits=limits, separation=separation, seed=1)
+    assert minsnap.certify_fleet(fleet, limits=limits, separation=separation).ok

@@ -175,7 +175,10 @@ def test_json_over_udp():
     for huge in (10**400, 1e300, 1e7, -float("inf")):
         send({"body": "drone", "position": [1, 2, huge], "yaw": 0})
         send({"body": "drone", "position": [1, 2, 3], "quaternion": [huge, 0, 0, 0]})
-    wait_for(lambda: source.rejected == 16)
+    for no_numbers in ("123", {"1": 0, "2": 0, "3": 0}, [True, 2, 3], ["1", "2", "3"]):
+        send({"body": "drone", "position": no_numbers, "yaw": 0})
+    send({"body": "drone", "position": [4, 5, 6], "yaw": "0.5"})
+    wait_for(lambda: source.rejected == 21)
     assert source.latest().position == (1, 2, 3)
     send({"body": "drone", "position": [4, 5, 6], "yaw": math.pi / 2})
     wait_for(lambda: source.latest().position == (4, 5, 6))

@@ -33,7 +33,9 @@ def test_a_state_on_or_outside_its_limits_is_planned_with_every_option(state, op
     asked = {"limits": LIMITS, "pieces": 1, **STATES[state], **OPTIONS[option]}
     path = minsnap.plan(POINTS, **asked)
     tolerance = asked.get("waypoint_tolerance", 0.0)
-    held = minsnap.certify(path, POINTS, tolerance=tolerance, limits=asked["limits"], limits_from=path.report.limits_from)
+    held = minsnap.certify(
+        path, POINTS, tolerance=tolerance, limits=asked["limits"], limits_from=path.report.limits_from
+    )
     assert held.ok and path.report.limits_from < 0.5
     for name, instant in (("start", 0.0), ("end", path.duration)):
         assert path(instant, 1) == pytest.approx(asked.get(name, {}).get("velocity", (0, 0, 0)), abs=1e-9)

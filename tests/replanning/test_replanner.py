@@ -1,5 +1,7 @@
 """Changes in flight: continuity at the splice, nothing worse, nothing late, and a sentence for each refusal."""
 
+import copy
+import pickle
 import threading
 from itertools import count
 
@@ -64,6 +66,14 @@ def check_certified(change, points, boxes):
     certificate = minsnap.certify(change.trajectory, whole, boxes, LIMITS, limits_from=change.limits_from)
     assert certificate.ok, certificate
     assert minsnap.certify(change.stop, limits=LIMITS).ok
+
+
+def test_a_replanner_is_copied_and_sent_between_processes(flown):
+    asked = Replanner(limits=LIMITS)
+    asked.replan(flown, 0.1, POINTS[1:])
+    for same in (copy.deepcopy(asked), pickle.loads(pickle.dumps(asked))):
+        change = same.replan(flown, 0.1, POINTS[1:])
+        assert change.trajectory(0.0) == pytest.approx(flown(change.splice)) and same.limits == asked.limits
 
 
 @pytest.mark.parametrize("now", [0.0, 0.35, 0.9, 1.4, 2.0, 2.6, 3.2])
