@@ -126,7 +126,7 @@ def _smoothing(limits: Limits, jerk: float, ahead: float, half: int) -> list[Lim
     bounded = {"jerk": min(jerk if half > 4 else np.inf, turning), "snap": jerk / ahead if half > 5 else np.inf}
     given = limits.given()
     lacking = {name: most for name, most in bounded.items() if np.isfinite(most) and name not in given}
-    return [Limits(**lacking)] if lacking else []
+    return [Limits(jerk=lacking.get("jerk"), snap=lacking.get("snap"))] if lacking else []
 
 
 def shortest(
