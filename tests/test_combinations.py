@@ -109,7 +109,7 @@ def test_a_price_whose_durations_have_a_curve_but_not_within_limits_is_refused_b
     _, kind, said, _ = outcome(340041288)
     assert kind == "solver"
     assert said.startswith("no plan that keeps the limits inside the corridor was found")
-    assert "needs speed" in said
+    assert "speed reaches" in said
 
 
 @pytest.mark.slow

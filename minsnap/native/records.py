@@ -209,6 +209,14 @@ class ClearanceQuestion(Record):
     """How near vehicles come to obstacles; see ``clearances``."""
 
 
+class TangentQuestion(Record):
+    """Convex sets around the segments of a line of points; see ``tangent_planes``."""
+
+
+class GridWayQuestion(Record):
+    """A way through the free cells of a grid; see ``grid_way``."""
+
+
 class JointQuestion(Record):
     """A search for all curves of a fleet; see ``FleetSearch``."""
 

@@ -210,9 +210,9 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
     timing = Timing(times, request.total_time, request.limits, **search, progress=watch, refine=refine, due=due)
     timing.check()
     task = replace(task, deadline=timing.deadline)
+    if limit is None:
+        task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
     if not request.avoid:
-        if limit is None:
-            task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
         timed = plan_timed(task, timing)
     else:
         from minsnap.planning.around import plan_around

@@ -10,6 +10,7 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.corridors.gates import Ball
 from minsnap.paths.missions.mission import Mission
+from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.plan_route import Route
 from minsnap.plot.figures import plot_overview
 from minsnap.plot.style import LIMIT_COLOUR, Axes, Figure, dense_samples, legend_beside, styled
@@ -112,18 +113,18 @@ def plot_route(
     overview = plot_overview(route.trajectory, figure, view=view, **how, **drawn)
     if view == "xy":
         plane: Any = overview.subfigs[0].axes[0]
-        draw_cells(plane, route, dense_samples(route.trajectory).position)
-        _draw_nearest(plane, route)
+        if route.grid is not None:
+            draw_cells(plane, route.grid, route.clearance, dense_samples(route.trajectory).position)
+            _draw_nearest(plane, route, route.grid)
         legend_beside(plane)
     return overview
 
 
-def draw_cells(ax: Axes, route: Route, position: FloatArray) -> None:
-    """Draw the occupied cells of a route's map from above, as a picture."""
+def draw_cells(ax: Axes, grid: GridMap, clearance: float, position: FloatArray) -> None:
+    """Draw the occupied cells of a map from above, as a picture."""
     from matplotlib.colors import ListedColormap
 
-    grid = route.grid
-    cells = grid.occupied if grid.dim == 2 else _passed(route, position).any(axis=2)
+    cells = grid.occupied if grid.dim == 2 else _passed(grid, clearance, position).any(axis=2)
     (left, bottom), (right, top) = grid.lower[:2], grid.upper[:2]
     style: dict[str, Any] = {"cmap": ListedColormap([OCCUPIED]), "interpolation": "nearest", "zorder": 0.7}
     shown = np.ma.masked_where(~cells.T, np.ones(cells.T.shape))
@@ -138,16 +139,16 @@ def _within(shown: tuple[float, float], low: float, high: float) -> tuple[float,
     return min(shown[0], max(low, shown[0] - margin)), max(shown[1], min(high, shown[1] + margin))
 
 
-def _passed(route: Route, position: FloatArray) -> BoolArray:
+def _passed(grid: GridMap, clearance: float, position: FloatArray) -> BoolArray:
     """Return the layers of a map in space that the path passes, and those within the clearance."""
-    grid, low, high = route.grid, position[:, 2].min() - route.clearance, position[:, 2].max() + route.clearance
+    low, high = position[:, 2].min() - clearance, position[:, 2].max() + clearance
     edges = grid.lower[2] + grid.resolution[2] * np.arange(grid.occupied.shape[2] + 1)
     return np.asarray(grid.occupied[:, :, (edges[1:] > low) & (edges[:-1] < high)])
 
 
-def _draw_nearest(ax: Axes, route: Route) -> None:
+def _draw_nearest(ax: Axes, route: Route, grid: GridMap) -> None:
     """Draw a line from the path to the occupied cell that it comes nearest to."""
-    approach, grid = route.approach, route.grid
+    approach = route.approach
     if approach.instant is None or approach.cell is None:
         return
     place = route.trajectory(approach.instant)[:2]

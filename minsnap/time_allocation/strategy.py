@@ -714,8 +714,8 @@ class Strategy:
         if used is not None:
             inside = " inside the corridor" if self.task.walls else ""
             return SolverError(
-                f"no plan that keeps the limits{inside} was found: with {SETTINGS.looser:g} times as much of each, the "
-                f"one found needs {used.name} {used.value:.6g} on leg {used.leg} at {used.instant:.4g} s where "
+                f"no plan that keeps the limits{inside} was found: in one for {SETTINGS.looser:g} times as much "
+                f"of each, {used.name} reaches {used.value:.6g} on leg {used.leg} at {used.instant:.4g} s where "
                 f"{used.limit:.6g} is allowed; raise it or change the path"
             )
         answer = self.answer

@@ -78,8 +78,36 @@ def test_what_is_not_in_the_way_changes_nothing():
 
 
 def test_a_way_around_is_little_longer_than_the_bound():
-    curve = minsnap.plan(ACROSS, limits=LIMITS, avoid=PILLAR)
+    curve = minsnap.plan(ACROSS, limits=LIMITS, avoid=PILLAR, pieces="auto")
     assert 3.5 <= curve.duration <= 3.5 * 1.05  # 6 m at 2 m/s, and 0.5 s of acceleration
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [60, 150])
+def test_forests_are_passed(count):
+    """One of 150 trunks was refused, and others took seconds."""
+    rng = np.random.default_rng(0)
+    trunks = [
+        c for c in rng.uniform((0, -15), (60, 15), (count, 2)) if min(np.hypot(*c), np.hypot(c[0] - 60, c[1])) > 2
+    ]
+    avoid, limits = [Cylinder(center, 1.0) for center in trunks], Limits(speed=6.0, acceleration=5.0)
+    curve = minsnap.plan([(0, 0, 2), (60, 0, 2)], limits=limits, avoid=avoid, pieces="auto")
+    assert minsnap.certify(curve, avoid=avoid, limits=limits).ok and nearest(curve, avoid) >= -1e-9
+    assert 11.2 <= curve.duration <= 13.5  # 60 m at 6 m/s, and 1.2 s of acceleration
+
+
+@pytest.mark.parametrize(("legs", "pieces"), [(1, 1), (6, 6)])
+def test_what_closes_a_tube_off_is_refused_with_every_number_of_pieces(legs, pieces):
+    """Many pieces ended in "the native core does not take this fleet", and refusing one leg took ten seconds."""
+    points = [(3.0 * leg, 0.2 * (leg % 2), 1.0) for leg in range(legs + 1)]
+    with pytest.raises(minsnap.UnprovedError, match="no way around"):
+        minsnap.plan(points, durations=[2.0] * legs, corridor=0.1, pieces=pieces, avoid=Cylinder((1.5, 0.1), 0.4))
+
+
+def test_plans_around_obstacles_are_as_smooth_as_their_pieces():
+    """One polynomial a leg became sixteen, with jerk of thousands of m/s^3."""
+    curve = minsnap.plan(ACROSS, limits=LIMITS, avoid=PILLAR, pieces=1)
+    assert curve.pieces <= 4 and curve.max_norm(3)[0] < 60.0
 
 
 @pytest.mark.parametrize(

@@ -10,36 +10,30 @@ from __future__ import annotations
 from bisect import bisect
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from minsnap.basics.checks import check_array, point_text
-from minsnap.corridors.occupancy_grid import GridCorridor, block, boxes_along, gaps, grown
+from minsnap.corridors.occupancy_grid import block, gaps, grown, visited
 from minsnap.errors import InfeasibleError, WaypointError
+from minsnap.native.map_ways import grid_way
 from minsnap.paths.routes.grid_map import GridMap
 
 LARGE = 400_000
 """Cells above which a way is looked for in blocks of 2 cells a side first, all of whose cells are free."""
 
-FURTHEST = 1e300
-"""Steps from the start beyond which nothing is looked for."""
-
-
 AVOIDED = 1000.0
 """Factor on the length of steps to and from cells that are avoided."""
 
 
-def shortest_way(
-    free: BoolArray, size: FloatArray, start: IntArray, goal: IntArray, avoided: BoolArray | None = None
-) -> IntArray | None:
-    """Return cells from start to goal: (m, dim), or None if there is no way.
+def shortest_way(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArray) -> IntArray | None:
+    """Return the corners of a way from start to goal: cells (m, dim), or None if there is no way.
 
-    Steps go to any neighbour, through an edge or a corner only where all cells that meet there are free, and have their
-    Euclidean length (Dijkstra's algorithm). On large grids the way is looked for in blocks of cells first, so that it
-    is shortest among those of blocks, and then by steps through faces only.
+    Its lines have any angle, and touch free cells alone; see :func:`minsnap.native.map_ways.grid_way`. On large grids
+    the way is looked for in blocks of cells first, so that it is about the shortest among those of blocks.
 
     Parameters
     ----------
@@ -49,16 +43,9 @@ def shortest_way(
         Sides of a cell [m].
     start, goal : ndarray, shape (dim,)
         Cells.
-    avoided : ndarray of bool, optional
-        Cells that the way has only where there is no other.
     """
-    if free.size > LARGE and avoided is None:
-        coarse = _in_blocks(free, size, start, goal)
-        if coarse is not None:
-            return coarse
-    graph = _graph(free, size, corners=free.size <= LARGE, avoided=avoided)
-    ends = [int(np.ravel_multi_index(tuple(cell), free.shape)) for cell in (start, goal)]
-    return _traced(graph, ends[0], ends[1], free.shape)
+    coarse = _in_blocks(free, size, start, goal) if free.size > LARGE else None
+    return grid_way(free, size, start, goal) if coarse is None else coarse
 
 
 def _in_blocks(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArray) -> IntArray | None:
@@ -71,10 +58,29 @@ def _in_blocks(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArra
     if not all(coarse[tuple(end)] and (cell // 2 == end).all() for end, cell in zip(ends, (start, goal), strict=True)):
         return None
     way = shortest_way(coarse, 2.0 * size, ends[0], ends[1])
-    return None if way is None else np.vstack((start, 2 * way, goal))
+    return None if way is None else np.vstack((start, 2 * way[1:-1], goal))
 
 
-def _graph(free: BoolArray, size: FloatArray, corners: bool, avoided: BoolArray | None) -> Any:
+def _least_narrow_way(
+    free: BoolArray, size: FloatArray, start: IntArray, goal: IntArray, narrow: BoolArray
+) -> IntArray:
+    """Return the cells of a way that has narrow ones only where there is no other: (m, dim), by Dijkstra's algorithm.
+
+    Steps go to any neighbour, through an edge or a corner only where all cells that meet there are free; on large
+    grids through faces only.
+    """
+    from scipy.sparse.csgraph import dijkstra
+
+    graph = _graph(free, size, free.size <= LARGE, narrow)
+    ends = [int(np.ravel_multi_index(tuple(cell), free.shape)) for cell in (start, goal)]
+    before = dijkstra(graph, directed=False, indices=ends[0], return_predecessors=True)[1]
+    way = [ends[1]]
+    while way[-1] != ends[0]:
+        way.append(int(before[way[-1]]))
+    return np.stack(np.unravel_index(way[::-1], free.shape), axis=-1)
+
+
+def _graph(free: BoolArray, size: FloatArray, corners: bool, narrow: BoolArray) -> Any:
     """Return the lengths of all steps between free cells, each once, as a sparse matrix.
 
     Without ``corners``, through faces only.
@@ -92,23 +98,10 @@ def _graph(free: BoolArray, size: FloatArray, corners: bool, avoided: BoolArray 
             open_ &= free[block(free.shape, step, part)]
         rows.append(index[here][open_])
         columns.append(index[there][open_])
-        lengths.append(np.full(len(rows[-1]), np.linalg.norm(size * step)))
-        if avoided is not None:
-            lengths[-1] *= np.where(avoided[here][open_] | avoided[there][open_], AVOIDED, 1.0)
+        length = float(np.linalg.norm(size * step))
+        lengths.append(length * np.where(narrow[here][open_] | narrow[there][open_], AVOIDED, 1.0))
     entries = np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))
     return csr_matrix(entries, shape=(free.size, free.size))
-
-
-def _traced(graph: Any, start: int, goal: int, shape: tuple[int, ...]) -> IntArray | None:
-    from scipy.sparse.csgraph import dijkstra
-
-    distance, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
-    if not distance[goal] < FURTHEST:
-        return None
-    way = [goal]
-    while way[-1] != start:
-        way.append(int(before[way[-1]]))
-    return np.stack(np.unravel_index(way[::-1], shape), axis=-1)
 
 
 def widest(gap: FloatArray, open_: BoolArray, start: IntArray, goal: IntArray) -> float | None:
@@ -210,8 +203,8 @@ def _nearest_cells(grid: GridMap, cells: IntArray) -> IntArray:
     return nearest
 
 
-def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: float) -> GridCorridor:
-    """Return boxes that lead from start to goal, all farther than the clearance from every occupied cell.
+def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: float) -> FloatArray:
+    """Return a line from start to goal that is farther than the clearance from every occupied cell: (m, dim) [m].
 
     Parameters
     ----------
@@ -239,8 +232,26 @@ def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: 
     way = shortest_way(free[..., slice(*grid.layers)], grid.resolution, *ends)
     if way is None:
         raise _too_narrow(grid, free, start, goal, clearance)
-    points = np.vstack((start, grid.center(way + below), goal))
-    return boxes_along(free, grid.resolution, grid.lower, points, clearance)
+    return _from_end_to_end(free, grid, np.vstack((start, grid.center(way + below), goal)))
+
+
+def _from_end_to_end(free: BoolArray, grid: GridMap, points: FloatArray) -> FloatArray:
+    """Leave out the centers of the first and the last cell where the line is as free without them."""
+    for inner in (1, -2):
+        without = np.delete(points, inner, axis=0)
+        pair = without[:2] if inner == 1 else without[-2:]
+        if len(without) > 1 and (pair[0] != pair[1]).any():
+            cells = visited(np.array(free.shape), pair, grid.resolution, grid.lower)
+            points = without if _all_free(free, cells) else points
+    return np.asarray(points[np.append(True, (np.diff(points, axis=0) != 0.0).any(axis=1))])
+
+
+def _all_free(free: BoolArray, cells: IntArray) -> bool:
+    """Whether visited cells are free, and those that meet where the line goes through an edge or a corner."""
+    if not free[tuple(cells.T)].all():
+        return False
+    corners = ((a, b) for a, b in pairwise(cells) if np.count_nonzero(a != b) > 1)
+    return all(free[np.ix_(*(sorted({int(i), int(j)}) for i, j in zip(a, b, strict=True)))].all() for a, b in corners)
 
 
 def end_point(value: ArrayLike, dim: int, name: str) -> FloatArray:
@@ -292,8 +303,7 @@ def _too_narrow(
             f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells{altitudes}",
             contradiction=barrier(grid, free, clearance, *ends),
         )
-    way = shortest_way(open_ & (gap >= most), grid.resolution, *ends, avoided=gap <= most)
-    assert way is not None
+    way = _least_narrow_way(open_ & (gap >= most), grid.resolution, *ends, gap <= most)
     narrow = way[int(gap[tuple(way.T)].argmin())]
     return InfeasibleError(
         f"{lead} with a clearance of {clearance:g} m: the widest one has {most:.3g} m on each side at "

@@ -1,10 +1,4 @@
-r"""plan_through: from a map, a start and a goal to a trajectory and its distance to what is occupied.
-
-The squared distance of a curve to a cell is the sum over the axes of :math:`\max(l - x, x - u, 0)^2`. Where every axis
-is on one side of the cell, it is a polynomial, which its Bernstein coefficients bound from below; an axis that changes
-sides contributes 0 to the bound, and at most the square of what it moves. Intervals are halved until the bound and the
-distance at an end agree: both errors fall with the square of the length.
-"""
+"""plan_through: from a map, obstacles or points, a start and a goal to a trajectory and its distance to them."""
 
 from __future__ import annotations
 
@@ -15,156 +9,26 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, read_only
-from minsnap.basics.checks import check_distance
+from minsnap.basics.arrays import ArrayLike, FloatArray, numbers, read_only
+from minsnap.basics.checks import check_distance, point_text
 from minsnap.basics.storage.text import FileName
-from minsnap.corridors.boxes import Boxes
-from minsnap.corridors.occupancy_grid import GridCorridor
-from minsnap.errors import CorridorError, WaypointError
+from minsnap.corridors.half_spaces import Polytopes
+from minsnap.corridors.tangent_polytopes import polytopes_along, without_needless
+from minsnap.corridors.way_around import Kept, way_around
+from minsnap.errors import CorridorError, UnprovedError, WaypointError
 from minsnap.limits.limits import Limits
+from minsnap.native.half_space_sets import HalfSpaceRows
+from minsnap.native.map_ways import tangent_planes
+from minsnap.paths.routes.approach import Approach, nearest_cell, nearest_obstacle
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import Reading, array_map, read_map
 from minsnap.paths.routes.passage import end_point, find_passage
+from minsnap.paths.routes.surroundings import bars, flown_box, listed_obstacles, taken
 from minsnap.paths.shapes import timed
 from minsnap.planning.planner import plan
-from minsnap.polynomials.bernstein import multiply
-from minsnap.polynomials.extrema import CurveParts
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
-
-AGREED = 1e-9
-"""Difference of the bound and the distance that ends the search [m]."""
-
-HALVINGS = 60
-"""Times that an interval is halved at most."""
-
-
-@dataclass(frozen=True)
-class Approach:
-    """Where a trajectory comes nearest to what is occupied.
-
-    Parameters
-    ----------
-    distance : float
-        Least distance to an occupied cell over all time [m], 0 where it touches one; at most 1e-9 m more than the
-        exact one. Infinite if no cell is occupied.
-    lower : float
-        A bound that the exact distance is not below [m].
-    instant : float or None
-        When [s].
-    cell : tuple of int or None
-        The cell that it is near to.
-    """
-
-    distance: float
-    lower: float
-    instant: float | None = None
-    cell: tuple[int, ...] | None = None
-
-
-def nearest_cell(traj: Trajectory, grid: GridMap) -> Approach:
-    """Return where a trajectory comes nearest to an occupied cell of a map, over all time.
-
-    Parameters
-    ----------
-    traj : Trajectory
-        Of as many coordinates as the map, or of three above a plane map, whose cells then reach from ground to sky.
-    grid : GridMap
-
-    Returns
-    -------
-    Approach
-    """
-    from scipy.ndimage import binary_erosion
-
-    cells = np.argwhere(grid.occupied & ~binary_erosion(grid.occupied))  # with a free face, or on the border
-    if not len(cells):
-        return Approach(np.inf, np.inf)
-    return _NearestPairs(_short_arcs(traj, grid), cells, grid).run()
-
-
-def _short_arcs(traj: Trajectory, grid: GridMap) -> CurveParts:
-    """Divide a trajectory until no part is longer than a cell; where they begin, and their widths, are seconds."""
-    pieces = np.arange(len(traj.durations))
-    short, left = [], CurveParts([traj.control_points[..., : grid.dim]], pieces, traj.breaks[:-1], traj.durations)
-    for _ in range(HALVINGS):
-        reach = np.linalg.norm(np.diff(left.curves[0], axis=1), axis=2).sum(axis=1)
-        long = reach > float(grid.resolution.min())
-        short.append(left.chosen(~long))
-        if not long.any():
-            break
-        left = left.chosen(long).halved()
-    return CurveParts.joined(short)
-
-
-class _NearestPairs:
-    """Pairs of an arc and a cell that may have the least distance."""
-
-    def __init__(self, arcs: CurveParts, cells: IntArray, grid: GridMap) -> None:
-        self.grid = grid
-        which, near = self._pairs(arcs, cells)
-        self.arcs, self.cells = arcs.chosen(which), cells[near]
-        self.best, self.instant, self.cell = np.inf, 0.0, cells[0]
-        self.unresolved = np.inf
-
-    def run(self) -> Approach:
-        """Halve the arcs of all pairs whose bound is below the least distance so far."""
-        for _ in range(HALVINGS):
-            bound = self._bounds()
-            self._improve()
-            open_ = np.sqrt(bound) < self.best - AGREED
-            closed = bound[~open_]
-            self.unresolved = min(self.unresolved, float(closed.min())) if len(closed) else self.unresolved
-            if not open_.any():
-                break
-            self.arcs, self.cells = self.arcs.chosen(open_).halved(), np.tile(self.cells[open_], (2, 1))
-        else:
-            self.unresolved = min(self.unresolved, float(self._bounds().min()))
-        lower = min(float(np.sqrt(self.unresolved)), self.best)
-        return Approach(self.best, lower, self.instant, tuple(int(index) for index in self.cell))
-
-    def _pairs(self, arcs: CurveParts, cells: IntArray) -> tuple[IntArray, IntArray]:
-        """Return arcs and cells that may be nearest to each other, by a tree of the cells' centers."""
-        from scipy.spatial import cKDTree
-
-        tree = cKDTree(self.grid.center(cells))
-        (points,) = arcs.curves
-        middle = (points.min(axis=1) + points.max(axis=1)) / 2.0
-        radius = np.linalg.norm(points - middle[:, None], axis=2).max(axis=1)
-        half = float(np.linalg.norm(self.grid.resolution)) / 2.0
-        near, _ = tree.query(middle)
-        enough = float((near + radius).min())
-        chosen = np.flatnonzero(near - radius - half <= enough)
-        balls = tree.query_ball_point(middle[chosen], enough + radius[chosen] + half + AGREED)
-        counts = [len(ball) for ball in balls]
-        return np.repeat(chosen, counts), np.concatenate([np.asarray(ball, dtype=np.intp) for ball in balls])
-
-    def _sides(self) -> tuple[FloatArray, FloatArray]:
-        """Return how far control points are below and above their cell: two arrays (m, n + 1, dim)."""
-        low = self.grid.lower + self.grid.resolution * self.cells
-        high = self.grid.lower + self.grid.resolution * (self.cells + 1)
-        return low[:, None] - self.arcs.curves[0], self.arcs.curves[0] - high[:, None]
-
-    def _bounds(self) -> FloatArray:
-        """Return lower bounds of the squared distances, (m,)."""
-        below, above = self._sides()
-        total = np.zeros((len(below), 2 * below.shape[1] - 1))
-        for axis in range(self.grid.dim):
-            for side in (below[..., axis], above[..., axis]):
-                outside = (side >= 0.0).all(axis=1, keepdims=True)
-                total += np.where(outside, multiply(side, side), 0.0)
-        return np.asarray(np.maximum(total.min(axis=1), 0.0))
-
-    def _improve(self) -> None:
-        """Take the least distance at the ends of the arcs, if it is less than the best."""
-        below, above = (side[:, [0, -1]] for side in self._sides())
-        distance = np.linalg.norm(np.maximum(np.maximum(below, above), 0.0), axis=2)
-        pair, end = np.unravel_index(int(distance.argmin()), distance.shape)
-        if distance[pair, end] < self.best:
-            self.best, self.cell = float(distance[pair, end]), self.cells[pair]
-            self.instant = float(self.arcs.low[pair] + end * self.arcs.width[pair])
-
 
 FREE_HEIGHT = 1.0
 """Room above and below start and goal for a plan in space through a plane map [m]."""
@@ -172,33 +36,38 @@ FREE_HEIGHT = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Route(Path):
-    """A plan through a map; a path like any other.
+    """A plan through a map, or around obstacles or points; a path like any other.
 
     Parameters
     ----------
     trajectory : Trajectory
         The plan.
-    corridor : Boxes
-        Free space along the way, one box per leg, at least the clearance away from what is occupied.
-    way : ndarray, shape (legs + 1, dim)
-        Start, centers of the overlaps of the boxes, goal [m].
-    grid : GridMap
-        The map.
+    corridor : Polytopes
+        Free space along the way, one polytope a leg, at least the clearance away from all that is occupied.
+    way : ndarray, shape (m, dim)
+        The line of points from start to goal that the polytopes were laid around [m].
+    around : GridMap, tuple of ndarray
+        The map; or obstacles (k, 13) and points (n, dim) [m].
     clearance : float
         The least clearance, as requested [m].
     approach : Approach
-        The least distance to an occupied cell over all time, and where.
+        The least distance to what is occupied over all time, and where.
     limits : Limits or None
         Of the plan.
     """
 
     trajectory: Trajectory
-    corridor: Boxes
+    corridor: Polytopes
     way: FloatArray
-    grid: GridMap
+    around: GridMap | tuple[FloatArray, FloatArray]
     clearance: float
     approach: Approach
     limits: Limits | None = None
+
+    @property
+    def grid(self) -> GridMap | None:
+        """The map, where there is one."""
+        return self.around if isinstance(self.around, GridMap) else None
 
     @property
     def duration(self) -> float:
@@ -217,7 +86,7 @@ class Route(Path):
 
     @property
     def distance(self) -> float:
-        """Least distance to an occupied cell over all time [m]."""
+        """Least distance to what is occupied over all time [m]."""
         return self.approach.distance
 
     def as_trajectory(self) -> Trajectory:
@@ -229,7 +98,7 @@ class Route(Path):
 
 
 def plan_through(
-    grid: GridMap | FileName | ArrayLike,
+    grid: GridMap | FileName | ArrayLike | Any,
     start: ArrayLike,
     goal: ArrayLike,
     clearance: float = 0.3,
@@ -241,24 +110,25 @@ def plan_through(
     altitudes: tuple[float, float] | None = None,
     **planning: Any,
 ) -> Route:
-    """Plan from start to goal through the free cells of a map, at a distance from all that is occupied.
+    """Plan from start to goal through the free cells of a map, or around obstacles or points, at a distance from them.
 
-    A graph search takes the shortest way through cells that are far enough from occupied ones, boxes are inflated
-    along it, and the curve passes from box to box as :func:`minsnap.plan` plans it. Its distance to the occupied cells
-    is measured over all time.
+    A way whose lines have any angle is searched through a grid, polytopes are laid around it as
+    :func:`minsnap.routes.corridor` does, and the curve passes from one to the next as :func:`minsnap.plan` plans it.
+    Its distance to what is occupied is measured over all time.
 
     Parameters
     ----------
-    grid : GridMap, path or array_like
-        A map; a file as :func:`minsnap.routes.read_map` reads it; or an array of cells with two or three axes, x, y
-        and z, 0 where free (see :meth:`minsnap.paths.routes.map_files.Reading.occupied`).
+    grid : GridMap, path, array_like, or obstacles
+        A map; a file as :func:`minsnap.routes.read_map` reads it; an array of cells with two or three axes, x, y
+        and z, 0 where free (see :meth:`minsnap.paths.routes.map_files.Reading.occupied`), which needs ``resolution``;
+        points, shape (k, 2) or (k, 3) [m]; or ``Cylinder``, ``Ellipsoid`` and ``Cuboid``.
     start, goal : array_like, shape (2,) or (3,)
         Where to fly from and to, at rest [m]. Three coordinates above a plane map plan in space: cells then reach from
         the ground to the sky.
     clearance : float
-        Least distance to every occupied cell [m]: the vehicle's radius and what its controller needs.
+        Least distance to all that is occupied [m]: the vehicle's radius and what its controller needs.
     resolution, origin, threshold, unknown
-        As :func:`minsnap.routes.read_map` takes them, for files and arrays.
+        As :func:`minsnap.routes.read_map` takes them, for files and arrays of cells.
     altitudes : (float, float), optional
         Lowest and highest altitude of cells that may be flown through, in a map in space [m]; the clearance holds to
         the cells above and below, too.
@@ -269,15 +139,17 @@ def plan_through(
     Returns
     -------
     Route
-        A path; ``route.trajectory`` is the plan, ``route.distance`` the least distance to an occupied cell [m].
+        A path; ``route.trajectory`` is the plan, ``route.distance`` the least distance to what is occupied [m].
 
     Raises
     ------
     WaypointError
         If start or goal is malformed, outside the map, or too near to what is occupied.
     InfeasibleError
-        If there is no way with that clearance; says where the widest one is too narrow, and by how much,
+        If there is no way through a map with that clearance; says where the widest one is too narrow, and by how much,
         or that occupied cells close all off.
+    UnprovedError
+        If no way around obstacles or points was found.
     CorridorError
         If the map or an argument is malformed.
     FileError
@@ -294,26 +166,87 @@ def plan_through(
     """
     radius = check_distance("the clearance", clearance, CorridorError)
     reading = {"resolution": resolution, "origin": origin, "threshold": threshold, "unknown": unknown}
-    read = _as_map(grid, reading, [start, goal], radius)
+    given = [name for name, value in reading.items() if value not in (None, "occupied")]
+    if _without_cells(grid, resolution):
+        if given or altitudes is not None:
+            raise CorridorError(f"{(*given, 'altitudes')[0]} is for maps: leave it out with obstacles and points")
+        return _around(grid, start, goal, radius, planning)
+    read = _as_map(grid, reading, given, [start, goal], radius)
     if altitudes is not None:
         read = replace(read, altitudes=altitudes)  # type: ignore[arg-type]
-    ends = [end_point(point, read.dim, name) for point, name in ((start, "start"), (goal, "goal"))]
+    ends = _ends(start, goal, read.dim)
+    way = find_passage(read, ends[0][: read.dim], ends[1][: read.dim], radius)
+    sets = polytopes_along(way, bars(read), np.zeros((0, read.dim)), radius, box=flown_box(read))
+    if len(ends[0]) > read.dim:
+        sets, way = _lifted(sets, way, *ends)
+    curve, corridor, timing = _planned(sets, ends, planning)
+    return Route(curve, corridor, read_only(way), read, radius, nearest_cell(curve, read), timing.get("limits"))
+
+
+def _without_cells(grid: Any, resolution: float | None) -> bool:
+    """Whether obstacles or points are given, rather than cells."""
+    if isinstance(grid, (GridMap, str, os.PathLike)):
+        return False
+    if listed_obstacles(grid):
+        return True
+    listed = numbers(grid)
+    return resolution is None and listed is not None and listed.ndim == 2 and listed.shape[1] in (2, 3)
+
+
+def _around(around: Any, start: ArrayLike, goal: ArrayLike, clearance: float, planning: dict[str, Any]) -> Route:
+    """Plan around obstacles or points."""
+    listed = None if listed_obstacles(around) else numbers(around)
+    dim = np.size(start) if listed is None else listed.shape[1]
+    ends = _ends(start, goal, 3 if dim == 3 else 2)
+    obstacles, points, _ = taken(around, len(ends[0]))
+    for end, name in zip(ends, ("start", "goal"), strict=True):
+        _check_end(end, name, obstacles, points, clearance)
+    way = way_around(Kept(obstacles, points, clearance), ends[0], ends[1])
+    if way is None:
+        raise UnprovedError(
+            f"no way from {point_text(ends[0])} m to {point_text(ends[1])} m with a clearance of {clearance:g} m was "
+            "found: lower the clearance, or give a map, whose refusals say where it is too narrow"
+        )
+    sets = polytopes_along(way, obstacles, points, clearance)
+    curve, corridor, timing = _planned(sets, ends, planning)
+    approach = nearest_obstacle(curve, obstacles, points)
+    return Route(curve, corridor, read_only(way), (obstacles, points), clearance, approach, timing.get("limits"))
+
+
+def _check_end(point: FloatArray, name: str, obstacles: FloatArray, points: FloatArray, clearance: float) -> None:
+    """Raise WaypointError if a point is nearer to something than the clearance."""
+    near = tangent_planes(np.stack((point, point)), obstacles, points, clearance, max(clearance, 1e-3))
+    distance, which = float(near.distance[0]), int(near.nearest[0])
+    if distance < clearance or distance == 0.0:
+        what = f"obstacle {which}" if which < len(obstacles) else f"point {which - len(obstacles)}"
+        short = "inside" if distance == 0.0 else f"{distance:.3g} m from"
+        raise WaypointError(
+            f"the {name} {point_text(point)} m is {short} {what}, and the clearance is {clearance:g} m: move it"
+        )
+
+
+def _planned(
+    sets: list[HalfSpaceRows], ends: list[FloatArray], planning: dict[str, Any]
+) -> tuple[Trajectory, Polytopes, dict[str, Any]]:
+    """Plan from polytope to polytope, without those that others make needless."""
+    corridor, timing = Polytopes([sets[index] for index in without_needless(sets)]), timed(planning)
+    curve = plan(None, corridor=corridor, start={"position": ends[0]}, end={"position": ends[1]}, **timing)
+    return curve, corridor, timing
+
+
+def _ends(start: ArrayLike, goal: ArrayLike, dim: int) -> list[FloatArray]:
+    ends = [end_point(point, dim, name) for point, name in ((start, "start"), (goal, "goal"))]
     if ends[0].shape != ends[1].shape or (ends[0] == ends[1]).all():
         raise WaypointError("start and goal are one point, or have different numbers of coordinates: give two points")
-    passage = find_passage(read, ends[0][: read.dim], ends[1][: read.dim], radius)
-    corridor, way = _lifted(passage, *ends)
-    timing = timed(planning)
-    curve = plan(None, corridor=corridor, start={"position": ends[0]}, end={"position": ends[1]}, **timing)
-    return Route(curve, corridor, way, read, radius, nearest_cell(curve, read), timing.get("limits"))
+    return ends
 
 
 def _as_map(
-    grid: GridMap | FileName | ArrayLike, reading: dict[str, Any], ends: list[Any], clearance: float
+    grid: GridMap | FileName | ArrayLike, reading: dict[str, Any], given: list[str], ends: list[Any], clearance: float
 ) -> GridMap:
     if isinstance(grid, GridMap):
-        names = [name for name, value in reading.items() if value not in (None, "occupied")]
-        if names:
-            raise CorridorError(f"{names[0]} is for files and arrays: a GridMap has it already")
+        if given:
+            raise CorridorError(f"{given[0]} is for files and arrays: a GridMap has it already")
         return grid
     if isinstance(grid, (str, os.PathLike)):
         return read_map(FilePath(grid), **reading, ends=ends, clearance=clearance)
@@ -323,12 +256,11 @@ def _as_map(
     return array_map(grid, reading["resolution"], reading["origin"], how)
 
 
-def _lifted(corridor: GridCorridor, start: FloatArray, goal: FloatArray) -> tuple[Boxes, FloatArray]:
-    """Return boxes and points with altitudes, where start and goal above a plane map have them."""
-    boxes, points = corridor.boxes, corridor.waypoints
-    if len(start) == points.shape[1]:
-        return boxes, points
+def _lifted(
+    sets: list[HalfSpaceRows], way: FloatArray, start: FloatArray, goal: FloatArray
+) -> tuple[list[HalfSpaceRows], FloatArray]:
+    """Return polytopes and points with altitudes, where start and goal above a plane map have them."""
     low, high = min(start[2], goal[2]) - FREE_HEIGHT, max(start[2], goal[2]) + FREE_HEIGHT
-    sides = [np.pad(side, ((0, 0), (0, 1)), constant_values=z) for side, z in ((boxes.lower, low), (boxes.upper, high))]
-    lifted = np.column_stack((points, np.linspace(start[2], goal[2], len(points))))
-    return Boxes(*sides), read_only(lifted)
+    up, ends = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]), np.array([high, -low])
+    lifted = [(np.vstack((np.pad(A, ((0, 0), (0, 1))), up)), np.concatenate((b, ends))) for A, b in sets]
+    return lifted, np.column_stack((way, np.linspace(start[2], goal[2], len(way))))

@@ -170,3 +170,49 @@ def test_a_closed_room_has_no_way_whatever_the_clearance():
     cells[15] = 1
     with pytest.raises(InfeasibleError, match="occupied cells close it off"):
         plan_through(cells, (0.5, 0.5), (2.5, 2.5), clearance=0.1, resolution=0.1)
+
+
+def trunk_distance(route, trunks, radius):
+    place = route(np.linspace(0.0, route.duration, 8001))[:, :2]
+    return min(np.hypot(*(place - center).T).min() for center in trunks) - radius
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dim", [2, 3])
+def test_obstacles_and_points_are_routed_around_as_maps_are(dim):
+    rng = np.random.default_rng(2)
+    trunks = [c for c in rng.uniform((1, -5), (19, 5), (40, 2)) if abs(c[0] - 10) < 8]
+    start, goal = (0, 0, 1)[:dim], (20, 0, 1)[:dim]
+    around = [minsnap.Cylinder(center, 0.4) for center in trunks]
+    limits = minsnap.Limits(speed=4, acceleration=6)
+    route = plan_through(around, start, goal, clearance=0.3, limits=limits, pieces="auto")
+    assert route.distance == pytest.approx(trunk_distance(route, trunks, 0.4), abs=1e-4) and route.distance >= 0.3
+    assert minsnap.certify(route.trajectory, corridor=route.corridor, limits=limits).ok
+    assert route.duration <= 1.1 * (20 / 4 + 4 / 6)
+    points = np.array([c for c in trunks])[:, None] + 0.4 * np.stack([np.cos(np.arange(24)), np.sin(np.arange(24))], -1)
+    cloud = points.reshape(-1, 2)
+    if dim == 3:
+        cloud = np.concatenate([np.column_stack((cloud, np.full(len(cloud), z))) for z in np.arange(0.0, 2.1, 0.25)])
+    found = plan_through(cloud, start, goal, clearance=0.3, limits=limits, pieces="auto")
+    sampled = found(np.linspace(0.0, found.duration, 2001))
+    apart = np.sqrt(((sampled[:, None] - cloud[None]) ** 2).sum(axis=2)).min()
+    assert found.distance == pytest.approx(apart, abs=1e-3) and found.distance >= 0.3
+
+
+@pytest.mark.parametrize(
+    ("around", "start", "more", "error", "words"),
+    [
+        ([minsnap.Cylinder((1, 1), 0.5)], (1.2, 1.0), {}, WaypointError, "is inside obstacle 0"),
+        ([(1.0, 1.0), (3.0, 3.0)], (1.2, 1.0), {}, WaypointError, "is 0.2 m from point 0"),
+        ([(1.0, 1.0), (3.0, 3.0)], (0.0, 1.0), {"altitudes": (0, 1)}, CorridorError, "altitudes is for maps"),
+    ],
+)
+def test_what_cannot_be_around_obstacles_is_said_in_a_sentence(around, start, more, error, words):
+    with pytest.raises(error, match=words):
+        plan_through(around, start, (9.0, 7.0), clearance=0.3, **more)
+
+
+def test_what_encloses_the_goal_leaves_no_way():
+    ring = [minsnap.Cylinder((9 + 1.5 * np.cos(a), 7 + 1.5 * np.sin(a)), 0.3) for a in np.linspace(0, 6.1, 30)]
+    with pytest.raises(minsnap.UnprovedError, match="no way from .* with a clearance of 0.2 m"):
+        plan_through(ring, (1.0, 1.0), (9.0, 7.0), clearance=0.2)

@@ -10,6 +10,7 @@
 #include "bounds/border.hpp"
 #include "fleet/joint_question.hpp"
 #include "fleet/questions.hpp"
+#include "maps/questions.hpp"
 #include "polynomials/evaluate.hpp"
 
 namespace minsnap {
@@ -279,6 +280,30 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(ClearanceQuestion, threads),
     MINSNAP_FIELD(ClearanceQuestion, values),
     MINSNAP_FIELD(ClearanceQuestion, nearest),
+    MINSNAP_FIELD(TangentQuestion, dim),
+    MINSNAP_FIELD(TangentQuestion, segments),
+    MINSNAP_FIELD(TangentQuestion, obstacles),
+    MINSNAP_FIELD(TangentQuestion, points),
+    MINSNAP_FIELD(TangentQuestion, capacity),
+    MINSNAP_FIELD(TangentQuestion, threads),
+    MINSNAP_FIELD(TangentQuestion, clearance),
+    MINSNAP_FIELD(TangentQuestion, reach),
+    MINSNAP_FIELD(TangentQuestion, path),
+    MINSNAP_FIELD(TangentQuestion, obstacle),
+    MINSNAP_FIELD(TangentQuestion, point),
+    MINSNAP_FIELD(TangentQuestion, planes),
+    MINSNAP_FIELD(TangentQuestion, counts),
+    MINSNAP_FIELD(TangentQuestion, nearest),
+    MINSNAP_FIELD(TangentQuestion, distance),
+    MINSNAP_FIELD(GridWayQuestion, dim),
+    MINSNAP_FIELD(GridWayQuestion, capacity),
+    MINSNAP_FIELD(GridWayQuestion, shape),
+    MINSNAP_FIELD(GridWayQuestion, size),
+    MINSNAP_FIELD(GridWayQuestion, free),
+    MINSNAP_FIELD(GridWayQuestion, start),
+    MINSNAP_FIELD(GridWayQuestion, goal),
+    MINSNAP_FIELD(GridWayQuestion, way),
+    MINSNAP_FIELD(GridWayQuestion, found),
     MINSNAP_FIELD(JointQuestion, vehicles),
     MINSNAP_FIELD(JointQuestion, pieces),
     MINSNAP_FIELD(JointQuestion, samples),

@@ -1,0 +1,232 @@
+"""A line of points around obstacles: through the free cells of a grid laid over them, then as straight as it can be.
+
+A cell is free where its center is so far from every obstacle that no point of the cell is nearer than the clearance.
+Where the grid has no way, finer ones are tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.corridors.occupancy_grid import grown
+from minsnap.native.map_ways import grid_way, tangent_planes
+
+Inside = Callable[[FloatArray], BoolArray]
+"""Whether points (..., dim) may be flown through."""
+
+
+@dataclass(frozen=True)
+class AroundSettings:
+    """The grid that a way around obstacles is looked for in.
+
+    Parameters
+    ----------
+    cells : tuple of int
+        Cells along the longest side of what is between the ends, at least, in the plane and in space.
+    across : float
+        Cells across an obstacle of the median size, at least; where there are many, gaps are as small as they are.
+    many : int
+        Cells that this may lead to.
+    finer, most : int, int
+        How often cells are halved where there is no way, and how many there are at most.
+    beside : float
+        Room around ends and obstacles, in cells.
+    tried : int
+        Cells near an end from which a straight line to it is tried.
+    straightened : int
+        Corners of a way that a straight line leaves out at most.
+    apart : float
+        Least distance of a straight line to obstacles beyond the clearance, in sides of a cell.
+    """
+
+    cells: tuple[int, int] = (128, 40)
+    across: float = 16.0
+    many: int = 600_000
+    finer: int = 3
+    most: int = 3_000_000
+    beside: float = 4.0
+    tried: int = 200
+    straightened: int = 12
+    apart: float = 0.25
+
+
+AROUND = AroundSettings()
+
+
+class Kept(NamedTuple):
+    """What a way keeps away from, by how far: obstacles (m, 13), points (k, dim) [m], and a clearance [m]."""
+
+    obstacles: FloatArray
+    points: FloatArray
+    clearance: float
+
+
+def way_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside | None = None) -> FloatArray | None:
+    """Return the corners of a line from start to goal that keeps away from all obstacles: (m, dim); None without one.
+
+    Parameters
+    ----------
+    kept : Kept
+    start, goal : ndarray, shape (dim,)
+        With the clearance [m].
+    inside : callable, optional
+        Where the way may be.
+    """
+    straight = np.stack((start, goal))
+    if (start == goal).all():
+        return straight
+    if _clear(kept, straight[None], 0.0)[0] and (inside is None or inside(_along(straight)).all()):
+        return straight
+    size = _first_size(kept, straight)
+    for _ in range(1 + AROUND.finer):
+        grid = _FreeCells(kept, straight, size, inside)
+        way = grid.way(start, goal) if grid.free.size <= AROUND.most else None
+        if way is not None:
+            return way
+        size *= 0.5
+    return None
+
+
+class _FreeCells:
+    """Cells of one size around two ends, and which are free."""
+
+    def __init__(self, kept: Kept, ends: FloatArray, size: float, inside: Inside | None) -> None:
+        self.kept, self.size, self.dim = kept, size, ends.shape[1]
+        self.inside = inside
+        margin = AROUND.beside * size + kept.clearance
+        lower, upper = _extent(kept, ends, float(np.abs(np.diff(ends, axis=0)).max()))
+        self.lower = lower - margin
+        shape = np.ceil((upper + margin - self.lower) / size).astype(np.intp)
+        if np.prod(shape.astype(np.float64)) > AROUND.most:
+            self.free = np.zeros(AROUND.most + 1, dtype=np.bool_)
+            return
+        self.free = np.ones(shape, dtype=np.bool_)
+        for numbers in kept.obstacles:
+            self._block(numbers)
+        if len(kept.points):
+            self._block_points()
+        if inside is not None:
+            self.free &= inside(self.center(np.indices(tuple(shape.tolist())).reshape(self.dim, -1).T)).reshape(shape)
+
+    def center(self, cells: IntArray) -> FloatArray:
+        """Return centers of cells (..., dim) [m]."""
+        return np.asarray(self.lower + self.size * (cells + 0.5))
+
+    def way(self, start: FloatArray, goal: FloatArray) -> FloatArray | None:
+        """Return the corners of a way between two points; None if there is none."""
+        first, last = self._beside(start), self._beside(goal)
+        if first is None or last is None:
+            return None
+        cells = grid_way(self.free, np.full(self.dim, self.size), first, last)
+        if cells is None:
+            return None
+        points = np.vstack((start, self.center(cells), goal))
+        return self._straightened(points[np.append(True, (np.diff(points, axis=0) != 0.0).any(axis=1))])
+
+    def _block(self, numbers: FloatArray) -> None:
+        """Take the cells near an obstacle out of the free ones."""
+        center, scale, (radius,), low, high = np.split(numbers, (3, 6, 7, 10))
+        reach = self.kept.clearance + 0.5 * self.size * self.dim**0.5
+        round_ = (scale > 0.0) & (radius >= 0.0)
+        spread = np.where(round_, radius / np.where(round_, scale, 1.0), np.inf)
+        first = (np.maximum(low, center - spread) - reach)[: self.dim]
+        behind = (np.minimum(high, center + spread) + reach)[: self.dim]
+        shape = np.array(self.free.shape)
+        begin = np.clip(np.floor((first - self.lower) / self.size), 0, shape).astype(np.intp)
+        end = np.clip(np.ceil((behind - self.lower) / self.size), 0, shape).astype(np.intp)
+        if (begin >= end).any():
+            return
+        part = tuple(slice(int(a), int(b)) for a, b in zip(begin, end, strict=True))
+        axes = np.ix_(*(self.lower[d] + self.size * (np.arange(begin[d], end[d]) + 0.5) for d in range(self.dim)))
+        square, flat = np.zeros(1), np.full(1, -np.inf)
+        for d in range(3):
+            at = axes[d] if d < self.dim else np.zeros(1)
+            square = square + (scale[d] * (at - center[d])) ** 2
+            flat = np.maximum(flat, np.maximum(at - high[d], low[d] - at))
+        gap = flat if radius < 0.0 else np.maximum(flat, np.sqrt(square) - radius)
+        self.free[part] &= np.broadcast_to(gap, end - begin) >= reach
+
+    def _block_points(self) -> None:
+        cells = np.floor((self.kept.points - self.lower) / self.size).astype(np.intp)
+        within = ((cells >= 0) & (cells < self.free.shape)).all(axis=1)
+        taken = np.zeros(self.free.shape, dtype=np.bool_)
+        taken[tuple(cells[within].T)] = True
+        self.free &= ~grown(taken, self.kept.clearance, np.full(self.dim, self.size))
+
+    def _beside(self, point: FloatArray) -> IntArray | None:
+        """Return the free cell nearest to a point from which a straight line leads to it."""
+        cells = np.argwhere(self.free)
+        apart = ((self.center(cells) - point) ** 2).sum(axis=1)
+        nearest = np.argsort(apart, kind="stable")[: AROUND.tried]
+        lines = np.stack((np.broadcast_to(point, (len(nearest), self.dim)), self.center(cells[nearest])), axis=1)
+        seen = nearest[_clear(self.kept, lines, 0.0)] if len(lines) else nearest
+        return np.asarray(cells[seen[0]]) if len(seen) else None
+
+    def _straightened(self, points: FloatArray) -> FloatArray:
+        """Leave out corners where a straight line is as clear."""
+        kept = [0]
+        while kept[-1] < len(points) - 1:
+            here = kept[-1]
+            further = np.arange(min(here + AROUND.straightened, len(points) - 1), here, -1)
+            lines = np.stack((np.broadcast_to(points[here], (len(further), self.dim)), points[further]), axis=1)
+            clear = _clear(self.kept, lines, AROUND.apart * self.size)
+            if self.inside is not None:
+                clear &= np.array([self.inside(_along(line)).all() for line in lines])
+            clear[-1] = True
+            kept.append(int(further[int(np.argmax(clear))]))
+        return points[kept]
+
+
+def _extent(kept: Kept, ends: FloatArray, far: float) -> tuple[FloatArray, FloatArray]:
+    """Return the corners of a box around the ends and what is near to them of the obstacles [m]."""
+    dim = ends.shape[1]
+    lower, upper = ends.min(axis=0), ends.max(axis=0)
+    low, high = lower - far, upper + far
+    begin, behind, spread = _sides(kept.obstacles, dim)
+    center = kept.obstacles[:, :dim]
+    for side in (np.maximum(begin, center - spread), kept.points):
+        least = np.where(np.isfinite(side), side, np.inf).min(axis=0, initial=np.inf)
+        lower = np.minimum(lower, np.maximum(least, low))
+    for side in (np.minimum(behind, center + spread), kept.points):
+        most = np.where(np.isfinite(side), side, -np.inf).max(axis=0, initial=-np.inf)
+        upper = np.maximum(upper, np.minimum(most, high))
+    return lower, upper
+
+
+def _first_size(kept: Kept, ends: FloatArray) -> float:
+    """Return the side of cells with which a way is looked for first [m]."""
+    dim, far = ends.shape[1], float(np.abs(np.diff(ends, axis=0)).max())
+    lower, upper = _extent(kept, ends, far)
+    least = float(np.prod(upper - lower + 1e-3 * far) / AROUND.many) ** (1.0 / dim)
+    low, high, spread = _sides(kept.obstacles, dim)
+    across = np.minimum(high - low, 2.0 * spread).min(axis=1)
+    wanted = (float(np.median(across)) + 2.0 * kept.clearance) / AROUND.across if len(across) else far
+    return float(min(far / AROUND.cells[dim - 2], max(least, wanted)))
+
+
+def _sides(obstacles: FloatArray, dim: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the bounds of obstacles along the axes, and how far round parts spread: three arrays (m, dim) [m]."""
+    scale, radius = obstacles[:, 3 : 3 + dim], obstacles[:, 6:7]
+    round_ = (scale > 0.0) & (radius >= 0.0)
+    spread = np.where(round_, radius / np.where(round_, scale, 1.0), np.inf)
+    return obstacles[:, 7 : 7 + dim], obstacles[:, 10 : 10 + dim], spread
+
+
+def _clear(kept: Kept, lines: FloatArray, beyond: float) -> BoolArray:
+    """Whether segments (m, 2, dim) are away from all obstacles by the clearance and a distance beyond it [m]."""
+    path = lines.reshape(-1, lines.shape[2])
+    least = kept.clearance + beyond
+    reach = max(least, 1e-3 * float(np.abs(np.diff(lines, axis=1)).max()), 1e-9)
+    distance = tangent_planes(path, kept.obstacles, kept.points, kept.clearance, reach).distance[::2]
+    return np.asarray(distance > least if least == 0.0 else distance >= least)
+
+
+def _along(line: FloatArray, count: int = 33) -> FloatArray:
+    """Return points along a segment (2, dim)."""
+    share = np.linspace(0.0, 1.0, count)[:, None]
+    return np.asarray((1.0 - share) * line[0] + share * line[1])

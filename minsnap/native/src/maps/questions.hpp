@@ -1,0 +1,33 @@
+// What Python asks about ways through maps, and where answers are written; listed in basics/border_fields.hpp.
+#pragma once
+
+#include "fleet/obstacles.hpp"
+
+namespace minsnap {
+
+// Convex sets around the segments of a line of points, bounded by planes that touch what is near.
+struct TangentQuestion {
+    Integer dim, segments, obstacles, points, capacity, threads;
+    double clearance;    // between the sets and all obstacles and points [m]
+    double reach;        // how far a set extends beyond its segment, and to its sides [m]
+    const double *path;  // (segments + 1, 3) [m]; in the plane the height is 0
+    const Obstacle *obstacle;
+    const double *point;  // (points, 3) [m]
+    double *planes;       // (segments, capacity, 4): a unit normal and the bound that its product with positions has [m]
+    Integer *counts;      // (segments,) planes, perhaps more than fit
+    Integer *nearest;     // (segments,) the nearest obstacle, or point counted on behind them; -1 where none is in reach
+    double *distance;     // (segments,) from the segment [m]
+};
+
+// A way through the free cells of a grid whose lines have any angle.
+struct GridWayQuestion {
+    Integer dim, capacity;
+    const Integer *shape;  // (3,) cells along each axis; 1 for the height in the plane
+    const double *size;    // (3,) sides of a cell [m]
+    const std::uint8_t *free;
+    const Integer *start, *goal;  // (3,) cells
+    Integer *way;                 // (capacity, 3) cells from start to goal
+    Integer *found;               // as many there are, perhaps more than fit; 0 where there is no way
+};
+
+}  // namespace minsnap

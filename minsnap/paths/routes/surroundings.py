@@ -1,0 +1,121 @@
+"""What a flight keeps away from, as the generator of corridors takes it: obstacles, points, or the cells of a map."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import ArrayLike, FloatArray, numbers
+from minsnap.basics.checks import check_distance, check_positive, check_waypoints
+from minsnap.basics.messages import shown
+from minsnap.corridors.half_spaces import Polytopes
+from minsnap.corridors.keep_out import as_obstacles
+from minsnap.corridors.tangent_polytopes import NOTHING, TANGENT, numbers_of, polytopes_along
+from minsnap.errors import CorridorError
+from minsnap.paths.routes.grid_map import GridMap
+
+Box = tuple[FloatArray, FloatArray]
+
+
+def corridor(around: Any, path: ArrayLike, clearance: float = 0.0, *, reach: float = TANGENT.reach) -> Polytopes:
+    """Return convex polytopes around the segments of a line, away from all that is occupied.
+
+    Each polytope holds its segment. Its planes touch what is nearest, moved back by the clearance, so that every point
+    of it has the clearance; it ends at the reach, and at the borders of a map (S. Liu and others, "Planning dynamically
+    feasible trajectories for quadrotors using safe flight corridors in 3-D complex environments", IEEE RA-L 2017).
+
+    Parameters
+    ----------
+    around : GridMap, obstacles, or array_like of shape (k, dim)
+        A map, whose occupied cells are kept away from; ``Cylinder``, ``Ellipsoid`` and ``Cuboid``; or points [m].
+    path : array_like, shape (m + 1, dim)
+        Corners of the line [m], with the clearance.
+    clearance : float
+        Least distance of the polytopes to all that is occupied [m].
+    reach : float
+        How far a polytope extends beyond its segment, and to its sides [m].
+
+    Returns
+    -------
+    Polytopes
+        One a segment.
+
+    Raises
+    ------
+    CorridorError
+        If a segment is nearer than the clearance, or an argument is malformed.
+    WaypointError
+        If the path is malformed.
+
+    Examples
+    --------
+    >>> import minsnap
+    >>> pillar = minsnap.Cylinder((2, 0), 0.5)
+    >>> around = minsnap.routes.corridor([pillar], [(0, 0), (2, 1), (4, 0)], clearance=0.2)
+    >>> curve = minsnap.plan(None, corridor=around, start={"position": (0, 0)}, end={"position": (4, 0)}, total_time=5)
+    >>> minsnap.certify(curve, corridor=around).ok
+    True
+    """
+    line = check_waypoints(path)
+    margin = check_distance("the clearance", clearance, CorridorError)
+    far = check_positive("the reach", reach, "m", CorridorError)
+    obstacles, points, box = taken(around, line.shape[1])
+    return Polytopes(polytopes_along(line, obstacles, points, margin, far, box))
+
+
+def taken(around: Any, dim: int) -> tuple[FloatArray, FloatArray, Box | None]:
+    """Return obstacles (m, 13), points (k, dim), and the corners of what is known, None where there is no border.
+
+    Raises
+    ------
+    CorridorError
+        If it is none of them, or has another number of coordinates.
+    """
+    nowhere = np.zeros((0, dim))
+    if isinstance(around, GridMap):
+        if around.dim != dim:
+            raise CorridorError(f"the path has {dim} coordinates and {around.name} {around.dim} axes")
+        return bars(around), nowhere, flown_box(around)
+    listed = numbers(around)
+    if listed is None or not listed.size:
+        return numbers_of(as_obstacles(around)), nowhere, None
+    if listed.ndim != 2 or listed.shape[1] != dim or not np.isfinite(listed).all():
+        raise CorridorError(
+            f"what is around the path is {shown(around)}: give a GridMap, obstacles, or points of {dim} finite numbers"
+        )
+    return NOTHING, listed, None
+
+
+def bars(grid: GridMap) -> FloatArray:
+    """Return the occupied cells that have a free neighbour, joined along the last axis: boxes as (m, 13) numbers."""
+    from scipy.ndimage import binary_erosion
+
+    edge = np.ones((3,) * grid.dim, dtype=np.bool_)
+    cells = grid.occupied & ~binary_erosion(grid.occupied, edge, border_value=True)
+    around = np.pad(cells, [(0, 0)] * (grid.dim - 1) + [(1, 1)])
+    begin = np.argwhere(around[..., 1:] & ~around[..., :-1])
+    behind = np.argwhere(around[..., :-1] & ~around[..., 1:])  # in the same order
+    result = np.zeros((len(begin), 13))
+    result[:, 6], result[:, 7:10], result[:, 10:] = -1.0, -np.inf, np.inf
+    result[:, 7 : 7 + grid.dim] = grid.lower + grid.resolution * begin
+    upper = begin + 1
+    upper[:, -1] = behind[:, -1]
+    result[:, 10 : 10 + grid.dim] = grid.lower + grid.resolution * upper
+    return result
+
+
+def flown_box(grid: GridMap) -> Box:
+    """Return the corners of the part of a map that may be flown through."""
+    lower, upper = grid.lower.copy(), grid.upper.copy()
+    first, behind = grid.layers
+    lower[-1], upper[-1] = (grid.lower[-1] + grid.resolution[-1] * layer for layer in (first, behind))
+    return lower, upper
+
+
+def listed_obstacles(around: Any) -> bool:
+    """Whether what is around is obstacles, one or several."""
+    return hasattr(around, "numbers") or (
+        isinstance(around, Sequence) and bool(around) and all(hasattr(each, "numbers") for each in around)
+    )
