@@ -19,9 +19,9 @@ from minsnap.errors import CorridorError, UnprovedError, WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.native.half_space_sets import HalfSpaceRows
 from minsnap.native.map_ways import tangent_planes
-from minsnap.paths.routes.approach import Approach, nearest_cell, nearest_obstacle
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import Reading, array_map, read_map
+from minsnap.paths.routes.nearness import Approach, nearest_cell, nearest_obstacle
 from minsnap.paths.routes.passage import end_point, find_passage
 from minsnap.paths.routes.surroundings import bars, flown_box, listed_obstacles, taken
 from minsnap.paths.shapes import timed

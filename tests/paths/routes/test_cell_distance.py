@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.paths.routes import GridMap
-from minsnap.paths.routes.approach import nearest_cell
+from minsnap.paths.routes.nearness import nearest_cell
 
 
 def brute(traj, grid, count=100_001):
