@@ -68,7 +68,7 @@ def test_check_and_simulate_say_each_margin_of_a_plan(call, plan):
         "obstacles clear by",
         "waypoints",
         "limit jerk 100",
-        "acceleration 100",
+        "limit acceleration",
     ):
         assert words in checked, checked
     flown = " ".join(call("simulate", "plan.json").stdout.split())

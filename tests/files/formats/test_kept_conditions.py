@@ -115,7 +115,8 @@ def test_what_a_flight_kept_is_that_of_its_samples(write, plan):
     stored = write(corridor=1.0)
     flight = plan.sample(500.0)
     kept = flown_margins(stored, flight)
-    assert kept.stayed_inside and kept.corridor.margin == pytest.approx(stored.proof.corridor_margin, abs=1e-2)
+    proved = stored.proof.corridor_margin  # of each leg to its ends, where a sample counts to the better of two
+    assert kept.stayed_inside and proved - 1e-9 <= kept.corridor.margin <= proved + 0.05
     assert kept.obstacle.value == pytest.approx(stored.proof.obstacle_margin, abs=1e-2)
     assert kept.gates[0].clearance == pytest.approx(stored.passages[0].clearance, abs=1e-3)
     aside = flown_margins(stored, minsnap.Samples(flight.t, flight.position + [0.0, 1.2, 0.0]))
