@@ -52,7 +52,7 @@ def test_obstacles_stay_in_the_summary_the_stored_plan_and_its_check(call, plan,
     assert checked.returncode == 0, checked.stdout
     assert "obstacles" in checked.stdout and "clear by" in checked.stdout and "obstacle margin" in checked.stdout
     assert json.loads(call("check", f"{kind}.json", "--json").stdout)["certified"]["obstacle"]["obstacle"] == 0
-    stored["avoid"].append({"cylinder": [1.0, 0.0, 0.2]})
+    stored["avoid"].append({"cylinder": [*curve(0.5 * curve.duration)[:2].tolist(), 0.2]})
     (tmp_path / f"{kind}.json").write_text(json.dumps(stored))
     refused = call("check", f"{kind}.json")
     last = len(stored["avoid"]) - 1
