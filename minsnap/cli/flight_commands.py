@@ -1,4 +1,4 @@
-"""The commands that fly over MAVLink: stream, and tune, which corrects setpoints by what flights of them missed."""
+"""The command that flies over MAVLink: stream; and how a flight begins, ends and stops, which tune shares."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import minsnap
 import minsnap.flight
 from minsnap.basics.interrupts import HANGUP
-from minsnap.basics.storage.atomic import refuse_source
 from minsnap.cli import options
-from minsnap.cli.app import command, tell
+from minsnap.cli.app import command
 from minsnap.cli.companion import Companion, Listening
-from minsnap.errors import FileError, FlightError, InputError, LinkError
-from minsnap.flight.mavlink.vehicle_messages import PX4, get_autopilot
+from minsnap.errors import FlightError, InputError
+from minsnap.flight.mavlink.vehicle_messages import get_autopilot
 
 if TYPE_CHECKING:
     from minsnap.flight.mavlink.link import Clock, Link
@@ -44,6 +43,9 @@ class FlightOptions:
     preflight: Annotated[
         bool, "--preflight/--no-preflight", "Check parameters and state first; refuse what must end."
     ] = True
+    origin: Annotated[str, "file; current: start at the vehicle's x and y; current-height: at its height as well."] = (
+        "file"
+    )
 
     def settings(self, **others: Any) -> StreamOptions:
         """Return the options of the stream, with others of it.
@@ -51,13 +53,15 @@ class FlightOptions:
         Raises
         ------
         InputError
-            If the trigger is unknown.
+            If trigger or origin is unknown.
         """
         from minsnap.flight.mavlink.stream_options import StreamOptions
 
         named = one_of("--trigger", self.trigger, ("enter", "mode", "now"))
         own: dict[str, Any] = {"trigger": EnterKey() if named == "enter" else named}
         own |= {"rules": minsnap.flight.SafetyRules(abort_distance=self.abort_distance)}
+        place = one_of("--origin", self.origin, ("file", "current", "current-height"))
+        own |= {"relative": place != "file", "relative_height": place == "current-height"}
         return StreamOptions(arm=self.arm, land=self.land, **{**own, **others})
 
 
@@ -262,9 +266,6 @@ class StreamedFlight(FlightOptions):
     """The same, with what ``stream`` alone lets one choose."""
 
     autopilot: Annotated[str, "auto, px4, ardupilot or generic."] = "auto"
-    origin: Annotated[str, "file; current: start at the vehicle's x and y; current-height: at its height as well."] = (
-        "file"
-    )
     max_start_distance: Annotated[float, "M", "Largest distance of the vehicle from the start; inf: not checked."] = 1.0
     on_abort: Annotated[
         str | None,
@@ -283,8 +284,6 @@ class StreamedFlight(FlightOptions):
         return super().settings(
             rules=minsnap.flight.SafetyRules(self.max_start_distance, self.abort_distance),
             autopilot=one_of("--autopilot", self.autopilot, ("auto", "px4", "ardupilot", "generic")),
-            relative=one_of("--origin", self.origin, ("file", "current", "current-height")) != "file",
-            relative_height=self.origin == "current-height",
             on_abort=None if self.on_abort is None else one_of("--on-abort", self.on_abort, ON_ABORT),
             give_up=self.give_up,
             wait=self.wait,
@@ -374,130 +373,3 @@ def stream(
     report = fly(source, connect, settings, flying.preflight, heard, **how)
     print(flight_summary(report), file=sys.stderr if orders.listen else sys.stdout)
     return 0 if report.completed else 1
-
-
-_DISARMED = 60.0  # how long a vehicle may take to land and disarm, which closes its log [s]
-
-
-@command()
-def tune(
-    flying: FlightOptions,
-    plan: Annotated[Path, "PLAN", "Setpoint CSV of what is to be flown."],
-    flight: Annotated[Path | None, "[FLIGHT]", "Log of a flight: .ulg, .bin, or of stream --log."] = None,
-    *,
-    output: Annotated[Path, "--output", "-o", "FILE", "Setpoint CSV of the next flight."] = Path("tuned.csv"),
-    sent: Annotated[Path | None, "FILE", "What was sent in that flight; by default the plan."] = None,
-    gain: Annotated[float, "Share of the error that is corrected."] = 0.8,
-    frame: options.ReadFrame = None,
-    connect: Annotated[str | None, "LINK", options.LINKS] = None,
-    flights: Annotated[int, "With --connect: how often to fly."] = 2,
-    logs: Annotated[Path | None, "FOLDER", "Where the autopilot's logs appear; else fetched by MAVLink."] = None,
-    report: options.FlightReport = None,
-) -> None:
-    """Write setpoints that correct the tracking error of a flight.
-
-    The filtered error of the flight is added to the setpoints, earlier by the delay. With --connect it flies the plan,
-    fetches the log, corrects, flies again and compares. With a log it corrects from that flight; --sent names what was
-    sent in it. In simulation three flights reduced the error by 84 to 94 %.
-    """
-    from minsnap.files.setpoint_csv import frame_of, read_csv, write_csv
-    from minsnap.flight.tracking.tracking_plot import write_flight_page
-    from minsnap.flight.tracking.tuning import LearningSettings, best_to_fly, learn_from, tune_in_flight
-
-    if (flight is None) == (connect is None):
-        raise InputError("give the log of a flight, or --connect to fly: one of them")
-    for written in (output, report):
-        refuse_source(written, plan, flight, sent)
-    wanted, before, axes = read_csv(plan, frame), read_csv(sent or plan, frame), frame_of(plan, frame)
-    settings = LearningSettings(gain=gain)
-    if flight is not None:
-        flown = [learn_from(wanted, before, flight, settings)]
-    else:
-        assert connect is not None
-        for number in range(1, flights + 1):
-            refuse_source(Path(f"{output.with_suffix('')}-{number}.csv"), plan, sent)
-        pilot = _Pilot(connect, flying.settings(frame=axes), output, logs, flying.preflight)
-        flown = tune_in_flight(wanted, pilot.fly, flights, settings, before)
-    write_csv(best_to_fly(flown), output, frame=axes)
-    if report is not None:
-        pages = {f"flight {number}": each.flown for number, each in enumerate(flown, 1)}
-        logged = dict(zip(pages, [each.log for each in flown], strict=True))
-        write_flight_page(pages, report, title="Flights of one plan, tuned", logs=logged)
-    for number, each in enumerate(flown, 1):
-        for remark in each.flown.remarks():
-            print(f"{each.log}: {remark}", file=sys.stderr)
-        which = "this flight" if len(flown) == 1 else f"flight {number}"
-        greatest = each.flown.comparison.max_error
-        print(f"{which} missed the plan by {each.missed:.3f} m (rms), {greatest:.3f} m at most")
-    print(f"its delay was {flown[-1].delay:.2f} s; {output} is for the next one")
-
-
-class _Pilot:
-    """Flies setpoints and fetches the log of each flight; files are named after the output."""
-
-    def __init__(self, connect: str, how: StreamOptions, output: Path, logs: Path | None, preflight: bool) -> None:
-        self._connect, self._how, self._output = connect, how, output
-        self._logs, self._preflight = logs, preflight
-
-    def fly(self, sent: minsnap.Samples, number: int) -> Path:
-        """Fly, and return the autopilot's log, or that of the stream where there is none that can be read."""
-        from minsnap.flight.tracking.tuning import flight_in
-
-        stem = self._output.with_suffix("")
-        minsnap.write_csv(sent, f"{stem}-{number}.csv", frame=self._how.frame or "enu")
-        own = Path(f"{stem}-{number}.log.csv")
-        own.unlink(missing_ok=True)
-        before = self._known()
-        flown = fly(sent, self._connect, replace(self._how, log=own), self._preflight)
-        if not flown.completed:
-            raise FlightError(f"flight {number} was not completed: {flown.reason}", report=flown)
-        try:
-            log = self._newest(before) if self._logs is not None else self._fetched(before, f"{stem}-{number}")
-            flight_in(log)
-        except (LinkError, FileError, InputError, ImportError) as error:
-            tell(f"the log of the stream is used, for {error}")
-            return own
-        return log
-
-    def _known(self) -> list[Any]:
-        """Return what tells the logs that are there already: files as they are, or the vehicle's own entries."""
-        from minsnap.flight.mavlink.link import Clock, open_link
-        from minsnap.flight.mavlink.parameters import list_logs
-
-        if self._logs is not None:
-            return self._files()
-        clock = Clock()
-        with closing(open_link(self._connect, clock)) as link:
-            link.wait_for_vehicle(self._how.wait)
-            return list_logs(link, clock)
-
-    def _files(self) -> list[tuple[int, int, Path]]:
-        """Return when each of the autopilot's logs was written last, its size and its name."""
-        assert self._logs is not None
-        if not self._logs.is_dir():
-            raise InputError(f"{self._logs} is no folder: --logs is that of the autopilot's logs")
-        files = [(file.stat(), file) for file in self._logs.rglob("*") if file.suffix.lower() in (".ulg", ".bin")]
-        return [(stat.st_mtime_ns, stat.st_size, file) for stat, file in files]
-
-    def _newest(self, before: list[Any]) -> Path:
-        fresh = set(self._files()) - set(before)
-        if not fresh:
-            raise LinkError(f"nothing was written to a .ulg or .bin in {self._logs} during the flight")
-        return max(fresh)[2]
-
-    def _fetched(self, before: list[Any], stem: str) -> Path:
-        from minsnap.flight.mavlink.link import Clock, open_link
-        from minsnap.flight.mavlink.parameters import download_log
-
-        clock = Clock()
-        with closing(open_link(self._connect, clock)) as link:
-            link.wait_for_vehicle(self._how.wait)
-            tell("waiting for the vehicle to disarm, which closes its log")
-            for _ in link.pump(clock.now() + _DISARMED):
-                if not link.vehicle.armed:
-                    break
-            if link.vehicle.armed:
-                raise LinkError("the vehicle is still armed, and its log is open")
-            place = Path(f"{stem}{'.ulg' if link.vehicle.autopilot == PX4 else '.bin'}")
-            download_log(link, clock, place, before=before)
-            return place

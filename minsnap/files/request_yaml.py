@@ -97,6 +97,22 @@ def limits_of(where: str, content: Any, folder: Path) -> Limits:
     return Limits.of(vehicle_of(rotors["vehicle"], folder), rotors.get("reserve", RESERVE), **values)
 
 
+def read_limits(path: FileName) -> Limits:
+    """Return exactly the limits that a YAML file names under ``limits``, whatever else it holds.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read, or has none.
+    LimitError, VehicleError
+        As :func:`limits_of`.
+    """
+    content = load_yaml(path)
+    if not isinstance(content, dict) or not content.get("limits"):
+        raise FileError(f"{path} has no limits: give a file as minsnap limits -o writes it")
+    return limits_of(f"{path}: limits", content["limits"], Path(path).parent)
+
+
 def besides_rotors(limits: VehicleLimits) -> dict[str, float]:
     """Return the limits that a vehicle's own were combined with, by name."""
     own = type(limits).of(limits.vehicle, limits.reserve).given()

@@ -3,8 +3,8 @@
 A CSV in another frame than ENU has a last column ``frame_ned`` of ones, which stays with the numbers wherever they go
 and which readers of columns by name, and of the first twelve, do not notice. Further data are in ``NAME.csv.meta``:
 JSON with frame, units and rate, the origin where it is known, how much earlier than planned its rows are to be sent,
-and a checksum of the CSV to which it belongs. A CSV that says nothing is in the frame that the reader names, by default
-ENU.
+the flight that they were learned from, and a checksum of the CSV to which it belongs. A CSV that says nothing is in the
+frame that the reader names, by default ENU.
 """
 
 from __future__ import annotations
@@ -52,9 +52,14 @@ FRAME_COLUMNS = tuple(COLUMN + name for name in FRAMES)
 
 
 def note_frame(
-    path: FileName, frame: str, rate: float, origin: Sequence[float] | None = None, lead: float = 0.0
+    path: FileName,
+    frame: str,
+    rate: float,
+    origin: Sequence[float] | None = None,
+    lead: float = 0.0,
+    learned: tuple[float, str] | None = None,
 ) -> None:
-    """Write frame, origin and lead of a CSV that has just been written; where there is nothing to say remove a note.
+    """Write what there is to say of a CSV that has just been written; where there is nothing remove a note.
 
     Parameters
     ----------
@@ -66,19 +71,23 @@ def note_frame(
         WGS 84 latitude and longitude [degrees] and altitude [m] of the point (0, 0, 0).
     lead : float
         How much earlier than planned the rows are to be sent [s].
+    learned : tuple, optional
+        What the flight that ``tune`` learned them from missed its plan by [m], and the name of what was sent in it.
     """
     if not FilePath(path).is_file():
         return
     beside = _beside(path)
-    if frame == "enu" and origin is None and not lead:
+    if frame == "enu" and origin is None and not lead and learned is None:
         with contextlib.suppress(OSError):  # a file with so long a name can have no note
             beside.unlink(missing_ok=True)
         return
-    facts = {"frame": frame, "units": UNITS, "rate": rate, "crc32": _checksum(path)}
+    facts: dict[str, Any] = {"frame": frame, "units": UNITS, "rate": rate, "crc32": _checksum(path)}
     if origin is not None:
         facts["origin"] = [float(value) for value in origin]
     if lead:
         facts["lead"] = lead
+    if learned is not None:
+        facts["learned"] = {"missed": learned[0], "sent": learned[1]}
     write_file(beside, json.dumps(facts) + "\n")
 
 
@@ -134,8 +143,19 @@ def origin_of(path: FileName) -> tuple[float, ...] | None:
     return _noted(path).get("origin")
 
 
+def learned_of(path: FileName) -> tuple[float, str] | None:
+    """Return what the flight that setpoints were learned from missed by [m], and the name of what was sent in it.
+
+    Raises
+    ------
+    FileError
+        If the note is damaged, or the CSV was changed after it was written.
+    """
+    return _noted(path).get("learned")
+
+
 def _noted(path: FileName) -> dict[str, Any]:
-    """Return frame, origin and lead from the note of a CSV, as far as it has them; nothing without a note."""
+    """Return frame, origin, lead and learning from the note of a CSV, as far as it has them; nothing without a note."""
     beside = _beside(path)
     try:
         if not beside.is_file():
@@ -148,6 +168,8 @@ def _noted(path: FileName) -> dict[str, Any]:
         if facts.get("origin") is not None:
             latitude, longitude, altitude = map(float, facts["origin"])
             facts_read["origin"] = (latitude, longitude, altitude)
+        if facts.get("learned") is not None:
+            facts_read["learned"] = (float(facts["learned"]["missed"]), str(facts["learned"]["sent"]))
         checksum, units = int(facts["crc32"]), facts.get("units")
     if not 0.0 <= facts_read["lead"] < math.inf:
         raise FileError(f"{beside} says a lead of {facts_read['lead']} s: it must be 0 or more")

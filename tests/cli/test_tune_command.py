@@ -7,9 +7,12 @@ import pytest
 from flown_logs import Measured, ulog_of
 
 import minsnap
-from minsnap.cli import flight_commands
+from minsnap.cli import tune_commands
+from minsnap.cli.flight_commands import FlightOptions
+from minsnap.errors import InputError
 from minsnap.files.autopilot_logs import write_ulog
 from minsnap.files.flight_log import FlightLog
+from minsnap.files.request_yaml import read_limits
 from minsnap.flight import CascadeController, compare, simulate
 from minsnap.flight.mavlink.stream_options import StreamOptions
 from minsnap.flight.tracking.log_comparison import simulated_log
@@ -55,6 +58,47 @@ def test_the_next_flight_misses_the_plan_by_half(call, tmp_path):
         assert both.returncode == 2 and "or --connect to fly: one of them" in both.stderr
 
 
+@pytest.mark.slow
+def test_learning_by_hand_ends_where_it_stops_helping(call, tmp_path):
+    """Nothing said so, and a mission went on from 0.16 to 0.66 m: now the note of what was sent tells of the last."""
+    plan = minsnap.plan([(0, 0, 2), (6, 0, 2), (6, 3, 2)], corridor=0.2, total_time=8.0).sample(20.0)
+    minsnap.write_csv(plan, tmp_path / "plan.csv")
+
+    def log(sent, name, late):
+        setpoints = minsnap.read_csv(tmp_path / sent)
+        flight = simulate(VEHICLE, CascadeController(), setpoints, setpoint_delay=late, duration=9.0)
+        write_ulog(simulated_log(VEHICLE, flight, setpoints), tmp_path / name)
+
+    log("plan.csv", "1.ulg", 0.1)
+    first = call("tune", "plan.csv", "1.ulg", "-o", "second.csv")
+    assert "second.csv is for the next one" in first.stdout
+    log("second.csv", "2.ulg", 0.1)
+    again = call("tune", "plan.csv", "2.ulg", "--sent", "second.csv", "-o", "third.csv")
+    assert "third.csv is for the next one" in again.stdout
+    log("third.csv", "3.ulg", 0.9)
+    worse = call("tune", "plan.csv", "3.ulg", "--sent", "third.csv", "-o", "fourth.csv")
+    assert worse.returncode == 0 and "learning ends: it missed by more than the 0." in worse.stdout
+    assert "fourth.csv is second.csv, the best that was flown" in worse.stdout
+    assert (tmp_path / "fourth.csv").read_bytes() == (tmp_path / "second.csv").read_bytes()
+
+
+def test_a_flight_begins_where_the_vehicle_landed():
+    """The next one was refused 1.14 m from its start, with the advice to give an option that tune did not have."""
+    assert FlightOptions(trigger="now", origin="current").settings().relative
+    assert not FlightOptions(trigger="now").settings().relative
+    with pytest.raises(InputError, match="--origin is 'here'"):
+        FlightOptions(origin="here").settings()
+
+
+def test_limits_of_the_vehicle_come_from_a_file(call, tmp_path):
+    (tmp_path / "limits.yaml").write_text("limits:\n  tilt: 0.2\n  horizontal_speed: 4\n")
+    (tmp_path / "none.yaml").write_text("waypoints: [[0, 0, 1], [1, 0, 1]]\n")
+    assert read_limits(tmp_path / "limits.yaml") == minsnap.Limits(tilt=0.2, horizontal_speed=4.0)
+    minsnap.write_csv(minsnap.line(), tmp_path / "plan.csv")
+    none = call("tune", "plan.csv", "1.ulg", "--limits", "none.yaml")
+    assert none.returncode == 2 and "none.yaml has no limits: give a file as minsnap limits -o writes it" in none.stderr
+
+
 @pytest.mark.parametrize("writes", ["log", "damaged", None])
 def test_a_log_in_the_folder_counts_if_it_was_written_during_the_flight(monkeypatch, tmp_path, writes):
     """That of yesterday used to be taken for the flight where the autopilot wrote none; one unread ended it all."""
@@ -72,8 +116,8 @@ def test_a_log_in_the_folder_counts_if_it_was_written_during_the_flight(monkeypa
             (folder / "growing.ulg").write_bytes(b"before and after")
         return SimpleNamespace(completed=True)
 
-    monkeypatch.setattr(flight_commands, "fly", fly)
-    pilot = flight_commands._Pilot("udpin:0", StreamOptions(), tmp_path / "tuned.csv", folder, False)
+    monkeypatch.setattr(tune_commands, "fly", fly)
+    pilot = tune_commands._Pilot("udpin:0", StreamOptions(), tmp_path / "tuned.csv", folder, False)
     log = pilot.fly(plan, 1)
     assert log == (folder / "growing.ulg" if writes == "log" else tmp_path / "tuned-1.log.csv")
 

@@ -2,11 +2,14 @@ r"""Flying the same plan again and again, each time with setpoints corrected by 
 
 With the setpoints :math:`u_k`, the error :math:`e_k = r - y_k` to the plan and the delay :math:`\tau`,
 
-.. math:: u_{k+1}(t) = u_k(t) + Q\,L\,e_k(t + \tau),
+.. math:: u_{k+1} = r + Q\,(u_k - r + L\,e_k(t + \tau)),
 
 the law of D. A. Bristow, M. Tharayil and A. G. Alleyne (A survey of iterative learning control, IEEE Control Systems
-Magazine 26, 2006), Q a low-pass filter without phase. Velocity and acceleration of the setpoints are those of the
-corrected position, so that they stay consistent.
+Magazine 26, 2006). Q acts on the whole correction and not on what is added: it is the smooth curve nearest to it that
+begins and ends at rest and with which the setpoints keep their limits, found anew for each flight
+(:mod:`minsnap.flight.tracking.bounded_spline`), as in A. P. Schoellig, F. L. Mueller and R. D'Andrea
+(Optimization-based iterative learning for precise quadrocopter trajectory tracking, Autonomous Robots 33, 2012).
+Velocity and acceleration of the setpoints are those of the corrected position, so that they stay consistent.
 """
 
 from __future__ import annotations
@@ -18,13 +21,16 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, interpolated
+from minsnap.basics.arrays import interpolated
 from minsnap.basics.checks import check_positive
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError
 from minsnap.files.flights import load_log
+from minsnap.flight.tracking.bounded_spline import bounded_spline
 from minsnap.flight.tracking.comparison import compare, jump_remarks, position_at
 from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
+from minsnap.flight.tracking.setpoint_limits import setpoint_limits, within_ball
+from minsnap.limits.limits import Limits
 from minsnap.trajectory.samples import Samples, in_gaps
 
 
@@ -39,11 +45,13 @@ class LearningSettings:
     cutoff : float
         Of Q [Hz]: faster errors are left to the vehicle's own loops, which are slower than this.
     largest : float
-        Largest correction of a setpoint's position [m]; what asks for more is no error of tracking.
+        Largest correction of a setpoint's position [m], or ``lags`` times what the plan's fastest part lags by, if
+        that is more; what asks for more is no error of tracking.
+    lags : float
+    least : float
+        Learning ends where a flight misses the plan by less than the one before it, but not by this share of it.
     lost : float
         A place farther from the plan than this is none of a flight of it, but a wrong number in the log [m].
-    ramp : float
-        Over which corrections vanish at both ends, so that a path from rest to rest stays one [s].
 
     Raises
     ------
@@ -52,10 +60,11 @@ class LearningSettings:
     """
 
     gain: float = 0.8
-    cutoff: float = 0.6
+    cutoff: float = 0.8
     largest: float = 2.0
+    lags: float = 1.5
+    least: float = 0.02
     lost: float = 50.0
-    ramp: float = 1.0
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -63,7 +72,12 @@ class LearningSettings:
 
 
 def learned(
-    plan: Samples, sent: Samples, flown: Samples, delay: float, settings: LearningSettings | None = None
+    plan: Samples,
+    sent: Samples,
+    flown: Samples,
+    delay: float,
+    settings: LearningSettings | None = None,
+    limits: Limits | None = None,
 ) -> Samples:
     """Return the setpoints of the next flight.
 
@@ -78,6 +92,9 @@ def learned(
     delay : float
         Of the vehicle's position after its setpoint [s].
     settings : LearningSettings, optional
+    limits : Limits, optional
+        What the vehicle allows, in addition to half as much again as the plan asks for
+        (:func:`~minsnap.flight.tracking.setpoint_limits.setpoint_limits`).
 
     Returns
     -------
@@ -98,35 +115,14 @@ def learned(
         raise InputError(f"the delay is {delay} s: it must be 0 or more, and shorter than the plan")
     error = plan.position - position_at(flown, plan.t)
     error[in_gaps(plan.t, flown.t) | (plan.t < flown.t[0]) | (plan.t > flown.t[-1])] = 0.0
-    error = _bounded(error, settings.largest / settings.gain)
-    step = plan.duration / (len(plan) - 1)
-    ahead = interpolated(plan.t + delay, plan.t, error)
-    change = sent.position - plan.position + settings.gain * _smooth(ahead, step, settings.cutoff)
-    change = _bounded(change, settings.largest) * _window(plan, settings.ramp)[:, None]
-    speed = np.gradient(change, step, axis=0)
-    push = np.gradient(speed, step, axis=0)
+    fastest = float(np.linalg.norm(plan.velocity, axis=1).max())
+    largest = max(settings.largest, settings.lags * delay * fastest)
+    error = within_ball(error, np.full(len(plan), largest / settings.gain))
+    wanted = sent.position - plan.position + settings.gain * interpolated(plan.t + delay, plan.t, error)
+    bounds = setpoint_limits(plan, limits)
+    change, speed, push, _ = bounded_spline(plan.t, wanted, bounds, largest, settings.cutoff)
     moved: dict[str, Any] = {"position": plan.position + change, "velocity": plan.velocity + speed}
-    return replace(sent, **moved, acceleration=plan.acceleration + push)
-
-
-def _smooth(values: FloatArray, step: float, cutoff: float) -> FloatArray:
-    """Filter by a Gaussian of half power at the cutoff, without phase; the ends are held."""
-    from scipy.ndimage import gaussian_filter1d
-
-    deviation = np.sqrt(np.log(2.0)) / (2.0 * np.pi * cutoff * step)
-    return np.asarray(gaussian_filter1d(values, deviation, axis=0, mode="nearest"))
-
-
-def _bounded(change: FloatArray, largest: float) -> FloatArray:
-    length = np.linalg.norm(change, axis=1, keepdims=True)
-    return np.asarray(change * np.minimum(1.0, largest / np.maximum(length, 1e-12)))
-
-
-def _window(plan: Samples, ramp: float) -> FloatArray:
-    """Return a share from 0 at both ends to 1, shape (m,), three times differentiable."""
-    t = plan.t - plan.t[0]
-    s = np.clip(np.minimum(t, plan.duration - t) / min(ramp, 0.5 * plan.duration), 0.0, 1.0)
-    return np.asarray(s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3))
+    return replace(sent, **moved, acceleration=plan.acceleration + push, jerk=None, snap=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +155,13 @@ class TunedFlight:
         return self.flown.comparison.rmse_3d
 
 
-def learn_from(plan: Samples, sent: Samples, log: FileName, settings: LearningSettings | None = None) -> TunedFlight:
+def learn_from(
+    plan: Samples,
+    sent: Samples,
+    log: FileName,
+    settings: LearningSettings | None = None,
+    limits: Limits | None = None,
+) -> TunedFlight:
     """Compare the last flight of a log with the plan, and correct what was sent.
 
     Parameters
@@ -169,24 +171,29 @@ def learn_from(plan: Samples, sent: Samples, log: FileName, settings: LearningSe
     log : path
         A ULog, a dataflash log, or the log of a stream.
     settings : LearningSettings, optional
+    limits : Limits, optional
+        Of the vehicle, as for :func:`learned`.
 
     Raises
     ------
     InputError
-        If the file is no log, or the flight was stopped, lies elsewhere than the plan, or was nowhere near it once,
-        or its logged position jumps.
+        If the file is no log, or the flight was stopped, or was nowhere near the plan once, or its logged position
+        jumps.
     """
     last = compare_in_log(sent, *flight_in(log))[-1]
-    if last.place is not None and (last.place.end is not None or last.place.shift.any()):
-        raise InputError(f"{last.remarks()[0]}: tune learns from a whole flight where the plan lies")
-    flown, delay = ComparedFlight(compare(plan, last.flight), plan, last.flight, last.place), last.comparison.delay
+    assert last.place is not None
+    if last.place.end is not None:
+        raise InputError(f"{last.remarks()[0]}: tune learns from a whole flight")
+    there = replace(plan, position=plan.position + last.place.shift)
+    flown, delay = ComparedFlight(compare(there, last.flight), there, last.flight, last.place), last.comparison.delay
     settings = settings or LearningSettings()
     if flown.comparison.max_error > settings.lost:
         where = f"{flown.comparison.max_error:.3g} m from the plan at {flown.comparison.worst_instant:.2f} s"
         raise InputError(f"{log} has the vehicle {where}: a position in it is wrong")
     if jumps := jump_remarks(last.flight):
         raise InputError(f"{log}: {jumps[0]}, and tune would learn it")
-    after = learned(plan, sent, last.flight, max(0.0, delay), settings)
+    back = replace(last.flight, position=last.flight.position - last.place.shift)
+    after = learned(plan, sent, back, max(0.0, delay), settings, limits)
     return TunedFlight(sent, flown, delay, after, Path(log))
 
 
@@ -198,14 +205,20 @@ def flight_in(log: FileName) -> tuple[Samples, Samples]:
     return read.reference, read.flight
 
 
+def helped(before: float, missed: float, settings: LearningSettings | None = None) -> bool:
+    """Return whether a flight misses the plan [m] by enough less than the one before it for another to be worth it."""
+    return missed < (1.0 - (settings or LearningSettings()).least) * before
+
+
 def tune_in_flight(
     plan: Samples,
     fly: Callable[[Samples, int], Path],
     flights: int,
     settings: LearningSettings | None = None,
     sent: Samples | None = None,
+    limits: Limits | None = None,
 ) -> list[TunedFlight]:
-    """Fly a plan again and again, each time with what was learned; end where a flight missed more than the last.
+    """Fly a plan again and again, each time with what was learned; end where that no longer helps.
 
     Parameters
     ----------
@@ -217,20 +230,22 @@ def tune_in_flight(
     settings : LearningSettings, optional
     sent : Samples, optional
         What is sent first, in place of the plan.
+    limits : Limits, optional
+        Of the vehicle, as for :func:`learned`.
     """
     if flights < 1:
         raise InputError(f"flights is {flights}: fly at least once")
     flown: list[TunedFlight] = []
     sent = sent or plan
     for number in range(1, flights + 1):
-        flown.append(learn_from(plan, sent, fly(sent, number), settings))
-        if flown[-1].missed > flown[max(0, number - 2)].missed:
+        flown.append(learn_from(plan, sent, fly(sent, number), settings, limits))
+        if number > 1 and not helped(flown[-2].missed, flown[-1].missed, settings):
             break
         sent = flown[-1].next
     return flown
 
 
-def best_to_fly(flown: list[TunedFlight]) -> Samples:
-    """Return the setpoints of the next flight: learned from the last, or those of the best if that was not the last."""
-    best = min(flown, key=lambda each: each.missed)
-    return best.next if best is flown[-1] else best.sent
+def best_to_fly(flown: list[TunedFlight], settings: LearningSettings | None = None) -> Samples:
+    """Return the setpoints of the next flight: learned from the last while that helps, then those of the best."""
+    helps = len(flown) < 2 or helped(flown[-2].missed, flown[-1].missed, settings)
+    return flown[-1].next if helps else min(flown, key=lambda each: each.missed).sent

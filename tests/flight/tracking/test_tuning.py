@@ -9,6 +9,7 @@ import pytest
 import minsnap
 from minsnap.errors import InputError
 from minsnap.files.autopilot_logs import write_ulog
+from minsnap.files.flight_log import FlightLog
 from minsnap.flight import CascadeController, compare, fit_flight, simulate
 from minsnap.flight.tracking.log_comparison import ComparedFlight, simulated_log
 from minsnap.flight.tracking.tracking_plot import leg_instants, write_flight_page
@@ -60,6 +61,20 @@ def test_each_flight_misses_the_plan_by_less_and_a_page_shows_it(plan, tmp_path)
     assert legs.count("<tr>") == 5 and "–" not in legs
     drags = re.findall(r"<td>flight \d</td><td>([\d.]+) ± ", page)
     assert [float(drag) for drag in drags] == pytest.approx([1.0] * 3, abs=0.02)
+
+
+def test_a_flight_from_where_the_vehicle_stood_teaches_the_same(plan, tmp_path):
+    """Landed a metre off, the vehicle begins the next flight there; setpoints are learned where the plan lies."""
+    late = replace(plan, position=np.column_stack([np.interp(plan.t - 0.3, plan.t, x) for x in plan.position.T]))
+    late = replace(late, velocity=None, acceleration=None, yaw=None, yaw_rate=None)
+    taught = []
+    for number, offset in enumerate(([0.0, 0.0, 0.0], [1.1, -0.4, 0.0])):
+        there = [replace(each, position=each.position + offset) for each in (plan, late)]
+        write_ulog(FlightLog(*there, 0.0), tmp_path / f"{number}.ulg")
+        taught.append(learn_from(plan, plan, tmp_path / f"{number}.ulg"))
+    assert taught[1].missed == pytest.approx(taught[0].missed, abs=5e-3) and taught[0].missed > 0.1
+    np.testing.assert_allclose(taught[1].next.position, taught[0].next.position, atol=0.02)
+    assert "it was flown (1.10, -0.40, 0.00) m from where the file lies" in taught[1].flown.remarks()[0]
 
 
 @pytest.mark.slow
