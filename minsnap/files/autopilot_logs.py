@@ -1,7 +1,8 @@
 """Logs of autopilots (extra ``logs``): PX4's ULog, read and written, and ArduPilot's dataflash log, read.
 
 Of PX4 (docs.px4.io, ULog file format), ``vehicle_local_position`` is the flight, ``trajectory_setpoint`` the reference;
-of ArduPilot, the position controller's PSCN, PSCE, PSCD are both, or the estimator's XKF1 is the flight.
+of ArduPilot, GUIP is what was sent, the position controller's PSCN, PSCE, PSCD are the flight, and the reference
+without GUIP; or the estimator's XKF1 is the flight.
 """
 
 from __future__ import annotations
@@ -256,14 +257,18 @@ AXES = {"PSCN": "N", "PSCE": "E", "PSCD": "D"}
 HEADER = 3
 """Bytes before the fields of a message."""
 
-_TYPES = [*AXES, "XKF1", "ATT"]
+SENT, _WITH_PLACE = "GUIP", 3
+"""What was sent to an ArduCopter in GUIDED, and the type of it that has a position (its log messages)."""
+
+_TYPES = [*AXES, SENT, "XKF1", "ATT"]
 _INERTIAL = ["IMU", "CTUN"]
 
 
 def read_dataflash(path: FileName, inertial: bool = False) -> FlightLog:
     """Read an ArduPilot log.
 
-    The position controller's targets are the reference, its positions the flight. For a log without them, the flight is
+    What was sent in GUIDED is the reference (GUIP), or else the position controller's targets; its positions are the
+    flight. For a log without them, the flight is
     the estimator's positions, and there is no reference.
 
     Parameters
@@ -365,13 +370,33 @@ def _table(rows: list[dict[str, Any]]) -> dict[str, FloatArray]:
 def _tracks(columns: dict[str, dict[str, FloatArray]]) -> tuple[Samples | None, Samples | None]:
     """Return the reference and the flight."""
     if all(name in columns for name in AXES):
-        return _track(columns, "TP", "TV", "TA", "DesYaw"), _track(columns, "P", "V", "A", "Yaw")
+        targets, flown = _track(columns, "TP", "TV", "TA", "DesYaw"), _track(columns, "P", "V", "A", "Yaw")
+        return _sent(columns, targets) or targets, flown
     estimate = columns.get("XKF1", {})
     position, velocity = (_some(estimate, *(kind + axis for axis in "NED")) for kind in "PV")
     if position is None or velocity is None:
         return None, None
     t = estimate["TimeUS"] * 1e-6
     return None, Samples(t, position, velocity, yaw=_heading(columns, t, "Yaw"))
+
+
+def _sent(columns: dict[str, dict[str, FloatArray]], targets: Samples) -> Samples | None:
+    """Return the setpoints that were sent; None where none was logged.
+
+    The autopilot's own targets may be half a metre off them. Up is positive until 4.6, and down from 4.7 on, as in the
+    targets: of the two signs it is that which is nearer to them.
+    """
+    rows = columns.get(SENT, {})
+    parts = [_some(rows, *(kind + axis for axis in "XYZ")) for kind in "pva"]
+    placed = rows.get("Type", np.zeros(0)) == _WITH_PLACE
+    if parts[0] is None or placed.sum() < 2:
+        return None
+    t = rows["TimeUS"][placed] * 1e-6
+    height, target = parts[0][placed, 2], np.interp(t, targets.t, targets.position[:, 2])
+    up = bool(np.nanmedian(np.abs(height + target)) < np.nanmedian(np.abs(height - target)))
+    place, speed, push = (None if each is None else each[placed] * [1.0, 1.0, -1.0 if up else 1.0] for each in parts)
+    assert place is not None
+    return Samples(t, place, speed, push)
 
 
 def _track(columns: dict[str, dict[str, FloatArray]], place: str, speed: str, push: str, heading: str) -> Samples:

@@ -8,6 +8,8 @@ import pytest
 from minsnap.errors import FileError
 from minsnap.files.autopilot_logs import read_dataflash
 from minsnap.files.flights import load_flight, load_reference
+from minsnap.flight.tracking.log_comparison import compare_in_log
+from minsnap.trajectory.samples import Samples
 
 FMT = (0x80, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
 PSC = {
@@ -15,6 +17,7 @@ PSC = {
     for k, axis in ((0x90, "N"), (0x91, "E"), (0x92, "D"))
 }
 ATT = (0x93, "ATT", "Qff", "TimeUS,DesYaw,Yaw")
+GUIP = (0x95, "GUIP", "QBfffffffff", "TimeUS,Type,pX,pY,pZ,vX,vY,vZ,aX,aY,aZ")
 XKF = (0x94, "XKF1", "QBffffff", "TimeUS,C,VN,VE,VD,PN,PE,PD")
 SIZES = {"Q": 8, "f": 4, "B": 1, "n": 4, "N": 16, "Z": 64}
 
@@ -61,6 +64,44 @@ def test_targets_and_positions_of_the_controller(log):
     np.testing.assert_allclose(read.reference.acceleration[:, 0], -np.sin(t), atol=1e-5)
     np.testing.assert_allclose(np.diff(read.flight.yaw), -np.radians(0.25), atol=1e-5)
     np.testing.assert_allclose(read.flight.yaw - read.reference.yaw, np.radians(1), atol=1e-5)
+
+
+def sent_in_laps(down, target_lag=0.6, laps=3):
+    """Three laps of a circle of 2 m, logged as sent (GUIP), with targets that the autopilot keeps half a metre behind.
+
+    ``down`` is the sign of the heights that were sent: 1 from 4.7 on.
+    """
+    out = b"".join(format_of(kind) for kind in (FMT, *PSC.values(), GUIP))
+    for k in range(int(20 * (3 + 6 * laps + 3))):
+        t, stamp = k * 0.05, 30_000_000 + 50_000 * k
+        (north, east), (lag_north, lag_east), (flown_north, flown_east) = (
+            lap(t - 3.0 - late, laps) for late in (0.0, target_lag, target_lag + 0.1)
+        )
+        rows = ((lag_north, flown_north), (lag_east, flown_east), (-1.5, -1.5))
+        for axis, (target, flown) in zip("NED", rows, strict=True):
+            out += record(PSC[axis], stamp, target, flown, *(0.0,) * 6)
+        out += record(GUIP, stamp + 2, 3, north, east, -1.5 * down, *(0.0,) * 6)
+        out += record(GUIP, stamp + 3, 2, 9.0, 9.0, 9.0, *(0.0,) * 6)
+    return out
+
+
+def lap(t, laps):
+    """Return north and east at an instant of laps of 6 s, at rest before and after."""
+    angle = 2.0 * np.pi * np.clip(t / 6.0, 0.0, laps)
+    return 2.0 * np.cos(angle), 2.0 * np.sin(angle)
+
+
+@pytest.mark.parametrize("down", [1, -1])
+def test_a_flight_is_judged_by_what_was_sent(tmp_path, down):
+    """By the autopilot's own targets, one flight of three laps was three that were not flown to their end."""
+    (tmp_path / "flight.bin").write_bytes(sent_in_laps(down))
+    read = read_dataflash(tmp_path / "flight.bin")
+    t = np.arange(0.0, 18.01, 0.05)
+    file = Samples(t, np.array([(*lap(each, 3)[::-1], 1.5) for each in t]))
+    np.testing.assert_allclose(read.reference.position[:, 2], 1.5, atol=1e-6)
+    (flight,) = compare_in_log(file, read.reference, read.flight)
+    assert flight.place.end is None and abs(flight.place.start - 3.0) < 0.03
+    assert flight.comparison.rmse_3d == pytest.approx(2.0 * 2.0 * np.sin(0.5 * 0.7 * 2.0 * np.pi / 6.0), rel=0.05)
 
 
 @pytest.mark.parametrize(("row", "bit"), [(50, 40), (50, 24)])
