@@ -187,7 +187,7 @@ class _Pilot:
         clock = Clock()
         with closing(open_link(self._connect, clock)) as link:
             stack = get_autopilot(self._how.autopilot, link.wait_for_vehicle(self._how.wait)).name
-            values = Parameters(link, clock).read(PARAMETERS.get(stack, ()))
+            values = Parameters(link, clock).read_known(PARAMETERS.get(stack, ()))
         try:
             return autopilot_limits(stack, {name: each.value for name, each in values.items()})
         except LinkError as error:
