@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.basics import checks
-from minsnap.basics.arrays import ArrayLike
+from minsnap.basics.arrays import ArrayLike, FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.cards import card
 from minsnap.bounds.derivative_sets import bounding_sets
 from minsnap.bounds.passed_course import PassedCourse, passed_course
 from minsnap.corridors.constraint import Constraint
-from minsnap.corridors.gates import Ball
+from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import as_knots
-from minsnap.corridors.knot_regions import place
+from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits, check_limits
@@ -110,18 +111,47 @@ def least_time(
     checks.check_closing(lap, placement.points)
     checks.refuse_repeated(placement.points, "leave one of them out")
     ends = None if lap else np.stack((pinned[0][1], pinned[len(placement.points) - 1][1]))
-    if placement.points.shape[1] > 3:
-        return TimeBound(None, reason="it is known of up to three coordinates")
-    course = passed_course(placement, {} if knots is None else knots.gates, ends, lap)
-    return bound_of(course, limits, bool(constraints))
+    gates = {} if knots is None else knots.gates
+    return TimeQuestion(placement, gates, ends, limits, ("the corridor",) if constraints else ()).bound
 
 
-def bound_of(course: PassedCourse, limits: Limits, walled: bool) -> TimeBound:
-    """Return the bound of a course; ``walled`` tells that flights stay inside of walls, too."""
+@dataclass(frozen=True, eq=False)
+class TimeQuestion:
+    """What a plan was asked for, whose bound is found when somebody asks for it.
+
+    Parameters
+    ----------
+    placement : Placement
+    gates : mapping of int to Gate
+        By waypoint.
+    ends : ndarray, shape (2, dim), or None
+        Velocities at both ends [m/s]; None for a lap.
+    limits : Limits
+    beside : tuple of str
+        What the flights keep besides: a corridor, obstacles, pins on the way.
+    """
+
+    placement: Placement
+    gates: Mapping[int, Gate]
+    ends: FloatArray | None
+    limits: Limits
+    beside: tuple[str, ...] = ()
+
+    @cached_property
+    def bound(self) -> TimeBound:
+        """The bound of all flights that keep the limits."""
+        if self.placement.points.shape[1] > 3:
+            return TimeBound(None, reason="it is known of up to three coordinates")
+        course = passed_course(self.placement, self.gates, self.ends, self.ends is None)
+        return bound_of(course, self.limits, self.beside)
+
+
+def bound_of(course: PassedCourse, limits: Limits, beside: tuple[str, ...] = ()) -> TimeBound:
+    """Return the bound of a course; ``beside`` names what flights keep besides the limits."""
     from minsnap.bounds.costate_search import longest_proof
 
     sets = bounding_sets(limits, course.dim)
-    left_out = (*sets.left_out, *(["the corridor"] if walled else []))
+    left_out = (*sets.left_out, *beside)
     if not (sets.accelerations or sets.velocities):
         return TimeBound(None, left_out, "neither a speed nor an acceleration is bounded all around")
     course = course.apart()

@@ -29,6 +29,7 @@ _LINES = (
     ("duration", "duration", "{:.6g} s"),
     ("start", "start", "{}"),
     ("standing", "from standing", "{:.6g} s, from rest to rest"),
+    ("nearness", "flight time", "{}"),
     ("legs", "legs", "{}"),
     ("cost", "cost", "{:.6g} {cost_unit}"),
     *((f"max_{kind.name}", f"max {kind.label}", f"{{:.4g}} {kind.unit}") for kind in KINDS[:3]),
@@ -53,7 +54,10 @@ BINDING = 0.999
 STANDING = 1e-6
 """Speed up to which a path begins at rest [m/s]."""
 
-_LIMITS_AFTER = 8
+TOLD = 60
+"""Legs up to which a summary tells how near a flight is to the shortest one: a second or so is not more than a plan."""
+
+_LIMITS_AFTER = 9
 """Limits stand below the greatest speed, acceleration and jerk."""
 
 
@@ -78,7 +82,8 @@ def summarise(
     Returns
     -------
     dict
-        duration [s], legs, cost [cost_unit], max_speed [m/s], max_acceleration [m/s^2], max_jerk [m/s^3],
+        duration [s], lower_bound [s], gap and nearness (see :class:`~minsnap.Report`), legs, cost [cost_unit],
+        max_speed [m/s], max_acceleration [m/s^2], max_jerk [m/s^3],
         corridor_margin [m], solver, rounds, milliseconds, limits: for each, how far it is used, and where
         most; binding: those used up; obstacle_distance [m], obstacle: which one, obstacle_instant [s], obstacle_place.
     """
@@ -157,6 +162,8 @@ def _of_plan(path: minsnap.Trajectory) -> dict[str, Any]:
     if report is None:
         return figures
     figures |= {name: getattr(report, name) for name in ("solver", "rounds", "milliseconds")}
+    if path.legs <= TOLD:
+        figures |= {name: getattr(report, name) for name in ("lower_bound", "gap", "nearness")}
     return figures | {"interrupted": "yes" if report.interrupted else None, "note": "; ".join(report.notes) or None}
 
 

@@ -32,7 +32,7 @@ from minsnap.corridors.given_waypoints import (
     without_gates,
 )
 from minsnap.corridors.keep_out import Obstacle, as_obstacles
-from minsnap.corridors.knot_regions import place
+from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
 from minsnap.optimisation.task import Task
@@ -44,6 +44,7 @@ from minsnap.trajectory.report import Progress, Report, unlimited_notes, wide_tu
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from minsnap.bounds.least_time import TimeQuestion
     from minsnap.limits.limits import Limits
     from minsnap.planning.request import PlanRequest
 
@@ -222,8 +223,20 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
     widths = None if request.corridor is None else numbers(request.corridor)
     passed = without_gates(request.waypoints)[1], tuple(request.avoid or ()), widths
     chosen = request.pieces is None and refine and not request.avoid
-    how = _Plan(known, request.limits, request.yaw is None, chosen, *passed)
+    least = _least_time(request, task, passed[0]) if timing.shortest and not timed.limits_from else None
+    how = _Plan(known, request.limits, request.yaw is None, chosen, *passed, least=least)
     return timed.trajectory.changed(how=how, checked=True)
+
+
+def _least_time(request: PlanRequest, task: Task, gates: Mapping[int, Gate]) -> TimeQuestion:
+    """Return the question how long every flight takes at least that keeps what was asked of a plan."""
+    from minsnap.bounds.least_time import TimeQuestion
+
+    beside = {"the corridor": task.walls, "the obstacles": request.avoid, "the pins on the way": request.pins}
+    placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
+    ends = None if task.closed else np.stack((task.pins[0][1], task.pins[task.legs][1]))
+    named = tuple(name for name, given in beside.items() if given)
+    return TimeQuestion(placement, gates, ends, request.limits, named)
 
 
 def _shown(curve: Trajectory, watch: Progress | None, on_interrupt: str) -> Trajectory:
@@ -314,6 +327,7 @@ class _Plan:
     gates: Mapping[int, Gate]
     obstacles: Sequence[Obstacle]
     widths: FloatArray | None
+    least: TimeQuestion | None = None
 
     def report(self, curve: Trajectory) -> Report:
         """Return the report of the plan."""
@@ -332,4 +346,5 @@ class _Plan:
             notes += near_notes(curve, self.gates, self.obstacles, limits)
         used = () if limits is None else limits.utilisation(curve)
         notes += unlimited_notes(curve, () if limits is None else limits.given())
-        return Report(cost=curve.cost(), utilisation=used, notes=notes, **self.facts)
+        least, duration = self.least, curve.duration
+        return Report(cost=curve.cost(), utilisation=used, notes=notes, least=least, duration=duration, **self.facts)

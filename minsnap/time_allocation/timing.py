@@ -76,6 +76,12 @@ class Timing:
         """The limits of the request; only where there are any."""
         return cast("Limits", self.limits)
 
+    @property
+    def shortest(self) -> bool:
+        """Whether the shortest time within the limits is asked for."""
+        chosen = self.durations is None and self.total_time is None and self.time_weight is None
+        return self.limits is not None and chosen
+
     def bounded(self, task: Task) -> Task:
         """Return a task with the walls of the limits, if there are any."""
         return task if self.limits is None else task.with_walls(self.limits.walls(task.waypoints))

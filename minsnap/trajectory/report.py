@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import degrees
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -130,6 +130,29 @@ def cost_unit(order: int) -> str:
 _RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
+class FoundBound(Protocol):
+    """A bound of the time of all flights."""
+
+    @property
+    def seconds(self) -> float | None:
+        """The time that each takes at least [s]; None where nothing bounds it."""
+        ...
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What flights keep that it does not know."""
+        ...
+
+
+class LeastTime(Protocol):
+    """Asks how long every flight takes at least."""
+
+    @property
+    def bound(self) -> FoundBound:
+        """The answer, found at the first use."""
+        ...
+
+
 @dataclass(frozen=True)
 class Report:
     """How a plan was made.
@@ -166,6 +189,10 @@ class Report:
         Advice about parts of the request that make the plan slower or dearer without need.
     limits_from : float
         Instant from which the limits hold to the end [s]: 0, but for a start outside of them.
+    least : LeastTime or None
+        Asks how long every flight within the limits takes at least; None where the plan did not choose its time.
+    duration : float
+        Of the flight as it was planned [s]; 0 where that was not kept.
     """
 
     solver: str
@@ -183,6 +210,8 @@ class Report:
     rungs: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     limits_from: float = 0.0
+    least: LeastTime | None = field(default=None, repr=False, compare=False)
+    duration: float = field(default=0.0, repr=False)
 
     def report(self, curve: Any) -> Report:
         """Return itself: what makes the report of a curve may be one."""
@@ -192,6 +221,32 @@ class Report:
     def binding(self) -> Utilisation | None:
         """The limit that is used most; None without limits."""
         return max(self.utilisation, key=lambda used: used.fraction, default=None)
+
+    @property
+    def lower_bound(self) -> float | None:
+        """Proved time that every flight within the limits takes at least [s], whatever its curve.
+
+        It is computed when it is first asked for. None where durations or a total were given, and where nothing
+        bounds the time; :func:`minsnap.least_time` says why.
+        """
+        return None if self.least is None else self.least.bound.seconds
+
+    @property
+    def gap(self) -> float | None:
+        """How much longer the flight is at most than any other within the limits: duration / lower_bound - 1."""
+        least = self.lower_bound
+        return None if least is None else self.duration / least - 1.0
+
+    @property
+    def nearness(self) -> str | None:
+        """A sentence on the gap, with the limits that the bound does not know."""
+        least, gap = self.least, self.gap
+        if least is None or gap is None:
+            return None
+        *others, last = least.bound.left_out or ("",)
+        left = f"{', '.join(others)} and {last}" if others else last
+        without = f", {left} left out" if left else ""
+        return f"at most {100.0 * gap:.2f} % longer than any flight within these limits{without}"
 
     def facts(self) -> list[tuple[str, str | None]]:
         """Return how the plan was made, but for its cost: names and texts, None where one does not apply."""
@@ -206,6 +261,7 @@ class Report:
             ("fallbacks", ", ".join((*self.fallback, *self.rungs)) or None),
             ("handed over", self.handed_over or None),
             ("planned in", f"{self.milliseconds:.4g} ms"),
+            ("flight time", self.nearness),
             *(("note", note) for note in self.notes),
         ]
 

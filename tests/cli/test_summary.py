@@ -50,3 +50,20 @@ def test_a_shape_that_is_no_polynomial_has_speeds_and_no_cost():
     found = summarise(minsnap.circle(2.0, speed=1.0))
     assert found["max_speed"] == pytest.approx(1.0)
     assert found["cost"] is None and found["legs"] is None and found["limits"] == []
+
+
+def test_the_shortest_flight_tells_how_near_it_is_to_the_least_time():
+    limits = Limits(speed=2.0, acceleration=1.0, body_rate=9.0)
+    path = minsnap.plan([(0, 0, 1), (3, 1, 1), (4, 4, 1)], limits=limits)
+    figures = summarise(path, limits=limits)
+    said = json.loads(as_json(figures))
+    assert said["lower_bound"] <= said["duration"] and said["gap"] == said["duration"] / said["lower_bound"] - 1.0
+    line = (
+        f"flight time         at most {100 * said['gap']:.2f} % longer than any flight within these limits, body rate"
+    )
+    assert as_text(figures).splitlines()[1].startswith(line)
+
+
+def test_a_time_that_was_given_tells_no_least_time():
+    figures = summarise(minsnap.plan([(0, 0, 1), (3, 1, 1), (4, 4, 1)], [2.0, 2.0]))
+    assert figures["gap"] is None and "flight time" not in as_text(figures)
