@@ -25,8 +25,8 @@ def test_each_limit_tells_how_far_it_is_used_and_where(figures):
 
 def test_text_shows_limits_below_the_greatest_values(figures):
     labels = [line[:20].strip() for line in as_text(figures).splitlines()]
-    assert labels[:10] == [
-        "duration", "legs", "cost", "max speed", "max acceleration", "max jerk",
+    assert labels[:11] == [
+        "duration", "flight time", "legs", "cost", "max speed", "max acceleration", "max jerk",
         "limit speed", "limit acceleration", "limits that bind", "corridor margin",
     ]  # fmt: skip
 
