@@ -66,6 +66,11 @@ SITES = [
         {"waypoints": POINTS, "total_time": 3.0, "limits": LIMITS},
     ),
     (
+        ("refused_times", "_refuse_below_least", InfeasibleError),
+        "3.7 s are too short for the limits: every flight takes 3.73.* s, and the shortest found takes 4.3",
+        {"waypoints": POINTS, "total_time": 3.7, "limits": LIMITS},
+    ),
+    (
         ("within_limits", "_stretched", UnprovedError),
         "no plan of 30000 s within the limits was found, only one of 4",
         {"waypoints": POINTS, "total_time": 3e4, "limits": LIMITS, "corridor": 0.05, "continuity": 4, **FAST},

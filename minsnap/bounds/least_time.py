@@ -165,3 +165,28 @@ def bound_of(course: PassedCourse, limits: Limits, beside: tuple[str, ...] = ())
     if not seconds > 0.0:
         return TimeBound(None, left_out, "no time above zero was proved")
     return TimeBound(seconds, left_out, "", proof)
+
+
+@dataclass(frozen=True, eq=False)
+class BelowLeast:
+    """A time that is too short for every flight.
+
+    Parameters
+    ----------
+    total : float
+        [s].
+    bound : TimeBound
+        With a time above it.
+    """
+
+    total: float
+    bound: TimeBound
+
+    @property
+    def least(self) -> float:
+        """The time that every flight takes at least [s]."""
+        return 0.0 if self.bound.seconds is None else self.bound.seconds
+
+    def verify(self) -> bool:
+        """Prove in exact rational arithmetic that no flight is so short."""
+        return self.least > self.total and self.bound.verify()

@@ -83,7 +83,7 @@ class PassedCourse(OwnsArrays):
 def passed_course(
     placement: Placement, gates: Mapping[int, Gate], ends: FloatArray | None, closed: bool
 ) -> PassedCourse:
-    """Return the course of a placement and of the gates among its waypoints.
+    """Return the course of a placement and of the gates among its waypoints; others count as the boxes around them.
 
     Parameters
     ----------
@@ -96,11 +96,10 @@ def passed_course(
     half = 0.5 * (placement.upper - placement.lower) * (1.0 + EXACT)
     sides[:, range(dim), range(dim)] = half
     for knot, region in placement.regions.items():
-        sides[knot] = 0.0
-        centers[knot, :dim] = placement.points[knot]
         if knot in gates:
             centers[knot, :dim], rounds[knot, :, :dim], sides[knot, :, :dim] = _opening(gates[knot])
-        else:
+        elif region.radius < np.inf:
+            centers[knot, :dim], sides[knot] = placement.points[knot], 0.0
             rounds[knot, range(dim), range(dim)] = region.radius
     velocities = np.zeros((2, 3))
     if ends is not None:

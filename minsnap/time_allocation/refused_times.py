@@ -14,6 +14,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, significant
 from minsnap.basics.checks import LONGEST, check_durations
 from minsnap.basics.deadline import LateError
+from minsnap.corridors.knot_regions import Placement
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.optimisation.solve import Effort, solve
@@ -31,6 +32,7 @@ from minsnap.time_allocation.ways import start_on_limit
 from minsnap.time_allocation.within_limits import plans_for, searched_in_time
 
 if TYPE_CHECKING:
+    from minsnap.bounds.least_time import BelowLeast
     from minsnap.optimisation.contradiction import Contradiction
     from minsnap.time_allocation.short_total import ShortTotal
 
@@ -223,7 +225,7 @@ def _guess(refused: InfeasibleError) -> float:
     That of a leg that is too short for its length is the least that it needs.
     """
     if not hasattr(refused.contradiction, "orders"):
-        short = cast("ShortTotal", refused.contradiction)
+        short = cast("ShortTotal | BelowLeast", refused.contradiction)
         return significant(float(short.least) / short.total, 4)
     proof = cast("Contradiction", refused.contradiction)
     orders = set(proof.orders.tolist()) - {0}
@@ -296,6 +298,8 @@ def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> N
     longest, free = LONGEST * task.legs, timing.total_time is None
     proof = short_total(bounded, longest if free else timing.total, any_time=free)
     if proof is None:
+        if not free:
+            _refuse_below_least(task, timing, shortest)
         return
     known = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"
     message = (
@@ -305,6 +309,21 @@ def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> N
     if proof.least > longest:
         message = "the limits on derivatives let no curve pass the waypoints in any time: loosen them"
     raise InfeasibleError(message, shortest=shortest, contradiction=proof)
+
+
+def _refuse_below_least(task: Task, timing: Timing, shortest: float | None) -> None:
+    """Raise InfeasibleError if every flight within the limits takes longer than a total, whatever its curve."""
+    if timing.limits is None:
+        return
+    from minsnap.bounds.least_time import BelowLeast, TimeQuestion
+
+    placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
+    ends = None if task.closed else np.stack((task.pins[0][1], task.pins[task.legs][1]))
+    proof = BelowLeast(timing.total, TimeQuestion(placement, {}, ends, timing.limits).bound)
+    if proof.verify():
+        known = "" if shortest is None else f", and the shortest found takes {shortest:.6g} s"
+        message = f"{proof.total:.6g} s are too short for the limits: every flight takes {proof.least:.6g} s{known}"
+        raise InfeasibleError(message, shortest=shortest, contradiction=proof)
 
 
 def _of_these_times(proof: Contradiction, task: Task, timing: Timing) -> bool:

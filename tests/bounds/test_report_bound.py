@@ -1,6 +1,7 @@
 """What a report says of the least time: a bound and a gap where the plan chose its time, found when asked for."""
 
 import pickle
+from dataclasses import replace
 
 import pytest
 
@@ -74,6 +75,20 @@ def test_a_sentence_says_what_is_left_out():
     report = minsnap.plan(POINTS, limits=limits, **inside, pins={1: {"velocity": (1, 1, 0)}}).report
     left = "jerk, the corridor, the obstacles and the pins on the way left out"
     assert report.nearness.endswith(left)
+
+
+@pytest.mark.slow
+def test_a_total_below_the_bound_is_refused_with_its_proof():
+    """Moves along lines prove less; a gate counts as the box around it."""
+    places = [POINTS[0], Gate((4, 1, 1), (1, 1, 0), 0.5), *POINTS[2:]]
+    least = least_time(places, QUICK).seconds
+    with pytest.raises(minsnap.InfeasibleError, match="every flight takes") as refused:
+        minsnap.plan(places, total_time=0.97 * least, limits=QUICK, pieces=3)
+    proof = pickle.loads(pickle.dumps(refused.value)).contradiction
+    assert refused.value.verify() and proof.verify()
+    assert 0.97 * least < proof.least <= least
+    assert not replace(proof, total=proof.least * (1.0 + 1e-9)).verify()
+    assert not replace(proof, bound=replace(proof.bound, seconds=2.0 * least)).verify()
 
 
 def test_a_report_that_was_copied_says_the_same():
