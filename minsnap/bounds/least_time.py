@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from minsnap.basics.cached import cached_property
 from minsnap.basics.cards import card
 from minsnap.bounds.derivative_sets import bounding_sets
 from minsnap.bounds.passed_course import PassedCourse, passed_course
-from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import Placement, place
@@ -112,7 +112,12 @@ def least_time(
     checks.refuse_repeated(placement.points, "leave one of them out")
     ends = None if lap else np.stack((pinned[0][1], pinned[len(placement.points) - 1][1]))
     gates = {} if knots is None else knots.gates
-    return TimeQuestion(placement, gates, ends, limits, ("the corridor",) if constraints else ()).bound
+    return TimeQuestion(placement, gates, ends, limits, names_of(walls_of(constraints, placement.points))).bound
+
+
+def names_of(walls: Iterable[Walls]) -> tuple[str, ...]:
+    """Return what keeps positions inside, by name, each once."""
+    return tuple(dict.fromkeys(f"the {wall.name}" for wall in walls if not wall.order))
 
 
 @dataclass(frozen=True, eq=False)

@@ -230,12 +230,12 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
 
 def _least_time(request: PlanRequest, task: Task, gates: Mapping[int, Gate]) -> TimeQuestion:
     """Return the question how long every flight takes at least that keeps what was asked of a plan."""
-    from minsnap.bounds.least_time import TimeQuestion
+    from minsnap.bounds.least_time import TimeQuestion, names_of
 
-    beside = {"the corridor": task.walls, "the obstacles": request.avoid, "the pins on the way": request.pins}
+    beside = {"the obstacles": request.avoid, "the pins on the way": request.pins}
     placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
     ends = None if task.closed else np.stack((task.pins[0][1], task.pins[task.legs][1]))
-    named = tuple(name for name, given in beside.items() if given)
+    named = names_of(task.walls) + tuple(name for name, given in beside.items() if given)
     return TimeQuestion(placement, gates, ends, request.limits, named)
 
 

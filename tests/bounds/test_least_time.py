@@ -133,7 +133,7 @@ def test_sets_without_waypoints_bound_by_their_overlaps():
     bound = least_time(None, QUICK, corridor=boxes, **ends)
     assert bound.verify()
     assert 0.8 * flown < bound.seconds < flown
-    assert bound.left_out == ("the corridor",)
+    assert bound.left_out == ("the box",)
 
 
 def test_regions_that_overlap_count_once():

@@ -71,9 +71,10 @@ def test_a_sentence_says_what_is_left_out():
     assert report.nearness == f"at most {100 * report.gap:.2f} % longer than any flight within these limits"
     assert ("flight time", report.nearness) in report.facts()
     limits = Limits(speed=3.0, acceleration=6.0, jerk=40.0)
-    inside = {"corridor": 1.5, "avoid": [Cylinder((2.2, 2.6), 0.2)]}
+    room = minsnap.Room((-9, -9, 0), (9, 9, 9))
+    inside = {"corridor": [1.5, room], "avoid": [Cylinder((2.2, 2.6), 0.2)]}
     report = minsnap.plan(POINTS, limits=limits, **inside, pins={1: {"velocity": (1, 1, 0)}}).report
-    left = "jerk, the corridor, the obstacles and the pins on the way left out"
+    left = "jerk, the corridor, the room, the obstacles and the pins on the way left out"
     assert report.nearness.endswith(left)
 
 
