@@ -328,7 +328,9 @@ def route(
     reading: MapOptions,
     timing: TimingOptions,
     destination: Destination,
-    map_file: Annotated[Path, "MAP", "map_server YAML, .npy (axes x, y[, z]), .pcd, .ply or .xyz."],
+    map_file: Annotated[
+        Path, "MAP", "map_server YAML, .npy (axes x, y[, z]); clouds in .npy, .csv, .pcd, .ply or .xyz."
+    ],
     *,
     start: Annotated[str, "X Y [Z]", "Where to fly from [m]."],
     goal: Annotated[str, "X Y [Z]", "Where to fly to [m]."],
@@ -338,7 +340,7 @@ def route(
     The path keeps a distance from all occupied cells. Without --time and limits, the time is the shortest found within
     3 m/s, 6 m/s^2 and 30 m/s^3. Exit status 1 if no way is wide enough.
     """
-    from minsnap.paths.routes.map_files import files_of
+    from minsnap.paths.routes.map_server import files_of
     from minsnap.paths.routes.plan_route import plan_through
     from minsnap.planning.request import plan_arguments
 
@@ -360,7 +362,7 @@ def _source(file: Path, transpose: bool) -> Any:
         return file
     if file.suffix.lower() != ".npy":
         raise InputError(f"--transpose is for arrays: {file} says which axis is which")
-    from minsnap.paths.routes.map_files import read_array
+    from minsnap.paths.routes.cell_values import read_array
 
     cells = read_array(file)
     return cells.swapaxes(0, 1) if cells.ndim > 1 else cells

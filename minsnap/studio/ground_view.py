@@ -15,7 +15,7 @@ from minsnap.errors import FileError, InputError
 from minsnap.files.frames import get_frame
 from minsnap.files.waypoints import read_waypoints
 from minsnap.paths.routes.grid_map import GridMap
-from minsnap.paths.routes.map_files import read_map_entries
+from minsnap.paths.routes.map_server import read_map_entries
 from minsnap.studio.wall_view import box_surface
 
 MOST_CELLS = 200_000

@@ -35,6 +35,7 @@ def seeds(folder):
     for name, content in {**_clouds(), "map.pgm": PICTURE}.items():
         (folder / name).write_bytes(content)
     np.save(folder / "array.npy", np.eye(4, dtype=np.int8) * 100)
+    np.save(folder / "points.npy", np.array([[0.0, 0.0, 0.5], [1.0, -2.0, 3.25]]))
     np.savez(folder / "obstacles.npz", occupancy=np.ones((2, 2, 2), bool), resolution=0.5, origin=np.zeros(3))
     return {file.name: file.read_bytes() for file in sorted(folder.iterdir())}
 
@@ -62,7 +63,7 @@ def _clouds():
     for name, kind, body in (("text", "ascii", pcds["text"]), ("binary", "binary_little_endian", points)):
         sides = "".join(f"property float {axis}\n" for axis in "xyz")
         found[f"{name}.ply"] = f"ply\nformat {kind} 1.0\nelement vertex 2\n{sides}end_header\n".encode() + body
-    return found | {"cloud.xyz": pcds["text"]}
+    return found | {"cloud.xyz": pcds["text"], "cloud.csv": b"x,y,z\n0,0,0.5\n1,-2,3.25\n"}
 
 
 PICTURE = b"P5\n# map\n4 3\n255\n" + bytes([0, 254, 205, 254, 254, 254, 254, 0, 254, 100, 254, 254])
@@ -138,7 +139,7 @@ def readers():
         read_spec: "batch.yaml",
         read_request: "request.yaml",
         read_obstacles: "obstacles.npz",
-        _read_cells: "array.npy text.pcd binary.pcd squeezed.pcd text.ply binary.ply cloud.xyz",
+        _read_cells: "array.npy text.pcd binary.pcd squeezed.pcd text.ply binary.ply cloud.xyz cloud.csv points.npy",
         _read_map_server: "map.yaml",
         _read_picture: "map.pgm",
     }

@@ -19,8 +19,9 @@ from minsnap.errors import CorridorError, UnprovedError, WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.native.half_space_sets import HalfSpaceRows
 from minsnap.native.map_ways import tangent_planes
+from minsnap.paths.routes.cell_values import Reading
 from minsnap.paths.routes.grid_map import GridMap
-from minsnap.paths.routes.map_files import Reading, array_map, read_map
+from minsnap.paths.routes.map_files import array_map, read_map
 from minsnap.paths.routes.nearness import Approach, nearest_cell, nearest_obstacle
 from minsnap.paths.routes.passage import end_point, find_passage
 from minsnap.paths.routes.surroundings import bars, flown_box, listed_obstacles, taken
@@ -120,7 +121,7 @@ def plan_through(
     ----------
     grid : GridMap, path, array_like, or obstacles
         A map; a file as :func:`minsnap.routes.read_map` reads it; an array of cells with two or three axes, x, y
-        and z, 0 where free (see :meth:`minsnap.paths.routes.map_files.Reading.occupied`), which needs ``resolution``;
+        and z, 0 where free (see :meth:`minsnap.paths.routes.cell_values.Reading.occupied`), which needs ``resolution``;
         points, shape (k, 2) or (k, 3) [m]; or ``Cylinder``, ``Ellipsoid`` and ``Cuboid``.
     start, goal : array_like, shape (2,) or (3,)
         Where to fly from and to, at rest [m]. Three coordinates above a plane map plan in space: cells then reach from

@@ -1,5 +1,6 @@
 """Maps from files: each form as its programs write it, its choices, and damaged files."""
 
+import io
 import struct
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 from PIL import Image
 
 from minsnap.errors import CorridorError, FileError
-from minsnap.paths.routes import read_map
-from minsnap.paths.routes.map_files import decompress, read_cloud
+from minsnap.paths.routes import plan_through, read_map
+from minsnap.paths.routes.clouds import read_cloud
+from minsnap.paths.routes.pcd import decompress
 
 YAML = (
     "image: {image}\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
@@ -23,9 +25,10 @@ def map_server(folder, picture=PICTURE, name="map.pgm", text=YAML):
     return folder / "map.yaml"
 
 
-def test_the_type_of_a_map_of_nav2_is_read_over(tmp_path):
+@pytest.mark.parametrize("further", ["map_type: occupancy", "date: [1, [2]]\nframe_id: map\n7: null"])
+def test_entries_that_map_server_reads_over_are_read_over(tmp_path, further):
     """A shipped map, which map_server reads, was refused for its last key."""
-    typed = map_server(tmp_path, text=YAML + "\nmap_type: occupancy\n")
+    typed = map_server(tmp_path, text=f"{YAML}\n{further}\n")
     again = read_map(typed).occupied
     assert np.array_equal(again, read_map(map_server(tmp_path)).occupied)
 
@@ -93,7 +96,7 @@ def test_values_of_arrays_are_read_as_programs_write_them(tmp_path, values, occu
     assert found.occupied.ravel().tolist() == [bool(value) for value in occupied]
 
 
-@pytest.mark.parametrize("values", [np.array([[0.0, 1.5]]), np.array([[0, 150, 255]]), np.array([["a", "b"]])])
+@pytest.mark.parametrize("values", [np.array([[0, 1.5, 0, 0]]), np.array([[0, 150, 255]]), np.array([["a", "b"]])])
 def test_values_of_no_kind_are_refused(tmp_path, values):
     np.save(tmp_path / "map.npy", values)
     with pytest.raises((CorridorError, FileError)):
@@ -149,13 +152,24 @@ def clouds():
         "big.ply": ply("binary_big_endian", coloured.astype(coloured.dtype.newbyteorder(">")).tobytes()),
         "plain.xyz": b"# x y z\n" + text,
         "commas.xyz": text.replace(b" ", b","),
+        "named.csv": b"# of a camera\nX [m],Y [m],Z [m]\n" + text.replace(b" ", b","),
+        "plain.csv": text.replace(b" ", b"; ") + b"\n\n",
+        "double.npy": npy(POINTS),
+        "single.npy": npy(np.vstack((POINTS, [[np.nan, 0, 0]])).astype("<f4")),
     }
+
+
+def npy(values):
+    file = io.BytesIO()
+    np.save(file, values)
+    return file.getvalue()
 
 
 @pytest.mark.parametrize("name", sorted(clouds()))
 def test_every_form_of_a_cloud_holds_the_same_points(tmp_path, name):
     (tmp_path / name).write_bytes(clouds()[name])
-    assert np.array_equal(read_cloud(tmp_path / name), POINTS)
+    if not name.endswith(".npy"):
+        assert np.array_equal(read_cloud(tmp_path / name), POINTS)
     found = read_map(tmp_path / name, 0.1, ends=[(0, 0, 1), (3, 0, 1)], clearance=0.2)
     cells = np.unique(np.floor((POINTS - found.lower) / 0.1), axis=0)
     assert found.occupied.sum() == len(cells) and found.holds(np.array([3.0, 0.0, 1.0]))
@@ -171,8 +185,8 @@ def test_a_damaged_cloud_is_refused_in_one_sentence(tmp_path, name):
             damaged[int(draw.integers(len(damaged)))] ^= 0x55
         (tmp_path / name).write_bytes(damaged)
         try:
-            assert read_cloud(tmp_path / name).shape[1] == 3
-        except FileError as error:
+            assert read_map(tmp_path / name, 0.5).occupied.any()
+        except (FileError, CorridorError) as error:
             assert name in str(error) and "\n" not in str(error)
 
 
@@ -182,6 +196,55 @@ def test_text_with_decimal_commas_is_no_cloud(tmp_path, row):
     (tmp_path / "cloud.xyz").write_text(f"{row}\n")
     with pytest.raises(FileError, match="x,? y,? z"):
         read_cloud(tmp_path / "cloud.xyz")
+
+
+@pytest.mark.parametrize("name", ["plane.csv", "plane.npy"])
+def test_a_cloud_in_the_plane_is_a_plane_map(tmp_path, name):
+    content = npy(POINTS[:, :2]) if name == "plane.npy" else b"x,y\n0,0\n1,-2\n0.5,0.25\n"
+    (tmp_path / name).write_bytes(content)
+    for ends in ([(0, 0), (3, 0)], [(0, 0, 1), (3, 0, 1)]):
+        found = read_map(tmp_path / name, 0.1, ends=ends, clearance=0.2)
+        assert found.dim == 2 and found.occupied.sum() == 3 and found.holds(np.array([3.0, 0.0]))
+        assert all(found.occupied[tuple(found.cell(point))] for point in POINTS[:, :2])
+        assert found.lower == pytest.approx([-1.2, -3.2])
+
+
+@pytest.mark.slow
+def test_a_cloud_flies_as_its_points_do(tmp_path):
+    """An array of points was refused: its values were no percentages."""
+    posts = np.array([(2.0, y, z) for y in np.arange(-1, 1.01, 0.1) for z in np.arange(0, 3, 0.2)])
+    np.save(tmp_path / "posts.npy", posts)
+    route = plan_through(tmp_path / "posts.npy", (0, 0, 1), (4, 0, 1), 0.3, resolution=0.2)
+    assert route.distance >= 0.3 - 1e-9
+    flown = route(np.linspace(0.0, route.duration, 500))
+    assert np.linalg.norm(flown[:, None] - posts, axis=2).min() >= 0.3
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("c.csv", b"x,z\n1,2\n", "c.csv, line 1: no column y"),
+        ("c.csv", b"x,y,z,w\n1,2,3,4\n", "c.csv, line 1: column 'w' is not known"),
+        ("c.csv", b"1,2,3,4\n", "4 numbers without a header: the points of a cloud are x,y or x,y,z"),
+        ("c.csv", b"1,5;2,5;3,0\n", "line 1: semicolons and commas are mixed"),
+        ("c.csv", b"x,y,z\n1,2,3\n1,nan,3\n", "c.csv, line 3: y is 'nan'"),
+        ("c.csv", b"", "c.csv is empty"),
+        ("c.npy", npy(np.full((4, 3), np.nan)), "c.npy holds no points"),
+        ("c.npy", npy(np.zeros((0, 3))), "c.npy holds no points"),
+        ("c.npy", npy(np.array([[1, 2, 300], [4, 5, 6]])), "c.npy has values up to 300: .*points of a cloud are float"),
+    ],
+)
+def test_a_cloud_that_is_none_says_where(tmp_path, name, content, message):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises((FileError, CorridorError), match=message):
+        read_map(tmp_path / name, 0.1)
+
+
+def test_a_table_too_large_for_one_is_refused_unread(tmp_path):
+    with open(tmp_path / "large.csv", "wb") as file:
+        file.truncate(64_000_001)
+    with pytest.raises(FileError, match="large.csv has 64 MB: files of this kind are read up to 64 MB"):
+        read_map(tmp_path / "large.csv", 0.1)
 
 
 def test_lzf_repeats_what_it_has_just_written():
@@ -197,7 +260,8 @@ def test_lzf_repeats_what_it_has_just_written():
     ("change", "message"),
     [
         (("resolution: 0.05\n", ""), "map.yaml has no resolution"),
-        (("negate: 0", "colour: 1"), "'colour' is not known"),
+        (("negate: 0", "negated: 1"), "'negated' is not known"),
+        (("occupied_thresh", "ocupied_tresh"), "'ocupied_tresh' is not known"),
         (("[-1.0, 2.0, 0.0]", "[-1.0, 2.0, 0.5]"), "the map is turned by 0.5 rad"),
         (("0.05", "-0.05"), "resolution is -0.05"),
         (("{image}", "[1]"), "image is"),
@@ -221,6 +285,7 @@ def test_arguments_that_do_not_go_with_a_file_are_refused(tmp_path):
         (tmp_path / "map.npy", {"resolution": 0.1, "threshold": 2.0}, "threshold is 2.0"),
         (tmp_path / "plain.xyz", {"resolution": 0.1, "threshold": 0.5}, "no probabilities"),
         (tmp_path / "plain.xyz", {"resolution": 0.1, "ends": [(1, 2)]}, "three coordinates"),
+        (tmp_path / "plain.xyz", {"resolution": 0.1, "ends": [(1, 2), (1, 2, 3)]}, "both with two, or both"),
         (tmp_path / "plain.xyz", {"resolution": 1e-4}, "give a larger resolution"),
     ):
         with pytest.raises(CorridorError, match=message):
