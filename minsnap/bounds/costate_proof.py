@@ -5,13 +5,13 @@ convex set A and velocities in V, whose support functions are :math:`h_A` and :m
 and piecewise linear in :math:`s \in [0, 1]` on every leg, and rates :math:`\lambda_k`, integration by parts of
 :math:`\int p^\top a\,dt` gives
 
-.. math:: \sum_k \lambda_k^\top D_k / T_k + \big[p^\top v\big] \le \sum_k T_k \int h_A(p)\,ds
+.. math:: \sum_k \lambda_k^\top D_k / T_k + [\,p^\top v\,] \le \sum_k T_k \int h_A(p)\,ds
           + \sum_k \int h_V(p' + \lambda_k)\,ds .
 
 With :math:`a_k = \int h_A(p)\,ds < 1` and :math:`b_k = \lambda_k^\top D_k \ge 0` the sum of all :math:`T_k` is least
 where :math:`T_k = \sqrt{b_k / (1 - a_k)}`, so that every flight takes at least
 
-.. math:: \sum_k 2 \sqrt{(1 - a_k)\, b_k} - \sum_k \int h_V(p' + \lambda_k)\,ds + \big[p^\top v\big] .
+.. math:: \sum_k 2 \sqrt{(1 - a_k)\, b_k} - \sum_k \int h_V(p' + \lambda_k)\,ds + [\,p^\top v\,] .
 
 Where the points lie in regions B, :math:`b_k` is known up to :math:`\pm X_k`.  The root is concave in it, and so not
 below its chord, which is linear in the places of the points: what they may take from it is :math:`h_B(c_k \lambda_k -
