@@ -51,8 +51,9 @@ class WorkPrices:
         Pieces that the use of rotors takes as long as besides.
     yaw_pieces : int
         Pieces of a yaw that take as long as one of a curve.
-    iteration, rotors : float
-        An iteration of a search for the shortest time, for each row; the same with limits of single rotors.
+    iteration, rotors, yawed : float
+        An iteration of a search for the shortest time, for each row; the same with limits of single rotors under any
+        yaw, and under a constant one.
     block : float
         Further work of an iteration: for each piece, times the cube of the number of values that are free at a knot.
     free_curve : float
@@ -72,6 +73,7 @@ class WorkPrices:
     solve: float = 360.0
     iteration: float = 6e-5
     rotors: float = 1.2e-3
+    yawed: float = 2.5e-4
     block: float = 5e-6
     rotors_used: float = 0.3
     pieces_besides: int = 5

@@ -48,6 +48,8 @@ class QuestionSettings:
         Share by which limits are tightened that slower flight does not mend, which saves repairs at the end.
     directed : float
         Share of the weight below which thrust has no direction: there a small change turns it by any angle.
+    aside : float
+        Least share of the thrust that is not along a constant yaw: there a small change spins the body by any angle.
     """
 
     divisions: tuple[int, ...] = (3, 2)
@@ -56,6 +58,7 @@ class QuestionSettings:
     inward: float = 2e-4
     room: float = 1e-4
     directed: float = 0.1
+    aside: float = 0.1
 
 
 QUESTION = QuestionSettings()
@@ -277,7 +280,8 @@ def _rotors(vehicle: Quadrotor, reserve: float, yaw: float | None) -> InstantLim
     if yaw is None:
         return InstantLimit(InstantKind.UNSPUN_ROTORS, (*common, _leverage(vehicle), _gyration(vehicle)))
     body = (*vehicle.inertia.reshape(-1), *vehicle.inverse_mixer.reshape(-1))
-    return InstantLimit(InstantKind.YAWED_ROTORS, (*common, float(np.cos(yaw)), float(np.sin(yaw)), *map(float, body)))
+    heading = float(np.cos(yaw)), float(np.sin(yaw))
+    return InstantLimit(InstantKind.YAWED_ROTORS, (*common, *heading, *map(float, body), QUESTION.aside))
 
 
 def _leverage(vehicle: Quadrotor) -> float:

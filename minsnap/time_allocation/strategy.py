@@ -8,7 +8,8 @@
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
    legs. Where none is found, the same path more slowly, or rest at every waypoint.
 3. Where several pieces have no end, one piece, and the least cost in barely longer durations of what they left.
-   Within rotors, one piece first, which is divided; where it has no end, a search with a body that turns slowly.
+   Within rotors fewer pieces first, which are divided; at a constant yaw every search from rest begins with a body
+   that is easy to turn.
 4. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
 5. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
@@ -98,10 +99,8 @@ class StrategySettings:
     slowings : tuple of float
         Factors on the time of a curve that a search has left outside where it was ended, of which the first is flown
         that keeps the limits.
-    calm : float
-        Body rate of a first search, times the mean time of a leg from rest to rest.
-    eased, divided : float
-        Factor on the time of a plan from which a search goes on, and of one whose legs are divided besides.
+    divided : tuple of float
+        Factor on the time of a plan whose legs are divided; where it has several pieces a leg, the second one.
     tries : int
         How often is searched until a curve can be certified.
     inwards : float
@@ -130,9 +129,7 @@ class StrategySettings:
     slower: float = 1.3
     looser: float = 4.0
     slowings: tuple[float, ...] = (1.05, 1.1, 1.2, 1.4)
-    calm: float = 6.0
-    eased: float = 1.02
-    divided: float = 1.4
+    divided: tuple[float, float] = (1.4, 1.05)
     tries: int = 3
     inwards: float = 10.0
     near: float = 1.1
@@ -177,7 +174,8 @@ class Strategy:
         self.log, self.longest = Log(timing.progress), 0.0
         self.ended: LateError | None = None
         self.deadline = timing.in_time(task).deadline
-        self.price = WORK.rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
+        rotors = WORK.yawed if self._yawed else WORK.rotors
+        self.price = rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
         self.answer: ShortestCurve | None = None
         self.quickest = np.inf
         self.walled = any(wall.order for wall in task.walls)
@@ -210,7 +208,7 @@ class Strategy:
         solved: SolvedTask | None = None
         try:
             solved = self.solve(guess)
-            undivided = solved is not None and self._alone_first and solved.trajectory.pieces == 1
+            undivided = solved is not None and self._fewer_first and solved.trajectory.pieces == 1
             if (solved is None or undivided) and not self.interrupted:
                 solved = shorter(solved, self._from_one_piece()) or self._improved(self._planned())
             if not self.interrupted:
@@ -230,22 +228,17 @@ class Strategy:
         question = replace(self._question, price=price) if price else self._question
         best: SolvedTask | None = None
         first: Guess | None = None
-        if guess is None and self._alone_first and not price:
-            alone = self._alike(1)
-            best = alone.solve(None)
-            self.ended, self.quickest = alone.ended, alone.quickest
-            first = None if best is None else guess_of(best.trajectory, alone.task, SETTINGS.divided)
-            if self.interrupted:
-                return best
-        elif guess is None:
+        if guess is None and self._fewer_first and not price:
+            return self._divided(question)
+        if guess is None and (price or not self.eases):
             first = self._first_guess()
         if first is not None:
-            best = shorter(best, self._certified(begun_from(question, first), limits, self._far))
+            best = self._certified(begun_from(question, first), limits, self._far)
             if self.interrupted or (best is not None and (price or not self._follows)):
                 return best
         question = begun_from(question, guess)
         if not self._turns:
-            return shorter(best, self._certified(question, limits, self._far)) or self._calmer(question)
+            return shorter(best, self._certified(question, limits, self._far))
         free = replace(limits, yaw_rate=None)
         solved, answer = self._certified(with_rates(question, free, heading), free, self._far), self.answer
         if solved is None and answer is not None and answer.kept and not (self.interrupted or self._follows):
@@ -258,36 +251,40 @@ class Strategy:
             return shorter(best, solved)
         return shorter(best, self._slowed(solved, limits) if self.interrupted else self._turning(solved, price))
 
+    def _divided(self, question: ShortestQuestion) -> SolvedTask | None:
+        """Search with fewer pieces, then from that curve with more, and take the shorter flight of the two."""
+        fewer = self._alike(QUESTION.divisions[0] if self.eases else 1)
+        best = fewer.solve(None)
+        self.ended, self.quickest, self.answer = fewer.ended, fewer.quickest, fewer.answer
+        if self.interrupted:
+            return best
+        guess = None if best is None else guess_of(best.trajectory, fewer.task, SETTINGS.divided[self.eases])
+        if guess is not None:  # several pieces are divided, then cut anew
+            parts = (*question.parts[1:], 1) if self.eases else question.parts
+            question = replace(question, guess=guess, parts=parts)
+        return shorter(best, self._certified(question, self.limits, self._far))
+
     @property
-    def _alone_first(self) -> bool:
-        """Whether one piece a leg comes first: within rotors more take long, and are lost where time or work end."""
+    def _fewer_first(self) -> bool:
+        """Whether fewer pieces come first: within rotors more take long, and are lost where time or work end."""
         alike = self.task.continuity <= self.task.half - 1
         return self.timing.refine and alike and isinstance(self.limits, VehicleLimits) and self._known
+
+    @property
+    def _yawed(self) -> bool:
+        """Whether rotors are limited under a constant yaw."""
+        constant = self._heading is not None and self._heading.constant is not None
+        return isinstance(self.limits, VehicleLimits) and constant
+
+    @property
+    def eases(self) -> bool:
+        """Whether a search from rest begins with a body that is easy to turn."""
+        return self._yawed and self.task.still
 
     @property
     def _far(self) -> float:
         """Share by which a plan may be slower than the curve of its search."""
         return SETTINGS.not_longer if self._known or self.limits.yaw_rate is not None else np.inf
-
-    def _calmer(self, question: ShortestQuestion) -> SolvedTask | None:
-        """Search with a body that turns slowly, and on from there: the way around free fall is hard to find."""
-        answer, limits = self.answer, self.limits
-        given_up = answer is not None and not (answer.kept or self.interrupted)
-        if not isinstance(limits, VehicleLimits) or question.price or self._question.parts or not given_up:
-            return None
-        rate = min(SETTINGS.calm / float(self.times.mean()), limits.body_rate or np.inf)
-        calm = replace(limits, body_rate=rate)
-        best = self._hurried(self._certified(with_rates(question, calm, self._heading), calm, self._far))
-        if best is None:
-            self.answer = answer
-        if best is None or self.interrupted:
-            return best
-        guess = guess_of(best.trajectory, replace(self.task, pieces=best.trajectory.pieces), SETTINGS.eased)
-        found = self._certified(replace(begun_from(question, guess), parts=()), limits, self._far)
-        if found is None and not self.interrupted:
-            self.answer = answer
-            found = self._improved(self._planned())
-        return shorter(best, found)
 
     def solve_timed(self, first: SolvedTask, durations: FloatArray) -> SolvedTask | None:
         """Search the curve of least cost in piece durations [s], from a curve in any; None where none is found."""
@@ -584,7 +581,7 @@ class Strategy:
         if task.pieces == 1 and not self.timing.refine:
             return None
         first, guess, refine = None, None, self.timing.refine
-        if not self._alone_first:
+        if not self._fewer_first:
             alone = self._alike(1)
             first = alone.solve(None)
             self.ended, self.quickest = alone.ended, alone.quickest

@@ -357,10 +357,23 @@ def searched_in_time(
         search = Strategy(task, timing)
     except LimitError:
         return None
-    found = search.solve_timed(first, first.trajectory.durations if durations is None else durations)
+    durations = first.trajectory.durations if durations is None else durations
+    found = search.solve_timed(first, durations)
+    if found is None and search.eases and not search.interrupted:  # the way round the heading is not that of least cost
+        found = _in_proportion_of_shortest(search, durations)
     if found is None and search.ended is not None and not search.deadline.spent:
         raise search.ended
     return None if found is None else timed(found, Run((*run.steps, *search.log.steps), search.interrupted))
+
+
+def _in_proportion_of_shortest(search: Strategy, durations: FloatArray) -> SolvedTask | None:
+    """Search from the shortest plan, whose pieces divide the legs as they do there."""
+    shortest = search.solve(None)
+    if shortest is None or search.interrupted or len(shortest.trajectory.durations) != len(durations):
+        return None
+    legs, pieces = search.task.legs, shortest.trajectory.durations
+    longer = durations.reshape(legs, -1).sum(axis=1) / pieces.reshape(legs, -1).sum(axis=1)
+    return search.solve_timed(shortest, pieces * np.repeat(longer, len(pieces) // legs))
 
 
 def require_limits_kept(planned: Timed, task: Task, timing: Timing, stretchable: bool = False) -> Timed:

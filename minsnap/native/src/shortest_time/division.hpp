@@ -53,7 +53,8 @@ public:
     void find(const Rows<S> &rows, const Chain<S> &chain, const double *value, int leg, int parts) {
         if (chain.per_leg == 1) return part(parts);
         gather(rows, chain, value, leg);
-        const bool first = sharp(chain, leg, parts), last = sharp(chain, leg + 1, parts);
+        const bool ramps = !rows.turns_hard();  // a body that turns hard does not reach its limits on ramps
+        const bool first = ramps && sharp(chain, leg, parts), last = ramps && sharp(chain, leg + 1, parts);
         const int begin = first ? 1 : 0, end = last ? parts - 1 : parts;
         const double least = 0.02 / parts;
         cuts[0] = 0.0;

@@ -1,6 +1,7 @@
 // Limits on several derivatives at four instants at once: values, changes along a step, weighted sums of first and second derivatives.
 #include "arithmetic/wide.hpp"
 #include "shortest_time/instant_limits.hpp"
+#include "vehicle/rotor_gradients.hpp"
 
 namespace minsnap {
 
@@ -62,6 +63,8 @@ struct GatheredLimit {
     void add(const Quad *u, InstantTerms &terms) const {
         if (limit.products == 3) return widely([&]() MINSNAP_INLINED { products<2>(u, terms); });
         if (limit.products == 6) return widely([&]() MINSNAP_INLINED { products<3>(u, terms); });
+        if (limit.kind == LimitKind::yawed_rotors)
+            return widely([&]() MINSNAP_INLINED { limit.inputs() == 9 ? of_rotors<9>(u, terms) : of_rotors<12>(u, terms); });
         switch (limit.inputs()) {
             case 4: return widely([&]() MINSNAP_INLINED { directly<4>(u, terms); });
             case 6: return widely([&]() MINSNAP_INLINED { directly<6>(u, terms); });
@@ -77,6 +80,57 @@ private:
         for (int i = 0; i < n; ++i) x[i] = Curved<n, Quad>::unknown(u[i], i);
         limit.functions_at<n>(x, out);
         sum(out, terms);
+        mirror<n>(terms);
+    }
+
+    // First derivatives alone: second ones of rotors are indefinite, which makes steps short, and took four fifths of a search.
+    template <int n>
+    MINSNAP_INLINE void of_rotors(const Quad *u, InstantTerms &terms) const {
+        const Medium medium(limit.parameters);
+        const YawedRotors asked(limit.parameters);
+        const double unit = 1.0 / asked.most;
+        using Gradients = RotorGradients<n == 12>;
+        Space<typename Gradients::Plain> motion[4];
+        for (int q = limit.span.low; q <= limit.span.high; ++q, u += 3)
+            motion[q - 1].x.value = u[0], motion[q - 1].y.value = u[1], motion[q - 1].z.value = u[2];
+        const Gradients gradients(medium, motion, asked.mass, asked.heading, asked.inertia);
+        const auto weight = [&](const double *of, int function) MINSNAP_INLINED { return four(of + function * stride); };
+        clear<n>(terms);
+        Quad gradient[n];
+        for (int k = 0; k < asked.rotors; ++k) {  // the most and the least thrust share a gradient
+            const int other = k + asked.rotors;
+            gradients.of_rotor(asked.mixer + asked.rotors * k, gradient);
+            add<n>(gradient, unit * (weight(weights.hessian, k) - weight(weights.hessian, other)),
+                   (unit * unit) * (weight(weights.outer, k) + weight(weights.outer, other)),
+                   unit * (weight(weights.gradient, k) - weight(weights.gradient, other)), terms);
+        }
+        gradients.of_cone(asked.heading, asked.share, gradient);
+        add<n>(gradient, asked.unit * weight(weights.hessian, asked.cone), (asked.unit * asked.unit) * weight(weights.outer, asked.cone),
+               asked.unit * weight(weights.gradient, asked.cone), terms);
+        mirror<n>(terms);
+    }
+
+    // Add a function without second derivatives: weights of its gradient as Hessians are, of the outer product, of the gradient.
+    template <int n>
+    static MINSNAP_INLINE void add(const Quad *gradient, const Quad &bent, const Quad &crossed, const Quad &sloped, InstantTerms &terms) {
+        for (int i = 0; i < n; ++i) {
+            terms.slope[i] += sloped * gradient[i];
+            terms.pull[i] += bent * gradient[i];
+            const Quad scaled = crossed * gradient[i];
+            for (int j = 0; j <= i; ++j) terms.bend[i][j] += scaled * gradient[j];
+        }
+    }
+
+    template <int n>
+    static MINSNAP_INLINE void clear(InstantTerms &terms) {
+        for (int i = 0; i < n; ++i) {
+            terms.slope[i] = terms.pull[i] = Quad{};
+            for (int j = 0; j <= i; ++j) terms.bend[i][j] = Quad{};
+        }
+    }
+
+    template <int n>
+    static MINSNAP_INLINE void mirror(InstantTerms &terms) {
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < i; ++j) terms.bend[j][i] = terms.bend[i][j];
     }
@@ -84,10 +138,7 @@ private:
     // The lower triangle of the bends, and all slopes.
     template <int n>
     MINSNAP_INLINE void sum(const Curved<n, Quad> *out, InstantTerms &terms) const {
-        for (int i = 0; i < n; ++i) {
-            terms.slope[i] = terms.pull[i] = Quad{};
-            for (int j = 0; j <= i; ++j) terms.bend[i][j] = Quad{};
-        }
+        clear<n>(terms);
         for (int k = 0; k < limit.functions; ++k) {
             const Quad bent = four(weights.hessian + k * stride), crossed = four(weights.outer + k * stride),
                        sloped = four(weights.gradient + k * stride);

@@ -113,21 +113,37 @@ struct UnspunRotors {
     }
 };
 
-// Parameters: medium, mass, least, most, cosine and sine of the yaw, inertia (9), inverse mixer (16).
+// Parameters: medium, mass, least and most thrust of a rotor, cosine and sine of the yaw, inertia (9), inverse mixer (16), least share of the thrust
+// that is not along the heading: there a small change of the thrust spins the body about it by any angle.
+struct YawedRotors {
+    static constexpr int rotors = 4, cone = 2 * rotors, functions = cone + 1;
+    static constexpr int inertia_at = Medium::values + 5, values = inertia_at + 9 + 16 + 1;
+
+    double mass, least, most, share,
+        unit;  // share of the square of the thrust that may be along the heading; one over the square of gravity
+    FixedHeading heading;
+    const double *inertia, *mixer;
+
+    explicit YawedRotors(const double *p)
+        : mass(p[Medium::values]), least(p[Medium::values + 1]), most(p[Medium::values + 2]), share(1.0 - p[values - 1] * p[values - 1]),
+          unit(1.0 / (p[0] * p[0])), heading{p[Medium::values + 3], p[Medium::values + 4]}, inertia(p + inertia_at), mixer(inertia + 9) {}
+};
+
 template <class Real>
 inline void yawed_rotors(const double *p, const Space<Real> *x, Real *out) {
     const Medium m(p);
-    const double *rest = p + Medium::values, *inertia = rest + 5, *mixer = rest + 14;
-    const double least = rest[1], most = rest[2];
+    const YawedRotors limit(p);
     const Lift<Real> f(m, x, 2);
     const Real size = norm(f.force, m.floor());
     Real wrench[4];
-    wrench_of(rest[0], inertia, f.thrust(m, size, x[0]), turning(m, f, size, FixedHeading{rest[3], rest[4]}), wrench);
-    for (int i = 0; i < 4; ++i) {
-        const Real thrust = rotor_of(mixer + 4 * i, wrench);
-        out[i] = (1.0 / most) * (thrust - most);
-        out[i + 4] = (-1.0 / most) * (thrust - least);
+    wrench_of(limit.mass, limit.inertia, f.thrust(m, size, x[0]), turning(m, f, size, limit.heading), wrench);
+    for (int i = 0; i < limit.rotors; ++i) {
+        const Real thrust = rotor_of(limit.mixer + limit.rotors * i, wrench);
+        out[i] = (1.0 / limit.most) * (thrust - limit.most);
+        out[i + limit.rotors] = (-1.0 / limit.most) * (thrust - limit.least);
     }
+    const Real ahead = limit.heading.along(f.force);
+    out[limit.cone] = (0.5 * limit.unit) * (ahead * ahead - limit.share * inner(f.force, f.force));
 }
 
 // Parameters: limit, typical speed, speed below which the heading is held, allowance there. From horizontal velocity and acceleration.
@@ -181,7 +197,7 @@ struct RowWeights {
 };
 
 struct InstantLimit {
-    static constexpr int most_functions = 8, most_inputs = InstantTerms::most;
+    static constexpr int most_functions = YawedRotors::functions, most_inputs = InstantTerms::most;
 
     LimitKind kind;
     const double *parameters;
@@ -193,7 +209,7 @@ struct InstantLimit {
         const bool drag = !turns && Medium(parameters).drag();
         axes = turns ? 2 : 3;
         const bool two = kind == LimitKind::tilt || kind == LimitKind::heading_rate || kind == LimitKind::unspun_rotors;
-        functions = two ? 2 : kind == LimitKind::yawed_rotors ? 8 : 1;
+        functions = two ? 2 : kind == LimitKind::yawed_rotors ? YawedRotors::functions : 1;
         span.low = kind == LimitKind::look_rate ? 0 : 1;
         span.high = kind == LimitKind::look_rate ? 1 : kind == LimitKind::body_rate ? 3 : rotors() ? 4 : 2;
         if (!drag && (kind == LimitKind::body_rate || rotors())) span.low = 2;
@@ -219,7 +235,7 @@ struct InstantLimit {
     void gather(const Quad *u, const RowWeights &weights, int stride, InstantTerms &terms) const;
 
 private:
-    // All functions. Where the number of inputs is known, only the kinds that have as many are compiled.
+    // All functions. Where the number of inputs is known, only the kinds that have as many, and second derivatives, are compiled.
     template <int known = 0, class Real>
     void functions_at(const Real *u, Real *out) const {
         if constexpr (known == 0 || known == 4) {
@@ -234,14 +250,15 @@ private:
                 if (kind == LimitKind::most_thrust) return most_thrust(parameters, x, out);
                 if (kind == LimitKind::tilt) return tilt(parameters, x, out);
             }
+            if constexpr (known == 0)
+                if (kind == LimitKind::yawed_rotors) return yawed_rotors(parameters, x, out);
             if constexpr (known != 6) of_turning(x, out);
         }
     }
 
-    // Those of bodies that turn.
+    // Those of bodies that turn, by products.
     template <class Real>
     void of_turning(const Space<Real> *x, Real *out) const {
-        if (kind == LimitKind::yawed_rotors) return yawed_rotors(parameters, x, out);
         const Medium m(parameters);
         const Lift<Real> f(m, x, span.high - 2);
         const Real square = inner(f.force, f.force) + m.floor();

@@ -42,6 +42,8 @@ public:
     Rows<S> rows;
     TimeObjective<S> objective;
     std::int64_t iterations = 0;
+    bool within =
+        false;  // whether every step stays inside all rows, whose slacks are what they leave: it may end anywhere, and finds no other way round
 
     InteriorPoint(const Instants<S::half, S::instants> &tables, Watch &watch) : rows(tables), watch_(watch) {}
 
@@ -58,7 +60,7 @@ public:
         states_ = first_states_.data();
         trial_states_ = second_states_.data();
         smooth_ = evaluate(chain, states_, value_.data());
-        start(gap, Settings::least_slack);
+        start(gap, within ? Settings::leak : Settings::least_slack);
         list_awake();
         return true;
     }
@@ -99,7 +101,7 @@ public:
             if (watch_.ends(chain.total(), rows.count)) return StageEnd::stopped;
             weigh();
             newton_.assemble(chain, rows, objective, states_, {multiplier_.data(), outer_.data(), gradient_.data()});
-            if (shortened == 0) damping /= Settings::damping_change;
+            if (shortened == 0) damping /= within ? Settings::damping_fall_within : Settings::damping_change;
             damping = std::max(damping > 1e-6 ? damping : 0.0, least_damping);
             if (!newton_.solve(chain, damping)) return stuck();
             lost = damping > Settings::hopeless ? lost + 1 : 0;
@@ -117,7 +119,7 @@ public:
             }
             failed = 0;
             if (largest() <= -Settings::well_inside && !(inside.pieces > 0 && inside.total() <= chain.total())) inside.copy(chain);
-            if (shortened > 0) damping = std::max(damping * Settings::damping_change, Settings::damping);
+            if (shortened > (within ? 1 : 0)) damping = std::max(damping * Settings::damping_change, Settings::damping);
             const double now = chain.course.timed ? smooth_ * objective.unit : chain.total(), gap = barrier_ * rows.regular,
                          decrement = -newton_.slope() * std::max(1.0, damping);
             const bool free = damping <= Settings::held;  // a step that is held back says nothing about what is left to gain
@@ -128,7 +130,7 @@ public:
                 if (!(decrement < Settings::centred * gap && infeasibility_ < allowed()) && !still) continue;
                 barrier_ = std::max(last, barrier_ * Settings::barrier_fall);
                 filter_.clear();
-                if (barrier_ * rows.regular < Settings::margin_gap) freeze(grown > 0);
+                if (barrier_ * rows.regular < Settings::margin_gap && !within) freeze(grown > 0);
                 if (barrier_ * rows.regular < Settings::asleep_gap) settle();
                 continue;
             }
@@ -285,8 +287,9 @@ private:
             falls = largest_of(fall);
             drops = largest_of(drop);
         });
-        primal = falls > Settings::to_boundary ? Settings::to_boundary / falls : 1.0;
-        dual = drops > Settings::to_boundary ? Settings::to_boundary / drops : 1.0;
+        const double share = within ? Settings::to_boundary_within : Settings::to_boundary;
+        primal = falls > share ? share / falls : 1.0;
+        dual = drops > share ? share / drops : 1.0;
     }
 
     double barrier_terms(const double *value, const double *slack, double &infeasibility) const {
@@ -321,11 +324,13 @@ private:
             }
             each_awake([&](int j) MINSNAP_INLINED {
                 const Quad moved = four(slack_.data() + j) + share * four(slack_step_.data() + j), least = -four(trial_value_.data() + j);
-                put_four(trial_slack_.data() + j, moved < least ? least : moved);
+                put_four(trial_slack_.data() + j, within || moved < least ? least : moved);
             });
+            if (within && !stays_inside()) continue;
             const double reached = trial - barrier_terms(trial_value_.data(), trial_slack_.data(), after);
-            const bool better = after <= (1.0 - 1e-2 * share) * before ||
-                                reached <= merit - 1e-3 * share * std::min(before, 1.0) - 1e-6 * share * std::abs(slope);
+            const double enough = within ? 1e-4 : 1e-6;
+            const bool better = (after <= (1.0 - 1e-2 * share) * before && !within) ||
+                                reached <= merit - 1e-3 * share * std::min(before, 1.0) - enough * share * std::abs(slope);
             const bool passes = better && after < std::max(allowed(), 2.0 * before) && filter_.accepts(after, reached);
             if (passes || (after < 1e-9 && reached <= merit + 1e-10)) {
                 filter_.add(before, merit);
@@ -337,6 +342,17 @@ private:
             }
         }
         return -1;
+    }
+
+    // Whether what is tried leaves every row a part of its slack.
+    bool stays_inside() const {
+        constexpr double left = 1.0 - Settings::to_boundary_within;
+        Quad worst = filled<Quad>(-1.0);
+        each_awake([&](int j) MINSNAP_INLINED {
+            const Quad over = left * four(slack_.data() + j) - four(trial_slack_.data() + j);
+            worst = over > worst ? over : worst;
+        });
+        return largest_of(worst) <= 0.0;
     }
 
     void move(double share) {

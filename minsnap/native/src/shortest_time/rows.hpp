@@ -30,10 +30,11 @@ public:
     ConditionTable<S::dim> legs, knots;
     Buffer<InstantLimit> limits;  // on all legs
     int limit_count = 0;
-    Buffer<std::int32_t> first;   // row of every piece, and their number
-    Buffer<double> margin;        // (rows,) added to the value: frozen between changes of the barrier
-    Buffer<unsigned char> awake;  // (rows / together,)
-    Buffer<double> floor;         // (pieces,) logarithms of durations that none goes below, where `floored`
+    double eased[YawedRotors::values] = {};  // parameters of the rotors' limit, of which there is one
+    Buffer<std::int32_t> first;              // row of every piece, and their number
+    Buffer<double> margin;                   // (rows,) added to the value: frozen between changes of the barrier
+    Buffer<unsigned char> awake;             // (rows / together,)
+    Buffer<double> floor;                    // (pieces,) logarithms of durations that none goes below, where `floored`
     bool floored = false;
     bool used[condition_orders] = {};  // orders of derivatives that conditions of legs and limits depend on
     int count = 0, regular = 0;        // rows, and those not of knots
@@ -76,6 +77,22 @@ public:
         for (int k = 0; k < limit_count; ++k)
             if (limits[k].kind == LimitKind::look_rate) return false;
         return limit_count > 0;
+    }
+
+    // Whether the rotors are limited for a yaw that stays: then the body's inertia may be taken to be a share of its own, for a curve to begin from.
+    bool turns_hard() const {
+        for (int k = 0; k < limit_count; ++k)
+            if (limits[k].kind == LimitKind::yawed_rotors) return true;
+        return false;
+    }
+    void ease(const ShortestRequest &request, double share) {
+        for (int k = 0; k < limit_count; ++k) {
+            if (limits[k].kind != LimitKind::yawed_rotors) continue;
+            const double *own = request.momentary[k].parameters;
+            for (int j = 0; j < YawedRotors::values; ++j) eased[j] = own[j];
+            for (int j = 0; j < 9; ++j) eased[YawedRotors::inertia_at + j] *= share;
+            limits[k].parameters = eased;
+        }
     }
 
     bool is_awake(int row) const { return awake[row / together] != 0; }

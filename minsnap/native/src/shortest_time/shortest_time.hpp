@@ -91,39 +91,79 @@ private:
         for (int i = 0; i + 1 < chain.pieces; ++i) point_.objective.ratio[i] = chain.sigma[i] - chain.sigma[i + 1];
     }
 
-    // Whether the last stage converged; stages that others follow end roughly.
+    // Whether the last stage converged. Within rotors the way round free fall and round the heading is found with a body that is easy to turn; where a
+    // search from there has no end, another begins at rest.
     StageEnd stages() {
+        if (eases()) {
+            const StageEnd end = eased();
+            if (end != StageEnd::stuck) return end;
+            point_.rows.ease(request_, 1.0);
+            begin();
+        }
+        return point_.begin(first_gap()) ? divided(false) : StageEnd::no_memory;
+    }
+
+    bool eases() const { return request_.guessed == 0 && request_.rough == 0 && request_.price == 0.0 && point_.rows.turns_hard(); }
+
+    // From rest with a body that is easy to turn, inside all rows at every step; then its own, more slowly until it is inside again.
+    StageEnd eased() {
+        point_.rows.ease(request_, Settings::easy);
+        if (!slow_until_inside(Settings::slowed)) return StageEnd::stuck;
+        point_.within = true;
+        if (!point_.begin(Settings::easy_gap)) return StageEnd::no_memory;
+        const StageEnd end = point_.run(Settings::easy_end, true);
+        point_.within = false;
+        point_.rows.ease(request_, 1.0);
+        point_.inside.pieces = 0;  // what was inside was not so of the vehicle's own rows
+        const bool inside = slow_until_inside(Settings::slowed_easy);
+        if (end == StageEnd::stopped || end == StageEnd::no_memory) return end;
+        return inside ? divided(true) : StageEnd::stuck;
+    }
+
+    // Slow the curve by factors until it is inside all rows; false where slower flight does not bring it there.
+    bool slow_until_inside(double factor) {
+        const double most = Settings::slowest_easy * point_.chain.total();
+        for (; point_.begin(first_gap()) && point_.chain.total() < most; prepare()) {
+            if (point_.largest() < -Settings::well_inside) return true;
+            point_.chain.slow(factor);
+        }
+        return false;
+    }
+
+    double first_gap() const { return request_.guessed > 0 ? Settings::divided_gap : Settings::first_gap; }
+
+    // Search, divide and search again; stages that others follow end roughly. A curve that was eased is divided at once.
+    StageEnd divided(bool eased) {
         constexpr double infinite = 1e300;  // a time that is not known: any other is worth more
-        const bool once = request_.divisions == 1, guessed = request_.guessed > 0, rough = once && !guessed;
-        const double gap = guessed ? Settings::divided_gap : Settings::first_gap;
-        if (!point_.begin(gap)) return StageEnd::no_memory;
+        const bool once = request_.divisions == 1, guessed = request_.guessed > 0, rough = once && !guessed && !eased;
         for (int k = 0; !request_.timed && k < Settings::slowings && point_.rows.slows() && point_.largest() > 0.0; ++k) {
             point_.chain.slow(Settings::slowed);
             prepare();
-            if (!point_.begin(gap)) return StageEnd::no_memory;
+            if (!point_.begin(first_gap())) return StageEnd::no_memory;
         }
         const bool whole = guessed && request_.divisions == 0 && request_.price == 0.0, swift = request_.slower == 1.0;
         const bool alike = whole && swift && request_.moving != 0;  // to what was searched
         if (alike && std::abs(point_.largest()) < Settings::touched) point_.start(Settings::touched_gap, Settings::touched_slack);
         if (request_.rough != 0) return point_.run(Settings::softer_gap, true);
         StageEnd end = StageEnd::converged;
-        if (request_.divisions > 0)
+        if (request_.divisions > 0 && !eased)
             end = point_.run(once ? Settings::coarse_gap : Settings::rough_gap, !guessed);  // a guess in motion is followed closely
         double former = 0.0;                                                                // where known
         for (std::int64_t k = 0; k < request_.divisions && end != StageEnd::stopped; ++k) {
             const double now = point_.chain.total();
             const bool stuck = end == StageEnd::stuck && request_.worthwhile > 0.0;  // where any gain is worth it, more pieces may go on
             if (k > 0 && (stuck || now > former * (1.0 - request_.worthwhile))) break;
-            former = end == StageEnd::converged ? now : infinite;
+            former = end == StageEnd::converged && !(eased && k == 0) ? now : infinite;
             best_.copy(point_.chain);
             if (!divide(point_.rows, point_.values(), best_, static_cast<int>(request_.parts[k]), point_.chain)) return StageEnd::no_memory;
-            point_.chain.slow(Settings::slowed_again);
+            point_.chain.slow(eased ? Settings::slowed_easy : Settings::slowed_again);
             prepare();
-            if (!point_.begin(Settings::divided_gap)) return StageEnd::no_memory;
+            if (!point_.begin(eased && k == 0 ? Settings::first_gap : Settings::divided_gap)) return StageEnd::no_memory;
             if (rough || k + 1 < request_.divisions) end = point_.run(Settings::rough_gap, true);
         }
         if (!rough && end != StageEnd::stopped) end = point_.run(Settings::last_gap);
-        return once && end != StageEnd::stopped ? polished(end, rough) : end;
+        const bool whole_way = eased || (guessed && point_.rows.turns_hard());  // searched once: a second time gains little there
+        return once && !whole_way && end != StageEnd::stopped ? polished(end, rough) : end;
     }
 
     // Search on from the same curve flown a little more slowly, as valleys are flat with several pieces; where that finds no shorter one, take or end the first.
