@@ -328,9 +328,7 @@ def route(
     reading: MapOptions,
     timing: TimingOptions,
     destination: Destination,
-    map_file: Annotated[
-        Path, "MAP", "map_server YAML, .npy (axes x, y[, z]); clouds in .npy, .csv, .pcd, .ply or .xyz."
-    ],
+    map_file: Annotated[Path, "MAP", "map_server YAML, OctoMap, .npy (axes x, y[, z]), or a cloud."],
     *,
     start: Annotated[str, "X Y [Z]", "Where to fly from [m]."],
     goal: Annotated[str, "X Y [Z]", "Where to fly to [m]."],

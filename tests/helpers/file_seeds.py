@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from flown_logs import dataflash_of
+from octree_files import octree_file, put
 from ulog_bytes import fields, ulog
 
 import minsnap
@@ -32,7 +33,7 @@ def seeds(folder):
     (folder / "log.bin").write_bytes(_dataflash())
     for name, text in TEXTS.items():
         (folder / name).write_text(text)
-    for name, content in {**_clouds(), "map.pgm": PICTURE}.items():
+    for name, content in {**_clouds(), **_octrees(), "map.pgm": PICTURE}.items():
         (folder / name).write_bytes(content)
     np.save(folder / "array.npy", np.eye(4, dtype=np.int8) * 100)
     np.save(folder / "points.npy", np.array([[0.0, 0.0, 0.5], [1.0, -2.0, 3.25]]))
@@ -64,6 +65,14 @@ def _clouds():
         sides = "".join(f"property float {axis}\n" for axis in "xyz")
         found[f"{name}.ply"] = f"ply\nformat {kind} 1.0\nelement vertex 2\n{sides}end_header\n".encode() + body
     return found | {"cloud.xyz": pcds["text"], "cloud.csv": b"x,y,z\n0,0,0.5\n1,-2,3.25\n"}
+
+
+def _octrees():
+    tree = {}
+    for number in range(12):
+        put(tree, (32766 + number % 3, 32767, 32768 - number), 16, 0.85 - number)
+    put(tree, (32770, 32768, 32768), 15, -2.0)
+    return {"tree.bt": octree_file(tree, True), "tree.ot": octree_file(tree, False)}
 
 
 PICTURE = b"P5\n# map\n4 3\n255\n" + bytes([0, 254, 205, 254, 254, 254, 254, 0, 254, 100, 254, 254])
@@ -140,6 +149,7 @@ def readers():
         read_request: "request.yaml",
         read_obstacles: "obstacles.npz",
         _read_cells: "array.npy text.pcd binary.pcd squeezed.pcd text.ply binary.ply cloud.xyz cloud.csv points.npy",
+        minsnap.routes.read_map: "tree.bt tree.ot",
         _read_map_server: "map.yaml",
         _read_picture: "map.pgm",
     }

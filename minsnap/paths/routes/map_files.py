@@ -16,8 +16,9 @@ from minsnap.paths.routes.cell_values import Reading, read_array
 from minsnap.paths.routes.clouds import CLOUDS, cloud_map, finite_points, is_cloud, read_cloud
 from minsnap.paths.routes.grid_map import LARGEST_MAP, GridMap
 from minsnap.paths.routes.map_server import read_map_yaml
+from minsnap.paths.routes.octomap import TREES, read_octomap
 
-ENDINGS = (".yaml", ".yml", ".npy", *CLOUDS)
+ENDINGS = (".yaml", ".yml", ".npy", *CLOUDS, *TREES)
 """Endings of maps."""
 
 
@@ -36,9 +37,10 @@ def read_map(
     ----------
     path : str or path
         map_server YAML with its picture; ``.npy`` with two or three axes, x, y and z; a point cloud in ``.pcd``,
-        ``.ply``, ``.xyz``, ``.csv``, or ``.npy`` with floating-point numbers of shape (n, 2) or (n, 3).
+        ``.ply``, ``.xyz``, ``.csv``, or ``.npy`` with floating-point numbers of shape (n, 2) or (n, 3); an octree of
+        OctoMap in ``.bt`` or ``.ot``.
     resolution : float, optional
-        Side of a cell [m]; needed unless the map is YAML, which says it.
+        Side of a cell [m]; needed unless the map is YAML or an octree, which say it.
     origin : array_like, shape (dim,), optional
         Outer corner of cell (0, 0, 0) of an array [m]; by default zero.
     threshold : float, optional
@@ -46,9 +48,11 @@ def read_map(
     unknown : {"occupied", "free"}
         What unknown cells count as.
     ends : array_like, shape (m, 2) or (m, 3), optional
-        Points that the map of a point cloud must hold [m].
+        Points that the map of a point cloud or an octree must hold [m]; an octree of more than 5e7 cells is cut to a
+        box around them.
     clearance : float
-        [m]; the map of a point cloud reaches so far past its points, and a metre.
+        [m]; the map of a point cloud reaches so far past its points, and a metre; so does that of an octree whose
+        unknown cells are free.
 
     Returns
     -------
@@ -62,10 +66,11 @@ def read_map(
         If an argument is malformed, missing, or does not go with the file.
     """
     ending, how = Path(path).suffix.lower(), Reading(threshold, unknown)
-    if ending in (".yaml", ".yml"):
+    if ending in (".yaml", ".yml", *TREES):
         if resolution is not None or origin is not None:
             raise CorridorError(f"{path} says its resolution and origin: leave them out")
-        return read_map_yaml(path, how)
+        tree = ending in TREES
+        return read_octomap(path, how, _held(path, ends, 3), clearance) if tree else read_map_yaml(path, how)
     if ending not in ENDINGS:
         raise FileError(f"{path} is no map: give one that ends in {', '.join(ENDINGS)}")
     if resolution is None:
