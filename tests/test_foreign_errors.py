@@ -12,6 +12,7 @@ import minsnap
 import minsnap.plot
 import minsnap.vehicle
 from minsnap import Gate, InputError, MinsnapError, SolverError
+from minsnap.basics.public_names import _may_be
 from minsnap.corridors import gate_passages
 from minsnap.errors import LinkError, WaypointError
 from minsnap.files.formats.robot_messages import px4_setpoints
@@ -94,6 +95,24 @@ def test_errors_of_scipy_and_qpsolvers_are_told_and_those_of_the_caller_are_not(
     monkeypatch.setattr("minsnap.plot.geometry.leg_bodies", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         minsnap.plot.plot_path(CURVE, corridor=0.3)
+
+
+def test_waypoints_of_a_figure_are_numbers():
+    for wrong in ([1, 2, "x"], 3, "abc", [Followed()] * 2, {"a": 1}):
+        with pytest.raises(MinsnapError, match=r"waypoints (must be numbers|have shape)|gradients|Waypoints"):
+            minsnap.plot.plot_path(CURVE, waypoints=wrong)
+
+
+def test_what_a_figure_is_drawn_on_is_of_matplotlib():
+    for drawn in (lambda: minsnap.plot.plot_path(CURVE, 3), lambda: minsnap.plot.plot_path(CURVE, ax="new")):
+        with pytest.raises(InputError, match="ax must be Axes of matplotlib, not"):
+            drawn()
+    with pytest.raises(InputError, match="figure must be a Figure of matplotlib, not list"):
+        minsnap.plot.plot_overview(CURVE, figure=[1])
+
+
+def test_an_annotation_that_means_anything_refuses_nothing():
+    assert _may_be(3, "Axes | None") and _may_be([3], "Sequence[Axes]") and not _may_be("3", "float")
 
 
 def test_gates_are_found_among_waypoints_with_their_places():

@@ -165,4 +165,5 @@ def _kinds(annotation: str) -> Iterator[type]:
             continue
         named = [vars(home)[name] for home in homes if name in vars(home)]  # two modules may mean two classes by it
         for kind in named or [object]:
-            yield kind if isinstance(kind, type) and not getattr(kind, "_is_protocol", False) else object
+            told = isinstance(kind, type) and kind is not Any and not getattr(kind, "_is_protocol", False)
+            yield kind if told else object

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from minsnap.corridors.knot_regions import GatePassage
-from minsnap.files.flown_margins import FlownMargins
-from minsnap.files.plan_file import PlanFile
+
+if TYPE_CHECKING:
+    from minsnap.files.flown_margins import FlownMargins
+    from minsnap.files.plan_file import PlanFile
 
 Lines = list[tuple[str, str]]
 

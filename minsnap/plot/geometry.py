@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray
+from minsnap.basics.checks import check_waypoints
 from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate
@@ -380,7 +381,7 @@ def view_coordinates(view: str, dim: int) -> list[int]:
 def _waypoints(path: Path | Samples, places: Waypoints | None) -> tuple[FloatArray | None, Mapping[int, Gate]]:
     if places is not None:
         points, gates = without_gates(places)
-        return np.asarray(points, dtype=np.float64), gates
+        return check_waypoints(points), gates
     breaks = getattr(path, "leg_breaks", None)
     return (None if breaks is None or isinstance(path, Samples) else path(breaks)), {}
 

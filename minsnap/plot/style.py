@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache, wraps
+from inspect import signature
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_able
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
@@ -42,6 +44,9 @@ NORM_STYLE: dict[str, Any] = {"color": "#555555", "linestyle": ":", "linewidth":
 QUANTITIES = ("position", "velocity", "acceleration", "jerk", "snap")
 """Names of the derivatives, by order."""
 
+CANVASES = ("ax", "plot", "Axes"), ("figure", "subfigures", "a Figure")
+"""What figures are drawn on: the name of the argument, a method that it has, and its kind."""
+
 POINTS = 1200
 """Instants at which a path is evaluated to draw it."""
 
@@ -49,10 +54,16 @@ POINTS = 1200
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
     """Let a function draw with the sheet of this package; matplotlib's parameters are as before when it returns."""
 
+    names = tuple(signature(draw).parameters)
+
     @wraps(draw)
     def drawn(*arguments: P.args, **options: P.kwargs) -> R:
         from matplotlib import rc_context
 
+        given = dict(zip(names, arguments, strict=False)) | options
+        for name, method, kind in CANVASES:
+            if given.get(name) is not None:
+                check_able(name, given[name], method, f"{kind} of matplotlib")
         with rc_context(_sheet()):
             return draw(*arguments, **options)
 
