@@ -7,22 +7,33 @@ such states and states with room are found first, as in ``recovery.py``; a way o
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from math import prod
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import LateError
+from minsnap.bounds.least_time import bound_of
+from minsnap.bounds.passed_course import PassedCourse
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import InfeasibleError, LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
+from minsnap.optimisation.optimum import InfeasibleRowsError
+from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import split
+from minsnap.time_allocation.least_cost import distance_split
 from minsnap.time_allocation.recovery import RECOVERY, connect_start, pinned_state, pinned_use
-from minsnap.time_allocation.strategy import Strategy
-from minsnap.time_allocation.timing import Timed, Timing, timed
+from minsnap.time_allocation.shortest_question import QUESTION
+from minsnap.time_allocation.strategy import Strategy, shorter
+from minsnap.time_allocation.timing import Run, Timed, Timing, timed
 from minsnap.trajectory.trajectory import Trajectory
+
+NEAR_LEAST = 1.1
+"""The time of a first guess between states in motion, over the least that is proved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +191,15 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
     def search(part: Task, curve: Trajectory | None = None) -> Timed:
         strategy = Strategy(part, timing)
         strategy.deadline.require()
-        return timed(*strategy.run(curve))
+        found, run = strategy.run(curve)
+        finest = replace(part, pieces=prod(QUESTION.divisions)) if timing.refine else part
+        other = near_least(finest, limits) if curve is None and not run.interrupted else None
+        if other is not None:
+            with suppress(InfeasibleError, SolverError, LimitError):
+                again, more = Strategy(finest, replace(timing, refine=False)).run(other)
+                found = shorter(found, again) or found
+                run = Run((*run.steps, *more.steps), more.interrupted)
+        return timed(found, run)
 
     refused: InfeasibleError | SolverError | None = None
     if pinned_use(task, limits) <= (1.0 - RECOVERY.on_limit if first is None else 1.0 + KEPT):
@@ -197,6 +216,29 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
         raise
     except (InfeasibleError, SolverError, LimitError) as error:
         raise refused or error from None
+
+
+def near_least(task: Task, limits: Limits) -> Trajectory | None:
+    """Return the curve of least cost in barely more than the least time there is; None where nothing is known of it.
+
+    Between two states in motion there are quick flights and slow ones, which turn back on the way, and none between: a
+    search that begins slowly ends at a slow one.
+    """
+    if not {0, task.legs} <= task.moving or task.closed or task.dim > 3:
+        return None
+    count = len(task.waypoints)
+    none, sides = np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
+    centers, ends = np.zeros((count, 3)), np.zeros((2, 3))
+    centers[:, : task.dim] = task.waypoints + 0.5 * (task.lower + task.upper)
+    sides[:, range(task.dim), range(task.dim)] = 0.5 * (task.upper - task.lower)
+    ends[:, : task.dim] = pinned_state(task)[1], pinned_state(task, task.legs)[1]
+    least = bound_of(PassedCourse(task.dim, centers, none, sides, ends), limits, False).seconds
+    if least is None:
+        return None
+    durations = distance_split(task, NEAR_LEAST * least)
+    with suppress(InfeasibleRowsError, SolverError):
+        return solve(replace(task, walls=()), task.piece_durations(durations), effort=Effort.GLANCE).trajectory
+    return None
 
 
 def connect_ends(task: Task, limits: Limits, start: bool) -> EndConnectors:

@@ -106,3 +106,23 @@ def test_a_time_limit_ends_with_a_certified_plan_or_a_sentence(seconds):
 def test_limits_from_is_an_instant_of_the_trajectory(instant):
     with pytest.raises(minsnap.errors.InputError, match="limits_from is"):
         minsnap.certify(planned(2.0), limits=LIMITS, limits_from=instant)
+
+
+@pytest.mark.parametrize("pieces", [3, "auto"])
+@pytest.mark.parametrize(
+    ("start", "end", "limits", "optimum"),
+    [
+        ((1.1032599505208334, 0.363378125, 0.8525), (2.90333757, 0.34773038, -0.8339429), (1, 1, 1), 2.313558),
+        ((0.0, -0.98215380, -2.24148517), (-0.22611981, -1.35033702, 0.01601495), (3, 6, 30), 0.184991),
+    ],
+)
+def test_between_two_states_in_motion_no_long_way_round_is_taken(start, end, limits, optimum, pieces):
+    """Ruckig's optima, on one axis. The search from rest turned back on the way: 2.5 and 6.5 times as long."""
+    states = {
+        name: {"velocity": (velocity, 0.0), "acceleration": (acceleration, 0.0)}
+        for name, (_, velocity, acceleration) in (("start", start), ("end", end))
+    }
+    bounds = minsnap.Limits(*limits)
+    path = minsnap.plan([(start[0], 1.0), (end[0], 1.0)], limits=bounds, pieces=pieces, **states)
+    assert minsnap.certify(path, limits=bounds).ok
+    assert optimum * (1.0 - 1e-6) <= path.duration <= 1.03 * optimum
