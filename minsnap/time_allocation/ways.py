@@ -25,6 +25,7 @@ from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import split
+from minsnap.time_allocation.initial_guess import norm_limits
 from minsnap.time_allocation.least_cost import distance_split
 from minsnap.time_allocation.recovery import RECOVERY, connect_start, pinned_state, pinned_use
 from minsnap.time_allocation.shortest_question import QUESTION
@@ -32,8 +33,11 @@ from minsnap.time_allocation.strategy import Strategy, shorter
 from minsnap.time_allocation.timing import Run, Timed, Timing, timed
 from minsnap.trajectory.trajectory import Trajectory
 
-NEAR_LEAST = 1.1
-"""The time of a first guess between states in motion, over the least that is proved."""
+NEAR_LEAST = 1.05
+"""The time of the second start of a search, over the least that is proved."""
+
+SHORT, STRAIGHT = 0.2, 0.9
+"""Legs are close together below this share of the way to stop, on a straight way from this cosine on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,17 +193,7 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
     limits = timing.bounds
 
     def search(part: Task, curve: Trajectory | None = None) -> Timed:
-        strategy = Strategy(part, timing)
-        strategy.deadline.require()
-        found, run = strategy.run(curve)
-        finest = replace(part, pieces=prod(QUESTION.divisions)) if timing.refine else part
-        other = near_least(finest, limits) if curve is None and not run.interrupted else None
-        if other is not None:
-            with suppress(InfeasibleError, SolverError, LimitError):
-                again, more = Strategy(finest, replace(timing, refine=False)).run(other)
-                found = shorter(found, again) or found
-                run = Run((*run.steps, *more.steps), more.interrupted)
-        return timed(found, run)
+        return shortest_of_starts(part, timing, curve)
 
     refused: InfeasibleError | SolverError | None = None
     if pinned_use(task, limits) <= (1.0 - RECOVERY.on_limit if first is None else 1.0 + KEPT):
@@ -218,14 +212,48 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
         raise refused or error from None
 
 
-def near_least(task: Task, limits: Limits) -> Trajectory | None:
-    """Return the curve of least cost in barely more than the least time there is; None where nothing is known of it.
+def shortest_of_starts(task: Task, timing: Timing, first: Trajectory | None = None) -> Timed:
+    """Search from a curve, or from the usual start and, where that may end far away, from near the least time too.
 
-    Between two states in motion there are quick flights and slow ones, which turn back on the way, and none between: a
-    search that begins slowly ends at a slow one.
+    Raises
+    ------
+    InfeasibleError, SolverError
+        As ``Strategy.run`` does from the first start.
     """
-    if not {0, task.legs} <= task.moving or task.closed or task.dim > 3:
-        return None
+    strategy = Strategy(task, timing)
+    strategy.deadline.require()
+    found, run = strategy.run(first)
+    if first is not None or run.interrupted or not _misled(task, timing.bounds):
+        return timed(found, run)
+    finest = replace(task, pieces=prod(QUESTION.divisions)) if timing.refine else task
+    other = near_least(finest, timing.bounds)
+    if other is not None:
+        with suppress(InfeasibleError, SolverError, LimitError):
+            again, more = Strategy(finest, replace(timing, refine=False)).run(other)
+            found, run = shorter(found, again) or found, Run((*run.steps, *more.steps), more.interrupted)
+    return timed(found, run)
+
+
+def _misled(task: Task, limits: Limits) -> bool:
+    """Whether a search that begins with rest at every waypoint may end at a flight that is far too long.
+
+    Between two states in motion there are quick flights and slow ones, which turn back, and none between. And
+    waypoints close to each other on a straight way are passed slowly once they are: each short leg asks for rates that
+    fall only as it is flown faster.
+    """
+    if task.closed or task.dim > 3:
+        return False
+    if {0, task.legs} <= task.moving:
+        return True
+    speed, acceleration = norm_limits(limits)[:2]
+    steps, lengths = np.diff(task.waypoints, axis=0), task.lengths
+    stop = min(speed, np.sqrt(acceleration * lengths.sum())) ** 2 / (2.0 * acceleration)
+    straight = (steps[1:] * steps[:-1]).sum(axis=1) > STRAIGHT * lengths[1:] * lengths[:-1]
+    return bool(np.isfinite(acceleration) and (straight & (np.minimum(lengths[1:], lengths[:-1]) < SHORT * stop)).any())
+
+
+def near_least(task: Task, limits: Limits) -> Trajectory | None:
+    """Return the curve of least cost in barely more than the least time there is; None where nothing is known of it."""
     count = len(task.waypoints)
     none, sides = np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
     centers, ends = np.zeros((count, 3)), np.zeros((2, 3))
@@ -237,7 +265,7 @@ def near_least(task: Task, limits: Limits) -> Trajectory | None:
         return None
     durations = distance_split(task, NEAR_LEAST * least)
     with suppress(InfeasibleRowsError, SolverError):
-        return solve(replace(task, walls=()), task.piece_durations(durations), effort=Effort.GLANCE).trajectory
+        return solve(replace(task, walls=()), task.piece_durations(durations), effort=Effort.TRY).trajectory
     return None
 
 

@@ -31,7 +31,7 @@ from minsnap.time_allocation.strategy import Strategy, balanced_price
 from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import UnlimitedError, grained, measuring_work, touching_factor
 from minsnap.time_allocation.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
-from minsnap.time_allocation.ways import end_on_limit, shortest_from
+from minsnap.time_allocation.ways import end_on_limit, shortest_from, shortest_of_starts
 from minsnap.trajectory.report import Utilisation
 
 AT_LIMIT, LIMIT_ROOM = 1e-6, 1e-2
@@ -69,7 +69,7 @@ def shortest_plan(task: Task, timing: Timing) -> Timed:
     if (0 in task.moving or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
         return shortest_from(task, timing)
     if task.continuity <= task.half - 1:
-        return timed(*Strategy(task, timing).run())
+        return shortest_of_starts(task, timing)
     first: tuple[SolvedTask | None, Run] = None, NO_RUN
     with suppress(UnlimitedError):  # what joins less smoothly may fly at any speed
         first = Strategy(task, timing).run()
