@@ -15,8 +15,8 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import LateError
-from minsnap.bounds.least_time import bound_of
-from minsnap.bounds.passed_course import PassedCourse
+from minsnap.bounds.least_time import TimeQuestion
+from minsnap.corridors.knot_regions import Placement
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import InfeasibleError, LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, kept_from
@@ -254,13 +254,9 @@ def _misled(task: Task, limits: Limits) -> bool:
 
 def near_least(task: Task, limits: Limits) -> Trajectory | None:
     """Return the curve of least cost in barely more than the least time there is; None where nothing is known of it."""
-    count = len(task.waypoints)
-    none, sides = np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
-    centers, ends = np.zeros((count, 3)), np.zeros((2, 3))
-    centers[:, : task.dim] = task.waypoints + 0.5 * (task.lower + task.upper)
-    sides[:, range(task.dim), range(task.dim)] = 0.5 * (task.upper - task.lower)
-    ends[:, : task.dim] = pinned_state(task)[1], pinned_state(task, task.legs)[1]
-    least = bound_of(PassedCourse(task.dim, centers, none, sides, ends), limits, False).seconds
+    placed = Placement(task.waypoints, task.lower, task.upper)
+    ends = np.stack((pinned_state(task)[1], pinned_state(task, task.legs)[1]))
+    least = TimeQuestion(placed, {}, ends, limits).bound.seconds
     if least is None:
         return None
     durations = distance_split(task, NEAR_LEAST * least)
