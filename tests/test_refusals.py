@@ -111,10 +111,12 @@ SITES = [
 
 ELSEWHERE = {
     ("passage", "_too_narrow", InfeasibleError),
+    ("plan_route", "_around", UnprovedError),
     ("time_search", "unproved_fleet", UnprovedError),
     ("fleet_planner", "_finished", UnprovedError),
 }
-"""Tested in ``routes/test_separation.py``, ``fleet/test_fleet_planner.py`` and ``fleet/test_fleet_last_look.py``."""
+"""Tested in ``routes/test_barrier.py``, ``routes/test_plan_route.py``, ``fleet/test_fleet_planner.py`` and
+``fleet/test_fleet_last_look.py``."""
 
 
 def raising_sites():
@@ -155,7 +157,7 @@ def test_a_refusal_verifies_or_says_what_was_tried(site, sentence, asked):
 def test_a_refusal_of_times_that_were_chosen_is_no_proof(chosen):
     """From rest to rest with continuity 6 nothing is free, so that a corridor may be too narrow for any durations."""
     with pytest.raises(UnprovedError, match="it is too narrow at .* this is not proved of all times") as refused:
-        minsnap.plan(POINTS, corridor=1e-4, continuity=6, **plan_arguments(chosen))
+        minsnap.plan(POINTS, corridor=1e-4, continuity=6, pieces=1, **plan_arguments(chosen))
     assert not refused.value.verify() and refused.value.smallest_width > 1e-4
     with pytest.raises(InfeasibleError, match="it is too narrow at") as given:
         minsnap.plan(POINTS, corridor=1e-4, continuity=6, durations=[4.0, 2.0, 2.0])

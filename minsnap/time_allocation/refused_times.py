@@ -14,7 +14,6 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, significant
 from minsnap.basics.checks import LONGEST, check_durations
 from minsnap.basics.deadline import LateError
-from minsnap.corridors.knot_regions import Placement
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.optimisation.solve import Effort, solve
@@ -28,7 +27,7 @@ from minsnap.time_allocation.recovery import pinned_use
 from minsnap.time_allocation.refusal import explain, overdetermined
 from minsnap.time_allocation.time_scaling import shortest_scaled
 from minsnap.time_allocation.timing import NO_RUN, Timed, Timing, solved_or_explained, timed
-from minsnap.time_allocation.ways import start_on_limit
+from minsnap.time_allocation.ways import least_of, start_on_limit
 from minsnap.time_allocation.within_limits import plans_for, searched_in_time
 
 if TYPE_CHECKING:
@@ -315,11 +314,9 @@ def _refuse_below_least(task: Task, timing: Timing, shortest: float | None) -> N
     """Raise InfeasibleError if every flight within the limits takes longer than a total, whatever its curve."""
     if timing.limits is None:
         return
-    from minsnap.bounds.least_time import BelowLeast, TimeQuestion
+    from minsnap.bounds.least_time import BelowLeast
 
-    placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
-    ends = None if task.closed else np.stack((task.pins[0][1], task.pins[task.legs][1]))
-    proof = BelowLeast(timing.total, TimeQuestion(placement, {}, ends, timing.limits).bound)
+    proof = BelowLeast(timing.total, least_of(task, timing.limits))
     if proof.verify():
         known = "" if shortest is None else f", and the shortest found takes {shortest:.6g} s"
         message = f"{proof.total:.6g} s are too short for the limits: every flight takes {proof.least:.6g} s{known}"

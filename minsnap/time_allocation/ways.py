@@ -15,7 +15,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import LateError
-from minsnap.bounds.least_time import TimeQuestion
+from minsnap.bounds.least_time import TimeBound, TimeQuestion
 from minsnap.corridors.knot_regions import Placement
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import InfeasibleError, LimitError, SolverError, UnprovedError
@@ -252,11 +252,16 @@ def _misled(task: Task, limits: Limits) -> bool:
     return bool(np.isfinite(acceleration) and (straight & (np.minimum(lengths[1:], lengths[:-1]) < SHORT * stop)).any())
 
 
+def least_of(task: Task, limits: Limits) -> TimeBound:
+    """Return the time that every flight of a task within limits takes at least."""
+    placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
+    ends = None if task.closed else np.stack([pinned_state(task, waypoint)[1] for waypoint in (0, task.legs)])
+    return TimeQuestion(placement, {}, ends, limits).bound
+
+
 def near_least(task: Task, limits: Limits) -> Trajectory | None:
     """Return the curve of least cost in barely more than the least time there is; None where nothing is known of it."""
-    placed = Placement(task.waypoints, task.lower, task.upper)
-    ends = np.stack((pinned_state(task)[1], pinned_state(task, task.legs)[1]))
-    least = TimeQuestion(placed, {}, ends, limits).bound.seconds
+    least = least_of(task, limits).seconds
     if least is None:
         return None
     durations = distance_split(task, NEAR_LEAST * least)
