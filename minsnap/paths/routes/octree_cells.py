@@ -127,7 +127,8 @@ def _box_of(cubes: Cubes, ends: FloatArray, resolution: float) -> CellBox:
 
 def _cells_of(points: FloatArray, resolution: float) -> NDArray[np.int64]:
     """Return the cells that points are in; those outside the tree are moved to its border."""
-    cells = np.floor(np.nan_to_num(points / resolution)) + (1 << DEPTH - 1)
+    with np.errstate(over="ignore"):  # of points that are no metres
+        cells = np.floor(np.nan_to_num(points / resolution)) + (1 << DEPTH - 1)
     return np.asarray(np.clip(cells, 0, (1 << DEPTH) - 1).astype(np.int64))
 
 
