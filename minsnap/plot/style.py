@@ -53,7 +53,6 @@ POINTS = 1200
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
     """Let a function draw with the sheet of this package; matplotlib's parameters are as before when it returns."""
-
     names = tuple(signature(draw).parameters)
 
     @wraps(draw)
