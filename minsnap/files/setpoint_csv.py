@@ -185,8 +185,12 @@ def noted_beside(path: FileName) -> str | None:
 
 
 def _beside(path: FileName) -> FilePath:
+    return FilePath(f"{_name(path)}{ENDING}")
+
+
+def _name(path: FileName) -> str:
     try:
-        return FilePath(f"{os.fspath(path)}{ENDING}")
+        return os.fspath(path)
     except TypeError:
         raise FileError(f"{shown(path)} is no name of a file") from None
 
@@ -390,9 +394,10 @@ def _check_groups(path: FileName, table: dict[str, FloatArray]) -> None:
 
 def _refuse_workbook(path: FileName) -> None:
     """Raise FileError where a name ends as those of spreadsheets do, which read CSV under its own ending alone."""
-    if FilePath(path).suffix.lower() in WORKBOOKS:
+    stem, ending = os.path.splitext(_name(path))
+    if ending.lower() in WORKBOOKS:
         raise FileError(
-            f"{path} is a spreadsheet by its ending: write {FilePath(path).stem}.csv, which spreadsheets open"
+            f"{path} is a spreadsheet by its ending: write {os.path.basename(stem)}.csv, which spreadsheets open"
         )
 
 
