@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import takewhile
+from math import isfinite
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 from typer.core import TyperCommand
 
 import minsnap
@@ -28,9 +30,47 @@ QUICK = 1000.0
 """Longest search for a lap after which laps from a standing start are searched for, too [ms]."""
 
 
+@dataclass(frozen=True)
+class GroundOptions:
+    """The ground that all legs stay above."""
+
+    terrain: Annotated[Path | None, "FILE", "Heights of the ground, an ESRI ASCII grid: all legs stay above it."] = None
+    above: Annotated[float | None, "M", "With --terrain: least height above the ground [m]."] = None
+    below: Annotated[float | None, "M", "With --terrain: greatest height above the ground [m]."] = None
+
+    def __post_init__(self) -> None:
+        if (self.terrain is None) != (self.above is None) or (self.terrain is None and self.below is not None):
+            raise InputError("--terrain and --above go together, and --below with them: give the file and the height")
+        for name, height in (("above", self.above), ("below", self.below)):
+            if height is not None and not (isfinite(height) and height >= 0.0):
+                raise InputError(f"--{name} is {height:g}: give a height [m] of 0 or more")
+        if self.above is not None and self.below is not None and self.below <= self.above:
+            raise InputError(f"--above is {self.above:g} and --below {self.below:g}: give the lower height first")
+
+    def refuse(self, file: Path, what: str) -> None:
+        """Raise InputError where there is terrain for what is no plan through waypoints."""
+        if self.terrain is not None:
+            raise InputError(f"{file} is {what}: --terrain is for a plan through waypoints")
+
+    def over(self, request: PlanRequest, file: Path) -> PlanRequest:
+        """Return a request whose legs stay above the ground."""
+        if self.terrain is None or self.above is None:
+            return request
+        from minsnap.paths.routes.terrain import read_terrain
+        from minsnap.paths.routes.terrain_walls import BESIDE, terrain_walls
+
+        if request.room is not None or len(request.waypoints[0]) != 3:
+            what = "a room of its own" if request.room is not None else "no altitudes"
+            raise InputError(f"{file} has {what}: --terrain is for waypoints x,y,z without a room")
+        beside = BESIDE if request.corridor is None else min(BESIDE, *request.corridor)
+        points = np.array(request.waypoints, dtype=np.float64)
+        return replace(request, room=terrain_walls(read_terrain(self.terrain), points, self.above, self.below, beside))
+
+
 @command()
 def plan(
     planning: Planning,
+    ground: GroundOptions,
     destination: Destination,
     file: Annotated[Path, "FILE", "x,y,z[,yaw][,duration] in CSV; YAML; .plan; a plan."],
     *,
@@ -56,6 +96,7 @@ def plan(
 
     refuse_source(destination.output, file)
     if is_polynomials(file):
+        ground.refuse(file, "a plan already")
         _deliver_again(file, planning, destination, closed or bool(laps) or takeoff or land or from_frame is not None)
         return
     refuse_source(destination.output, *vehicle_files(file))
@@ -63,6 +104,7 @@ def plan(
     if course is not None:
         if from_frame not in (None, "enu"):
             raise InputError(f"{file} is flown as a course, which is in ENU: leave out --from-frame {from_frame}")
+        ground.refuse(file, "flown as a course")
         fly_course(course, planning, destination, **_of_mission(file))
         return
     read, chosen = _in_frame(read_request(file), file, from_frame), _chosen(planning)
@@ -72,7 +114,7 @@ def plan(
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
     if read.bounds is None:
         planning.refuse_idle(altitudes=read.room is None and len(read.waypoints[0]) == 3)
-    request = _with_corridor(_closed(read, file, searched) if closed else read, planning)
+    request = ground.over(_with_corridor(_closed(read, file, searched) if closed else read, planning), file)
     if "split" in chosen and not searched and request.total_time is None and not request.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
     request, walls = _timed(request, chosen | {"on_interrupt": "return"}, searched), request.walls

@@ -78,6 +78,7 @@ def _octrees():
 PICTURE = b"P5\n# map\n4 3\n255\n" + bytes([0, 254, 205, 254, 254, 254, 254, 0, 254, 100, 254, 254])
 
 TEXTS = {
+    "ground.asc": "ncols 3\nnrows 2\nxllcorner -5\nyllcorner 0.5\ncellsize 10\nNODATA_value -9999\n1 2 3\n4 5 -9999\n",
     "map.yaml": "image: map.pgm\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
     "free_thresh: 0.196\n",
     "course.yaml": "name: yard\nwaypoints:\n- [0, 0, 1.5]\n"
@@ -137,6 +138,7 @@ def readers():
     from minsnap.batch.spec import read_spec
     from minsnap.files.convert import read_any
     from minsnap.files.request_yaml import read_request
+    from minsnap.paths.routes.terrain import read_terrain
     from minsnap.studio.ground_view import read_obstacles
     from minsnap.vehicle import read_vehicle
 
@@ -150,6 +152,7 @@ def readers():
         read_obstacles: "obstacles.npz",
         _read_cells: "array.npy text.pcd binary.pcd squeezed.pcd text.ply binary.ply cloud.xyz cloud.csv points.npy",
         minsnap.routes.read_map: "tree.bt tree.ot",
+        read_terrain: "ground.asc",
         _read_map_server: "map.yaml",
         _read_picture: "map.pgm",
     }
