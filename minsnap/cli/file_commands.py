@@ -48,7 +48,7 @@ def check(
     """
     from minsnap.cli.kept import kept_figures, kept_lines
     from minsnap.files.consistency import check_samples
-    from minsnap.files.convert import read_samples, resolution_of
+    from minsnap.files.convert import read_to_check, resolution_of
     from minsnap.files.frames import map_samples
     from minsnap.files.setpoint_csv import frame_of, origin_of
     from minsnap.shows.fleet_files import is_fleet
@@ -58,7 +58,7 @@ def check(
     if separation is not None or downwash is not None:
         raise InputError(f"{file} is one vehicle: --separation and --downwash are for a folder of vehicles or a .skyc")
     options.check_corridor(corridor, waypoints)
-    samples, axes = read_samples(file, frame), frame_of(file, frame)
+    samples, axes = read_to_check(file, frame), frame_of(file, frame)
     report = check_samples(map_samples(samples, "enu", axes), resolution=resolution_of(file))
     inside = membership(samples, waypoints, corridor)
     plan = _plan(file, exact)

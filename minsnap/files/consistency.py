@@ -210,6 +210,11 @@ def check_samples(samples: Samples, *, resolution: float = 1e-3) -> ConsistencyR
     if problems or len(samples) < 2:
         problems += [] if problems else ["there is only one sample: a path needs two or more"]
         return ConsistencyReport(tuple(problems), len(samples), 0.0, 0.0, 0.0, 0.0, (), None, None)
+    rows, advancing = len(samples), _advancing(samples.t)
+    problems += _standing_still(samples, advancing)
+    samples = samples[advancing]
+    if len(samples) < 2:
+        return ConsistencyReport(tuple(problems), rows, 0.0, 0.0, 0.0, 0.0, (), None, None)
     problems += _uneven_steps(samples.t) + _wrapped(samples)
     axes = tuple(_axes(samples, resolution, problems))
     problems += _leaps(samples, resolution) if samples.velocity is None else []
@@ -221,7 +226,7 @@ def check_samples(samples: Samples, *, resolution: float = 1e-3) -> ConsistencyR
     if feed_forward is not None and feed_forward > LARGEST_ACCELERATION:  # no drag asks for it: other units, perhaps
         most = f"{feed_forward:.3g} m/s^2, more than {LARGEST_ACCELERATION:g}"
         problems.append(f"the feed-forward reaches {most}: it is an acceleration in m/s^2")
-    found = (tuple(problems), len(samples), *figures, axes, *rests, feed_forward, samples.lead)
+    found = (tuple(problems), rows, *figures, axes, *rests, feed_forward, samples.lead)
     return ConsistencyReport(*found, notes=_doubts(samples))
 
 
@@ -241,13 +246,26 @@ def _infinities(samples: Samples) -> list[str]:
     return problems
 
 
+def _advancing(t: FloatArray) -> BoolArray:
+    """Tell the instants that come after all before them."""
+    return np.concatenate([[True], t[1:] > np.maximum.accumulate(t)[:-1]])
+
+
+def _standing_still(samples: Samples, advancing: BoolArray) -> list[str]:
+    """Say where time does not go on: the rest of the samples is judged without these."""
+    late = np.flatnonzero(~advancing)
+    if not late.size:
+        return []
+    row, t = int(late[0]), samples.t
+    more = f" ({late.size} such samples)" if late.size > 1 else ""
+    jump = float(np.linalg.norm(samples.position[row] - samples.position[row - 1]))
+    far = f", {jump:.4g} m apart" if jump else ""
+    return [f"time goes from {t[row - 1]} s to {t[row]} s at sample {row}{far}: it must increase{more}"]
+
+
 def _uneven_steps(t: FloatArray) -> list[str]:
     """Compare with the uniform grid to 2 % of a step, which allows rounding to milliseconds at 30 Hz."""
-    steps = np.diff(t)
-    if not (steps > 0).all():
-        row = int(np.argmin(steps > 0))
-        return [f"time goes from {t[row]} s to {t[row + 1]} s at sample {row + 1}: it must increase"]
-    even = (t[-1] - t[0]) / len(steps)
+    even = (t[-1] - t[0]) / (len(t) - 1)
     astray = np.abs(t - (t[0] + even * np.arange(len(t))))
     worst = int(astray.argmax())
     if astray[worst] <= 0.02 * even:

@@ -65,6 +65,8 @@ class Format:
     rounding : callable or None
         ``rounding(trajectory, step)``: what the format's rounding or low degree may do to a difference of two values a
         step apart, or None where numbers are read back exactly.
+    read_rows : callable or None
+        As ``read``, of samples whose instants need not increase; None where ``read`` is all there is.
     """
 
     name: str
@@ -80,6 +82,7 @@ class Format:
     most_pieces: int | None = None
     leaves_out: tuple[str, ...] = ("t", "jerk", "snap", "feed_forward", "lead")
     rounding: Callable[[Trajectory, float], float] | None = None
+    read_rows: Callable[..., Samples] | None = None
 
     def check_frame(self, frame: str) -> None:
         """Raise FrameError for a frame other than the default if this format has its own."""
@@ -127,6 +130,12 @@ def read_any(path: FileName, frame: str | None = None) -> Content:
     if frame is not None:
         raise FrameError(f"{path} holds {chosen.name}, which have their own axes: leave the frame {shown(frame)} out")
     return chosen.read(path)
+
+
+def read_to_check(path: FileName, frame: str | None = None) -> Samples:
+    """Read any file as :func:`read_samples` does, but samples as they are where their instants do not increase."""
+    rows = _reader(path).read_rows
+    return read_samples(path, frame) if rows is None else rows(path, frame)
 
 
 def frame_for(path: FileName, frame: str | None) -> str | None:

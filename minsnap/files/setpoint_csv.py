@@ -340,6 +340,13 @@ def read_csv(path: FileName, frame: str | None = None) -> Samples:
         If the frame is unknown, or another than the file says, or no frame is said and the file lies below ground
         throughout.
     """
+    samples = read_rows(path, frame)
+    _check_increasing(path, samples.t)
+    return samples
+
+
+def read_rows(path: FileName, frame: str | None = None) -> Samples:
+    """Read setpoints as :func:`read_csv` does, from a file whose instants need not increase, as a check takes it."""
     axes = get_frame(frame_of(path, frame))
     table = read_table(path, COLUMNS[:4], (*COLUMNS[4:], *FRAME_COLUMNS))
     _check_frame_column(path, table)
@@ -350,7 +357,6 @@ def read_csv(path: FileName, frame: str | None = None) -> Samples:
             "frame=NAME here and --from-frame NAME on the command line, such as ned"
         )
     _check_groups(path, table)
-    _check_increasing(path, table["t"])
     return map_samples(samples_of(table, _noted(path).get("lead", 0.0)), axes, "enu")
 
 
@@ -420,4 +426,4 @@ LEFT_OUT = ("jerk", "snap")
 """What tables of setpoints leave out of samples."""
 
 _CSV = ((".csv",), write_csv, (".csv",), read_csv)
-FORMATS = (Format("setpoints", "samples", *_CSV, frame="", reads_frame=True, leaves_out=LEFT_OUT),)
+FORMATS = (Format("setpoints", "samples", *_CSV, read_rows=read_rows, frame="", reads_frame=True, leaves_out=LEFT_OUT),)

@@ -211,3 +211,17 @@ def test_waypoints_are_read_from_the_standard_input(tmp_path):
     assert (run.returncode, run.stderr) == (0, "") and os.listdir(tmp_path) == ["path.csv"]
     run = subprocess.run(command, input="x,y,z\n0,0,a\n", cwd=tmp_path, capture_output=True, text=True)
     assert (run.returncode, run.stdout) == (2, "") and "-, line 2: z is 'a'" in run.stderr
+
+
+def test_repeated_instants_are_found_by_a_check_and_refused_by_all_that_fly(call, flown):
+    lines = flown.read_text().splitlines(keepends=True)
+    flown.write_text("".join(lines[:10] + lines[9:]))
+    done = call("check", flown)
+    assert (
+        done.returncode == 1 and "problem: time goes from 0.4 s to 0.4 s at sample 9: it must increase" in done.stdout
+    )
+    found = json.loads(call("check", flown, "--json").stdout)
+    assert not found["ok"] and len(found["problems"]) == 1 and found["rows"] == len(lines)
+    for command in (("convert", flown, "a.npz"), ("plot", flown, "-o", "a.png")):
+        done = call(*command)
+        assert done.returncode == 2 and "line 11: t is 0.4, not after the 0.4 of the line before" in done.stderr

@@ -152,3 +152,23 @@ def test_planar_files_are_checked_too():
     flat = Samples(samples.t, samples.position[:, :2], samples.velocity[:, :2])
     assert check_samples(flat).ok
     assert [axis.name for axis in check_samples(flat).axes] == ["x", "y"]
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.25])
+def test_instants_that_do_not_go_on_are_a_problem_of_their_own(apart):
+    """Joins of segments are twice in many files: the other samples are judged as they are."""
+    path = helix()
+    rows = np.concatenate([np.arange(60), [59, 58], np.arange(60, len(path))])
+    joined = path[rows]
+    place = np.array(joined.position)
+    place[60, 2] += apart
+    report = check_samples(replace(joined, position=place))
+    where = ", 0.25 m apart" if apart else ""
+    said = f"time goes from 2.95 s to 2.95 s at sample 60{where}: it must increase (2 such samples)"
+    assert report.problems == (said,) and report.rows == len(path) + 2
+    assert report.axes == check_samples(path).axes
+
+
+def test_a_path_whose_time_stands_still_is_told():
+    report = check_samples(Samples(np.zeros(4), np.zeros((4, 3))))
+    assert report.problems == ("time goes from 0.0 s to 0.0 s at sample 1: it must increase (3 such samples)",)
