@@ -71,7 +71,7 @@ def _least_narrow_way(
     """
     from scipy.sparse.csgraph import dijkstra
 
-    graph = _graph(free, size, free.size <= LARGE, narrow)
+    graph = step_graph(free, size, free.size <= LARGE, narrow)
     ends = [int(np.ravel_multi_index(tuple(cell), free.shape)) for cell in (start, goal)]
     before = dijkstra(graph, directed=False, indices=ends[0], return_predecessors=True)[1]
     way = [ends[1]]
@@ -80,7 +80,7 @@ def _least_narrow_way(
     return np.stack(np.unravel_index(way[::-1], free.shape), axis=-1)
 
 
-def _graph(free: BoolArray, size: FloatArray, corners: bool, narrow: BoolArray) -> Any:
+def step_graph(free: BoolArray, size: FloatArray, corners: bool, narrow: BoolArray) -> Any:
     """Return the lengths of all steps between free cells, each once, as a sparse matrix.
 
     Without ``corners``, through faces only.

@@ -1,0 +1,235 @@
+"""Flights through what is not known yet: each plan ends at rest inside what has been seen."""
+
+from __future__ import annotations
+
+import time
+from math import inf
+
+import numpy as np
+
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, numbers
+from minsnap.basics.checks import check_array, check_distance, check_positive, point_text
+from minsnap.basics.deadline import Clock, checked_clock
+from minsnap.basics.messages import shown
+from minsnap.corridors.half_spaces import Polytopes
+from minsnap.corridors.tangent_polytopes import polytopes_along, without_needless
+from minsnap.errors import InputError, TimingError, UnprovedError, WaypointError
+from minsnap.limits.limits import Limits
+from minsnap.paths.routes.frontiers import Window
+from minsnap.paths.routes.grid_map import GridMap
+from minsnap.paths.routes.known_map import OCCUPIED, UNKNOWN, KnownMap, edge
+from minsnap.paths.routes.surroundings import bars, flown_box
+from minsnap.planning.planner import plan
+from minsnap.replanning.memory import Change
+from minsnap.replanning.replanner import Replanner
+from minsnap.replanning.splice import splice_of
+from minsnap.trajectory.trajectory import Trajectory
+
+WINDOW = 1.5
+"""Half of the side of the block of cells that a way is looked for in first, in ranges of the sensor."""
+
+BORDER = 2
+"""Cells around all that is known, beyond which no way is looked for."""
+
+REACHED = 1e-6
+"""Distance to the goal at which it is reached [m]."""
+
+HALF = 4
+"""Derivatives that a change takes over."""
+
+
+class Explorer:
+    """Flies to a goal through what sensors see on the way.
+
+    Cells that a line from the sensor passes are free, those of points occupied, for ever. A way is searched through
+    free cells: to the goal, or to the place at the border of what is known from which it seems shortest. Plans keep
+    the clearance to all other cells, end there at rest, and change in flight as :class:`minsnap.Replanner` does.
+
+    Parameters
+    ----------
+    goal : array_like, shape (2,) or (3,)
+        Where to be at rest [m].
+    limits : Limits
+    clearance : float
+        Least distance of plans to cells that are not free [m]. What is smaller than a cell or the gap between two rays
+        may stay unseen: add as much.
+    sensing : float
+        Range of the sensor [m]: what is further is left out, and plans end within it.
+    unknown : str
+        ``"occupied"``, or ``"free"``: plans then pass through what was never seen.
+    resolution : float
+        Side of a cell [m].
+    pieces : int
+        Polynomials per leg.
+    clock : callable
+        Reads a monotonic clock [s]; a simulated one in tests.
+
+    Raises
+    ------
+    WaypointError, LimitError, InputError
+        If an argument is malformed.
+    """
+
+    def __init__(
+        self,
+        goal: ArrayLike,
+        *,
+        limits: Limits,
+        clearance: float = 0.2,
+        sensing: float = 15.0,
+        unknown: str = "occupied",
+        resolution: float = 0.25,
+        pieces: int = 1,
+        clock: Clock = time.monotonic,
+    ) -> None:
+        self.goal = check_array("the goal", goal, ((2,), (3,)), "2 or 3 finite numbers [m]", WaypointError)
+        self.clearance = check_distance("the clearance", clearance, InputError)
+        self.sensing = check_positive("the range of the sensor", sensing, "m", InputError)
+        if unknown not in ("occupied", "free"):
+            raise InputError(f"unknown is {shown(unknown)}: give 'occupied' or 'free'")
+        size = check_positive("the resolution", resolution, "m", InputError)
+        self.known = KnownMap(len(self.goal), size)
+        self._replanner = Replanner(limits, pieces=pieces, clock=clock)
+        self._avoids_unknown, self._pieces, self._clock = unknown == "occupied", pieces, checked_clock(clock)
+        self._position: FloatArray | None = None
+        self._asked: tuple[Trajectory | None, float] = (None, -inf)
+        self._places: list[FloatArray] = []
+
+    def observe(self, position: ArrayLike, points: ArrayLike, rays: ArrayLike | None = None) -> None:
+        """Take what a sensor saw.
+
+        Parameters
+        ----------
+        position : array_like, shape (dim,)
+            Of the sensor [m].
+        points : array_like, shape (k, dim)
+            On obstacles, seen along straight lines from the position [m]; k may be 0.
+        rays : array_like, shape (m, dim), optional
+            Ends of lines from the position on which nothing was seen [m].
+
+        Raises
+        ------
+        InputError
+            If one of them is malformed or not finite; nothing of it is taken then.
+        """
+        dim = len(self.goal)
+        here = check_array("the position of the sensor", position, ((dim,),), f"{dim} finite numbers [m]", InputError)
+        seen, ends = (self._listed(*each) for each in (("points", points), ("ends of rays", rays)))
+        far = np.linalg.norm(seen - here, axis=1) > self.sensing
+        ends = np.vstack((ends, seen[far])) - here
+        reach = np.linalg.norm(ends, axis=1, keepdims=True)
+        ends = here + ends * np.minimum(1.0, self.sensing / np.maximum(reach, self.sensing))
+        self._position = here
+        if not self._places or np.linalg.norm(here - self._places[-1]) > 0.5 * self.known.size:
+            self._places.append(here)
+        self.known.body(here, self.clearance + self.known.size)
+        self.known.see(here, seen[~far], ends)
+
+    def replan(self, flown: Trajectory | None, now: float, budget: float = 0.05) -> Change:
+        """Return what to fly from ``now + budget`` on, and how to stop from there.
+
+        Parameters
+        ----------
+        flown : Trajectory or None
+            What is being flown; None for the first plan, from rest where the last observation was made.
+        now : float
+            Instant of this call on its clock [s].
+        budget : float
+            Seconds from ``now`` to the splice, within which the answer comes; the first plan takes its time.
+
+        Returns
+        -------
+        Change
+            As :meth:`minsnap.Replanner.replan` returns it.
+
+        Raises
+        ------
+        InfeasibleError
+            If no way to the goal is left in what may be flown through: says where it ends. What is flown ends at rest.
+        UnprovedError
+            If nothing is left from which more was seen.
+        TimingError
+            If the time went back, or the budget is below what a stop takes.
+        InputError
+            Before the first observation.
+        """
+        began = float(self._clock())
+        if self._position is None:
+            raise InputError("nothing was observed yet: call observe with the position before the first replan")
+        if flown is None:
+            way, walls = self._corridor(self._position)
+            start, end = ({"position": point} for point in way[[0, -1]])
+            limits, pieces = self._replanner.limits, self._pieces
+            first = plan(None, corridor=walls, limits=limits, pieces=pieces, start=start, end=end)
+            return Change(first, 0.0, None, False, no_stop="the plan begins at rest")
+        splice = splice_of(flown, now, budget, HALF)
+        if flown is self._asked[0] and now < self._asked[1]:
+            raise TimingError(f"the time is {now:g} s after {self._asked[1]:g} s: give the clock of what is flown")
+        self._asked = flown, float(now)
+        way, walls = self._corridor(splice.state[0])
+        return self._replanner.replan(flown, now, None, budget, boxes=walls, goal=way[-1], began=began - float(now))
+
+    def _listed(self, name: str, given: ArrayLike | None) -> FloatArray:
+        """Return points (k, dim), none of them for None and empty lists."""
+        points, dim = numbers([] if given is None else given), len(self.goal)
+        if points is not None and not points.size:
+            return np.zeros((0, dim))
+        if points is None or points.ndim != 2 or points.shape[1] != dim or not np.isfinite(points).all():
+            raise InputError(f"the {name} are {shown(given)}: give rows of {dim} finite numbers [m]")
+        return points
+
+    def _corridor(self, start: FloatArray) -> tuple[FloatArray, Polytopes]:
+        """Return a way from the start towards the goal, and polytopes around it."""
+        if np.linalg.norm(start - self.goal) <= REACHED:
+            raise TimingError("the goal is reached by then: what is flown ends there at rest")
+        grid, way = self._way(start)
+        if len(way) < 2:
+            raise UnprovedError(f"{point_text(start)} m is where more may be seen next: fly there, and observe")
+        way = _within(way, start, self.sensing)
+        sets = polytopes_along(way, bars(grid), way[:0], self.clearance, box=flown_box(grid))
+        return way, Polytopes([sets[index] for index in without_needless(sets)])
+
+    def _way(self, start: FloatArray) -> tuple[GridMap, FloatArray]:
+        """Look for a way in the block around the vehicle, then in all that is known."""
+        size, known = self.known.size, self.known
+        here, reach = known.cells(start), int(np.ceil(WINDOW * self.sensing / size))
+        ends = np.stack((here, known.cells(self.goal)))
+        margin = BORDER + int(np.ceil(self.clearance / size))
+        low = np.minimum(known.first, ends.min(axis=0)) - margin
+        behind = np.maximum(known.first + known.states.shape, ends.max(axis=0) + 1) + margin
+        around = np.maximum(low, here - reach), np.minimum(behind, here + reach + 1)
+        for corners, beyond in ((around, True), ((low, behind), False)):
+            window, visited = self._window(*corners, beyond)
+            way = window.way(start, self.goal, visited)
+            if way is not None:
+                return window.grid, way
+        raise UnprovedError(
+            f"from {point_text(start)} m no more is seen of a way to the goal at {point_text(self.goal)} m: the "
+            "vehicle rests at the end of its plan; observe from elsewhere, or lower the clearance"
+        )
+
+    def _window(self, low: IntArray, behind: IntArray, beyond: bool) -> tuple[Window, BoolArray]:
+        """Return a block of cells, and those of it from which observations were made or beside them."""
+        from scipy.ndimage import binary_dilation
+
+        states, size = self.known.window(low, behind), self.known.size
+        occupied = states == OCCUPIED
+        closed = occupied | (states == UNKNOWN) if self._avoids_unknown else occupied.copy()
+        closed[edge(closed.shape)] = True
+        visited = np.zeros_like(occupied)
+        cells = self.known.cells(np.array(self._places)) - low
+        visited[tuple(cells[((cells >= 0) & (cells < visited.shape)).all(axis=1)].T)] = True
+        grid = GridMap(closed, size, low * size, "what was seen")
+        return Window(grid, occupied, self.clearance, beyond), binary_dilation(visited, np.ones((3,) * grid.dim))
+
+
+def _within(way: FloatArray, start: FloatArray, reach: float) -> FloatArray:
+    """Cut a way where it leaves the ball of a radius around its start."""
+    apart = np.linalg.norm(way - start, axis=1)
+    if (apart <= reach).all():
+        return way
+    first = int(np.argmax(apart > reach))
+    begin, along = way[first - 1], way[first] - way[first - 1]
+    a, b, c = along @ along, along @ (begin - start), (begin - start) @ (begin - start) - reach**2
+    cut = begin + along * (np.sqrt(b * b - a * c) - b) / a
+    return np.vstack((way[:first], cut))

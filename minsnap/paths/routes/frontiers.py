@@ -1,0 +1,150 @@
+"""Ways through what is known: to the goal, or to where more may be seen of a way there.
+
+A frontier is a cell that may be flown to beside one that may prove free (B. Yamauchi, "A frontier-based approach for
+autonomous exploration", CIRA 1997). The one with the least length of the way there and straight on to the goal is next.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.checks import point_text
+from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.occupancy_grid import grown
+from minsnap.errors import InfeasibleError
+from minsnap.native.map_ways import grid_way, tangent_planes
+from minsnap.paths.routes.grid_map import GridMap
+from minsnap.paths.routes.known_map import edge
+from minsnap.paths.routes.passage import LARGE, step_graph
+from minsnap.paths.routes.surroundings import bars
+
+TRIED = 50
+"""Free cells near the start from which a straight line to it is tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A block of cells.
+
+    Parameters
+    ----------
+    grid : GridMap
+        Occupied where nothing may be flown through, unknown cells with them where these are avoided.
+    occupied : ndarray of bool
+        Where something was seen.
+    clearance : float
+        [m].
+    beyond : bool
+        Whether there may be a way beyond its border.
+    """
+
+    grid: GridMap
+    occupied: BoolArray
+    clearance: float
+    beyond: bool
+
+    def way(self, start: FloatArray, goal: FloatArray, visited: BoolArray) -> FloatArray | None:
+        """Return the corners of a way towards the goal (m, dim) [m]; None where nothing in the block leads on.
+
+        Parameters
+        ----------
+        start, goal : ndarray, shape (dim,)
+            [m].
+        visited : ndarray of bool
+            Cells from which nothing more is to be seen.
+
+        Raises
+        ------
+        InfeasibleError
+            If the start is too near to what must be avoided, or no way to the goal can be left.
+        """
+        size, edges = self.grid.resolution, bars(self.grid)
+        free = ~grown(self.grid.occupied, self.clearance, size)
+        leading = self._leading(goal)
+        first = self._beside(start, free & leading, edges)
+        if first is None:
+            raise self._no_way(start, free, edges, goal)
+        last = self.grid.cell(goal)
+        inside = self.grid.holds(goal)
+        cells = grid_way(free, size, first, last) if inside and free[tuple(last)] else None
+        if cells is not None:
+            return self._line(edges, start, self.grid.center(cells), goal)
+        target = self._frontier(free, leading, visited, first, goal)
+        cells = None if target is None else grid_way(free, size, first, target)
+        return None if cells is None else self._line(edges, start, self.grid.center(cells))
+
+    def _beside(self, start: FloatArray, free: BoolArray, edges: FloatArray) -> IntArray | None:
+        """Return the cell of the start, or the nearest one from which a straight line leads to it; None without one."""
+        here = self.grid.cell(start)
+        if free[tuple(here)]:
+            return here
+        cells = np.argwhere(free)
+        near = cells[np.argsort(((self.grid.center(cells) - start) ** 2).sum(axis=1), kind="stable")[:TRIED]]
+        return next((cell for cell in near if self._clear(edges, start, self.grid.center(cell))), None)
+
+    def _frontier(
+        self, free: BoolArray, leading: BoolArray, visited: BoolArray, first: IntArray, goal: FloatArray
+    ) -> IntArray | None:
+        """Return the frontier by which the goal seems nearest; None without one."""
+        from scipy.ndimage import binary_dilation
+        from scipy.sparse.csgraph import dijkstra
+
+        seen = free & binary_dilation(leading & ~free) & ~visited
+        cells = np.argwhere(seen)
+        if not len(cells):
+            return None
+        graph = step_graph(free, self.grid.resolution, free.size <= LARGE, np.zeros_like(free))
+        lengths = dijkstra(graph, directed=False, indices=int(np.ravel_multi_index(tuple(first), free.shape)))
+        total = lengths.reshape(free.shape)[seen] + np.linalg.norm(self.grid.center(cells) - goal, axis=1)
+        best = int(np.argmin(total))
+        return np.asarray(cells[best]) if np.isfinite(total[best]) else None
+
+    def _leading(self, goal: FloatArray) -> BoolArray:
+        """Return cells that may prove free and from which such ones lead to the goal, or beyond the border to it."""
+        part, border = self._parts(), edge(self.occupied.shape)
+        inside = self.grid.holds(goal)
+        wanted = [part[tuple(self.grid.cell(goal))]] if inside else []
+        if self.beyond and (not inside or wanted[0] in part[border]):
+            wanted = [*wanted, *np.unique(part[border])]
+        return np.asarray((part > 0) & np.isin(part, wanted))
+
+    def _parts(self) -> IntArray:
+        """Return the connected part of each cell that may prove free, 0 for the others."""
+        from scipy.ndimage import label
+
+        return np.asarray(label(~grown(self.occupied, self.clearance, self.grid.resolution))[0])
+
+    def _no_way(self, start: FloatArray, free: BoolArray, edges: FloatArray, goal: FloatArray) -> InfeasibleError:
+        """Return the error that says where ways from the start end."""
+        first = self._beside(start, free, edges)
+        if first is None:
+            return InfeasibleError(
+                f"nothing is known to be free by {self.clearance:g} m around {point_text(start)} m: fly on to the end "
+                "of the plan, which is at rest, or lower the clearance"
+            )
+        part = self._parts()
+        cells = self.grid.center(np.argwhere(part == part[tuple(first)]))
+        nearest = cells[int(np.argmin(((cells - goal) ** 2).sum(axis=1)))]
+        return InfeasibleError(
+            f"the goal at {point_text(goal)} m is closed off by what was seen: with a clearance of {self.clearance:g} "
+            f"m ways end at {point_text(nearest)} m, {np.linalg.norm(nearest - goal):.3g} m from it; what is flown "
+            "ends at rest"
+        )
+
+    def _line(self, edges: FloatArray, start: FloatArray, *parts: FloatArray) -> FloatArray:
+        """Join points, and go from the start as straight as it is clear."""
+        points = np.vstack((start, *parts))
+        points = points[np.append(True, (np.diff(points, axis=0) != 0.0).any(axis=1))]
+        while len(points) > 2 and self._clear(edges, start, points[2]):
+            points = np.delete(points, 1, axis=0)
+        return points
+
+    def _clear(self, edges: FloatArray, start: FloatArray, end: FloatArray) -> bool:
+        """Whether a straight line has the clearance."""
+        line, nowhere = np.stack((start, end)), np.zeros((0, len(start)))
+        far = float(np.linalg.norm(end - start)) + self.clearance + 1e-9
+        distance = tangent_planes(line, edges, nowhere, self.clearance, far).distance[0]
+        return bool(distance >= self.clearance - EXACT * (1.0 + self.clearance))

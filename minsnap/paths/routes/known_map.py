@@ -1,0 +1,110 @@
+"""What sensors have seen so far: cells known as free or occupied, in an array that grows with what is seen."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.errors import CorridorError
+from minsnap.paths.routes.grid_map import LARGEST_MAP
+
+UNKNOWN, FREE, OCCUPIED = 0, 1, 2
+"""States of a cell; of two that are seen, the larger one stays."""
+
+GROWTH = 16
+"""Cells added beyond what is seen when the array grows."""
+
+
+class KnownMap:
+    """Cells that are unknown, free or occupied.
+
+    Parameters
+    ----------
+    dim : int
+        Axes.
+    size : float
+        Side of a cell [m].
+    """
+
+    def __init__(self, dim: int, size: float) -> None:
+        self.size, self.first = size, np.zeros(dim, dtype=np.int64)
+        self.states = np.zeros((0,) * dim, dtype=np.uint8)
+
+    def cells(self, points: FloatArray) -> IntArray:
+        """Return the cells that points (..., dim) are in, counted from the origin."""
+        return np.floor(points / self.size).astype(np.int64)
+
+    def body(self, position: FloatArray, radius: float) -> None:
+        """Mark the cells that a vehicle of a radius [m] touches as free."""
+        count, here = int(np.ceil(radius / self.size)), self.cells(position)
+        steps = np.array(list(product(range(-count, count + 1), repeat=len(here))))
+        apart = np.maximum(np.abs(steps) - 1, 0) * self.size
+        self._mark(here + steps[np.linalg.norm(apart, axis=1) < radius], FREE)
+
+    def see(self, position: FloatArray, points: FloatArray, ends: FloatArray) -> None:
+        """Mark the cells of points as occupied, and those on the lines to them and to free ends as free."""
+        taken = self.cells(points)
+        self._mark(self._along(position, np.vstack((points, ends))), FREE)
+        self._mark(taken, OCCUPIED)
+
+    def window(self, low: IntArray, behind: IntArray) -> IntArray:
+        """Return the states of a block of cells; what was never seen is unknown."""
+        result = np.zeros(tuple((behind - low).tolist()), dtype=np.uint8)
+        begin = np.maximum(low, self.first)
+        end = np.minimum(behind, self.first + self.states.shape)
+        if (begin < end).all():
+            result[_part(begin - low, end - low)] = self.states[_part(begin - self.first, end - self.first)]
+        return result
+
+    def _along(self, start: FloatArray, ends: FloatArray) -> IntArray:
+        """Return the cells that lines from a point to ends (k, dim) pass, some more than once."""
+        begin, stop = start / self.size, ends / self.size
+        span = stop - begin
+        cuts = [np.zeros((len(ends), 1)), np.ones((len(ends), 1))]
+        for axis in range(len(start)):
+            most = int(np.ceil(np.abs(span[:, axis]).max(initial=0.0))) + 1
+            forth = span[:, axis] > 0.0
+            border = np.where(forth, np.floor(begin[axis]) + 1.0, np.ceil(begin[axis]) - 1.0)
+            lines = border[:, None] + np.where(forth, 1.0, -1.0)[:, None] * np.arange(most)
+            slope = np.where(span[:, axis] == 0.0, np.inf, span[:, axis])[:, None]
+            share = np.where(np.isinf(slope), 1.0, (lines - begin[axis]) / slope)
+            cuts.append(np.clip(share, 0.0, 1.0))
+        shares = np.sort(np.hstack(cuts), axis=1)
+        middle = 0.5 * (shares[:, 1:] + shares[:, :-1])
+        which, at = np.nonzero(shares[:, 1:] > shares[:, :-1])
+        return np.floor(begin + middle[which, at][:, None] * span[which]).astype(np.int64)
+
+    def _mark(self, cells: IntArray, state: int) -> None:
+        if not len(cells):
+            return
+        self._reach(cells.min(axis=0), cells.max(axis=0) + 1)
+        index = tuple((cells - self.first).T)
+        self.states[index] = np.maximum(self.states[index], state)
+
+    def _reach(self, low: IntArray, behind: IntArray) -> None:
+        """Make the array hold a block of cells."""
+        here, end = self.first, self.first + self.states.shape
+        if self.states.size and (low >= here).all() and (behind <= end).all():
+            return
+        low, behind = low - GROWTH, behind + GROWTH
+        if self.states.size:
+            low, behind = np.minimum(low, here), np.maximum(behind, end)
+        if np.prod((behind - low).astype(np.float64)) > LARGEST_MAP:
+            raise CorridorError(
+                f"what was observed spans more than {LARGEST_MAP} cells of {self.size:g} m: make the resolution coarser"
+            )
+        states = self.window(low, behind)
+        self.first, self.states = low, states.astype(np.uint8)
+
+
+def edge(shape: tuple[int, ...]) -> BoolArray:
+    """Return the cells of a block that are at its border."""
+    cells = np.ones(shape, dtype=np.bool_)
+    cells[tuple(slice(1, -1) for _ in shape)] = False
+    return cells
+
+
+def _part(low: IntArray, behind: IntArray) -> tuple[slice, ...]:
+    return tuple(slice(int(a), int(b)) for a, b in zip(low, behind, strict=True))
