@@ -15,6 +15,8 @@ from minsnap.errors import MinsnapError
 
 LIMITS = minsnap.Limits(speed=3.0, acceleration=6.0, jerk=30.0)
 GOAL, RANGE, RAYS, STEP, BUDGET = np.array([24.0, 0.0]), 8.0, 360, 0.2, 0.1
+PATIENCE = 5
+"""Refusals at rest after which the flight is over."""
 
 
 def forest(seed: int, count: int = 40) -> tuple[np.ndarray, np.ndarray]:
@@ -43,23 +45,32 @@ def fly(seed: int) -> tuple[np.ndarray, float, str]:
     explorer = minsnap.routes.Explorer(GOAL, limits=LIMITS, clearance=0.3, sensing=RANGE, clock=time.process_time)
     explorer.observe((0.0, 0.0), *seen_from(np.zeros(2), axes, radii))
     flown, now, clock, replans, why = explorer.replan(None, 0.0).trajectory, 0.0, 0.0, 0, "nothing was refused"
-    path = []
-    while now < flown.duration:
-        place = flown(now)
+    path, waited = [], 0
+    while waited < PATIENCE and not (now >= flown.duration and ends_at_goal(flown)):
+        place = flown(min(now, flown.duration))
         explorer.observe(place, *seen_from(place, axes, radii))
-        until, change = min(now + STEP, flown.duration), None
-        try:
-            if np.linalg.norm(flown(flown.duration) - GOAL) > 1e-6:
-                change = explorer.replan(flown, now, BUDGET)
-                until = change.splice
-        except MinsnapError as error:  # what is flown ends at rest inside what was seen
-            why = str(error)
+        until, change = now + STEP, None
+        if ends_at_goal(flown):
+            until = min(until, flown.duration)
+        else:
+            try:
+                at_rest = now >= flown.duration
+                change = explorer.replan(None if at_rest else flown, now, BUDGET)
+                until = now if at_rest else change.splice
+            except MinsnapError as error:  # what is flown ends at rest inside what was seen
+                why = str(error)
+        waited = waited + 1 if change is None and now >= flown.duration else 0
         path.append(flown(np.minimum(np.linspace(now, until, 9), flown.duration)))
         clock, now = clock + until - now, until
         if change is not None:
             safe = change.certified or change.stop is None
             flown, now, replans = change.trajectory if safe else change.stop, 0.0, replans + 1
     return np.concatenate(path), clock, f"{replans} replans, the last refusal: {why}"
+
+
+def ends_at_goal(flown: minsnap.Trajectory) -> bool:
+    """Whether a flight leads to the goal."""
+    return bool(np.linalg.norm(flown(flown.duration) - GOAL) < 1e-6)
 
 
 def main(folder: Path, seed: int) -> None:

@@ -79,7 +79,7 @@ class Explorer:
         sensing: float = 15.0,
         unknown: str = "occupied",
         resolution: float = 0.25,
-        pieces: int = 1,
+        pieces: int = 2,
         clock: Clock = time.monotonic,
     ) -> None:
         self.goal = check_array("the goal", goal, ((2,), (3,)), "2 or 3 finite numbers [m]", WaypointError)
@@ -131,11 +131,12 @@ class Explorer:
         Parameters
         ----------
         flown : Trajectory or None
-            What is being flown; None for the first plan, from rest where the last observation was made.
+            What is being flown; None for a plan from rest where the last observation was made: the first, or the next
+            one after a stop.
         now : float
             Instant of this call on its clock [s].
         budget : float
-            Seconds from ``now`` to the splice, within which the answer comes; the first plan takes its time.
+            Seconds from ``now`` to the splice, within which the answer comes; plans from rest take their time.
 
         Returns
         -------

@@ -131,6 +131,11 @@ def test_the_end_of_a_plan_is_where_to_observe_next():
     flown = found.replan(None, 0.0).trajectory
     with pytest.raises(InfeasibleError, match=r"fly there, and observe"):
         found.replan(flown, flown.duration, BUDGET)
+    end = flown(flown.duration)
+    found.observe(end, *cast(end, trunks(0)[:0]))
+    onwards = found.replan(None, 0.0).trajectory
+    np.testing.assert_allclose(onwards(0.0), end, atol=1e-9)
+    assert onwards(onwards.duration)[0] > end[0] + 2.0
 
 
 def test_in_space_a_pillar_is_passed_inside_what_is_known():
