@@ -20,7 +20,7 @@ LIMITS = minsnap.Limits(speed=1.5, acceleration=2.0)
 
 @pytest.fixture
 def flown():
-    return minsnap.plan(POINTS, limits=LIMITS, corridor=1.0)
+    return minsnap.plan(POINTS, limits=LIMITS, corridor=1.0, pieces=1)
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ def rectangle(width, length, **timing):
 COURSES = {
     "24 s": (lambda: rectangle(8, 4, total_time=24.0), 0.607, 0.228),
     "12 s": (lambda: rectangle(8, 4, total_time=12.0), 1.127, 0.535),
-    "9.1 s": (lambda: rectangle(6, 4, limits=minsnap.Limits(speed=3.0, acceleration=6.0)), 1.102, 0.700),
+    "9.1 s": (lambda: rectangle(6, 4, limits=minsnap.Limits(speed=3.0, acceleration=6.0), pieces=1), 1.102, 0.700),
     "circle": (lambda: minsnap.circle(radius=3.0, period=6.0), 1.055, 0.707),
 }
 
