@@ -105,7 +105,7 @@ def test_headings_follow_the_same_rule():
 
 
 def test_a_trajectory_is_returned_as_it_is():
-    line = minsnap.line()
+    line = minsnap.line(total_time=6.0)
     assert minsnap.as_polynomials(line) is line
 
 
