@@ -112,11 +112,14 @@ SITES = [
 ELSEWHERE = {
     ("passage", "_too_narrow", InfeasibleError),
     ("plan_route", "_around", UnprovedError),
+    ("explorer", "_way", UnprovedError),
+    ("explorer", "_corridor", UnprovedError),
+    ("frontiers", "_no_way", UnprovedError),
     ("time_search", "unproved_fleet", UnprovedError),
     ("fleet_planner", "_finished", UnprovedError),
 }
-"""Tested in ``routes/test_barrier.py``, ``routes/test_plan_route.py``, ``fleet/test_fleet_planner.py`` and
-``fleet/test_fleet_last_look.py``."""
+"""Tested in ``routes/test_barrier.py``, ``routes/test_plan_route.py``, ``routes/test_explorer.py``,
+``fleet/test_fleet_planner.py`` and ``fleet/test_fleet_last_look.py``."""
 
 
 def raising_sites():

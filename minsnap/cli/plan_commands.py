@@ -9,7 +9,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 from typer.core import TyperCommand
 
 import minsnap
@@ -56,6 +55,8 @@ class GroundOptions:
         """Return a request whose legs stay above the ground."""
         if self.terrain is None or self.above is None:
             return request
+        import numpy as np
+
         from minsnap.paths.routes.terrain import read_terrain
         from minsnap.paths.routes.terrain_walls import BESIDE, terrain_walls
 

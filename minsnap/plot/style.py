@@ -53,13 +53,12 @@ POINTS = 1200
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
     """Let a function draw with the sheet of this package; matplotlib's parameters are as before when it returns."""
-    names = tuple(signature(draw).parameters)
 
     @wraps(draw)
     def drawn(*arguments: P.args, **options: P.kwargs) -> R:
         from matplotlib import rc_context
 
-        given = dict(zip(names, arguments, strict=False)) | options
+        given = dict(zip(signature(draw).parameters, arguments, strict=False)) | options
         for name, method, kind in CANVASES:
             if given.get(name) is not None:
                 check_able(name, given[name], method, f"{kind} of matplotlib")

@@ -193,6 +193,7 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
     limits = timing.bounds
 
     def search(part: Task, curve: Trajectory | None = None) -> Timed:
+        timing.in_time(part).deadline.require()
         return shortest_of_starts(part, timing, curve)
 
     refused: InfeasibleError | SolverError | None = None
@@ -220,9 +221,7 @@ def shortest_of_starts(task: Task, timing: Timing, first: Trajectory | None = No
     InfeasibleError, SolverError
         As ``Strategy.run`` does from the first start.
     """
-    strategy = Strategy(task, timing)
-    strategy.deadline.require()
-    found, run = strategy.run(first)
+    found, run = Strategy(task, timing).run(first)
     if first is not None or run.interrupted or not _misled(task, timing.bounds):
         return timed(found, run)
     finest = replace(task, pieces=prod(QUESTION.divisions)) if timing.refine else task

@@ -145,10 +145,9 @@ class Explorer:
 
         Raises
         ------
-        InfeasibleError
-            If no way to the goal is left in what may be flown through: says where it ends. What is flown ends at rest.
         UnprovedError
-            If nothing is left from which more was seen.
+            If no way to the goal is left in what may be flown through, which says where it ends, or nothing from which
+            more is seen. What is flown ends at rest.
         TimingError
             If the time went back, or the budget is below what a stop takes.
         InputError

@@ -14,7 +14,7 @@ from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.checks import point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.occupancy_grid import grown
-from minsnap.errors import InfeasibleError
+from minsnap.errors import UnprovedError
 from minsnap.native.map_ways import grid_way, tangent_planes
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.known_map import edge
@@ -58,7 +58,7 @@ class Window:
 
         Raises
         ------
-        InfeasibleError
+        UnprovedError
             If the start is too near to what must be avoided, or no way to the goal can be left.
         """
         size, edges = self.grid.resolution, bars(self.grid)
@@ -117,18 +117,18 @@ class Window:
 
         return np.asarray(label(~grown(self.occupied, self.clearance, self.grid.resolution))[0])
 
-    def _no_way(self, start: FloatArray, free: BoolArray, edges: FloatArray, goal: FloatArray) -> InfeasibleError:
+    def _no_way(self, start: FloatArray, free: BoolArray, edges: FloatArray, goal: FloatArray) -> UnprovedError:
         """Return the error that says where ways from the start end."""
         first = self._beside(start, free, edges)
         if first is None:
-            return InfeasibleError(
+            return UnprovedError(
                 f"nothing is known to be free by {self.clearance:g} m around {point_text(start)} m: fly on to the end "
                 "of the plan, which is at rest, or lower the clearance"
             )
         part = self._parts()
         cells = self.grid.center(np.argwhere(part == part[tuple(first)]))
         nearest = cells[int(np.argmin(((cells - goal) ** 2).sum(axis=1)))]
-        return InfeasibleError(
+        return UnprovedError(
             f"the goal at {point_text(goal)} m is closed off by what was seen: with a clearance of {self.clearance:g} "
             f"m ways end at {point_text(nearest)} m, {np.linalg.norm(nearest - goal):.3g} m from it; what is flown "
             "ends at rest"

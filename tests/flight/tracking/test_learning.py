@@ -67,9 +67,11 @@ LOOPS = {
 RACE = [(0, 0, 2), (8, 2, 2.5), (14, -3, 2), (8, -7, 3), (0, -4, 2), (0, 0, 2)]
 YARD = [(0, 0, 2), (6, 0, 2.5), (9, 3, 2.5), (6, 6, 2), (0, 5, 2)]
 COURSES |= {
-    "race": lambda: minsnap.plan(RACE, limits=minsnap.Limits(horizontal_speed=4.7, acceleration=3.9, jerk=60.0)),
+    "race": lambda: minsnap.plan(
+        RACE, limits=minsnap.Limits(horizontal_speed=4.7, acceleration=3.9, jerk=60.0), pieces=1
+    ),
     "mission": lambda: minsnap.plan(
-        [*YARD, *YARD, *YARD, YARD[0]], limits=minsnap.Limits(speed=3.0, acceleration=2.4, jerk=5.0)
+        [*YARD, *YARD, *YARD, YARD[0]], limits=minsnap.Limits(speed=3.0, acceleration=2.4, jerk=5.0), pieces=1
     ),
 }
 
