@@ -40,29 +40,6 @@ def clearances_of(obstacle: Obstacle, points: FloatArray) -> FloatArray:
     return np.asarray(flat if radius < 0.0 else np.maximum(flat, round_))
 
 
-def supporting_planes(obstacle: Obstacle, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return planes that touch an obstacle on the side of points (..., 3); the obstacle is behind them.
-
-    Returns
-    -------
-    normal : ndarray, shape (..., 3)
-        Towards the point, of unit length; zero where the point is inside.
-    height : ndarray, shape (...)
-        The obstacle lies where ``normal . x`` is at most this [m].
-    """
-    center, scale, (radius,), low, high = np.split(obstacle.numbers(), (3, 6, 7, 10))
-    normal, round_ = points - np.clip(points, low, high), (scale > 0.0) & (radius >= 0.0)
-    away = scale * (points - center)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        beyond = np.maximum(1.0 - radius / np.sqrt((away * away).sum(axis=-1, keepdims=True)), 0.0)
-        normal = normal + np.where(round_, scale * away * np.nan_to_num(beyond), 0.0)
-        normal = np.nan_to_num(normal / np.sqrt((normal * normal).sum(axis=-1, keepdims=True)))
-        ends = np.where(normal > 0.0, normal * high, np.where(normal < 0.0, normal * low, 0.0))
-        spread = np.where(round_, normal / scale, 0.0)
-    flat = np.where(round_, normal * center, ends).sum(axis=-1)
-    return normal, flat + max(radius, 0.0) * np.sqrt((spread * spread).sum(axis=-1))
-
-
 @dataclass(frozen=True, eq=False)
 class Cylinder(ReadOnly):
     """A vertical cylinder.

@@ -8,7 +8,7 @@ import pytest
 import minsnap
 from minsnap import Cuboid, Cylinder, Ellipsoid, Gate, Limits, Room, SolverError
 from minsnap.cli import main
-from minsnap.corridors.keep_out import clearance_of, supporting_planes
+from minsnap.corridors.keep_out import clearance_of
 from minsnap.files.request_yaml import read_request, write_request
 from minsnap.planning import around
 
@@ -121,21 +121,6 @@ def test_plans_around_obstacles_are_as_smooth_as_their_pieces():
 def test_what_cannot_be_is_said_in_a_sentence(avoid, error, words):
     with pytest.raises(error, match=words):
         minsnap.plan(ACROSS, limits=LIMITS, corridor=Room((-1, -2, 0), (7, 2, 2)), avoid=avoid)
-
-
-@pytest.mark.parametrize("obstacle", [PILLAR, Cylinder((0, 0), 1.0, -0.5, 0.5), Ellipsoid((0, 0, 1), (1, 2, 0.5)),
-                                      Cuboid((-1, -1, 0), (1, 2, 1))])  # fmt: skip
-def test_supporting_planes_leave_the_obstacle_on_one_side(obstacle):
-    rng = np.random.default_rng(5)
-    points = rng.uniform(-4.0, 4.0, (2000, 3))
-    clear = np.array([clearance_of(obstacle, point) for point in points])
-    normal, height = supporting_planes(obstacle, points)
-    outside, inside = clear > 1e-9, points[clear <= 0.0]
-    above = np.einsum("ij,ij->i", normal, points) - height
-    assert len(inside) > 10
-    assert (above[outside] > 0.0).all()
-    assert (normal[outside] @ inside.T <= height[outside, None] + 1e-9).all()
-    assert not normal[~outside].any()
 
 
 def test_files_and_the_command_line_say_what_to_avoid(tmp_path):
