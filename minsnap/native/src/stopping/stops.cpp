@@ -23,8 +23,6 @@ namespace {
 
 using Settings = StopSettings;
 
-constexpr int most_values = max_points * max_curve_dim;
-
 class Stops {
 public:
     explicit Stops(StopRecord &asked)
