@@ -13,7 +13,7 @@ from measure import machine
 
 import minsnap
 from minsnap import Boxes, Limits, RoundTube
-from minsnap.time_allocation import allocate, resting
+from minsnap.durations import allocate, resting
 from minsnap.vehicle import Quadrotor
 
 DRAW = np.random.default_rng(1)

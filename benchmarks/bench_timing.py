@@ -23,10 +23,10 @@ from measure import least_times, machine
 
 import minsnap
 from minsnap.corridors.constraint import Walls
+from minsnap.durations.least_cost import trapezoid_times
 from minsnap.limits.limits import Limits
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.extrema import maximum
-from minsnap.time_allocation.least_cost import trapezoid_times
 from minsnap.trajectory.report import Utilisation
 
 RECTANGLE = read_course("rectangle")

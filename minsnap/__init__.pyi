@@ -21,6 +21,7 @@ from .corridors.occupancy_grid import corridor_from_grid as corridor_from_grid
 from .corridors.tubes import RoundTube as RoundTube
 from .corridors.tubes import Sampled as Sampled
 from .corridors.tubes import Tube as Tube
+from .durations.search_options import Search as Search
 from .errors import InfeasibleError as InfeasibleError
 from .errors import InputError as InputError
 from .errors import MinsnapError as MinsnapError
@@ -50,7 +51,6 @@ from .planning.plan_many import plan_many as plan_many
 from .planning.planner import plan as plan
 from .replanning.replanner import Replanner as Replanner
 from .replanning.replanner import replan as replan
-from .time_allocation.search_options import Search as Search
 from .trajectory.look_at import LookAt as LookAt
 from .trajectory.path import Path as Path
 from .trajectory.phase import as_polynomials as as_polynomials

@@ -8,10 +8,10 @@ from random_combinations import judged, outcome, planted, question
 
 import minsnap
 from minsnap.basics.deadline import WORK, Deadline
+from minsnap.durations import timing
 from minsnap.native.status import Status
 from minsnap.optimisation import least_slacks, native_solve
 from minsnap.optimisation.solve import Effort
-from minsnap.time_allocation import timing
 
 KEPT = (
     *[5, 6, 7, 9, 11, 13, 14, 15, 19, 21, 23, 24, 26, 29, 30, 32, 34, 37],

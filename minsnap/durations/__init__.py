@@ -1,1 +1,1 @@
-"""Time allocation: how the durations of the legs are chosen."""
+"""How the durations of the legs are chosen."""

@@ -12,14 +12,14 @@ import numpy as np
 
 from minsnap.basics.checks import check_durations
 from minsnap.basics.deadline import LATE, LateError
+from minsnap.durations.initial_guess import priced_first_guess
+from minsnap.durations.last_look import fault
+from minsnap.durations.least_cost import cheapest_durations, distance_split
+from minsnap.durations.refused_times import by_necessary_walls, explained_by_times, in_other_times, refuse_short
+from minsnap.durations.time_stretch import UnlimitedError
+from minsnap.durations.timing import Timed, Timing, nothing, solved_or_explained, timed
 from minsnap.errors import InfeasibleError, LimitError, SolverError, TimingError, UnprovedError
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.initial_guess import priced_first_guess
-from minsnap.time_allocation.last_look import fault
-from minsnap.time_allocation.least_cost import cheapest_durations, distance_split
-from minsnap.time_allocation.refused_times import by_necessary_walls, explained_by_times, in_other_times, refuse_short
-from minsnap.time_allocation.time_stretch import UnlimitedError
-from minsnap.time_allocation.timing import Timed, Timing, nothing, solved_or_explained, timed
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
@@ -94,8 +94,8 @@ def _timed(task: Task, timing: Timing, refuse: Callable[[], None] = nothing) -> 
         return timed(solved)
     if timing.limits is None:
         return _of_least_cost(task, timing)
-    from minsnap.time_allocation import within_limits
-    from minsnap.time_allocation.ways import end_on_limit, start_on_limit
+    from minsnap.durations import within_limits
+    from minsnap.durations.ways import end_on_limit, start_on_limit
 
     limits = timing.limits
     shortest = timing.durations is None and timing.total_time is None and timing.time_weight is None
@@ -114,8 +114,8 @@ def _timed(task: Task, timing: Timing, refuse: Callable[[], None] = nothing) -> 
 
 def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> Timed:
     """Plan with an end on its limits: without limits if that keeps them, else between ways back and out."""
+    from minsnap.durations.ways import connect_ends
     from minsnap.limits.compliance import keeps
-    from minsnap.time_allocation.ways import connect_ends
 
     if timing.split != "trapezoid":
         free = _timed(task, replace(timing, limits=None, enforce=None))

@@ -8,14 +8,14 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, rounded, significant
 from minsnap.basics.limit_kinds import KIND
+from minsnap.durations.least_cost import distance_split
+from minsnap.durations.time_stretch import walled_factor, without_derivative_walls
+from minsnap.durations.timing import solved_or_explained
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.least_cost import distance_split
-from minsnap.time_allocation.time_stretch import walled_factor, without_derivative_walls
-from minsnap.time_allocation.timing import solved_or_explained
 
 PEAKS = (2.1875, 7.5132, 52.5, 840.0)
 """Largest derivatives of the rest-to-rest profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval."""

@@ -9,11 +9,11 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, rounded
 from minsnap.basics.deadline import LateError
+from minsnap.durations.native_split import native_split
+from minsnap.durations.timing import Run, Timing, searched
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.native_split import native_split
-from minsnap.time_allocation.timing import Run, Timing, searched
 from minsnap.trajectory.report import Progress, Step
 
 

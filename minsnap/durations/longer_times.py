@@ -13,7 +13,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import LONGEST, SHORTEST
 from minsnap.basics.deadline import Deadline
-from minsnap.time_allocation.timing import Timed
+from minsnap.durations.timing import Timed
 
 BARELY = (5e-4, 3e-3)
 """Shares by which durations are lengthened where about as long ones have a plan."""

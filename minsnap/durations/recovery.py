@@ -16,10 +16,10 @@ import numpy as np
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls, walls_from
+from minsnap.durations.initial_guess import norm_limits
+from minsnap.durations.single_piece import Demand, SinglePiece, conditions_of
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.initial_guess import norm_limits
-from minsnap.time_allocation.single_piece import Demand, SinglePiece, conditions_of
 from minsnap.trajectory.trajectory import Trajectory
 
 

@@ -14,26 +14,26 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, significant
 from minsnap.basics.checks import LONGEST, check_durations
 from minsnap.basics.deadline import LateError
+from minsnap.durations.fitting_durations import FITTING, fitting_durations
+from minsnap.durations.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
+from minsnap.durations.least_cost import cheapest_durations, distance_split, leg_sums
+from minsnap.durations.longer_times import Attempt, least_longer
+from minsnap.durations.recovery import pinned_use
+from minsnap.durations.refusal import explain, overdetermined
+from minsnap.durations.time_scaling import shortest_scaled
+from minsnap.durations.timing import NO_RUN, Timed, Timing, solved_or_explained, timed
+from minsnap.durations.ways import least_of, start_on_limit
+from minsnap.durations.within_limits import plans_for, searched_in_time
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.still_direction import still_direction
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.fitting_durations import FITTING, fitting_durations
-from minsnap.time_allocation.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
-from minsnap.time_allocation.least_cost import cheapest_durations, distance_split, leg_sums
-from minsnap.time_allocation.longer_times import Attempt, least_longer
-from minsnap.time_allocation.recovery import pinned_use
-from minsnap.time_allocation.refusal import explain, overdetermined
-from minsnap.time_allocation.time_scaling import shortest_scaled
-from minsnap.time_allocation.timing import NO_RUN, Timed, Timing, solved_or_explained, timed
-from minsnap.time_allocation.ways import least_of, start_on_limit
-from minsnap.time_allocation.within_limits import plans_for, searched_in_time
 
 if TYPE_CHECKING:
     from minsnap.bounds.least_time import BelowLeast
+    from minsnap.durations.short_total import ShortTotal
     from minsnap.optimisation.contradiction import Contradiction
-    from minsnap.time_allocation.short_total import ShortTotal
 
 Refused = InfeasibleError | SolverError
 
@@ -280,7 +280,7 @@ def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> N
         raise overdetermined(task, still, " in any time")
     if not task.explained or _starts_beyond(task, timing):
         return
-    from minsnap.time_allocation.short_total import short_leg, short_total
+    from minsnap.durations.short_total import short_leg, short_total
 
     bounded = _necessary(replace(task, pieces=2) if timing.refine else task, timing)
     if timing.durations is not None:

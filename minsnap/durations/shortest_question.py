@@ -18,13 +18,13 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray, significant
 from minsnap.basics.checks import SHORTEST
 from minsnap.corridors.constraint import Walls
+from minsnap.durations.initial_guess import guessed_lengths, norm_limits, stop_and_go_times
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.vehicle_use import VEHICLE_USE, medium_of
 from minsnap.native.records import WallsRecord
 from minsnap.native.shortest_time import Guess, InstantKind, InstantLimit, ShortestQuestion
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits, stop_and_go_times
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import Quadrotor

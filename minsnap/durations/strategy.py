@@ -37,6 +37,32 @@ from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import WORK, LateError
 from minsnap.basics.limit_kinds import KIND
+from minsnap.durations.initial_guess import guessed_lengths, stop_and_go_times
+from minsnap.durations.least_cost import Log
+from minsnap.durations.longer_times import RESERVES
+from minsnap.durations.refusal import explain
+from minsnap.durations.shortest_question import (
+    QUESTION,
+    begun_from,
+    coasting_guess,
+    guess_of,
+    leaving_room,
+    question_of,
+    turning_room,
+    with_rates,
+)
+from minsnap.durations.time_stretch import (
+    STRETCH,
+    grained,
+    measuring_work,
+    nearby_factor,
+    nothing_limits,
+    paced,
+    powers_factor,
+    touching_factor,
+    yaw_too_fast,
+)
+from minsnap.durations.timing import Run, Timing
 from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
@@ -48,32 +74,6 @@ from minsnap.optimisation.optimum import NO_KNOTS, InfeasibleRowsError, Optimum
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
-from minsnap.time_allocation.least_cost import Log
-from minsnap.time_allocation.longer_times import RESERVES
-from minsnap.time_allocation.refusal import explain
-from minsnap.time_allocation.shortest_question import (
-    QUESTION,
-    begun_from,
-    coasting_guess,
-    guess_of,
-    leaving_room,
-    question_of,
-    turning_room,
-    with_rates,
-)
-from minsnap.time_allocation.time_stretch import (
-    STRETCH,
-    grained,
-    measuring_work,
-    nearby_factor,
-    nothing_limits,
-    paced,
-    powers_factor,
-    touching_factor,
-    yaw_too_fast,
-)
-from minsnap.time_allocation.timing import Run, Timing
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.instants import LONGEST_PIECE
 from minsnap.trajectory.report import Utilisation

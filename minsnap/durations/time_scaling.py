@@ -10,6 +10,16 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, rounded, significant
 from minsnap.basics.deadline import LateError
 from minsnap.corridors.constraint import Walls
+from minsnap.durations.initial_guess import norm_limits, stop_and_go_times
+from minsnap.durations.least_cost import SPLITS, Log, distance_split, trapezoid_times
+from minsnap.durations.time_stretch import (
+    kept_factor,
+    measuring_work,
+    nearby_factor,
+    without_derivative_walls,
+    yaw_too_fast,
+)
+from minsnap.durations.timing import Run, Timed, Timing, searched, solved_or_explained, timed
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
@@ -17,16 +27,6 @@ from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
-from minsnap.time_allocation.least_cost import SPLITS, Log, distance_split, trapezoid_times
-from minsnap.time_allocation.time_stretch import (
-    kept_factor,
-    measuring_work,
-    nearby_factor,
-    without_derivative_walls,
-    yaw_too_fast,
-)
-from minsnap.time_allocation.timing import Run, Timed, Timing, searched, solved_or_explained, timed
 
 SCALED_LEGS = 20
 """Legs up to which the proportions of a plan that is only scaled are searched."""

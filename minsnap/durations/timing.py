@@ -211,7 +211,7 @@ def solved_or_explained(task: Task, durations: FloatArray, refuse: Callable[[], 
 def _explained(task: Task, durations: FloatArray) -> MinsnapError:
     if not task.explained:
         return SolverError("no curve was found that keeps the walls and the limits in these durations")
-    from minsnap.time_allocation.refusal import explain
+    from minsnap.durations.refusal import explain
 
     return explain(task, durations)
 

@@ -18,6 +18,12 @@ from minsnap.basics.deadline import LateError
 from minsnap.bounds.least_time import TimeBound, TimeQuestion
 from minsnap.corridors.knot_regions import Placement
 from minsnap.corridors.margins import nearest_wall
+from minsnap.durations.initial_guess import norm_limits
+from minsnap.durations.least_cost import distance_split
+from minsnap.durations.recovery import RECOVERY, connect_start, pinned_state, pinned_use
+from minsnap.durations.shortest_question import QUESTION
+from minsnap.durations.strategy import Strategy, shorter
+from minsnap.durations.timing import Run, Timed, Timing, timed
 from minsnap.errors import InfeasibleError, LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
@@ -25,12 +31,6 @@ from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import split
-from minsnap.time_allocation.initial_guess import norm_limits
-from minsnap.time_allocation.least_cost import distance_split
-from minsnap.time_allocation.recovery import RECOVERY, connect_start, pinned_state, pinned_use
-from minsnap.time_allocation.shortest_question import QUESTION
-from minsnap.time_allocation.strategy import Strategy, shorter
-from minsnap.time_allocation.timing import Run, Timed, Timing, timed
 from minsnap.trajectory.trajectory import Trajectory
 
 NEAR_LEAST = 1.05

@@ -12,6 +12,17 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, significant
 from minsnap.basics.deadline import LateError
 from minsnap.basics.limit_kinds import KIND
+from minsnap.durations.initial_guess import guessed_lengths, priced_first_guess, stop_and_go_times
+from minsnap.durations.least_cost import cheapest_durations, distance_split, leg_sums
+from minsnap.durations.longer_times import RESERVES, least_longer
+from minsnap.durations.refusal import explain
+from minsnap.durations.shortest_question import guess_of, leaving_room
+from minsnap.durations.strategy import SETTINGS as STRATEGY
+from minsnap.durations.strategy import Strategy, balanced_price
+from minsnap.durations.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
+from minsnap.durations.time_stretch import UnlimitedError, grained, measuring_work, touching_factor
+from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
+from minsnap.durations.ways import end_on_limit, shortest_from, shortest_of_starts
 from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
@@ -21,17 +32,6 @@ from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.initial_guess import guessed_lengths, priced_first_guess, stop_and_go_times
-from minsnap.time_allocation.least_cost import cheapest_durations, distance_split, leg_sums
-from minsnap.time_allocation.longer_times import RESERVES, least_longer
-from minsnap.time_allocation.refusal import explain
-from minsnap.time_allocation.shortest_question import guess_of, leaving_room
-from minsnap.time_allocation.strategy import SETTINGS as STRATEGY
-from minsnap.time_allocation.strategy import Strategy, balanced_price
-from minsnap.time_allocation.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
-from minsnap.time_allocation.time_stretch import UnlimitedError, grained, measuring_work, touching_factor
-from minsnap.time_allocation.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
-from minsnap.time_allocation.ways import end_on_limit, shortest_from, shortest_of_starts
 from minsnap.trajectory.report import Utilisation
 
 AT_LIMIT, LIMIT_ROOM = 1e-6, 1e-2

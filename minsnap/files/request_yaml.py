@@ -29,13 +29,13 @@ from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.text import FileName, load_yaml
 from minsnap.corridors.given_waypoints import Waypoints
 from minsnap.corridors.keep_out import NAMED
+from minsnap.durations.search_options import USUAL, WORDS
 from minsnap.errors import FileError, FrameError
 from minsnap.files.frames import FRAMES, get_frame, map_vectors, map_yaw
 from minsnap.files.waypoints import COLUMNS, ENTRY, read_waypoints, waypoints_of
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.ordinary import POWER, completed, written_in_file
 from minsnap.planning.request import RESERVE, Opening, PlanRequest
-from minsnap.time_allocation.search_options import USUAL, WORDS
 from minsnap.vehicle.quadrotor import SHORT_NAMES, VEHICLES, Quadrotor, named_vehicle, vehicle_from
 
 PRESET = word(*VEHICLES, short=SHORT_NAMES)

@@ -24,13 +24,13 @@ from minsnap.basics.checks import check_threads
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_obstacles
+from minsnap.durations.last_look import fault_as_one_leg
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet, Separation, as_separation
 from minsnap.fleet.fleet_task import FleetTask, limits_of
 from minsnap.limits.limits import Limits
 from minsnap.native import proved_extrema as native
 from minsnap.native.fleet_border import NearPairs, clearances, near_pairs
-from minsnap.time_allocation.last_look import fault_as_one_leg
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory

@@ -20,11 +20,11 @@ from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_obstacles, clearance_of
+from minsnap.durations.recovery import RECOVERY
 from minsnap.errors import FleetError, WaypointError
 from minsnap.fleet.common_clock import Fleet, Separation, as_separation
 from minsnap.limits.limits import Limits, check_limits
 from minsnap.native.joint_fleet import KINDS, ORDERS
-from minsnap.time_allocation.recovery import RECOVERY
 from minsnap.trajectory.path import Path
 
 INWARDS = 0.004

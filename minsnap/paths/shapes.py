@@ -12,9 +12,9 @@ import numpy as np
 from minsnap.basics import checks
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.messages import explains_names, shown
+from minsnap.durations.search_options import is_priced
 from minsnap.errors import ShapeError, TimingError, YawError
 from minsnap.planning.planner import plan
-from minsnap.time_allocation.search_options import is_priced
 from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.phase import ComplexArray, PhaseLaw, PhasePath
@@ -102,8 +102,8 @@ class Shape(PhasePath):
         LimitError
             If a limit is exceeded at any pace.
         """
+        from minsnap.durations.time_stretch import touching_factor
         from minsnap.limits.limits import check_limits
-        from minsnap.time_allocation.time_stretch import touching_factor
 
         check_limits(limits)
         factor = touching_factor(limits, self.as_trajectory())

@@ -22,11 +22,11 @@ from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.obstacle_margins import in_space, nearest_obstacle
 from minsnap.corridors.tangent_polytopes import TANGENT, numbers_of, polytopes_along
 from minsnap.corridors.way_around import Inside, Kept, way_around
+from minsnap.durations.allocate import looked_at, plan_timed
+from minsnap.durations.timing import Timed, Timing
 from minsnap.errors import CorridorError, InfeasibleError, SolverError, UnprovedError
 from minsnap.native.half_space_sets import HalfSpaceRows
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.allocate import looked_at, plan_timed
-from minsnap.time_allocation.timing import Timed, Timing
 from minsnap.trajectory.trajectory import Trajectory
 
 FINER = (1, 2, 4)

@@ -35,10 +35,10 @@ from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
+from minsnap.durations.resting import resting_plan
+from minsnap.durations.search_options import USUAL, Search, check_search
+from minsnap.durations.timing import Timing
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.resting import resting_plan
-from minsnap.time_allocation.search_options import USUAL, Search, check_search
-from minsnap.time_allocation.timing import Timing
 from minsnap.trajectory.planned_heading import Yaw, chosen_heading
 from minsnap.trajectory.report import Progress, Report, unlimited_notes, wide_tube_note
 from minsnap.trajectory.trajectory import Trajectory
@@ -197,7 +197,7 @@ def plan(
 
 def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
     """Check a request, choose its durations, solve, and report."""
-    from minsnap.time_allocation.allocate import plan_timed
+    from minsnap.durations.allocate import plan_timed
 
     began = perf_counter()
     task, times = task_of(request), request.durations

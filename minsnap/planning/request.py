@@ -10,8 +10,8 @@ from minsnap.basics.messages import shown
 from minsnap.corridors.boxes import Boxes, as_room
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.keep_out import Obstacle, as_obstacles, named_obstacle
+from minsnap.durations.search_options import Search
 from minsnap.errors import WaypointError, YawError
-from minsnap.time_allocation.search_options import Search
 from minsnap.trajectory.velocity_heading import Velocity
 
 if TYPE_CHECKING:

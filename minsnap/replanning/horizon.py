@@ -25,17 +25,17 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.corridors.margins import margin_to
+from minsnap.durations.allocate import looked_at, plan_timed
+from minsnap.durations.last_look import fault
+from minsnap.durations.least_cost import distance_split
+from minsnap.durations.recovery import RECOVERY, connect_start, pinned_state, state_use
+from minsnap.durations.timing import Timing
+from minsnap.durations.ways import from_end, joined, shortest_from
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import KEPT, first_from, keeps, kept_from, turns_within
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.replanning.splice import Splice, divided
-from minsnap.time_allocation.allocate import looked_at, plan_timed
-from minsnap.time_allocation.last_look import fault
-from minsnap.time_allocation.least_cost import distance_split
-from minsnap.time_allocation.recovery import RECOVERY, connect_start, pinned_state, state_use
-from minsnap.time_allocation.timing import Timing
-from minsnap.time_allocation.ways import from_end, joined, shortest_from
 from minsnap.trajectory.report import Progress, Step
 from minsnap.trajectory.trajectory import Trajectory
 

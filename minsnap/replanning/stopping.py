@@ -16,13 +16,13 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.cached import cached_property
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls, walls_from
+from minsnap.durations.recovery import piece_demands, pinned_state, state_use, typical
+from minsnap.durations.single_piece import SinglePiece, conditions_of
 from minsnap.limits.compliance import kept_from
 from minsnap.limits.limits import Limits
 from minsnap.native.stops import ProvedStop, StopFamily
 from minsnap.optimisation.task import Task
 from minsnap.replanning.horizon import within
-from minsnap.time_allocation.recovery import piece_demands, pinned_state, state_use, typical
-from minsnap.time_allocation.single_piece import SinglePiece, conditions_of
 from minsnap.trajectory.trajectory import Trajectory
 
 

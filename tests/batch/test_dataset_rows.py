@@ -7,7 +7,7 @@ from batches import good_row, walks, write_problems
 import minsnap
 from minsnap.batch.dataset_rows import STATUSES, planned_row, request, stopped_row
 from minsnap.batch.spec import read_mapping
-from minsnap.time_allocation import allocate
+from minsnap.durations import allocate
 
 
 def test_a_row_is_what_plan_and_certify_return():

@@ -188,5 +188,5 @@ def test_a_plan_by_the_native_core_loads_no_solver_and_no_search_that_it_does_no
     assert "minsnap.planning.planner" in loaded and "numpy" in loaded
     outside = {"scipy", "qpsolvers", "clarabel", "daqp", "piqp", "osqp", "matplotlib", "pandas", "numpy.ma"}
     unused = {"minsnap.plot", "minsnap.vehicle", "minsnap.limits.limits", "minsnap.cli.flight_commands"}
-    searches = {"minsnap.optimisation.reference_core", "minsnap.time_allocation.strategy"}
+    searches = {"minsnap.optimisation.reference_core", "minsnap.durations.strategy"}
     assert not (outside | unused | searches) & set(loaded)

@@ -39,7 +39,7 @@ def refused(error, match):
     """Expect a refusal, and no solve before it."""
     solved = AssertionError("solved before it was refused")
     with (
-        mock.patch("minsnap.time_allocation.allocate.plan_timed", side_effect=solved),
+        mock.patch("minsnap.durations.allocate.plan_timed", side_effect=solved),
         pytest.raises(error, match=match) as caught,
     ):
         yield caught

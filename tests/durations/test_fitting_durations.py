@@ -5,9 +5,9 @@ import pytest
 
 import minsnap
 from minsnap.basics.deadline import NEVER, Deadline
+from minsnap.durations.fitting_durations import fitting_durations
 from minsnap.planning.planner import task_of
 from minsnap.planning.request import PlanRequest
-from minsnap.time_allocation.fitting_durations import fitting_durations
 
 POINTS = ((0, 0, 0), (4, 0, 0), (4, 1, 0), (4, 6, 1), (3, 6, 1))
 

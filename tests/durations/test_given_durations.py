@@ -8,12 +8,12 @@ from tasks import REFERENCE, random_legs, task_of
 
 import minsnap
 from minsnap import Limits
+from minsnap.durations import strategy, within_limits
+from minsnap.durations.strategy import Strategy
+from minsnap.durations.timing import Timing
 from minsnap.errors import UnprovedError
 from minsnap.native.library import Core, core
 from minsnap.optimisation.solve import solve
-from minsnap.time_allocation import strategy, within_limits
-from minsnap.time_allocation.strategy import Strategy
-from minsnap.time_allocation.timing import Timing
 from minsnap.vehicle import Quadrotor
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")

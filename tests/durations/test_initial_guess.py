@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.durations.initial_guess import norm_limits, stop_and_go_times
 from minsnap.limits.compliance import most_used
 from minsnap.limits.limits import Limits
-from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 

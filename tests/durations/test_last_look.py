@@ -8,14 +8,14 @@ import pytest
 import minsnap
 from minsnap import Boxes, HalfSpaces, Limits, RoundTube, SolverError, Tube
 from minsnap.basics.checks import DERIVATIVES
+from minsnap.durations import allocate, resting
+from minsnap.durations.last_look import fault
+from minsnap.durations.timing import Timed
 from minsnap.native.free_optimum import resting_optimum
 from minsnap.native.library import core
 from minsnap.native.quick_look import keeps
 from minsnap.optimisation.task import Task
 from minsnap.planning import plan_many as batches
-from minsnap.time_allocation import allocate, resting
-from minsnap.time_allocation.last_look import fault
-from minsnap.time_allocation.timing import Timed
 
 POINTS = np.array([(0, 0, 1), (4, 0, 1), (4, 3, 1), (0, 3, 1)], dtype=float)
 TIMES = [2.0, 1.5, 2.0]

@@ -7,9 +7,9 @@ from scipy.optimize import minimize
 from tasks import REFERENCE, random_legs, task_of
 
 import minsnap
+from minsnap.durations.least_cost import Log, trapezoid_times
 from minsnap.errors import TimingError
 from minsnap.limits.limits import Limits
-from minsnap.time_allocation.least_cost import Log, trapezoid_times
 from minsnap.trajectory.report import Step
 
 

@@ -13,11 +13,11 @@ from random_times import problem
 from tasks import REFERENCE, random_legs
 
 import minsnap
+from minsnap.durations import strategy
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.planning.request import plan_arguments
-from minsnap.time_allocation import strategy
 from minsnap.vehicle import BodyDrag, Quadrotor
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)

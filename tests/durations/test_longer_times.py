@@ -8,9 +8,9 @@ import pytest
 import minsnap
 from minsnap import HalfSpaces, InfeasibleError, Limits, UnprovedError
 from minsnap.basics.deadline import NEVER, Deadline
+from minsnap.durations.longer_times import LONGER, least_longer
 from minsnap.optimisation import reference_core
 from minsnap.planning.request import plan_arguments
-from minsnap.time_allocation.longer_times import LONGER, least_longer
 
 SLOW = HalfSpaces((1, 0, 0), 0.9, order=1)
 TWO = [(0, 0, 0), (5, 1, 0)]

@@ -5,8 +5,8 @@ import pytest
 
 import minsnap
 from minsnap import Boxes, Limits
+from minsnap.durations.ways import joined
 from minsnap.errors import LimitError
-from minsnap.time_allocation.ways import joined
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1), (8, 1, 1)], dtype=float)
 BOXES = Boxes(np.minimum(POINTS[:-1], POINTS[1:]) - 0.5, np.maximum(POINTS[:-1], POINTS[1:]) + 0.5)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from minsnap import Boxes, Limits
+from minsnap.durations.recovery import connect_start
 from minsnap.limits.compliance import kept_from
-from minsnap.time_allocation.recovery import connect_start
 
 POINTS = np.array([(0.0, 0.0, 1.0), (2.0, 0.5, 1.0)])
 BOX = Boxes([(-0.5, -0.5, 0.5)], [(2.5, 1.0, 1.5)])

@@ -5,10 +5,10 @@ import pytest
 from helpers.tasks import REFERENCE, random_legs
 
 import minsnap
+from minsnap.durations.resting import resting_plan
 from minsnap.native import library
 from minsnap.native.durations import best_tube_split
 from minsnap.native.status import Status
-from minsnap.time_allocation.resting import resting_plan
 
 pytestmark = pytest.mark.skipif(library.core().library is None, reason="there is no native core")
 

@@ -9,8 +9,8 @@ import pytest
 
 import minsnap
 from minsnap import Ball, Boxes, Limits, Search
+from minsnap.durations import strategy
 from minsnap.native.library import core
-from minsnap.time_allocation import strategy
 from minsnap.vehicle import Quadrotor
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")

@@ -7,11 +7,11 @@ import pytest
 
 import minsnap
 from minsnap.basics.deadline import Deadline
+from minsnap.durations import time_stretch
+from minsnap.durations.time_stretch import measuring_work, touching_factor
 from minsnap.errors import SolverError
 from minsnap.limits.compliance import keeps, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.time_allocation import time_stretch
-from minsnap.time_allocation.time_stretch import measuring_work, touching_factor
 from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.vehicle import BodyDrag, Quadrotor
 

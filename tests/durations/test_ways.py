@@ -8,9 +8,9 @@ from tasks import task_of
 
 import minsnap
 from minsnap import Limits
+from minsnap.durations.ways import end_on_limit, start_on_limit
+from minsnap.durations.within_limits import check_pinned_limits
 from minsnap.errors import InfeasibleError, LimitError
-from minsnap.time_allocation.ways import end_on_limit, start_on_limit
-from minsnap.time_allocation.within_limits import check_pinned_limits
 
 POINTS = np.array([(0, 0, 1), (3, 0.5, 1), (6, 0, 1.2), (9, 1, 1)], dtype=float)
 FIRST, LAST = (step / np.linalg.norm(step) for step in (POINTS[1] - POINTS[0], POINTS[3] - POINTS[2]))

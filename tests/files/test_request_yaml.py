@@ -6,11 +6,11 @@ from math import pi
 import pytest
 
 import minsnap
+from minsnap.durations.search_options import Search
 from minsnap.errors import FileError
 from minsnap.files.request_yaml import read_request, write_request
 from minsnap.paths.missions.course import read_course
 from minsnap.planning.request import PlanRequest
-from minsnap.time_allocation.search_options import Search
 
 POINTS = ((0.0, 0.0, 1.0), (4.0, 0.1, 1.0), (4.0, 3.0, 1.0 / 3.0))
 BOXES = (((-1.0, -1.0, 0.0), (5.0, 1.0, 2.0)), ((3.0, -1.0, 0.0), (5.0, 4.0, 2.0)))

@@ -11,13 +11,13 @@ from tasks import REFERENCE, random_legs, task_of
 
 import minsnap
 from minsnap.basics.deadline import WORK, Deadline, LateError, Work
+from minsnap.durations.native_split import native_split
 from minsnap.native import durations as native
 from minsnap.native.library import core, using
 from minsnap.native.plan_batches import ManyChains, many_gradients
 from minsnap.native.status import Status
 from minsnap.optimisation.gradient import cost_gradient as python_gradient
 from minsnap.optimisation.solve import solve
-from minsnap.time_allocation.native_split import native_split
 
 pytestmark = pytest.mark.skipif(core().library is None, reason="the native core is not in use")
 

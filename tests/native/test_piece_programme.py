@@ -9,10 +9,10 @@ import pytest
 from scipy.sparse import csc_matrix
 
 from minsnap import Boxes, Limits, Trajectory
+from minsnap.durations.recovery import piece_demands
+from minsnap.durations.single_piece import Demand, SinglePiece, conditions_of
 from minsnap.native.library import core, using
 from minsnap.native.piece_programme import PieceConditions, piece_within
-from minsnap.time_allocation.recovery import piece_demands
-from minsnap.time_allocation.single_piece import Demand, SinglePiece, conditions_of
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
 

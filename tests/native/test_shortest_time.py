@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from minsnap import Limits
+from minsnap.durations.shortest_question import question_of
 from minsnap.native.library import core, using
 from minsnap.native.shortest_time import Watch, search_shortest
 from minsnap.planning.planner import task_of
 from minsnap.planning.request import PlanRequest
-from minsnap.time_allocation.shortest_question import question_of
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
 

@@ -7,9 +7,9 @@ import pytest
 
 import minsnap
 from minsnap import Limits, Replanner
+from minsnap.durations import strategy
 from minsnap.errors import YawError
 from minsnap.replanning.splice import splice_of
-from minsnap.time_allocation import strategy
 from minsnap.trajectory.heading import wrap
 from minsnap.vehicle import Quadrotor, flatness_of
 

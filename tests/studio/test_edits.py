@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from minsnap.durations.search_options import Search
 from minsnap.errors import InputError, WaypointError
 from minsnap.planning.planner import plan
 from minsnap.planning.request import PlanRequest
 from minsnap.studio import edits
-from minsnap.time_allocation.search_options import Search
 
 CORNERS = ((0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0))
 FULL = edits.with_room(

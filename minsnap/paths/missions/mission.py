@@ -19,6 +19,7 @@ from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.knot_regions import GatePassage, gate_passages
 from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.obstacle_margins import nearest_obstacle
+from minsnap.durations.time_stretch import nearby_factor, touching_factor
 from minsnap.errors import SolverError, WaypointError, YawError
 from minsnap.files.plan_file import PassedStop
 from minsnap.limits.compliance import keeps, most_used
@@ -29,7 +30,6 @@ from minsnap.paths.missions.course import Course, Stop, section_request
 from minsnap.planning.near_notes import near_notes
 from minsnap.planning.planner import plan
 from minsnap.replanning.horizon import grouped
-from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.trajectory.planned_heading import chosen_heading
 from minsnap.trajectory.report import unlimited_notes
 from minsnap.trajectory.trajectory import Trajectory, concatenate
