@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Mapping
-from math import inf
+from math import inf, perm
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,9 @@ from minsnap.basics.messages import shown
 from minsnap.errors import DegreeError, InputError, MinsnapError, TimingError, WaypointError
 
 DERIVATIVES = ("position", "velocity", "acceleration", "jerk", "snap", "crackle")
+
+FREE = "free"
+"""What a state at an end says of a derivative that the plan chooses."""
 DEGREES = (3, 5, 7, 9, 11)
 SHORTEST, LONGEST = 1e-12, 1e9
 """Least and greatest duration of a leg, and total time [s]; the native core has the same.
@@ -267,7 +270,10 @@ def check_pins(
     half: int,
     points: FloatArray,
 ) -> dict[int, dict[int, FloatArray]]:
-    """Return pinned derivatives by waypoint and order; at open ends those up to order k - 1 not named are zero."""
+    """Return pinned derivatives by waypoint and order; at open ends those up to order k - 1 not named are zero.
+
+    What is ``"free"`` at an end is left out.
+    """
     last, dim = len(points) - 1, points.shape[1]
     if closed and (start is not None or end is not None):
         raise WaypointError("closed=True leaves the state at start and end free: give neither start= nor end=")
@@ -282,9 +288,46 @@ def check_pins(
         collected[int(index)] = check_state(state, f"pins[{index}]", half, dim)
     if not closed:
         rest = {order: np.zeros(dim) for order in range(1, half)}
-        collected[0] = rest | check_state(start, "start", half, dim)
-        collected[last] = rest | check_state(end, "end", half, dim)
+        for knot, given, where in ((0, start, "start"), (last, end, "end")):
+            known = rest | check_state(given, where, half, dim, may_be_free=True)
+            collected[knot] = {order: known[order] for order in rest if order not in free_orders(given, half)}
     return collected
+
+
+def is_free(value: Any) -> bool:
+    """Whether a derivative of an end is left to the plan."""
+    return isinstance(value, str) and value == FREE
+
+
+def free_orders(state: Any, half: int) -> set[int]:
+    """Return the orders up to k - 1 of the derivatives that a state leaves free."""
+    named = state.items() if isinstance(state, Mapping) else ()
+    return {DERIVATIVES.index(name) for name, value in named if is_free(value) and name in DERIVATIVES[1:half]}
+
+
+def refuse_undetermined(pinned: Mapping[int, Mapping[int, FloatArray]], fixed: BoolArray, half: int) -> None:
+    """Raise WaypointError where so much is free that many curves cost nothing: polynomials below degree k.
+
+    Parameters
+    ----------
+    pinned : mapping
+        Derivatives by waypoint and order; values do not matter.
+    fixed : ndarray of bool, shape (n,)
+        Whether a waypoint is passed exactly.
+    half : int
+        k.
+    """
+    known = [(knot, 0) for knot in np.flatnonzero(fixed).tolist()]
+    known += [(knot, order) for knot, state in pinned.items() for order in state]
+    places = np.linspace(-1.0, 1.0, len(fixed))
+    rows = np.zeros((len(known), half))
+    for row, (knot, order) in zip(rows, known, strict=True):
+        row[order:] = [perm(power, order) * places[knot] ** (power - order) for power in range(order, half)]
+    if np.linalg.matrix_rank(rows) < half:
+        raise WaypointError(
+            "the ends leave so much free that many curves cost nothing: pin one more derivative of an end, pass one "
+            "more waypoint, or give limits alone for the shortest time"
+        )
 
 
 def at_rest_in_holds(
@@ -327,16 +370,21 @@ def check_position(state: Any, where: str) -> tuple[FloatArray | None, Any]:
     return position, rest
 
 
-def check_state(state: Mapping[str, ArrayLike] | None, where: str, half: int, dim: int) -> dict[int, FloatArray]:
+def check_state(
+    state: Mapping[str, ArrayLike] | None, where: str, half: int, dim: int, may_be_free: bool = False
+) -> dict[int, FloatArray]:
     """Return pinned derivatives by order (1 … k - 1) from a mapping such as ``{"velocity": (1, 0, 0)}``."""
     if state is None:
         return {}
     if not isinstance(state, Mapping):
         raise WaypointError(f"{where} must be a mapping such as {{'velocity': (1, 0, 0)}}, not {shown(state)}")
-    allowed, give, found = DERIVATIVES[1:half], f"{dim} finite numbers", {}
+    allowed, give, found = DERIVATIVES[1:half], f"{dim} finite numbers", dict[int, FloatArray]()
+    give += f" or {FREE!r}" if may_be_free else ""
     for name, value in state.items():
         if name not in allowed:
             raise WaypointError(f"{where} pins {shown(name)}: degree {2 * half - 1} can pin {', '.join(allowed)}")
+        if may_be_free and is_free(value):
+            continue
         order = DERIVATIVES.index(name)
         found[order] = check_array(f"the {name} of {where}", value, ((dim,),), give, WaypointError)
     return found

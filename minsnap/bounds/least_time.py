@@ -88,7 +88,8 @@ def least_time(
     Parameters
     ----------
     waypoints, limits, corridor, waypoint_tolerance, start, end, closed
-        As :func:`minsnap.plan` takes them. Of ``start`` and ``end`` the velocity counts, zero unless given.
+        As :func:`minsnap.plan` takes them. Of ``start`` and ``end`` the velocity counts, zero unless given; there is
+        no bound yet where it is free.
 
     Returns
     -------
@@ -110,7 +111,8 @@ def least_time(
     pinned = checks.check_pins(None, start, end, lap, HALF, placement.points)
     checks.check_closing(lap, placement.points)
     checks.refuse_repeated(placement.points, "leave one of them out")
-    ends = None if lap else np.stack((pinned[0][1], pinned[len(placement.points) - 1][1]))
+    free = np.full(placement.points.shape[1], np.nan)
+    ends = None if lap else np.stack([pinned[end].get(1, free) for end in (0, len(placement.points) - 1)])
     gates = {} if knots is None else knots.gates
     return TimeQuestion(placement, gates, ends, limits, names_of(walls_of(constraints, placement.points))).bound
 
@@ -130,7 +132,7 @@ class TimeQuestion:
     gates : mapping of int to Gate
         By waypoint.
     ends : ndarray, shape (2, dim), or None
-        Velocities at both ends [m/s]; None for a lap.
+        Velocities at both ends [m/s], not a number where any will do; None for a lap.
     limits : Limits
     beside : tuple of str
         What the flights keep besides: a corridor, obstacles, pins on the way.
@@ -147,6 +149,8 @@ class TimeQuestion:
         """The bound of all flights that keep the limits."""
         if self.placement.points.shape[1] > 3:
             return TimeBound(None, reason="it is known of up to three coordinates")
+        if self.ends is not None and np.isnan(self.ends).any():
+            return TimeBound(None, reason="the velocity at an end is free")
         course = passed_course(self.placement, self.gates, self.ends, self.ends is None)
         return bound_of(course, self.limits, self.beside)
 

@@ -28,7 +28,7 @@ def native_split(task: Task, first: FloatArray, price: float | None) -> BestSpli
     """
     if core().library is None or task.solver != "auto":
         return None
-    if not task.constrained:
+    if not (task.constrained or task.free_ends):
         return _without_walls(task, first, price)
     question = _question(task, first)
     if question is None:

@@ -254,8 +254,7 @@ def _misled(task: Task, limits: Limits) -> bool:
 def least_of(task: Task, limits: Limits) -> TimeBound:
     """Return the time that every flight of a task within limits takes at least."""
     placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
-    ends = None if task.closed else np.stack([pinned_state(task, waypoint)[1] for waypoint in (0, task.legs)])
-    return TimeQuestion(placement, {}, ends, limits).bound
+    return TimeQuestion(placement, {}, task.end_velocities, limits).bound
 
 
 def near_least(task: Task, limits: Limits) -> Trajectory | None:

@@ -62,7 +62,7 @@ def solve(
     units = units or task.units(durations)
     free, low = not task.constrained and not (task.jumps and task.pins), task.continuity < task.half - 1
     native: SolvedTask | str = ""
-    if free and not low:
+    if free and not low and not task.free_ends:
         native = solve_without_walls(task, durations, units)
     elif free or samples is None:
         native = solve_natively(task, durations, units, gap, prove, (effort or Effort.WHOLE).value)

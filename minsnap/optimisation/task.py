@@ -219,6 +219,18 @@ class Task:
         return frozenset(k for k, state in self.pins.items() if any(any(value.tolist()) for value in state.values()))
 
     @property
+    def end_velocities(self) -> FloatArray | None:
+        """Velocities at start and end, (2, dim) [m/s], not a number where the plan chooses them; None for a lap."""
+        free = np.full(self.dim, np.nan)
+        return None if self.closed else np.stack([self.pins.get(end, {}).get(1, free) for end in (0, self.legs)])
+
+    @cached_property
+    def free_ends(self) -> bool:
+        """Whether the plan chooses derivatives below the k-th at a start or an end."""
+        whole = range(1, self.half)
+        return not self.closed and any(order not in self.pins.get(end, {}) for end in (0, self.legs) for order in whole)
+
+    @property
     def still(self) -> bool:
         """Whether all pinned derivatives are zero, so that time may be scaled."""
         return not self.moving

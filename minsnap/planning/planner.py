@@ -128,7 +128,8 @@ def plan(
         the thrust axis; ``LookAt``, towards a point; or a function of time.
     start, end : mapping, optional
         Derivatives at the ends, such as ``{"velocity": (1, 0, 0)}`` [m/s]; those up to order k - 1 that are not
-        named are zero. Without waypoints also the ``"position"`` [m].
+        named are zero, and those that are ``"free"`` are chosen by the plan, as ``{"velocity": "free"}``. Without
+        waypoints also the ``"position"`` [m].
     closed : bool
         A closed lap: the end is a knot like the others. Derivatives that are continuous there are equal at end and
         start, and are chosen by the plan.
@@ -210,6 +211,8 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
     due = inf if limit is None else monotonic() + limit
     timing = Timing(times, request.total_time, request.limits, **search, progress=watch, refine=refine, due=due)
     timing.check()
+    if task.free_ends and not timing.shortest:
+        checks.refuse_undetermined(task.pins, ~task.held[:: task.pieces], task.half)
     task = replace(task, deadline=timing.deadline)
     if limit is None:
         task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
@@ -234,9 +237,8 @@ def _least_time(request: PlanRequest, task: Task, gates: Mapping[int, Gate]) -> 
 
     beside = {"the obstacles": request.avoid, "the pins on the way": request.pins}
     placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
-    ends = None if task.closed else np.stack((task.pins[0][1], task.pins[task.legs][1]))
     named = names_of(task.walls) + tuple(name for name, given in beside.items() if given)
-    return TimeQuestion(placement, gates, ends, request.limits, named)
+    return TimeQuestion(placement, gates, task.end_velocities, request.limits, named)
 
 
 def _shown(curve: Trajectory, watch: Progress | None, on_interrupt: str) -> Trajectory:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, numbers
-from minsnap.basics.checks import DERIVATIVES, check_state
+from minsnap.basics.checks import DERIVATIVES, check_state, free_orders
 from minsnap.basics.messages import shown
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import InputError, MinsnapError, SolverError, TimingError, WaypointError
@@ -67,6 +67,8 @@ class ProblemRows:
             return None
         names = {name: np.zeros(self.dim) for name in state} if isinstance(state, Mapping) else state
         check_state(names, where, half, self.dim)
+        if free_orders(state, half):
+            raise WaypointError(f"{where} leaves a derivative free: plan each of these by itself")
         states = np.zeros((len(self), half - 1, self.dim))
         for name, value in state.items():
             values = numbers(value)

@@ -11,9 +11,22 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, set_fields
-from minsnap.basics.checks import check_array, check_degree, check_distance, check_number, check_switch, is_number
+from minsnap.basics.checks import FREE, check_array, check_degree, check_distance, check_number, check_switch, is_number
 from minsnap.basics.messages import shown
-from minsnap.basics.schema import ANY, FLAG, NUMBER, POINT, TEXT, WHOLE, Key, either, mapping, refuse_unknown, several
+from minsnap.basics.schema import (
+    ANY,
+    FLAG,
+    NUMBER,
+    POINT,
+    TEXT,
+    WHOLE,
+    Key,
+    either,
+    mapping,
+    refuse_unknown,
+    several,
+    word,
+)
 from minsnap.basics.storage.text import FileName, load_yaml, reading
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
@@ -295,8 +308,9 @@ ENTRY = mapping(
 )
 STOP = either(POINT, GATE, ENTRY)
 GROUND = either(FLAG, several(NUMBER, "where on the ground, [x, y, z]", 3, 3))
+STATES = ("position", "velocity", "acceleration", "jerk", "snap")
 STATE = mapping(
-    {name: Key(LISTED) for name in ("position", "velocity", "acceleration", "jerk", "snap")}, "derivatives by name"
+    {name: Key(LISTED if name == "position" else either(LISTED, word(FREE))) for name in STATES}, "derivatives by name"
 )
 CORNERS = Key(several(LISTED, "a list of corners"), "[m]", needed=True)
 COURSE = mapping(

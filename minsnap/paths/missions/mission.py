@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import check_kind, point_text
+from minsnap.basics.checks import check_kind, is_free, point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
@@ -122,8 +122,9 @@ class Mission:
     @property
     def pins(self) -> dict[int, Mapping[str, Any]]:
         """The states at the ends that the course gives, by the waypoints of the trajectory."""
-        ends = {0: self.course.start, self.trajectory.legs: self.course.end}
-        return {knot: state for knot, state in ends.items() if state}
+        ends = {0: self.course.start or {}, self.trajectory.legs: self.course.end or {}}
+        given = {knot: {name: each for name, each in end.items() if not is_free(each)} for knot, end in ends.items()}
+        return {knot: state for knot, state in given.items() if state}
 
     @property
     def passed_stops(self) -> tuple[PassedStop, ...]:
