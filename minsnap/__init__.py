@@ -5,9 +5,9 @@ The public names are loaded when they are first used, so that importing the pack
 
 from typing import Any
 
-from minsnap.basics.public_names import public_names
+import lazy_loader
 
-_load, __dir__, __all__ = public_names(__name__, __file__)
+_load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 _HOMES = ("plot", "routes", "errors", "corridors", "replanning", "fleet", "shows", "paths.missions")
 """Where the names are that the root does not have."""

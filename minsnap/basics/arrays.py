@@ -45,6 +45,8 @@ def owned(values: ArrayLike) -> FloatArray:
     """
     try:
         array = values if _is_ready(values) else _floats(values)
+    except InputError:
+        raise
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"numbers in rows of equal length were expected, not {shown(values)}") from None
     return read_only(array.copy()) if array.flags.writeable or array.base is not None else array
@@ -59,6 +61,8 @@ def numbers(values: Any, copy: bool = True) -> FloatArray | None:
         return read_only(values.copy()) if copy else values
     try:
         array = _floats(values)
+    except InputError:  # says more
+        raise
     except (TypeError, ValueError, OverflowError):
         return None
     return read_only(array.copy() if copy and not isinstance(values, (list, tuple)) else array.view())
@@ -76,7 +80,10 @@ def _floats(values: Any) -> FloatArray:
     """
     if hasattr(values, "filled") and isinstance(values, np.ma.MaskedArray):
         values = np.ma.filled(values.astype(np.float64), np.nan)
-    array: Any = np.asarray(values)
+    try:
+        array: Any = np.asarray(values)
+    except RuntimeError:  # torch's own
+        raise InputError("a tensor with gradients was given for numbers: give what its .detach() returns") from None
     if array.dtype.kind not in "biufOUS":
         raise TypeError(f"{array.dtype} is no type of numbers")
     if array.dtype.itemsize <= 8:

@@ -187,9 +187,10 @@ class Gate(ReadOnly):
             )
         return cls._of(middle, axis, points, crossing, margin)
 
-    def moved(self, step: FloatArray) -> Gate:
+    def moved(self, step: ArrayLike) -> Gate:
         """Return the same gate elsewhere; ``step`` is a vector (dim,) [m]."""
-        return self._of(self.center + step, self.normal, self.corners + step, self.crossing, self.margin)
+        shift = check_array("step", step, (self.center.shape,), "one number per axis [m]", WaypointError)
+        return self._of(self.center + shift, self.normal, self.corners + shift, self.crossing, self.margin)
 
     @classmethod
     def _of(cls, *fields: Any) -> Gate:

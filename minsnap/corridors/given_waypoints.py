@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -12,6 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, OwnsArrays
 from minsnap.basics.checks import check_tolerance, check_waypoints
 from minsnap.basics.messages import shown
+from minsnap.basics.warn import warn_caller
 from minsnap.corridors.gates import Ball, Gate, center_of
 from minsnap.errors import MagnitudeWarning, MinsnapError, WaypointError
 
@@ -205,9 +205,11 @@ def warn_magnitude(points: FloatArray) -> None:
     whole = bool((points == np.round(points)).all())
     high = points.shape[1] == 3 and np.abs(points[:, 2]).max() >= HIGH
     if extent.max() >= LONG and (whole or high):
-        _warn(f"waypoints extend over {extent.max():g} m: if they are millimetres, divide them by 1000")
+        warn_caller(
+            f"waypoints extend over {extent.max():g} m: if they are millimetres, divide them by 1000", MagnitudeWarning
+        )
     elif degrees is not None:
-        _warn(degrees)
+        warn_caller(degrees, MagnitudeWarning)
 
 
 def in_degrees(points: FloatArray) -> str | None:
@@ -230,7 +232,3 @@ def _beside(first: list[float], second: list[float]) -> bool:
         return False
     steps = [abs(b - a) for a, b in zip(first[:2], second[:2], strict=True)]
     return 0.0 < max(steps) < DEGREES_EXTENT and 1.0 < max(map(abs, first[:2])) <= 180.0
-
-
-def _warn(message: str) -> None:
-    warnings.warn(message, MagnitudeWarning, stacklevel=4)

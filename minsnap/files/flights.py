@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import csv
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from minsnap.basics.storage.text import FileName, beginning, read_text
+from minsnap.basics.warn import warn_caller
 from minsnap.errors import FileError
 from minsnap.files.autopilot_logs import read_dataflash, read_ulog
 from minsnap.files.convert import Format
@@ -124,7 +124,7 @@ def load_log(path: FileName) -> FlightLog | None:
         raise FileError(f"{path} is no flight by its ending: it must be one of {', '.join(ENDINGS)}")
     log = read_log(path)
     if log is not None and log.damage is not None:
-        warnings.warn(log.damage, stacklevel=3)
+        warn_caller(log.damage)
     return log
 
 

@@ -3,6 +3,6 @@
 Each public name belongs to the folder that it comes from, and both ways of importing it give the same object.
 """
 
-from minsnap.basics.public_names import public_names
+import lazy_loader
 
-__getattr__, __dir__, __all__ = public_names(__name__, __file__)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, pi, radians
@@ -15,6 +14,7 @@ from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_positive, has_method, is_number
 from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.basics.messages import explains_names, shown
+from minsnap.basics.warn import warn_caller
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.measures import MEASURES, Extent, Motion
@@ -94,10 +94,9 @@ class Limits:
                 set_fields(self, **{kind.name: float(value)})
         set_fields(self, gravity=check_positive("gravity", self.gravity, "m/s²", LimitError))
         if type(self) is Limits and self.max_thrust is not None and self.max_thrust > STRONG:
-            warnings.warn(
+            warn_caller(
                 f"max_thrust is {self.max_thrust:g} times the weight: if it is newtons, divide it by the weight",
                 MagnitudeWarning,
-                stacklevel=3,
             )
 
     @classmethod

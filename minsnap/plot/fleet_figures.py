@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.checks import check_kind
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet, Separation
@@ -47,6 +48,7 @@ def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None, *, avoid:
     """
     from matplotlib.collections import LineCollection
 
+    check_kind("fleet", fleet, Fleet, "a Fleet")
     if view not in VIEWS or max(VIEWS[view]) >= fleet.dim:
         raise FleetError(f"view is {view!r}: choose one of xy, xz, yz, of which the vehicles have coordinates")
     t = np.linspace(0.0, fleet.duration, INSTANTS)

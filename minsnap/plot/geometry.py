@@ -17,7 +17,7 @@ from minsnap.corridors.given_waypoints import without_gates
 from minsnap.corridors.half_spaces import of_unit_length
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.corridors.tubes import as_constraints
-from minsnap.errors import InputError
+from minsnap.errors import CorridorError, InputError
 from minsnap.native.half_space_sets import bounding_boxes, inner_balls
 from minsnap.plot import style
 from minsnap.plot.obstacles import draw_obstacles
@@ -189,12 +189,22 @@ def leg_bodies(corridor: Corridor, waypoints: FloatArray) -> list[FloatArray]:
     -------
     list of ndarray, shape (corners, dim)
         [m].
+
+    Raises
+    ------
+    CorridorError
+        If a body is so thin that Qhull finds no hull.
     """
+    from scipy.spatial import QhullError
+
     walls = [wall for wall in walls_of(as_constraints(corridor), waypoints) if wall.order == 0]
     bodies: dict[bytes, FloatArray] = {}
     bounded = {leg for wall in walls for leg in wall.leg.tolist()}
     for leg in sorted(bounded.intersection(range(len(waypoints) - 1))):
-        corners = _body(walls, leg, waypoints)
+        try:
+            corners = _body(walls, leg, waypoints)
+        except QhullError:
+            raise CorridorError(f"the corridor of leg {leg} cannot be drawn: it is too thin for its length") from None
         bodies.setdefault(np.unique(np.round(corners, 9), axis=0).tobytes(), corners)
     return list(bodies.values())
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray
+from minsnap.basics.checks import check_able
 from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.errors import InputError
 from minsnap.limits.limits import Limits
@@ -126,7 +127,11 @@ def _stack(axes: ArrayLike | None, path: Path | Samples, rows: int, needed: str)
         new = pyplot.subplots(rows, 1, sharex=True, layout="constrained", figsize=(7.0, 1.8 * rows), squeeze=False)
         stack = np.asarray(new[1][:, 0])
     else:
-        stack = np.atleast_1d(np.asarray(axes, dtype=object))
+        flat = getattr(axes, "flat", axes)
+        given = list(flat) if isinstance(flat, Iterable) else [flat]
+        for ax in given:
+            check_able("axes", ax, "plot", "Axes of matplotlib")
+        stack = np.array(given, dtype=object)
     if len(stack) < rows:
         raise InputError(f"{needed}, got {len(stack)}")
     breaks = getattr(path, "leg_breaks", ())

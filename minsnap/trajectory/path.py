@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import LARGEST, ArrayLike, FloatArray
+from minsnap.basics.arrays import LARGEST, ArrayLike, FloatArray, owned
 from minsnap.basics.checks import check_positive, is_whole
 from minsnap.errors import InputError, TimingError
 from minsnap.trajectory.heading import ZERO_YAW, Heading
@@ -129,11 +129,12 @@ class Path(ABC):
         """
         return self.sampled(sample_times(self.duration, rate))
 
-    def sampled(self, t: FloatArray) -> Samples:
+    def sampled(self, t: ArrayLike) -> Samples:
         """Evaluate position to snap, yaw and yaw rate at increasing instants (m,) [s]; past the end, that at it."""
-        inside = np.minimum(t, self.duration)
+        instants = owned(t)
+        inside = np.minimum(instants, self.duration)
         motion: dict[str, Any] = {name: self(inside, order) for order, name in enumerate(VECTORS[:5])}
-        return Samples(t, **motion, yaw=self.yaw(inside), yaw_rate=self.yaw(inside, 1))
+        return Samples(instants, **motion, yaw=self.yaw(inside), yaw_rate=self.yaw(inside, 1))
 
     def _repr_html_(self) -> str:
         """Return the card of a notebook: a small drawing, and the facts."""

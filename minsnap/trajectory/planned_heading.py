@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -13,6 +12,7 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
+from minsnap.basics.warn import warn_caller
 from minsnap.errors import MagnitudeWarning, YawError
 from minsnap.native.free_optimum import pinned_optimum
 from minsnap.trajectory.heading import ConstantHeading, Heading, Largest, shortest_turns, wrap
@@ -185,7 +185,7 @@ def _angles(yaw: Any) -> FloatArray:
         raise YawError("yaw must be finite [rad]")
     doubt = in_degrees(angles)
     if doubt:
-        warnings.warn(doubt, MagnitudeWarning, stacklevel=4)
+        warn_caller(doubt, MagnitudeWarning)
     return angles
 
 

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY as GRAVITY
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, owned
 from minsnap.errors import InputError
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.tilt_heading import FREE_FALL
@@ -275,7 +275,7 @@ def thrust_vector(acceleration: ArrayLike, gravity: float = GRAVITY) -> FloatArr
         [m/s^2].
     """
     vector = spatial(acceleration).copy()
-    vector[..., 2] += gravity
+    vector[..., 2] += float(gravity)
     return vector
 
 
@@ -350,7 +350,7 @@ def body_rates(
 
 def spatial(vectors: ArrayLike) -> FloatArray:
     """Return vectors of shape (..., 3): three components unchanged, fewer extended with zeros, or InputError."""
-    array = np.asarray(vectors, dtype=np.float64)
+    array = owned(vectors)
     if array.ndim == 0 or array.shape[-1] not in (1, 2, 3):
         raise InputError(f"vectors have up to three components, and this has shape {array.shape}")
     if array.shape[-1] == 3:

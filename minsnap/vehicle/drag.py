@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, ReadOnly, owned, set_fields
 from minsnap.basics.checks import check_array
+from minsnap.basics.warn import warn_caller
 from minsnap.errors import FitError, OutsideRangeWarning, VehicleError
 
 
@@ -312,4 +312,4 @@ def warn_outside(model: str, name: str, values: FloatArray, measured: Range | No
     if low < measured[0] or high > measured[1]:
         seen = f"{low:g}" if low == high else f"{low:g} to {high:g}"
         message = f"{model} was measured for {name} from {measured[0]:g} to {measured[1]:g}, not at {seen}"
-        warnings.warn(message, OutsideRangeWarning, stacklevel=3)
+        warn_caller(message, OutsideRangeWarning)

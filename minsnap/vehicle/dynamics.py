@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, OwnsArrays, read_only
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, OwnsArrays, owned, read_only
 from minsnap.basics.cached import cached_property
 from minsnap.errors import ThrustError, VehicleError
 from minsnap.trajectory.medium import Medium
@@ -308,7 +308,7 @@ def flatness_of(
     -------
     FlatStates
     """
-    instants = np.atleast_1d(np.asarray(t, dtype=np.float64))
+    instants = np.atleast_1d(owned(t))
     derivatives = [path(instants, order) for order in range(1, 5)]
     forward = path.yaw.forward(np.minimum(instants, path.duration))
     if forward is None:

@@ -24,6 +24,7 @@ from minsnap.basics.arrays import (
     ReadOnly,
     bounded,
     numbers,
+    owned,
     plain,
     read_only,
     set_fields,
@@ -182,7 +183,7 @@ class Quadrotor(ReadOnly):
 
     def thrusts(self, rotor_speed: ArrayLike) -> FloatArray:
         """Return the thrust of each rotor at speeds of any shape [rad/s], [N]; downwards where it turns backwards."""
-        speeds = np.asarray(rotor_speed, dtype=np.float64)
+        speeds = owned(rotor_speed)
         return np.asarray(self.thrust_coefficient * (speeds * np.abs(speeds)))
 
     def wrench(self, rotor_speed: ArrayLike) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray, OwnsArrays
+from minsnap.basics.arrays import ArrayLike, FloatArray, OwnsArrays, owned
 from minsnap.errors import FitError
 from minsnap.vehicle.drag import Range, warn_outside
 
@@ -47,7 +47,7 @@ class CoefficientFit(OwnsArrays):
         OutsideRangeWarning
             If a speed lies outside the measured range.
         """
-        values = np.asarray(speed, dtype=np.float64)
+        values = owned(speed)
         warn_outside(self.name, "rotor speed [rad/s]", values, self.measured)
         return np.asarray(self.value * values**2)
 
@@ -104,7 +104,7 @@ def columns(name: str, table: dict[str, ArrayLike], least: int) -> dict[str, Flo
     least : int
         Fewest points that determine the fit and its uncertainty.
     """
-    arrays = {key: np.asarray(value, dtype=np.float64).reshape(-1) for key, value in table.items()}
+    arrays = {key: owned(value).reshape(-1) for key, value in table.items()}
     lengths = {key: len(array) for key, array in arrays.items()}
     if len(set(lengths.values())) > 1:
         raise FitError(f"{name}: the columns differ in length ({lengths}): give one value per measurement in each")

@@ -17,7 +17,6 @@ curve's, steps of the velocity at knots included: degree 7 for pieces of seconds
 from __future__ import annotations
 
 import struct
-import warnings
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from minsnap.basics.arrays import FloatArray, NDArray
 from minsnap.basics.storage.atomic import write_file
 from minsnap.basics.storage.table import number_row
 from minsnap.basics.storage.text import FileName, beginning, read_bytes, read_text, reading
+from minsnap.basics.warn import warn_caller
 from minsnap.errors import FileError, FirmwareWarning, MinsnapError
 from minsnap.files.convert import Format
 from minsnap.files.formats.bezier_segments import (
@@ -95,8 +95,8 @@ def compressed(trajectory: Trajectory) -> bytes:
             f"the first {fits} would fit; fly it in parts"
         )
     if unpacked(content[8:], struct.unpack_from("<4h", content))[1][:, 3].any():
-        warnings.warn(f"firmware before {FIXED_YAW} flies a compressed yaw wrongly: update it, or plan with yaw=0",
-                      FirmwareWarning, stacklevel=2)  # fmt: skip
+        told = f"firmware before {FIXED_YAW} flies a compressed yaw wrongly: update it, or plan with yaw=0"
+        warn_caller(told, FirmwareWarning)
     return content
 
 

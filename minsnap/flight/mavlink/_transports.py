@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 
+from minsnap.basics.checks import check_kind
 from minsnap.basics.optional_packages import optional
 from minsnap.errors import LinkError
 
@@ -329,6 +330,7 @@ def open_transport(connection: str, baud: int = 115200) -> LinkTransport:
     ImportError
         If a serial port is named and pyserial is not installed.
     """
+    check_kind("connection", connection, str, "a connection string such as udpin:127.0.0.1:14550")
     kind, _, rest = connection.partition(":")
     if kind == "serial" or "/" in kind or kind.upper().startswith("COM"):
         device = rest if kind == "serial" else connection

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
+from minsnap.basics.arrays import SMALLEST
 from minsnap.basics.checks import check_number
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError, TimingError
@@ -146,8 +147,8 @@ class SafetyRules:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if value is not None and not value > 0:
-                raise InputError(f"{name} is {value}: a safety bound must be positive")
+            if value is not None:
+                check_number(name, value, SMALLEST, math.inf, "a safety bound must be positive")
 
     @property
     def farthest(self) -> float:

@@ -94,7 +94,7 @@ def course(name: str, repetitions: int = 10, *, literal: bool = True, rate: floa
     InputError
         If the name is not known, or the repetitions are not a whole number from 1.
     """
-    if name not in COURSES:
+    if not isinstance(name, str) or name not in COURSES:
         raise InputError(f"no course is called {name!r}: choose from {', '.join(COURSES)}")
     check_number("repetitions", repetitions, 1, math.inf, "give a whole number from 1", whole=True)
     return _framed(name, _flown(name, repetitions, literal, rate), repetitions, name == "circle" and not literal)

@@ -56,7 +56,10 @@ class GridMap(ReadOnly):
         name: str = "the map",
         altitudes: ArrayLike | None = None,
     ) -> None:
-        cells = np.asarray(occupied)
+        try:
+            cells = np.asarray(occupied)
+        except (ValueError, RuntimeError):  # rows of unequal length, or a tensor with gradients
+            raise CorridorError(f"{name} is {shown(occupied)}: give an array of booleans") from None
         if cells.ndim not in (2, 3) or not cells.size or cells.dtype != np.bool_:
             raise CorridorError(f"{name} has shape {cells.shape}: a map has 2 or 3 axes, x, y and z, of booleans")
         if cells.size > LARGEST_MAP:
