@@ -16,7 +16,7 @@ from minsnap.errors import DegreeError, InputError, MinsnapError, TimingError, W
 DERIVATIVES = ("position", "velocity", "acceleration", "jerk", "snap", "crackle")
 
 FREE = "free"
-"""What a state at an end says of a derivative that the plan chooses."""
+"""What stands in the place of a derivative at an end, or of a yaw, that the plan chooses."""
 DEGREES = (3, 5, 7, 9, 11)
 SHORTEST, LONGEST = 1e-12, 1e9
 """Least and greatest duration of a leg, and total time [s]; the native core has the same.
@@ -295,7 +295,7 @@ def check_pins(
 
 
 def is_free(value: Any) -> bool:
-    """Whether a derivative of an end is left to the plan."""
+    """Whether a derivative of an end, or a yaw, is left to the plan."""
     return isinstance(value, str) and value == FREE
 
 

@@ -160,4 +160,4 @@ def json_schema(title: str, form: Form) -> dict[str, Any]:
 
 POINT = several(NUMBER, "two or three numbers [m]", 2, 3)
 BOX = several(POINT, "two corners, such as [[0, 0, 0], [4, 4, 3]]", 2, 2)
-HEADING = either(word("velocity", "tilt"), NUMBER)
+HEADING = either(word("velocity", "tilt", "free"), NUMBER)

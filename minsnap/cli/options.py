@@ -60,7 +60,10 @@ NoLimit = Annotated[
 
 Corridor = Annotated[str | None, "M", "Half-width around each leg [m]: one, or one per leg with commas."]
 References = Annotated[str, "What the cascade follows: position, velocity or acceleration."]
-Yaw = Annotated[str | None, "Heading [degrees]; velocity: along the flight; tilt: no rotation about the thrust axis."]
+Yaw = Annotated[
+    str | None,
+    "Heading [degrees]; velocity: along the flight; tilt: no spin; free: the best constant one.",
+]
 LookAtPoint = Annotated[tuple[float, float] | None, "X Y", "Point that the nose points at [m]."]
 Center = Annotated[tuple[float, float], "X Y", "Center [m]."]
 Altitude = Annotated[float, "M", "z [m]."]
@@ -214,7 +217,7 @@ def parse_avoid(texts: list[str] | None) -> list[Obstacle] | None:
 
 
 def chosen_yaw(text: str | None, look_at: tuple[float, float] | None) -> Any:
-    """Return the yaw that ``--yaw`` or ``--look-at`` says: an angle [rad], "velocity", "tilt", a point, or None.
+    """Return the yaw that ``--yaw`` or ``--look-at`` says: an angle [rad], a rule's word, a point, or None.
 
     Raises
     ------
@@ -225,9 +228,9 @@ def chosen_yaw(text: str | None, look_at: tuple[float, float] | None) -> Any:
         raise InputError("--yaw and --look-at both say where the nose points: give one of them")
     if look_at is not None:
         return minsnap.LookAt(look_at)
-    if text is None or text in ("velocity", "tilt"):
+    if text is None or text in ("velocity", "tilt", "free"):
         return text
-    return radians(read_number(text, f"--yaw is {text!r}: it takes degrees, velocity or tilt"))
+    return radians(read_number(text, f"--yaw is {text!r}: it takes degrees, velocity, tilt or free"))
 
 
 def parse_pieces(text: str | None) -> int | str | None:

@@ -185,7 +185,7 @@ FURTHER = {
 """Keys of a request beyond those of a waypoint file: fields of ``PlanRequest``, which batches have too."""
 
 PLAIN = {
-    "yaw": Key(either(HEADING, several(NUMBER, "one number per waypoint")), "[rad], or velocity or tilt"),
+    "yaw": Key(either(HEADING, several(NUMBER, "one number per waypoint")), "[rad], or velocity, tilt or free"),
     "durations": Key(several(NUMBER, "one number per leg"), "of the legs [s]"),
 }
 """Keys that a waypoint file has too."""

@@ -5,7 +5,7 @@ The module is not named ``plan``: a submodule of that name would hide the functi
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
@@ -16,7 +16,7 @@ import numpy as np
 
 from minsnap.basics import checks
 from minsnap.basics.arrays import ArrayLike, FloatArray, numbers
-from minsnap.basics.deadline import WORK
+from minsnap.basics.deadline import WORK, Work
 from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
@@ -37,7 +37,7 @@ from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
 from minsnap.durations.resting import resting_plan
 from minsnap.durations.search_options import USUAL, Search, check_search
-from minsnap.durations.timing import Timing
+from minsnap.durations.timing import Timed, Timing
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.planned_heading import Yaw, chosen_heading
 from minsnap.trajectory.report import Progress, Report, unlimited_notes, wide_tube_note
@@ -122,10 +122,11 @@ def plan(
         shortest time for k - 1, or longer ones; where none fits, others are searched for.
     degree : int
         2k - 1: 3, 5, 7, 9 or 11.
-    yaw : float, array_like of shape (n,), "velocity", "tilt", Velocity, LookAt, callable, optional
+    yaw : float, array_like of shape (n,), "velocity", "tilt", "free", Velocity, LookAt, callable, optional
         A constant yaw [rad], by default zero. Or one yaw per waypoint, joined by the shortest turns with the least
         integral of squared angular acceleration; ``"velocity"``, along the velocity; ``"tilt"``, without rotation about
-        the thrust axis; ``LookAt``, towards a point; or a function of time.
+        the thrust axis; ``"free"``, the constant yaw that serves best within rotors, of a few that are tried;
+        ``LookAt``, towards a point; or a function of time.
     start, end : mapping, optional
         Derivatives at the ends, such as ``{"velocity": (1, 0, 0)}`` [m/s]; those up to order k - 1 that are not
         named are zero, and those that are ``"free"`` are chosen by the plan, as ``{"velocity": "free"}``. Without
@@ -216,19 +217,46 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
     task = replace(task, deadline=timing.deadline)
     if limit is None:
         task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
+    said: tuple[str, ...] = ()
     if not request.avoid:
-        timed = plan_timed(task, timing)
+        solve: Callable[[Task], Timed] = partial(plan_timed, timing=timing)
     else:
         from minsnap.planning.around import plan_around
 
-        timed = plan_around(task, timing, request.avoid)
+        solve = partial(plan_around, timing=timing, obstacles=request.avoid)
+    if checks.is_free(request.yaw):
+        timed, said = _freely_headed(task, timing, solve)
+    else:
+        timed = solve(task)
     known = timed.facts() | {"milliseconds": 1e3 * (perf_counter() - began)}
     widths = None if request.corridor is None else numbers(request.corridor)
     passed = without_gates(request.waypoints)[1], tuple(request.avoid or ()), widths
     chosen = request.pieces is None and refine and not request.avoid
     least = _least_time(request, task, passed[0]) if timing.shortest and not timed.limits_from else None
-    how = _Plan(known, request.limits, request.yaw is None, chosen, *passed, least=least)
+    how = _Plan(known, request.limits, request.yaw is None, chosen, *passed, least=least, said=said)
     return timed.trajectory.changed(how=how, checked=True)
+
+
+def _freely_headed(task: Task, timing: Timing, solve: Callable[[Task], Timed]) -> tuple[Timed, tuple[str, ...]]:
+    """Plan at the constant heading that serves best within the limits, and say which one it is."""
+    from minsnap.limits.compliance import largest_use
+    from minsnap.planning.free_heading import best_headed, headings_for
+
+    limits, worth, price = timing.limits, task.deadline.work.worth, timing.time_weight or 0.0
+
+    def plan_at(angle: float) -> Timed:
+        deadline = replace(task.deadline, work=Work(worth))
+        heading = chosen_heading(angle, task.legs, task.closed)
+        return solve(replace(task, deadline=deadline, finish=lambda curve: curve.with_yaw(heading(curve))))
+
+    def value(planned: Timed) -> tuple[float, float]:
+        duration, used = planned.trajectory.duration, 0.0 if limits is None else largest_use(limits, planned.trajectory)
+        return duration if timing.shortest else planned.cost + price * duration, used
+
+    what = "flight time" if timing.shortest else "cost"
+    angles = headings_for(limits, task.waypoints)
+    headed = best_headed(angles, plan_at, value, what, lambda planned: planned.interrupted)
+    return headed.plan, (headed.note,)
 
 
 def _least_time(request: PlanRequest, task: Task, gates: Mapping[int, Gate]) -> TimeQuestion:
@@ -287,7 +315,8 @@ def task_of(request: PlanRequest) -> Task:
     points, lower, upper = placement.points, placement.lower, placement.upper
     check_dimension(points)
     warn_magnitude(points)
-    heading = chosen_heading(request.yaw, len(points) - 1, closed, limits)
+    yaw = None if checks.is_free(request.yaw) else request.yaw
+    heading = chosen_heading(yaw, len(points) - 1, closed, limits)
 
     def finish(curve: Trajectory) -> Trajectory:
         return curve.with_yaw(heading(curve))
@@ -330,14 +359,15 @@ class _Plan:
     obstacles: Sequence[Obstacle]
     widths: FloatArray | None
     least: TimeQuestion | None = None
+    said: tuple[str, ...] = ()
 
     def report(self, curve: Trajectory) -> Report:
         """Return the report of the plan."""
-        limits, notes = self.limits, tuple[str, ...]()
+        limits, notes = self.limits, self.said
         if limits is not None and self.default_yaw:
             from minsnap.limits.heading_cost import fixed_yaw_notes
 
-            notes = fixed_yaw_notes(limits, curve)
+            notes += fixed_yaw_notes(limits, curve)
         if self.default_pieces and curve.pieces > 1:
             notes += (f"the search chose {curve.pieces} polynomials a leg; with one the flight takes longer",)
         if self.widths is not None:

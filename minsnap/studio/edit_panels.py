@@ -26,7 +26,7 @@ from minsnap.studio.workbench import BenchState, Present
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import VEHICLES, named_vehicle
 
-HEADINGS = ("fixed", "per waypoint", "velocity", "tilt")
+HEADINGS = ("fixed", "per waypoint", "velocity", "tilt", "free")
 """Ways to give the heading."""
 
 ORDER: dict[str, tuple[Callable[[PlanRequest, int], PlanRequest], int]] = {

@@ -125,7 +125,7 @@ class Course:
     tolerance : float
         Half-width of the boxes around inner waypoints [m].
     yaw : float, str, sequence or None
-        As :func:`minsnap.plan` takes it; a sequence has an angle for each waypoint of the whole flight, take-off,
+        As :func:`minsnap.plan` takes it, and of the whole flight: a sequence has an angle for each waypoint, take-off,
         landing, all laps and the points beside straight gates among them.
     takeoff, land : sequence of float, bool
         Whether, or from and to where [m], the vehicle takes off and lands; True: at an altitude of 0 below where the
@@ -201,6 +201,14 @@ class Course:
     def points(self) -> list[FloatArray | Gate]:
         """Waypoints and gates of one lap, as :func:`minsnap.plot.plot_path` draws them."""
         return [stop.place for stop in self.stops]
+
+    @property
+    def centers(self) -> FloatArray:
+        """Where one lap leads, (n, dim) [m]: centers of the stops, or of the boxes."""
+        if self.boxes is not None:
+            return np.asarray(0.5 * (self.boxes.lower + self.boxes.upper))
+        stops = [*self.stops, self.stops[0]] if self.closed else self.stops
+        return np.array([stop.center for stop in stops], dtype=np.float64)
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:

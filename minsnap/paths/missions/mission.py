@@ -22,11 +22,12 @@ from minsnap.corridors.obstacle_margins import nearest_obstacle
 from minsnap.durations.time_stretch import nearby_factor, touching_factor
 from minsnap.errors import SolverError, WaypointError, YawError
 from minsnap.files.plan_file import PassedStop
-from minsnap.limits.compliance import keeps, most_used
+from minsnap.limits.compliance import keeps, largest_use, most_used
 from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import BUILT_UP, ORDINARY
 from minsnap.paths.missions.course import Course, Stop, section_request
+from minsnap.planning.free_heading import best_headed, headings_for
 from minsnap.planning.near_notes import near_notes
 from minsnap.planning.planner import plan
 from minsnap.replanning.horizon import grouped
@@ -98,6 +99,8 @@ class Mission:
         The walls that positions stay inside, on the legs of the trajectory: boxes, or tube and straight gates.
     interrupted : bool
         Whether the search for one of the parts was cut short, and its best plan until then taken.
+    said : tuple of str
+        Which heading was chosen, where it was free.
     """
 
     trajectory: Trajectory
@@ -106,11 +109,12 @@ class Mission:
     limits: Limits
     corridor: tuple[HalfSpaces, ...] = ()
     interrupted: bool = False
+    said: tuple[str, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What is far from ordinary, as the report of a plan says it."""
-        fixed = fixed_yaw_notes(self.limits, self.trajectory) if self.course.yaw is None else ()
+        fixed = fixed_yaw_notes(self.limits, self.trajectory) if self.course.yaw is None else self.said
         near = near_notes(self.trajectory, self.gates, self.course.obstacles, self.limits)
         return fixed + near + unlimited_notes(self.trajectory, self.limits.given())
 
@@ -174,6 +178,22 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     """
     check_kind("the course", course, Course, "a Course")
     course = course.changed(**{name: planning.pop(name) for name in ("degree", "pieces", "avoid") if name in planning})
+    return _freely_headed(course, planning) if is_free(course.yaw) else _planned(course, planning)
+
+
+def _freely_headed(course: Course, planning: dict[str, Any]) -> Mission:
+    """Plan the whole flight at the constant heading that serves best, which its notes say."""
+    headed = best_headed(
+        headings_for(course.bounds, course.centers),
+        lambda angle: _planned(course.changed(yaw=angle), planning),
+        lambda mission: (mission.trajectory.duration, largest_use(mission.limits, mission.trajectory)),
+        "flight time",
+        lambda mission: mission.interrupted,
+    )
+    return replace(headed.plan, said=(headed.note,))
+
+
+def _planned(course: Course, planning: dict[str, Any]) -> Mission:
     flown = _flown(course, planning)
     interrupted = any(part.curve.report is not None and part.curve.report.interrupted for part in flown)
     if course.takeoff is not False:
