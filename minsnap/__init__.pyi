@@ -57,5 +57,6 @@ from .trajectory.phase import as_polynomials as as_polynomials
 from .trajectory.report import Report as Report
 from .trajectory.samples import Samples as Samples
 from .trajectory.trajectories import Trajectories as Trajectories
+from .trajectory.trajectory import Plan as Plan
 from .trajectory.trajectory import Trajectory as Trajectory
 from .trajectory.velocity_heading import Velocity as Velocity

@@ -12,6 +12,7 @@ from minsnap.durations import timing
 from minsnap.native.status import Status
 from minsnap.optimisation import least_slacks, native_solve
 from minsnap.optimisation.solve import Effort
+from minsnap.trajectory.trajectory import as_plan
 
 KEPT = (
     *[5, 6, 7, 9, 11, 13, 14, 15, 19, 21, 23, 24, 26, 29, 30, 32, 34, 37],
@@ -229,7 +230,7 @@ def test_the_judge_sees_what_is_wrong():
     assert not judged(asked, known, curve)
     points = np.array(curve.control_points)
     points[0, 1] += 1e-6 * np.abs(points).max()
-    changed = minsnap.Trajectory(points, curve.durations, pieces=curve.pieces, how=curve.report)
+    changed = as_plan(minsnap.Trajectory(points, curve.durations, pieces=curve.pieces), curve.report)
     assert judged(asked, known, changed)
 
 

@@ -25,7 +25,7 @@ from minsnap.native.quick_look import keeps
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import derivative_basis_map
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Trajectory, made
 
 
 def fault(
@@ -83,7 +83,7 @@ def fault_as_one_leg(
     still, exactly = {order: np.zeros(curve.dim) for order in range(1, half)}, np.zeros(ends.shape)
     pins = {0: still | dict(start), 1: still}
     task = Task(ends, exactly, exactly, pins, half, half - 1, False, len(times), (), "auto")
-    return fault(task, Trajectory(points, times, pieces=len(times), checked=True), None, duration)
+    return fault(task, made(points, times, len(times)), None, duration)
 
 
 def _wrong_times(curve: Trajectory, times: FloatArray | float | None) -> str | None:

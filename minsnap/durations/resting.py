@@ -19,7 +19,7 @@ from minsnap.native.quick_look import keeps
 from minsnap.native.tube import tube_optimum
 from minsnap.optimisation.tube_report import TubeReport
 from minsnap.trajectory.report import LinearSystem
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Plan, as_plan, made
 
 
 def resting_plan(
@@ -28,7 +28,7 @@ def resting_plan(
     total: float | None,
     corridor: object,
     degree: int,
-) -> Trajectory | None:
+) -> Plan | None:
     """Plan for given durations, or for a total time and the split of it that costs least; arguments as of ``plan``.
 
     What comes back passed a last look of the native core at its control points: waypoints, rest, joints and tube.
@@ -77,24 +77,22 @@ def _best_split(points: FloatArray, first: FloatArray, widths: FloatArray | None
     return next((split for split in splits if isinstance(split, BestSplit)), None)
 
 
-def _free(
-    points: FloatArray, times: FloatArray, half: int, history: FloatArray | None, began: float
-) -> Trajectory | None:
+def _free(points: FloatArray, times: FloatArray, half: int, history: FloatArray | None, began: float) -> Plan | None:
     control_points = resting_optimum(points, times, half)
     if not isinstance(control_points, np.ndarray):
         return None
     how = LinearSystem(began, perf_counter(), "native", history)
-    return Trajectory(control_points, times, how=how, checked=True)
+    return as_plan(made(control_points, times), how)
 
 
 def _in_tube(
     widths: FloatArray, points: FloatArray, times: FloatArray, half: int, history: FloatArray | None, began: float
-) -> Trajectory | None:
+) -> Plan | None:
     optimum = tube_optimum(points, times, widths, half)
     if optimum is None or not keeps(points, times, optimum.points, half - 1, half - 1, widths):
         return None
     how = TubeReport(perf_counter() - began, optimum.figures, points, widths, history)
-    return Trajectory(optimum.points, times, how=how, checked=True)
+    return as_plan(made(optimum.points, times), how)
 
 
 def _half_widths(width: object, legs: int) -> FloatArray | None:

@@ -22,7 +22,7 @@ from minsnap.limits.utilisation import at_instant, measured
 from minsnap.limits.vehicle_use import measure_vehicle, medium_of
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Trajectory, remembered
 
 if TYPE_CHECKING:
     from minsnap.vehicle import Quadrotor
@@ -164,7 +164,7 @@ class Limits:
             If a vertical or vehicle limit is set and the trajectory has no vertical coordinate.
         """
         what = "utilisation" if proved or type(self) is Limits else "estimated"
-        return traj.remembered(what, self, lambda: self._used(traj, proved))
+        return remembered(traj, what, self, lambda: self._used(traj, proved))
 
     def _used(self, traj: Trajectory, proved: bool) -> tuple[Utilisation, ...]:
         self.check_dim(traj.dim)

@@ -19,9 +19,9 @@ from minsnap.native.vehicle_bounds import VehicleNumbers, vehicle_bounds
 from minsnap.polynomials.bernstein import differentiate, elevate, subdivide
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
+from minsnap.trajectory.trajectory import Trajectory, remembered
 
 if TYPE_CHECKING:
-    from minsnap.trajectory.trajectory import Trajectory
     from minsnap.vehicle import Quadrotor
     from minsnap.vehicle.dynamics import FlatStates
 
@@ -133,7 +133,7 @@ class VehicleBound:
         provable = self._provable
         t, sampled = self.sampled(VEHICLE_USE.fewer if provable.all() else VEHICLE_USE.samples)
         if prove and not provable.all():
-            t, sampled = self.traj.remembered(f"peaks of {self.names}", self.vehicle, lambda: self._finer(t, sampled))
+            t, sampled = remembered(self.traj, f"peaks of {self.names}", self.vehicle, lambda: self._finer(t, sampled))
         values = sampled.max(axis=1) + self.margins
         provable &= np.isfinite(values)
         if prove and provable.any():
@@ -152,7 +152,7 @@ class VehicleBound:
     def sampled(self, samples: int = VEHICLE_USE.samples) -> tuple[FloatArray, FloatArray]:
         """Return many instants (m,) [s] and the quantities there, (count, m); the same curve is sampled once."""
         what = f"{samples} samples a piece of {self.names}"
-        return self.traj.remembered(what, self.vehicle, lambda: self._sampled(samples))
+        return remembered(self.traj, what, self.vehicle, lambda: self._sampled(samples))
 
     def _sampled(self, samples: int) -> tuple[FloatArray, FloatArray]:
         inner = np.linspace(0.0, 1.0, samples, endpoint=False)

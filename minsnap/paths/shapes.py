@@ -19,7 +19,7 @@ from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.phase import ComplexArray, PhaseLaw, PhasePath
 from minsnap.trajectory.planned_heading import Yaw, chosen_heading
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Plan, Trajectory
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
@@ -374,7 +374,7 @@ def rectangle(
     durations: ArrayLike | None = None,
     limits: Limits | None = None,
     **options: Any,
-) -> Trajectory:
+) -> Plan:
     """Level rectangle through its corners with minimum snap, inside a corridor around its sides at every instant.
 
     Parameters
@@ -401,7 +401,7 @@ def rectangle(
 
     Returns
     -------
-    Trajectory
+    Plan
         ``4 * laps`` legs.
 
     Raises

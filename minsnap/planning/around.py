@@ -27,7 +27,7 @@ from minsnap.durations.timing import Timed, Timing
 from minsnap.errors import CorridorError, InfeasibleError, SolverError, UnprovedError
 from minsnap.native.half_space_sets import HalfSpaceRows
 from minsnap.optimisation.task import Task
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Trajectory, made
 
 FINER = (1, 2, 4)
 """Into how many parts segments of a way are cut, where fewer have no plan."""
@@ -180,4 +180,4 @@ def _cut(task: Task, corners: FloatArray, parts: int) -> Task:
 
 def _joined(curve: Trajectory, parts: int) -> Trajectory:
     """Return a curve whose parts belong to one leg again."""
-    return curve.changed(pieces=curve.pieces * parts)
+    return made(curve.control_points, curve.durations, curve.pieces * parts, curve.yaw)

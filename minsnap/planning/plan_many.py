@@ -24,7 +24,7 @@ from minsnap.optimisation.tube_report import TubeReports
 from minsnap.planning.problem_rows import GRADIENT_GAP, ManyProblems, Pins, ProblemRows, State
 from minsnap.trajectory.report import LinearSystem
 from minsnap.trajectory.trajectories import Gradients, Reports, Slopes, Trajectories
-from minsnap.trajectory.trajectory import ReportMaker, Trajectory
+from minsnap.trajectory.trajectory import ReportMaker, Trajectory, report_maker
 
 
 @within_memory("this batch of plans", planned_bytes)
@@ -200,7 +200,7 @@ def _solved_one_by_one(many: ManyProblems, gradients: bool) -> Trajectories:
     breaks = np.concatenate([np.zeros(0), *(np.zeros(1) if c is None else c.breaks for c in curves)])
     offsets = np.asarray(np.cumsum([0, *(0 if c is None else len(c.durations) for c in curves)]))
     errors = tuple(None if isinstance(f, Trajectory) else f for f in answers)
-    reports = [blank if c is None or c.how is None else c.how for c in curves]
+    reports = [(None if c is None else report_maker(c)) or blank for c in curves]
     walls = many.corridors is not None
     known = Gradients.of_plans(each, many.batch.dim, walls) if gradients else None
     pieces = {index: c.pieces for index, c in enumerate(curves) if c is not None and c.pieces > 1}

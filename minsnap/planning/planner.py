@@ -41,7 +41,7 @@ from minsnap.durations.timing import Timed, Timing
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.planned_heading import Yaw, chosen_heading
 from minsnap.trajectory.report import Progress, Report, unlimited_notes, wide_tube_note
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Plan, Trajectory, as_plan
 
 if TYPE_CHECKING:
     from minsnap.bounds.least_time import TimeQuestion
@@ -93,7 +93,7 @@ def plan(
     search: Search | None = None,
     progress: Progress | bool | None = None,
     avoid: Obstacle | Sequence[Obstacle] | None = None,
-) -> Trajectory:
+) -> Plan:
     r"""Plan the curve through waypoints that minimises the integral of the squared k-th derivative.
 
     With degree 2k - 1 = 7 that derivative is snap (D. Mellinger and V. Kumar, "Minimum snap trajectory generation and
@@ -155,8 +155,8 @@ def plan(
 
     Returns
     -------
-    Trajectory
-        Its ``report`` says how it was planned.
+    Plan
+        A trajectory whose ``report`` says how it was planned.
 
     Raises
     ------
@@ -197,7 +197,7 @@ def plan(
         return _planned(PlanRequest(*question), watch) if quick is None else _shown(quick, watch, how.on_interrupt)
 
 
-def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
+def _planned(request: PlanRequest, watch: Progress | None) -> Plan:
     """Check a request, choose its durations, solve, and report."""
     from minsnap.durations.allocate import plan_timed
 
@@ -234,7 +234,7 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Trajectory:
     chosen = request.pieces is None and refine and not request.avoid
     least = _least_time(request, task, passed[0]) if timing.shortest and not timed.limits_from else None
     how = _Plan(known, request.limits, request.yaw is None, chosen, *passed, least=least, said=said)
-    return timed.trajectory.changed(how=how, checked=True)
+    return as_plan(timed.trajectory, how)
 
 
 def _freely_headed(task: Task, timing: Timing, solve: Callable[[Task], Timed]) -> tuple[Timed, tuple[str, ...]]:
@@ -269,9 +269,9 @@ def _least_time(request: PlanRequest, task: Task, gates: Mapping[int, Gate]) -> 
     return TimeQuestion(placement, gates, task.end_velocities, request.limits, named)
 
 
-def _shown(curve: Trajectory, watch: Progress | None, on_interrupt: str) -> Trajectory:
+def _shown(curve: Plan, watch: Progress | None, on_interrupt: str) -> Plan:
     """Show the steps of a search that was too quick to be watched."""
-    if watch is None or curve.report is None:
+    if watch is None:
         return curve
     try:
         for step in curve.report.steps:

@@ -37,7 +37,7 @@ from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import AttachHeading, Task
 from minsnap.replanning.splice import Splice, divided
 from minsnap.trajectory.report import Progress, Step
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Trajectory, as_rest_of, made, turned
 
 SHARE = 1.0 - 1e-6
 """Of the room that a waypoint has: what is taken of it at most."""
@@ -144,7 +144,7 @@ def legs_of(curve: Trajectory, first: int, last: int) -> Trajectory:
     """Return the polynomials of legs from ``first`` to before ``last``."""
     part = slice(first * curve.pieces, last * curve.pieces)
     points, durations = curve.control_points[part], curve.durations[part]
-    return Trajectory(points, durations, pieces=curve.pieces, checked=True)
+    return made(points, durations, curve.pieces)
 
 
 def grouped(curve: Trajectory, pieces: int) -> Trajectory:
@@ -468,7 +468,7 @@ class LegEnd:
         """Fly it, then a curve from its end."""
         pieces = max(self.leg.pieces, curve.pieces)
         leg, left, following = (grouped(part, pieces) for part in (self.leg, self.left, curve))
-        return left.then(following).changed(rest_of=(leg.then(following), self.instant), checked=True)
+        return as_rest_of(left.then(following), leg.then(following), self.instant)
 
 
 def leg_end_of(splice: Splice) -> LegEnd | None:
@@ -480,7 +480,7 @@ def leg_end_of(splice: Splice) -> LegEnd | None:
     if rest.leg_breaks[1] >= LITTLE * np.diff(whole.leg_breaks[index : index + 3]).max():
         return None
     leg, left = legs_of(whole, index, index + 1), legs_of(rest, 0, 1)
-    return LegEnd(splice, leg, at - float(whole.leg_breaks[index]), rest.turned(left, 0.0))
+    return LegEnd(splice, leg, at - float(whole.leg_breaks[index]), turned(rest, left, 0.0))
 
 
 def flown_on(splice: Splice, task: Task, limits: Limits | None) -> LegEnd | None:
@@ -499,7 +499,7 @@ def rest_within(splice: Splice, limits: Limits | None) -> bool:
     end = leg_end_of(splice)
     if end is None or not end.within(limits):
         return False
-    return rest.legs == 1 or within(rest.turned(legs_of(rest, 1, rest.legs), float(rest.leg_breaks[1])), limits)
+    return rest.legs == 1 or within(turned(rest, legs_of(rest, 1, rest.legs), float(rest.leg_breaks[1])), limits)
 
 
 def _meets(task: Task, position: FloatArray) -> bool:

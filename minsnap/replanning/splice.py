@@ -17,7 +17,7 @@ from minsnap.polynomials.bernstein import powers_to_points, split
 from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, turned_to, wrap
 from minsnap.trajectory.instants import as_instants, check_order
 from minsnap.trajectory.planned_heading import ChosenHeading, PlannedHeading
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Trajectory, as_rest_of, rest_of, turned
 
 RESTING = 1e-9
 """Derivative, in units of the metre and the second, below which a plan ends at rest."""
@@ -43,7 +43,7 @@ class Splice:
     @property
     def source(self) -> tuple[Trajectory, float]:
         """The plan of which the flown one is the rest, and the instant on its clock [s]: cuts do not add up."""
-        whole, start = self.flown.rest_of or (self.flown, 0.0)
+        whole, start = rest_of(self.flown) or (self.flown, 0.0)
         return whole, min(start + self.instant, whole.duration)
 
     @property
@@ -83,8 +83,8 @@ class Splice:
         points = np.concatenate((divided(first, parts), flown.control_points[piece + 1 :]))
         own = np.full(parts, (flown.breaks[piece + 1] - at) / parts)
         durations = np.concatenate((own, flown.durations[piece + 1 :]))
-        rest = Trajectory(points, durations, pieces=pieces, rest_of=(flown, at))
-        return self.flown.turned(rest, self.instant)
+        rest = as_rest_of(Trajectory(points, durations, pieces=pieces), flown, at)
+        return turned(self.flown, rest, self.instant)
 
 
 def divided(points: FloatArray, parts: int) -> FloatArray:

@@ -23,7 +23,7 @@ from minsnap.limits.limits import Limits
 from minsnap.native.stops import ProvedStop, StopFamily
 from minsnap.optimisation.task import Task
 from minsnap.replanning.horizon import within
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Trajectory, made
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Stopping:
         proves = self.limits is None or (type(self.limits) is Limits and self.limits.body_rate is None)
         for stop in stops:
             self.deadline.check()
-            curve = self.task.finish(Trajectory(stop.points, stop.durations, checked=True))
+            curve = self.task.finish(made(stop.points, stop.durations))
             if (proves and stop.limited) or back_within(curve, self.limits):
                 return curve
         return None

@@ -145,7 +145,7 @@ class RuledHeading(Heading):
 
     def rule(self, curve: Any) -> dict[str, Any] | None:
         """Return the rule for the path's own curve; of another one it would give another heading."""
-        return self._rule() if curve.is_like(self.path) else None
+        return self._rule() if curve._is_like(self.path) else None
 
     def _rule(self) -> dict[str, Any]:
         """Return the rule as plain text and numbers."""

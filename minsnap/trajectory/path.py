@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import LARGEST, ArrayLike, FloatArray, owned
 from minsnap.basics.checks import check_positive, is_whole
+from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError, TimingError
 from minsnap.trajectory.heading import ZERO_YAW, Heading
 from minsnap.trajectory.instants import as_instants, check_order, within
@@ -88,7 +90,44 @@ class Path(ABC):
         check_order(orders - 1 if is_whole(orders) else orders)
         return np.stack([self(t, order) for order in range(orders)], axis=-2)
 
-    def is_like(self, other: Path) -> bool:
+    def position(self, t: ArrayLike) -> FloatArray:
+        """Return positions at instants of any shape [s], shape t.shape + (dim,) [m]."""
+        return self(t)
+
+    def velocity(self, t: ArrayLike) -> FloatArray:
+        """Return velocities at instants of any shape [s], shape t.shape + (dim,) [m/s]."""
+        return self(t, 1)
+
+    def acceleration(self, t: ArrayLike) -> FloatArray:
+        """Return accelerations at instants of any shape [s], shape t.shape + (dim,) [m/s^2]."""
+        return self(t, 2)
+
+    def plot(self, **drawn: Any) -> Any:
+        """Draw the path and its profiles; see :func:`minsnap.plot.plot_overview`, which takes the same keywords.
+
+        Returns
+        -------
+        matplotlib Figure
+        """
+        return _outside("plot").plot_overview(self, **drawn)
+
+    def save(self, path: FileName, **how: Any) -> None:
+        """Write the path in the format of the file's ending; see :func:`minsnap.files.convert.write_any`.
+
+        ``.json`` and ``.npz`` keep the polynomials, ``.csv`` holds setpoints at 20 Hz; the page on formats names all.
+
+        Raises
+        ------
+        FileError
+            If no format has that ending, or the file cannot be written.
+        """
+        _outside("files.convert").write_any(self, path, **how)
+
+    def to_csv(self, path: FileName, rate: float = 20.0, frame: str = "enu") -> None:
+        """Write setpoints; see :func:`minsnap.write_csv`."""
+        _outside("files.setpoint_csv").write_csv(self, path, rate, frame)
+
+    def _is_like(self, other: Path) -> bool:
         """Whether another path is this one."""
         return other is self
 
@@ -153,3 +192,8 @@ def sample_times(duration: float, rate: float) -> FloatArray:
         )
     steps = round(exact) if abs(exact - round(exact)) <= 1e-9 * max(1.0, exact) else math.ceil(exact)
     return np.arange(max(steps, 1) + 1) / float(rate)
+
+
+def _outside(room: str) -> Any:
+    """Return a room that takes paths: what users look for at a path is loaded when it is asked for."""
+    return import_module(f"minsnap.{room}")

@@ -61,14 +61,6 @@ class Trajectory(Path):
         Yaw as a function of time, see ``with_yaw``; by default zero.
     pieces : int
         Polynomials per leg; a divisor of the number of pieces.
-    how : ReportMaker, optional
-        Makes the report of a plan at its first use; a ``Report`` is its own.
-    rest_of : (Trajectory, float), optional
-        The curve of which this is the rest, and the instant on its clock at which this begins [s]. The polynomials of
-        that curve are evaluated: the control points of a short rest of a piece lie close together, and derivatives of
-        order p from them would have the rounding of positions divided by the p-th power of its duration.
-    checked : bool
-        Whether all arguments are known to be valid, as from a core; the arrays are then kept without a copy.
 
     Raises
     ------
@@ -86,16 +78,22 @@ class Trajectory(Path):
         durations: ArrayLike,
         yaw: Heading | YawFunction = ZERO_YAW,
         pieces: int = 1,
+    ) -> None:
+        heading = as_heading(yaw)
+        self._hold(*_checked(control_points, durations, pieces), heading)
+
+    def _hold(
+        self,
+        points: FloatArray,
+        durations: FloatArray,
+        pieces: int,
+        yaw: Heading,
         how: ReportMaker | None = None,
         rest_of: tuple[Trajectory, float] | None = None,
-        checked: bool = False,
     ) -> None:
-        if not checked:
-            yaw = as_heading(yaw)
-            control_points, durations, pieces = _checked(control_points, durations, pieces)
-        points, times = cast("tuple[FloatArray, FloatArray]", (control_points, durations))
-        self._points, self._durations = read_only(points), read_only(times)
-        self._yaw, self._pieces, self._how, self._rest_of = cast("Heading", yaw), pieces, how, rest_of
+        """Keep what is known to be valid, arrays without a copy; see :func:`made`."""
+        self._points, self._durations = read_only(points), read_only(durations)
+        self._yaw, self._pieces, self._how, self._rest_of = yaw, pieces, how, rest_of
         self._breaks: FloatArray | None = None
         self._native: Evaluator | None = None
         self._measured: dict[str, tuple[object, Any]] = {}
@@ -121,29 +119,14 @@ class Trajectory(Path):
         return self._pieces
 
     @property
-    def how(self) -> ReportMaker | None:
-        """What makes the report; a ``Report`` once it was made."""
-        return self._how
-
-    @property
-    def rest_of(self) -> tuple[Trajectory, float] | None:
-        """The curve of which this is the rest, and the instant on its clock at which it begins [s]."""
-        return self._rest_of
-
-    @property
     def report(self) -> Report | None:
-        """How the plan was made; None for other trajectories."""
-        if self._how is None:
-            return None
-        self._how = made = self._how.report(self)
-        return made
+        """How a :class:`Plan` was made; None for other trajectories."""
+        return None
 
-    def remembered(self, what: str, by: object, ask: Callable[[], T]) -> T:
-        """Return what was asked of this very curve and by this very object, both compared by identity; asked once."""
-        known = self._measured.get(what)
-        if known is None or known[0] is not by:
-            known = self._measured[what] = by, ask()
-        return cast(T, known[1])
+    @property
+    def waypoints(self) -> FloatArray:
+        """Where legs begin and end, shape (legs + 1, dim) [m]."""
+        return np.concatenate([self._points[:: self._pieces, 0], self._points[-1:, -1]])
 
     @property
     def breaks(self) -> FloatArray:
@@ -211,19 +194,12 @@ class Trajectory(Path):
     @property
     def _polynomials(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Control points, durations and breaks of what is evaluated: the whole curve where this is the rest of one."""
-        whole, start = self.rest_of or (self, 0.0)
+        whole, start = self._rest_of or (self, 0.0)
         return whole.control_points, whole.durations, whole.breaks - start
 
-    def __reduce__(self) -> tuple[type[Trajectory], tuple[Any, ...]]:
+    def __reduce__(self) -> tuple[Any, ...]:
         """Copy the parameters and the report, not how that is made, nor what was measured."""
-        known = self.control_points, self.durations, self.yaw, self.pieces, self.report, self.rest_of
-        return Trajectory, (*known, True)
-
-    def changed(self, **parameters: Any) -> Trajectory:
-        """Return the same with other parameters, and without a report where ``how`` is not among them."""
-        points, durations, yaw, rest_of = self.control_points, self.durations, self.yaw, self.rest_of
-        known: dict[str, Any] = {"control_points": points, "durations": durations, "yaw": yaw, "rest_of": rest_of}
-        return Trajectory(**known | {"pieces": self.pieces} | parameters)
+        return made, (self._points, self._durations, self._pieces, self._yaw, self.report, self._rest_of)
 
     def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
         if order > self.degree:
@@ -251,15 +227,15 @@ class Trajectory(Path):
             If it is neither, or does not give a finite number for each instant.
         """
         heading = as_heading(yaw)
-        return self.changed(yaw=heading, checked=True)
+        return made(self._points, self._durations, self._pieces, heading, None, self._rest_of)
 
     def derivative(self, order: int = 1) -> Trajectory:
         """Return the derivative of that order as a trajectory of lower degree; zero past the degree."""
         order = min(check_order(order), self.degree + 1)
         points = differentiate(self.control_points, order)
-        rest_of = None if self.rest_of is None else (self.rest_of[0].derivative(order), self.rest_of[1])
+        rest_of = None if self._rest_of is None else (self._rest_of[0].derivative(order), self._rest_of[1])
         points = points / self.durations[:, None, None] ** order
-        return self.changed(control_points=points, rest_of=rest_of)
+        return made(*_checked(points, self._durations, self._pieces), self._yaw, None, rest_of)
 
     @property
     def cost_order(self) -> int:
@@ -283,7 +259,7 @@ class Trajectory(Path):
         order = self.cost_order if order is None else check_order(order)
         total: float | None = 0.0
         if order <= self.degree:
-            costs = self.remembered("costs", None, lambda: PieceCosts(self.control_points, self.durations))
+            costs = remembered(self, "costs", None, lambda: PieceCosts(self.control_points, self.durations))
             total = costs.total(order)
         return float(self.piece_costs(order).sum()) if total is None else total
 
@@ -336,32 +312,28 @@ class Trajectory(Path):
         if not (is_number(start) and is_number(end) and 0.0 <= start < end <= self.duration):
             raise IntervalError(f"[{shown(start)}, {shown(end)}] s is not an interval within [0, {self.duration}] s")
         points, durations = cut(self.control_points, self.durations, self.breaks, float(start), float(end))
-        return self.turned(Trajectory(points, durations), float(start))
+        return turned(self, Trajectory(points, durations), float(start))
 
     def stretched(self, factor: float) -> Trajectory:
         """Fly the same path ``factor`` times slower: the p-th derivative is divided by factor^p."""
         if not (is_number(factor) and float(factor) >= SMALLEST):
             raise TimingError(f"time can be stretched by a positive factor, not by {shown(factor)}")
-        slower = self.changed(durations=self.durations * float(factor), rest_of=None)
-        return self.turned(slower, 0.0, 1.0 / factor)
+        slower = Trajectory(self._points, self._durations * float(factor), pieces=self._pieces)
+        return turned(self, slower, 0.0, 1.0 / factor)
 
     def reversed(self) -> Trajectory:
         """Fly the same path backwards."""
         points, durations = self.control_points[::-1, ::-1], self.durations[::-1]
-        backwards = self.changed(control_points=points, durations=durations, rest_of=None)
-        return self.turned(backwards, self.duration, -1.0)
-
-    def turned(self, curve: Trajectory, start: float, rate: float = 1.0) -> Trajectory:
-        """Give a curve flown on another clock the heading of this one, from an instant on."""
-        return curve.with_yaw(self.yaw.on(curve, start, rate))
+        return turned(self, Trajectory(points, durations, pieces=self._pieces), self.duration, -1.0)
 
     def elevated(self, degree: int) -> Trajectory:
         """Return the same curve written in polynomials of a higher degree."""
         check_number("the degree", degree, -inf, MOST_DEGREE, f"give a whole number up to {MOST_DEGREE}", whole=True)
         points = elevated_points(self.control_points, degree)
-        return self.changed(control_points=points, how=self.report, rest_of=None)  # whose cost is of the first degree
+        known = _checked(points, self._durations, self._pieces)
+        return made(*known, self._yaw, self.report)  # whose cost is of the first degree
 
-    def is_like(self, other: Path) -> bool:
+    def _is_like(self, other: Path) -> bool:
         """Whether another path is the same polynomials."""
         return isinstance(other, Trajectory) and (
             np.array_equal(self.control_points, other.control_points)
@@ -423,6 +395,80 @@ class Trajectory(Path):
         if points.ndim not in (2, 3):
             raise WaypointError(f"a piecewise polynomial must have one trailing dimension, not {points.ndim - 2}")
         return cls(points.reshape(*points.shape[:2], -1).swapaxes(0, 1), np.diff(bpoly.x), yaw or ZERO_YAW)
+
+
+class Plan(Trajectory):
+    """A trajectory that was planned: its ``report`` says how."""
+
+    __slots__ = ()
+
+    @property
+    def report(self) -> Report:
+        """How the plan was made."""
+        how = cast("ReportMaker", self._how)
+        self._how = told = how.report(self)
+        return told
+
+
+def made(
+    points: FloatArray,
+    durations: FloatArray,
+    pieces: int = 1,
+    yaw: Heading = ZERO_YAW,
+    how: ReportMaker | None = None,
+    rest_of: tuple[Trajectory, float] | None = None,
+) -> Trajectory:
+    """Return a trajectory of what is known to be valid, as from a core; arrays are kept without a copy.
+
+    Parameters
+    ----------
+    points, durations, pieces, yaw
+        As :class:`Trajectory` takes them.
+    how : ReportMaker, optional
+        Makes the report of a :class:`Plan` at its first use; a ``Report`` is its own.
+    rest_of : (Trajectory, float), optional
+        The curve of which this is the rest, and the instant on its clock at which this begins [s]. The polynomials of
+        that curve are evaluated: the control points of a short rest of a piece lie close together, and derivatives of
+        order p from them would have the rounding of positions divided by the p-th power of its duration.
+    """
+    curve = object.__new__(Trajectory if how is None else Plan)
+    curve._hold(points, durations, pieces, yaw, how, rest_of)
+    return curve
+
+
+def as_plan(curve: Trajectory, how: ReportMaker) -> Plan:
+    """Return a curve as a plan, with what makes its report."""
+    plan = object.__new__(Plan)
+    plan._hold(curve._points, curve._durations, curve._pieces, curve._yaw, how, curve._rest_of)
+    return plan
+
+
+def report_maker(curve: Trajectory) -> ReportMaker | None:
+    """Return what makes the report of a plan, a ``Report`` once it was made; None of other trajectories."""
+    return curve._how
+
+
+def remembered(curve: Trajectory, what: str, by: object, ask: Callable[[], T]) -> T:
+    """Return what was asked of this very curve and by this very object, both compared by identity; asked once."""
+    known = curve._measured.get(what)
+    if known is None or known[0] is not by:
+        known = curve._measured[what] = by, ask()
+    return cast(T, known[1])
+
+
+def turned(flown: Trajectory, curve: Trajectory, start: float, rate: float = 1.0) -> Trajectory:
+    """Give a curve on another clock the heading of one that is flown, from an instant on."""
+    return curve.with_yaw(flown.yaw.on(curve, start, rate))
+
+
+def rest_of(curve: Trajectory) -> tuple[Trajectory, float] | None:
+    """Return the curve of which this is the rest, and the instant on its clock at which it begins [s]."""
+    return curve._rest_of
+
+
+def as_rest_of(curve: Trajectory, whole: Trajectory, start: float) -> Trajectory:
+    """Return a curve as the rest of another from an instant on its clock [s], whose polynomials are evaluated."""
+    return made(curve._points, curve._durations, curve._pieces, curve._yaw, None, (whole, start))
 
 
 def _checked(control_points: ArrayLike, times: ArrayLike, pieces: int) -> tuple[FloatArray, FloatArray, int]:

@@ -66,7 +66,7 @@ def test_every_control_point_counts(monkeypatch, place, sentence):
         found = flown(curves, time)
         points = found[0].control_points.copy()
         points[place] += 1e-6
-        return [found[0].changed(control_points=points), *found[1:]]
+        return [minsnap.Trajectory(points, found[0].durations, found[0].yaw, found[0].pieces), *found[1:]]
 
     monkeypatch.setattr(fleet_planner, "flown", damaged)
     with pytest.raises(UnprovedError, match=sentence):

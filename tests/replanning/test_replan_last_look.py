@@ -82,7 +82,7 @@ def test_a_leg_that_is_flown_on_joins_what_follows(flown, monkeypatch, order, se
     def apart(end, curve):
         points = curve.control_points.copy()
         points[0, order] += 1e-3
-        return before(end, curve.changed(control_points=points))
+        return before(end, minsnap.Trajectory(points, curve.durations, curve.yaw, curve.pieces))
 
     monkeypatch.setattr(LegEnd, "before", apart)
     kept = replanned(flown, now)
@@ -96,7 +96,7 @@ def test_the_flown_legs_beyond_the_horizon_join_the_new_ones(flown, monkeypatch)
     def apart(curve, tail, finish):
         points = tail.control_points.copy()
         points[0, 3] += 1e-3
-        return join(curve, tail.changed(control_points=points), finish)
+        return join(curve, minsnap.Trajectory(points, tail.durations, tail.yaw, tail.pieces), finish)
 
     monkeypatch.setattr(replanner_module.horizon, "joined_with", apart)
     kept = replanned(flown, horizon=2)

@@ -7,6 +7,7 @@ import minsnap
 from minsnap.errors import InputError, TimingError
 from minsnap.polynomials.bernstein import split
 from minsnap.replanning.splice import divided, ends_at_rest, splice_of
+from minsnap.trajectory.trajectory import rest_of
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1)], dtype=float)
 
@@ -16,7 +17,7 @@ def test_a_rest_that_begins_shortly_before_a_waypoint_keeps_all_digits_of_its_de
     flown = minsnap.plan(POINTS + 60.0, durations=[1.0, 1.2, 0.8])
     first = splice_of(flown, 0.5, 0.2, 4).rest
     rest = splice_of(first, 0.3 - left - 0.1, 0.1, 4).rest
-    assert rest.rest_of[0] is flown
+    assert rest_of(rest)[0] is flown
     t = np.array([0.0, 0.5 * left, left, 0.5, rest.duration])
     at = np.minimum(1.0 - left + t, flown.duration)
     for order in range(4):

@@ -10,6 +10,7 @@ import pytest
 
 import minsnap
 from minsnap.native.library import core
+from minsnap.trajectory.trajectory import as_plan
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 2), (0, 4, 1), (0, 0, 1)]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -74,7 +75,7 @@ def test_paths_without_extent_and_of_many_legs_have_a_card():
 def test_sentences_of_a_report_are_escaped():
     path = minsnap.plan(CORNERS, durations=[4, 2, 4, 2])
     report = replace(path.report, notes=("1 < 2 & <script>alert(1)</script>",), handed_over="<i>")
-    shown = facts(path.changed(how=report))
+    shown = facts(as_plan(path, report))
     assert shown["note"] == "1 < 2 & <script>alert(1)</script>"
     assert shown["handed over"] == "<i>"
 

@@ -13,8 +13,9 @@ from scipy.interpolate import BPoly, PPoly
 
 import minsnap
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
+from minsnap.files.convert import read_any
 from minsnap.trajectory.report import Report
-from minsnap.trajectory.trajectory import Trajectory, concatenate
+from minsnap.trajectory.trajectory import Trajectory, concatenate, report_maker
 
 
 def random_trajectory(seed=0, pieces=4, degree=7, dim=3):
@@ -328,8 +329,37 @@ def test_what_is_no_path_cannot_be_joined():
 def test_the_report_of_a_plan_is_made_when_it_is_asked_for_and_goes_with_copies():
     boxes = minsnap.Boxes([(-1, -1, -1), (3, -1, -1)], [(5, 1, 1), (9, 1, 1)])
     traj = minsnap.plan([(0, 0, 0), (4, 0, 0), (8, 0, 0)], durations=[2, 2], corridor=boxes)
-    assert not isinstance(traj.how, Report)
+    assert not isinstance(report_maker(traj), Report)
     twin = pickle.loads(pickle.dumps(traj))
     assert traj.report is traj.report
     assert (twin.report.cost, twin.report.corridor_margin) == (traj.report.cost, traj.report.corridor_margin)
-    assert twin.how is twin.report
+    assert report_maker(twin) is twin.report
+
+
+def test_what_users_look_for_is_at_the_path(tmp_path):
+    traj = minsnap.rectangle(4, 2, total_time=10.0)
+    t = np.linspace(0.0, traj.duration, 7)
+    for order, asked in enumerate((traj.position, traj.velocity, traj.acceleration)):
+        assert (asked(t) == traj(t, order)).all()
+    assert np.allclose(traj.waypoints, traj(traj.leg_breaks), atol=1e-12)
+    traj.to_csv(tmp_path / "a.csv", rate=50.0)
+    minsnap.write_csv(traj, tmp_path / "b.csv", 50.0)
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+    traj.save(tmp_path / "a.json")
+    assert (read_any(tmp_path / "a.json")(t) == traj(t)).all()
+    assert len(traj.plot(limits=minsnap.Limits(speed=9.0)).axes) > 1
+
+
+def test_a_plan_has_a_report_and_what_is_made_of_it_has_none():
+    traj = minsnap.plan([(0, 0, 1), (4, 0, 1)], total_time=4.0)
+    assert isinstance(traj, minsnap.Plan) and traj.report.cost > 0.0
+    assert isinstance(pickle.loads(pickle.dumps(traj)), minsnap.Plan)
+    for curve in (
+        traj.derivative(),
+        traj.with_yaw(traj.yaw),
+        traj.stretched(2.0),
+        traj.reversed(),
+        traj.then(traj.reversed()),
+    ):
+        assert not isinstance(curve, minsnap.Plan) and curve.report is None
+    assert isinstance(traj.elevated(9), minsnap.Plan)

@@ -31,6 +31,8 @@ from minsnap.planning.free_heading import best_headed, headings_for
 from minsnap.planning.near_notes import near_notes
 from minsnap.planning.planner import plan
 from minsnap.replanning.horizon import grouped
+from minsnap.trajectory.heading import Heading
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import chosen_heading
 from minsnap.trajectory.report import unlimited_notes
 from minsnap.trajectory.trajectory import Trajectory, concatenate
@@ -82,8 +84,8 @@ class MissionPart:
 
 
 @dataclass(frozen=True, eq=False)
-class Mission:
-    """A course as it is flown.
+class Mission(Path):
+    """A course as it is flown; a path like any other.
 
     Parameters
     ----------
@@ -110,6 +112,28 @@ class Mission:
     corridor: tuple[HalfSpaces, ...] = ()
     interrupted: bool = False
     said: tuple[str, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Length of the interval [s]."""
+        return self.trajectory.duration
+
+    @property
+    def dim(self) -> int:
+        """Number of coordinates."""
+        return self.trajectory.dim
+
+    @property
+    def yaw(self) -> Heading:  # type: ignore[override]
+        """Heading of the plan."""
+        return self.trajectory.yaw
+
+    def as_trajectory(self) -> Trajectory:
+        """Return the curve of all parts."""
+        return self.trajectory
+
+    def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
+        return self.trajectory._evaluate(t, order)
 
     @property
     def notes(self) -> tuple[str, ...]:
