@@ -11,10 +11,11 @@ from pathlib import Path
 
 import minsnap
 from minsnap.plot import plot_fleet, plot_separation, save_figure
+from minsnap.shows.acts import Act, Show
 from minsnap.shows.file_limits import certify_files
 from minsnap.shows.formations import circle, grid, text
 from minsnap.shows.safety_report import SafetyReport, write_report
-from minsnap.shows.show import Act, Show, fly
+from minsnap.shows.show import fly
 
 
 def main(folder: Path) -> None:

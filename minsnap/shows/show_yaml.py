@@ -16,9 +16,9 @@ from minsnap.errors import FileError
 from minsnap.files.request_yaml import LIMITS, limits_of
 from minsnap.files.waypoints import read_waypoints
 from minsnap.fleet.common_clock import Separation
+from minsnap.shows.acts import Act, Show
 from minsnap.shows.formations import circle, grid, mesh, svg, text
 from minsnap.shows.moves import Move
-from minsnap.shows.show import Act, Show
 
 LAYERS = 100
 """Most heights in which a climb may end."""
@@ -60,6 +60,12 @@ ACT = mapping(
         "shift": Key(IN_SPACE),
         "turn": Key(NUMBER, "about the vertical [degrees]"),
         "moves": Key(several(MOVE, "a list of moves")),
+        "at": Key(NUMBER, "when all have arrived, since the start of the show [s]"),
+        "seconds": Key(NUMBER, "how long the flight there lasts [s]"),
+        "delay": Key(
+            either(NUMBER, several(NUMBER, "a number for each point")),
+            "how long after the vehicle of each point that of the next leaves, or after the first that of each [s]",
+        ),
     },
     "a mapping of an act",
 )
@@ -154,7 +160,19 @@ def _act(content: dict[str, Any], where: str, vehicles: int, place: Path) -> Act
     points = points @ turn.T + np.array(content.get("shift", (0.0, 0.0, 0.0)))
     moves = tuple(_move(entry, where) for entry in content.get("moves", ()))
     colour = _colour(content.get("colour"), vehicles, where)
-    return Act(content.get("name", where), points, colour=colour, moves=moves, **_named(content, "hold", "fade"))
+    given = _named(content, "hold", "fade", "at", "seconds")
+    return Act(
+        content.get("name", where), points, colour=colour, moves=moves, delays=_delays(content, vehicles), **given
+    )
+
+
+def _delays(content: dict[str, Any], vehicles: int) -> FloatArray | None:
+    """Return how long after the first the vehicle of each point leaves, shape (vehicles,) [s]."""
+    if content.get("delay") is None:
+        return None
+    said = content["delay"]
+    each = np.arange(vehicles) * said if isinstance(said, float) else said
+    return np.array(each, dtype=np.float64)
 
 
 def _colour(content: Any, vehicles: int, where: str) -> FloatArray | None:

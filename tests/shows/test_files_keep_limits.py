@@ -19,10 +19,12 @@ import pytest
 
 import minsnap
 from minsnap.cli.app import main
+from minsnap.shows.acts import Act, Show
 from minsnap.shows.file_limits import certify_files, use_of_files
 from minsnap.shows.firmware_take_off import late_by
 from minsnap.shows.formations import circle, grid
-from minsnap.shows.show import Act, Move, Show, fly
+from minsnap.shows.moves import Move
+from minsnap.shows.show import fly
 from minsnap.shows.show_yaml import read_show
 
 DOCS = Path(__file__).parents[2] / "docs" / "shows.rst"
@@ -255,7 +257,7 @@ def test_a_step_of_the_velocity_counts_over_a_tenth_of_a_second():
 
 def test_files_beyond_the_limits_are_amber_and_a_problem(tmp_path, capsys, monkeypatch):
     """Exit 0, a green box and a note, at 34 m/s^2 of 1.5."""
-    monkeypatch.setattr("minsnap.shows.show.ROUNDED_KINDS", ())
+    monkeypatch.setattr("minsnap.shows.show_course.ROUNDED_KINDS", ())
     text = "vehicles: 4\nseparation: 1\nlimits: {speed: 3, acceleration: 2, jerk: null}\nhome: {grid: {spacing: 2}}\n"
     (tmp_path / "show.yaml").write_text(text + "acts: [{formation: {circle: {radius: 3, height: 6}}}]\n")
     page = tmp_path / "report.html"

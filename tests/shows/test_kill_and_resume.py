@@ -53,9 +53,9 @@ def contents(folder):
 HELD = """
 import signal, sys
 from minsnap.cli.app import main
-from minsnap.shows import show
+from minsnap.shows import show_course
 
-plan, calls = show.plan_fleet, []
+plan, calls = show_course.plan_fleet, []
 
 
 def held(*arguments, **named):
@@ -65,7 +65,7 @@ def held(*arguments, **named):
     return calls[-1]
 
 
-show.plan_fleet = held
+show_course.plan_fleet = held
 main(["fleet", *sys.argv[1:]])
 """
 """The command, which stands still when it has found its second flight, before that is stored."""
@@ -93,16 +93,16 @@ def test_a_show_that_is_killed_in_each_flight_ends_with_the_same_files(show, tmp
 INTERRUPTED = """
 import os, signal, sys
 from minsnap.cli.app import main
-from minsnap.shows import show
+from minsnap.shows import show_course
 
-plan = show.plan_fleet
+plan = show_course.plan_fleet
 
 
 def interrupted(*arguments, progress, **named):
     return plan(*arguments, progress=lambda *_: os.kill(os.getpid(), signal.SIGINT), **named)
 
 
-show.plan_fleet = interrupted
+show_course.plan_fleet = interrupted
 main(["fleet", *sys.argv[1:]])
 """
 """The command, interrupted as soon as a flight has a certified time."""

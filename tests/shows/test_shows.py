@@ -11,9 +11,11 @@ from minsnap.cli.app import main
 from minsnap.errors import FileError, FleetError
 from minsnap.plot import plot_fleet, plot_separation
 from minsnap.plot.fleet_figures import least_distances
+from minsnap.shows.acts import Act, Show
 from minsnap.shows.fleet_files import read_fleet
 from minsnap.shows.formations import circle, grid, mesh, read_lines, spacing_of, svg, text
-from minsnap.shows.show import Act, Move, Show, fly, moved
+from minsnap.shows.moves import Move, moved
+from minsnap.shows.show import fly
 from minsnap.shows.show_yaml import read_show
 from minsnap.shows.skyc import read_skyc
 

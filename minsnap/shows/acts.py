@@ -1,0 +1,179 @@
+"""What a show is: its acts, home, limits, and what is refused of it before anything is planned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import LONGEST
+from minsnap.basics.tolerances import EXACT
+from minsnap.errors import FleetError
+from minsnap.fleet.common_clock import Separation
+from minsnap.fleet.fleet_task import table_of
+from minsnap.limits.limits import Limits
+from minsnap.limits.ordinary import ORDINARY
+from minsnap.shows.formations import spacing_of
+from minsnap.shows.moves import Move
+
+BUILT_UP = 1.0 / 3.0
+"""Time in which a flight builds up its acceleration: what limits the jerk of a show that says none [s].
+
+Without a limit a straight flight jumps from one acceleration to another, which no file of whole millimetres holds.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Act:
+    """One formation of a show.
+
+    Parameters
+    ----------
+    name : str
+    points : ndarray, shape (vehicles, 3)
+        [m].
+    hold : float
+        How long it stands [s].
+    colour : tuple of int, ndarray of shape (vehicles, 3), or None
+        Red, green, blue of all lamps, or of the lamp at each point, from 0 to 255; None: as before.
+    fade : bool
+        The colour is reached during the flight there, else on arrival.
+    moves : tuple of Move
+        What the formation does after its hold, one after the other.
+    at : float or None
+        When all have arrived, since the start of the show [s].
+    seconds : float or None
+        How long the flight there lasts [s]; with ``at``, all wait where they are until it must begin.
+    delays : ndarray, shape (vehicles,), or None
+        How long after the first the vehicle leaves that flies to each point [s].
+    """
+
+    name: str
+    points: FloatArray
+    hold: float = 3.0
+    colour: tuple[int, int, int] | FloatArray | None = None
+    fade: bool = False
+    moves: tuple[Move, ...] = ()
+    at: float | None = None
+    seconds: float | None = None
+    delays: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Show:
+    """What is to be flown.
+
+    Parameters
+    ----------
+    home : ndarray, shape (vehicles, 3)
+        Where each stands and lands [m].
+    acts : tuple of Act
+    separation : Separation
+    limits : Limits
+    take_off : float
+        How far above home the vehicles climb straight [m].
+    layers : int
+        Number of heights, each the separation times the downwash above the one before, neighbours into other ones.
+    land : str
+        ``"own"``: each lands where it took off; ``"any"``: at any vehicle's place, where that is shorter.
+    room : pair of corners or None
+    seed : int
+    smooth : bool
+        Whether flights build up their acceleration in ``BUILT_UP`` where the limits name no jerk.
+    climb_speed, descent_speed : float or None
+        Of take-off and landing [m/s]; None: as the limits allow, or ``GENTLE`` in Skybrush's files.
+    wait : float or None
+        How long all stand on the ground before they climb [s]; None: none, or what Skybrush's firmware needs.
+    environment : {"outdoor", "indoor"}
+    """
+
+    home: FloatArray
+    acts: tuple[Act, ...]
+    separation: Separation
+    limits: Limits
+    take_off: float = 2.0
+    room: tuple[FloatArray, FloatArray] | None = None
+    seed: int = 0
+    layers: int = 1
+    land: str = "own"
+    smooth: bool = True
+    climb_speed: float | None = None
+    descent_speed: float | None = None
+    wait: float | None = None
+    environment: str = "outdoor"
+
+    @property
+    def flown_limits(self) -> Limits:
+        """Limits that flights are planned within."""
+        if self.limits.jerk is not None or not self.smooth:
+            return self.limits
+        hardest = float(table_of(self.limits)[1].min())
+        return replace(self.limits, jerk=(hardest if hardest < inf else ORDINARY["acceleration"]) / BUILT_UP)
+
+    @property
+    def above(self) -> FloatArray:
+        """Where the climb ends, shape (vehicles, 3) [m]."""
+        gap = self.separation.downwash * 2.0 * float(self.separation.radii_of(len(self.home)).max())
+        places = self.home + (0.0, 0.0, self.take_off)
+        places[:, 2] += gap * (np.arange(len(places)) % self.layers)
+        return np.asarray(places)
+
+    @property
+    def reach(self) -> float:
+        """Largest coordinate of any formation [m]."""
+        points = [self.above, *(act.points for act in self.acts)]
+        return float(max(np.abs(place).max() for place in points))
+
+    def check(self) -> None:
+        """Refuse limits that leave a climb free, and acts that do not fit, are below home, or stand too close."""
+        self._check_times()
+        for name, speed in (("take_off", self.climb_speed), ("land", self.descent_speed)):
+            if speed is not None and not 0.0 < speed < inf:
+                raise FleetError(f"the speed of {name} is {speed}: give a positive number [m/s]")
+        if not np.isfinite(table_of(self.limits)[:2, 2:4]).any():
+            raise FleetError("nothing limits how fast vehicles climb: give limits such as {speed: 4, acceleration: 3}")
+        if self.home.ndim != 2 or self.home.shape[1] != 3 or not len(self.home):
+            raise FleetError(f"home has the shape {self.home.shape}: give (vehicles, 3)")
+        places = [("home", self.home), *((f"act {act.name!r}", act.points) for act in self.acts)]
+        for name, points in places:
+            if points.shape != self.home.shape:
+                raise FleetError(f"{name} has {len(points)} points, and home has {len(self.home)}: give as many")
+            if not np.isfinite(points).all():
+                raise FleetError(f"{name} has a point that is not finite")
+            below = float(self.home[:, 2].min() - points[:, 2].min())
+            if below > EXACT:
+                raise FleetError(f"{name} is {below:g} m below the lowest home: raise it")
+            if len(points) < 2:
+                continue
+            least, pair = spacing_of(self.separation.flat(points))
+            apart = self.separation.between(*pair)
+            if least < apart:
+                text = f"points {pair[0]} and {pair[1]} of {name} are {least:.3f} m apart, {apart - least:.3f} m less"
+                give = "spread it, or give it fewer vehicles"
+                raise FleetError(f"{text} than the separation of {apart:g} m: {give}", pair=pair)
+
+    def _check_times(self) -> None:
+        """Refuse times that are none, and acts at instants that do not ascend."""
+        times = [("take_off", self.take_off), ("the wait before take_off", self.wait or 0.0)]
+        before: Act | None = None
+        for act in self.acts:
+            times += [(f"hold of act {act.name!r}", act.hold), (f"at of act {act.name!r}", act.at or 0.0)]
+            times.append((f"seconds of act {act.name!r}", 1.0 if act.seconds is None else act.seconds))
+            if act.seconds == 0.0:
+                raise FleetError(f"the flight to act {act.name!r} lasts 0 s: give it some")
+            if act.delays is not None:
+                if act.delays.shape != (len(self.home),):
+                    text = f"act {act.name!r} has {len(act.delays)} delays for {len(self.home)} vehicles"
+                    raise FleetError(f"{text}: give one for each, or how long after each the next leaves")
+                times += [(f"a delay of act {act.name!r}", float(delay)) for delay in act.delays]
+            if act.at is None:
+                continue
+            if before is not None and act.at < (before.at or 0.0) + before.hold:
+                text = f"act {act.name!r} is at {act.at:g} s, and act {before.name!r} lasts until"
+                raise FleetError(f"{text} {(before.at or 0.0) + before.hold:g} s: acts are in the order of their times")
+            before = act
+        for name, value in times:
+            if not 0.0 <= value <= LONGEST:
+                raise FleetError(f"{name} is {value}: give a number from 0 to {LONGEST:g}")

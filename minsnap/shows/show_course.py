@@ -1,0 +1,290 @@
+"""The flights of a show, planned one after the other, each kept in a folder once it is planned.
+
+A flight takes the shortest time that was found, or the time that its act gives it: then its curves have little snap.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import partial
+from math import ceil, inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.storage.atomic import atomic_write, make_folder
+from minsnap.basics.storage.table import read_archive
+from minsnap.basics.storage.text import FileName, reading
+from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.boxes import Room
+from minsnap.errors import FileError, MinsnapError, TimingError, UnprovedError
+from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.fleet_certificate import certify_fleet
+from minsnap.fleet.fleet_planner import plan_fleet
+from minsnap.limits.limits import Limits
+from minsnap.shows.acts import Act, Show
+from minsnap.shows.crazyswarm_folder import refuse_long
+from minsnap.shows.file_limits import ROUNDED_KINDS, SLOWING, played, stretches
+from minsnap.shows.firmware_take_off import late_by
+from minsnap.shows.timeline import UNTIMED, GivenTime, PlannedFlight, Stage, delayed, stages_of, timed
+from minsnap.trajectory.trajectory import Trajectory
+
+SKYBRUSH = ("skyb", "skyc")
+"""Formats whose reader takes off by a rule of its own."""
+
+Told = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class FlightTask:
+    """The question of one flight.
+
+    Parameters
+    ----------
+    ways : ndarray, shape (vehicles, 2, 3)
+        From where to where [m].
+    limits : Limits
+    room : Room
+    delays : ndarray, shape (vehicles,), or None
+        How long after the first each leaves [s].
+    """
+
+    ways: FloatArray
+    limits: Limits
+    room: Room
+    delays: FloatArray | None = None
+
+    @property
+    def late(self) -> float:
+        """How long after the first the last one leaves [s]."""
+        return 0.0 if self.delays is None else float(self.delays.max())
+
+
+@dataclass(eq=False)
+class ShowCourse:
+    """Flights one after the other: where the vehicles are, and what they have flown.
+
+    A flight is planned, or taken from the folder ``kept``, where an earlier run has stored it.
+    """
+
+    show: Show
+    kept: FileName | None
+    progress: bool
+    told: Told | None
+    now: FloatArray
+    to: str
+    flights: list[PlannedFlight] = field(default_factory=list)
+    stretched: list[float] = field(default_factory=list)
+    """By how much each is stretched: guessed as it is planned, where an act is at an instant; then by ``timeline``."""
+    waits: float = field(init=False)
+    """How long all stand on the ground before they climb [s]."""
+
+    def __post_init__(self) -> None:
+        self.waits = self.show.wait or 0.0
+        self._clocked = any(act.at is not None for act in self.show.acts)
+
+    def fly(
+        self,
+        name: str,
+        goals: FloatArray,
+        vertical: float | None = None,
+        hold: float = 0.0,
+        given: GivenTime = UNTIMED,
+        delays: FloatArray | None = None,
+    ) -> None:
+        """Fly to goals, shape (vehicles, 3), up and down no faster than that [m/s], and hold; see ``add``."""
+        limits = self.show.flown_limits
+        if vertical is not None:
+            limits = replace(limits, vertical_speed=min(vertical, limits.vertical_speed or inf))
+        task = FlightTask(np.stack([self.now, goals], axis=1), limits, self._room(goals), delays)
+        if given.at is not None:
+            self._settle_wait()
+        lasts = given.lasts(given.begins(self._clock(name, given)))
+        try:
+            curves, method = self._flight(name, task, lasts, given)
+        except MinsnapError as error:
+            error.args = (f"the flight to {name}: {error}",)
+            raise
+        self.add(name, curves, method, hold, given)
+
+    def _clock(self, name: str, given: GivenTime) -> float:
+        """Return when a flight can begin [s]; a FleetError says where its own time is before that."""
+        whole = [*self.flights, PlannedFlight(name, [], "", 0.0, given)]
+        stages = stages_of(whole, np.array([*self.stretched, 1.0]), self.waits)
+        return stages[-2].end if self.flights else self.waits
+
+    def _flight(
+        self, name: str, task: FlightTask, lasts: float | None, given: GivenTime
+    ) -> tuple[list[Trajectory], str]:
+        """Return the curves of a flight, and how they were planned."""
+        if np.abs(task.ways[:, 1] - task.ways[:, 0]).max() <= EXACT:
+            return [], "stays"
+        if lasts is None:
+            return self._kept(task, None)
+        with suppress(TimingError, UnprovedError):
+            curves, method = self._kept(task, lasts)
+            if self._slowing(curves) == 1.0:
+                return curves, method
+        curves, method = self._kept(task, None)
+        shortest = max(curve.duration for curve in curves) * self._slowing(curves)
+        if shortest > lasts * (1.0 + EXACT):
+            raise too_short(name, given, lasts, shortest)
+        return curves, f"{method}, slower"
+
+    def _kept(self, task: FlightTask, lasts: float | None) -> tuple[list[Trajectory], str]:
+        """Return curves of a time [s], or the shortest, as they were stored, or planned anew."""
+        file = None if self.kept is None else Path(self.kept) / f"{self._key(task, lasts)}.npz"
+        with suppress(FileError):
+            if file is not None:
+                return _stored(file, task.ways), "kept"
+        fleet = self._planned(task, lasts)
+        report = fleet.report
+        if report is not None and report.stopped:
+            return list(fleet), f"{report.method}, ended by {report.stopped}"
+        if file is not None:
+            _store(file, list(fleet))
+        return list(fleet), report.method if report else ""
+
+    def _planned(self, task: FlightTask, lasts: float | None) -> Fleet:
+        show = self.show
+        question = partial(
+            plan_fleet, task.ways, task.limits, show.separation, task.room, seed=show.seed, progress=self.progress
+        )
+        if task.delays is None:
+            return question(total_time=lasts)
+        if lasts is not None and lasts <= task.late:
+            raise TimingError(f"the last vehicle leaves after {task.late:g} s, and the flight lasts {lasts:g} s")
+        together = question(total_time=None if lasts is None else lasts - task.late)
+        fleet = Fleet(tuple(delayed(list(together), task.delays)), report=together.report)
+        if certify_fleet(fleet, show.separation, room=task.room).ok:
+            return fleet
+        return question(total_time=lasts, holds=[(delay, 0.0) for delay in task.delays])
+
+    def _slowing(self, curves: list[Trajectory]) -> float:
+        """Return by how much curves of one flight are to be stretched so that their files keep the limits."""
+        factor = 1.0
+        for _ in range(SLOWING.rounds if self.to in ROUNDED_KINDS and curves else 0):
+            held = Fleet(tuple(played(_slower(curve, factor), self.to) for curve in curves))
+            more = float(stretches(held, [(0.0, held.duration)], self.show.limits)[0])
+            if more == 1.0:
+                break
+            factor *= more
+        return factor
+
+    def refuse_long(self, acts: Sequence[Act]) -> None:
+        """Refuse too many pieces for crazyswarm2: those that are planned, and the least for these acts and landing."""
+        if self.to != "crazyswarm2":
+            return
+        counts = [max((len(curve.durations) for curve in flight.curves), default=0) for flight in self.flights]
+        planned = sum(counts) + sum(flight.hold > 0.0 for flight in self.flights)
+        held = sum((act.hold > 0.0) + len(act.moves) for act in acts) + 2 * (self.show.take_off > 0.0)
+        last = f", of which {planned} are planned up to {self.flights[-1].name}," if self.flights else ", at least,"
+        refuse_long(planned + held, last)
+
+    def _room(self, goals: FloatArray) -> Room:
+        """Return the room of a flight: nobody goes around another below its lowest point and the end of the climb."""
+        lower, upper = self.show.room or (np.full(3, -np.inf), np.full(3, np.inf))
+        floor = min(float(places[:, 2].min()) for places in (self.now, goals, self.show.above))
+        return Room(np.maximum(lower, (-np.inf, -np.inf, floor)), upper)
+
+    def _key(self, task: FlightTask, lasts: float | None) -> str:
+        """Return a name of the question of a flight."""
+        corners = [corner.tolist() for corner in (task.room.lower, task.room.upper)]
+        delays = None if task.delays is None else task.delays.tolist()
+        plain = self.show.separation.plain.values()
+        question = (task.ways.tolist(), repr(task.limits), *plain, corners, self.show.seed, lasts, delays)
+        return hashlib.sha256(repr(question).encode()).hexdigest()[:24]
+
+    def add(
+        self, name: str, curves: list[Trajectory], method: str, hold: float = 0.0, given: GivenTime = UNTIMED
+    ) -> None:
+        """Fly and hold; without curves all stay where they are."""
+        self.now = np.stack([curve.control_points[-1, -1] for curve in curves]) if curves else self.now
+        self.flights.append(PlannedFlight(name, curves, method, hold, given))
+        self.stretched.append(self._slowing(curves) if given == UNTIMED and self._clocked else 1.0)
+        self.tell(f"{name}: {self.flights[-1].duration:.2f} s ({method})")
+
+    def tell(self, sentence: str) -> None:
+        """Tell a sentence to who wants to know."""
+        if self.told is not None:
+            self.told(sentence)
+
+    def _settle_wait(self) -> None:
+        """Wait on the ground for as long as Skybrush's firmware needs for what is flown so far."""
+        if self.to not in SKYBRUSH or self.show.wait is not None or not any(flight.curves for flight in self.flights):
+            return
+        late = late_by(self._timed()[0])
+        if 0.0 < late < inf:
+            self.waits += ceil(10.0 * late) / 10.0
+
+    def _timed(self) -> tuple[list[Trajectory], list[Stage]]:
+        return timed(self.flights, np.array(self.stretched), self.waits, self.show.home)
+
+    def timeline(self) -> tuple[list[Trajectory], list[Stage]]:
+        """Return the curves and the stages, flights stretched until the files keep the limits, after a wait.
+
+        Raises
+        ------
+        UnprovedError
+            If the files do not keep them in the time that a flight is given.
+        """
+        self.stretched = [1.0] * len(self.flights)
+        self._settle_wait()
+        if self.waits != (self.show.wait or 0.0):
+            self.tell(f"take-off: after {self.waits:g} s on the ground, as Skybrush's firmware climbs before the curve")
+        curves, stages = self._timed()
+        for _ in range(SLOWING.rounds if self.to in ROUNDED_KINDS else 0):
+            held = Fleet(tuple(played(curve, self.to) for curve in curves))
+            more = stretches(held, [(stage.start, stage.arrival) for stage in stages], self.show.limits)
+            if (more == 1.0).all():
+                break
+            for flight, stage, factor in zip(self.flights, stages, more.tolist(), strict=True):
+                if factor > 1.0 and flight.given != UNTIMED:
+                    lasts = stage.arrival - stage.start
+                    raise too_short(flight.name, flight.given, lasts, factor * lasts)
+            self.stretched = (np.array(self.stretched) * more).tolist()
+            curves, stages = self._timed()
+        for flight, factor in zip(self.flights, self.stretched, strict=True):
+            if factor > 1.0:
+                more_time = f"{100.0 * (factor - 1.0):.1f} %"
+                self.tell(f"{flight.name}: slowed by {more_time}, so that the files keep the limits")
+        return curves, stages
+
+
+def too_short(name: str, given: GivenTime, lasts: float, needed: float) -> UnprovedError:
+    """Say that a flight does not fit into its time [s], and which time the shortest that was found takes."""
+    if given.at is not None and given.seconds is None:
+        later = ceil(100.0 * (given.at + needed - lasts)) / 100.0
+        text = f"at {given.at:g} s, {lasts:.2f} s are left for it, and the shortest found takes {needed:.2f} s"
+        return UnprovedError(f"{text}: give {name!r} at: {later:.2f} or later, or shorten what is before it")
+    longer = ceil(100.0 * needed) / 100.0
+    text = f"it is to last {lasts:g} s, and the shortest found takes {needed:.2f} s"
+    return UnprovedError(f"{text}: give {name!r} seconds: {longer:.2f} or more")
+
+
+def _slower(curve: Trajectory, factor: float) -> Trajectory:
+    return Trajectory(curve.control_points, curve.durations * factor)
+
+
+def _stored(file: Path, ways: FloatArray) -> list[Trajectory]:
+    """Return the curves along ``ways`` that a file holds; raise FileError where it is not there or holds others."""
+    with reading(file, "the flights that were stored in it"):
+        stored = read_archive(file)
+        curves = [Trajectory(stored[f"p{i}"], stored[f"d{i}"]) for i in range(len(ways))]
+        ends = np.stack([curve([0.0, curve.duration]) for curve in curves])
+        if np.abs(ends - ways).max() > EXACT:
+            raise FileError(f"{file} holds other flights")
+    return curves
+
+
+def _store(file: Path, curves: list[Trajectory]) -> None:
+    make_folder(file.parent)
+    arrays: dict[str, Any] = {f"p{i}": curve.control_points for i, curve in enumerate(curves)}
+    arrays |= {f"d{i}": curve.durations for i, curve in enumerate(curves)}
+    with atomic_write(file, "wb") as stream:
+        np.savez(stream, **arrays)
