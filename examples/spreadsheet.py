@@ -34,8 +34,10 @@ def main(folder: Path) -> None:
     np.savetxt(folder / "by_numpy.txt", found.points, header="x y z")
     assert np.array_equal(minsnap.read_waypoints(folder / "by_numpy.txt").points, found.points)
     (folder / "decimal_commas.csv").write_text("x;y\n0,5;1\n2;3\n")
+    assert minsnap.read_waypoints(folder / "decimal_commas.csv").points[0, 0] == 0.5
+    (folder / "ambiguous.csv").write_text("x;y\n0,5;1.5\n2;3\n")
     try:
-        minsnap.read_waypoints(folder / "decimal_commas.csv")
+        minsnap.read_waypoints(folder / "ambiguous.csv")
     except FileError as error:
         print(error)
     print(flight.sample(2.0).to_dataframe()[["t", "x", "y", "z", "yaw"]].head().to_string(index=False))

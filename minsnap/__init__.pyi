@@ -27,6 +27,8 @@ from .errors import InputError as InputError
 from .errors import MinsnapError as MinsnapError
 from .errors import SolverError as SolverError
 from .errors import UnprovedError as UnprovedError
+from .files.sample_fit import SampleFit as SampleFit
+from .files.sample_fit import fit_samples as fit_samples
 from .files.setpoint_csv import read_csv as read_csv
 from .files.setpoint_csv import write_csv as write_csv
 from .files.waypoints import read_waypoints as read_waypoints

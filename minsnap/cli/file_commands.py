@@ -34,6 +34,8 @@ def check(
     exact: Annotated[bool, "Prove a plan's margin and maxima again in exact rational arithmetic; slow."] = False,
     separation: Annotated[float | None, "M", "Of a fleet: how far apart any two must stay [m]."] = None,
     downwash: options.Downwash = None,
+    columns: options.Columns = None,
+    origin: options.Origin = None,
     json: options.Json = False,
 ) -> int:
     """Check a file: its rate, its derivatives and its corridor.
@@ -41,8 +43,8 @@ def check(
     Prints the range and the top rates of each axis. A plan in .json or .yaml is certified again: it must keep the
     corridor, obstacles, gates, limits, waypoints and joints that the file states, and each margin is printed.
 
-    For a folder with one file of polynomials per vehicle, or a Skybrush show (.skyc), it proves the least distance
-    between the vehicles at every instant.
+    For a folder with one file per vehicle, or a Skybrush show (.skyc), it proves the least distance between the
+    vehicles at every instant. Vehicles whose files are setpoints are taken to fly the curves between them.
 
     Exit status 1 if the check fails.
     """
@@ -54,11 +56,14 @@ def check(
     from minsnap.shows.fleet_files import is_fleet
 
     if is_fleet(file):
-        return check_fleet(file, separation, downwash, json)
+        if columns is not None or origin is not None:
+            raise InputError(f"{file} is a fleet: --columns and --origin are for the table of one vehicle")
+        return check_fleet(file, separation, downwash, json, frame)
     if separation is not None or downwash is not None:
         raise InputError(f"{file} is one vehicle: --separation and --downwash are for a folder of vehicles or a .skyc")
     options.check_corridor(corridor, waypoints)
-    samples, axes = read_to_check(file, frame), frame_of(file, frame)
+    named = options.parse_named(columns)
+    samples, axes = read_to_check(file, frame, named, origin), frame_of(file, frame)
     report = check_samples(map_samples(samples, "enu", axes), resolution=resolution_of(file))
     inside = membership(samples, waypoints, corridor)
     plan = _plan(file, exact)
@@ -167,9 +172,11 @@ def separation_of(fleet: minsnap.Fleet, separation: float | None, downwash: floa
     return minsnap.Separation(fleet.separation.distance, downwash, radii=fleet.separation.radii)
 
 
-def check_fleet(path: Path, separation: float | None, downwash: float | None, json: bool) -> int:
+def check_fleet(
+    path: Path, separation: float | None, downwash: float | None, json: bool, frame: str | None = None
+) -> int:
     """Print how far apart the vehicles of files stay, over all time; return 1 if that is less than their separation."""
-    fleet = minsnap.shows.read_fleet(path)
+    fleet = minsnap.shows.read_fleet(path, between=True, frame=frame)
     apart = separation_of(fleet, separation, downwash)
     if apart is None:
         raise InputError(f"{path} does not say how far apart its vehicles must be: give --separation M")
@@ -251,7 +258,7 @@ def plot(
     refuse_source(output, file, waypoints)
     how: dict[str, Any] = {"clobber": not no_clobber, "progress": on_terminal(quiet=False)}
     if is_fleet(file):
-        fleet = read_fleet(file)
+        fleet = read_fleet(file, between=True, frame=frame)
         if moving:
             animate_fleet(fleet, output, view=view or "xy", title=name_as_text(title or file.name), **how)
         else:
@@ -282,24 +289,35 @@ def convert(
     rate: Annotated[float | None, "HZ", "Setpoints per second of a trajectory, by default 20."] = None,
     frame: Annotated[str, "--to-frame", "--frame", "Axes of the setpoints or table written."] = "enu",
     from_frame: Annotated[str | None, "Axes of a setpoint CSV, if it does not say so itself."] = None,
+    columns: options.Columns = None,
+    origin: options.Origin = None,
+    tolerance: Annotated[str | None, "LENGTH", "Fit samples with few polynomials this near: 5mm, 1cm, 0.1m."] = None,
+    ends: Annotated[str, "With --tolerance: rest, or free where the samples move at their ends."] = "rest",
     no_clobber: options.NoClobber = False,
 ) -> int:
     """Convert trajectories, setpoints and logs to another format.
 
     A trajectory is sampled at --rate for a format of samples. Samples keep their instants; for a format of polynomials
-    they are fitted to 1 mm.
+    they are fitted to 1 mm, or with --tolerance by least squares with as few polynomials as it allows.
     """
     from minsnap.files.convert import RATE, format_of, formats, read_any, write_any
 
     chosen = format_of(target, to)
     chosen.check_frame(frame)
     refuse_source(target, source)
+    near = None if tolerance is None else options.parse_length("--tolerance", tolerance)
+    if ends not in ("rest", "free") or (ends == "free" and near is None):
+        raise InputError(f"--ends is {ends!r}: it is rest or free, with --tolerance")
     with told_warnings():
-        content = read_any(source, from_frame)
-    if rate is not None and not (chosen.holds == "samples" and isinstance(content, minsnap.Trajectory)):
-        kept = isinstance(content, minsnap.Samples)
+        if columns is None and origin is None:
+            content = read_any(source, from_frame)
+        else:
+            content = minsnap.read_csv(source, from_frame, columns=options.parse_named(columns), origin=origin)
+    kept = isinstance(content, minsnap.Samples)
+    if rate is not None and not (chosen.holds == "samples" and (near is not None or not kept)):
         held = "samples, which keep their instants" if kept else "a trajectory, which is kept"
         raise InputError(f"{source} holds {held}: --rate is of a trajectory that is sampled; leave it out")
-    name, lost = write_any(content, target, to, RATE if rate is None else rate, frame, clobber=not no_clobber)
+    how: dict[str, Any] = {"clobber": not no_clobber, "tolerance": near, "rest": ends == "rest"}
+    name, lost = write_any(content, target, to, RATE if rate is None else rate, frame, **how)
     print(f"{target}: {name}, frame {formats()[name].frame or frame}{f'; {lost}' if lost else ''}")
     return 0

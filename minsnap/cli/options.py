@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import degrees, radians
+from math import degrees, inf, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -39,6 +39,8 @@ Output = Annotated[
 Rate = Annotated[float, "HZ", "Setpoints per second."]
 Format = Annotated[str | None, "NAME", f"Format of the file, if not by its ending: {FORMATS}."]
 ReadFrame = Annotated[str | None, "--from-frame", "--frame", "Axes of a CSV that does not name them: enu, ned, …"]
+Columns = Annotated[str | None, "NAMES", "Columns of a table: t=time,x=px,…; a unit after a colon: t=clock:ms."]
+Origin = Annotated[Triple | None, "LAT LON ALT", "Place of (0, 0, 0), of files by latitude and longitude [degrees, m]."]
 Plot = Annotated[Path | None, "FILE", "Figure to write: PNG, SVG or PDF, by its ending."]
 Downwash = Annotated[float | None, "W", "Heights are divided by it; without --separation that of the files, else 1."]
 View = Annotated[str | None, "View of the figure: xy (default; climbs also from the side), xz, yz or 3d."]
@@ -201,6 +203,37 @@ def parse_numbers(option: str, text: str) -> list[float]:
         If the text is something else.
     """
     return [read_number(part, f"{option} is {part!r}: it takes numbers") for part in text.split(",")]
+
+
+LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+
+
+def parse_length(option: str, text: str) -> float:
+    """Return a length in metres: a number with mm, cm or m behind it.
+
+    Raises
+    ------
+    InputError
+        If the text is something else.
+    """
+    number = text.rstrip("cm ")
+    unit, refusal = (
+        text[len(number) :].strip(),
+        f"{option} is {text!r}: it takes a length such as 8mm, 1cm or 0.5m",
+    )
+    if unit not in LENGTH_UNITS:
+        raise InputError(refusal)
+    length = read_number(number, refusal) * LENGTH_UNITS[unit]
+    if not 0.0 < length < inf:
+        raise InputError(refusal)
+    return length
+
+
+def parse_named(text: str | None) -> dict[str, str] | None:
+    """Return the names of columns that ``--columns`` gives, or None."""
+    from minsnap.files.sample_columns import parse_columns
+
+    return None if text is None else parse_columns(text)
 
 
 def parse_avoid(texts: list[str] | None) -> list[Obstacle] | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -18,6 +18,7 @@ from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError, FrameError
 from minsnap.files.formats.pieces import polynomials_of, refit
 from minsnap.files.frames import get_frame
+from minsnap.files.sample_fit import fit_to
 from minsnap.trajectory.path import Path as Curve
 from minsnap.trajectory.phase import PhasePath
 from minsnap.trajectory.samples import Samples
@@ -132,10 +133,27 @@ def read_any(path: FileName, frame: str | None = None) -> Content:
     return chosen.read(path)
 
 
-def read_to_check(path: FileName, frame: str | None = None) -> Samples:
-    """Read any file as :func:`read_samples` does, but samples as they are where their instants do not increase."""
+def read_to_check(
+    path: FileName,
+    frame: str | None = None,
+    columns: Mapping[str, str] | None = None,
+    origin: Sequence[float] | None = None,
+) -> Samples:
+    """Read any file as :func:`read_samples` does, but samples as they are where their instants do not increase.
+
+    ``columns`` and ``origin`` are those of a table of another program, as :func:`minsnap.read_csv` takes them.
+
+    Raises
+    ------
+    FileError
+        If the file is bad, or they are given for one whose columns are known.
+    """
     rows = _reader(path).read_rows
-    return read_samples(path, frame) if rows is None else rows(path, frame)
+    if rows is not None:
+        return rows(path, frame, columns, origin)
+    if columns or origin is not None:
+        raise FileError(f"{path} is no table: names of columns and an origin are for tables of samples; leave them out")
+    return read_samples(path, frame)
 
 
 def frame_for(path: FileName, frame: str | None) -> str | None:
@@ -181,11 +199,16 @@ def write_any(
     *,
     clobber: bool = True,
     facts: Mapping[str, Any] | None = None,
+    tolerance: float | None = None,
+    rest: bool = True,
 ) -> tuple[str, str | None]:
     """Write a trajectory, another path or samples in a format.
 
     A path is sampled if the format holds samples. If it holds polynomials, a shape is written as polynomials of a
     proved error (:func:`minsnap.as_polynomials`), and samples are fitted with quintics, to one millimetre.
+
+    With a tolerance, samples, or a path at the rate, become as few polynomials as pass within it of them
+    (:func:`minsnap.fit_samples`), which are then written, or sampled, as the format asks.
 
     Parameters
     ----------
@@ -203,6 +226,10 @@ def write_any(
         False: a destination that exists is an error.
     facts : mapping, optional
         What formats of polynomials keep beside the curve: ``waypoints``, ``corridor``, ``limits``, ``command``.
+    tolerance : float, optional
+        Greatest distance of the polynomials from a sample [m].
+    rest : bool
+        Whether they begin and end at rest.
 
     Returns
     -------
@@ -220,6 +247,9 @@ def write_any(
     assert chosen.write is not None
     check_kind("what is written", content, (Samples, Curve), "a path or samples")
     note = _left_out(content, chosen) if isinstance(content, Samples) else None
+    if tolerance is not None:
+        fit = fit_to(content.sample(rate), tolerance, rest=rest, most_pieces=chosen.most_pieces)
+        content, note = fit.trajectory, "; ".join(filter(None, (fit.sentence, note)))
     if isinstance(content, PhasePath) and chosen.holds != "samples":
         content, note = polynomials_of(content, chosen.most_pieces)
     elif chosen.holds == "samples" or not isinstance(content, Trajectory):

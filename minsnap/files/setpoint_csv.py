@@ -30,6 +30,7 @@ from minsnap.basics.storage.text import FileName, beginning, read_text, reading
 from minsnap.errors import FileError, FrameError, TimingError
 from minsnap.files.convert import Format
 from minsnap.files.frames import FRAMES, get_frame, map_samples
+from minsnap.files.sample_columns import has_usual_columns, read_columns
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples, column_names
 
@@ -315,16 +316,28 @@ def samples_of(columns: Mapping[str, FloatArray], lead: float) -> Samples:
     return Samples(columns["t"], **arrays, lead=lead)
 
 
-def read_csv(path: FileName, frame: str | None = None) -> Samples:
+def read_csv(
+    path: FileName,
+    frame: str | None = None,
+    *,
+    columns: Mapping[str, str] | None = None,
+    origin: Sequence[float] | None = None,
+) -> Samples:
     """Read setpoints.
 
     Parameters
     ----------
     path : str or path
         A file with a header: ``t,x,y,z`` and, each wholly or not at all, ``vx,vy,vz``, ``ax,ay,az``, ``yaw``,
-        ``yaw_rate`` and ``ffx,ffy,ffz``.
+        ``yaw_rate`` and ``ffx,ffy,ffz``. A table of another program is read by the usual names and units of its
+        columns: ``px``, ``p_x``, ``x [m]``, ``Time [msec]``, ``stateEstimate.x`` and the like; others are left out.
     frame : str or None
         Axes of the file; None: those named by its header or by the file beside it, else ENU.
+    columns : mapping of str to str, optional
+        Names of columns in the file, by those of ours: ``{"t": "clock:ms", "x": "north"}``; a unit after a colon.
+    origin : sequence of 3 float, optional
+        WGS 84 latitude and longitude [degrees] and altitude [m] of the point (0, 0, 0), for a file of latitudes,
+        longitudes and altitudes (``lat``, ``lon``, ``alt``).
 
     Returns
     -------
@@ -340,15 +353,23 @@ def read_csv(path: FileName, frame: str | None = None) -> Samples:
         If the frame is unknown, or another than the file says, or no frame is said and the file lies below ground
         throughout.
     """
-    samples = read_rows(path, frame)
+    samples = read_rows(path, frame, columns, origin)
     _check_increasing(path, samples.t)
     return samples
 
 
-def read_rows(path: FileName, frame: str | None = None) -> Samples:
+def read_rows(
+    path: FileName,
+    frame: str | None = None,
+    columns: Mapping[str, str] | None = None,
+    origin: Sequence[float] | None = None,
+) -> Samples:
     """Read setpoints as :func:`read_csv` does, from a file whose instants need not increase, as a check takes it."""
     axes = get_frame(frame_of(path, frame))
-    table = read_table(path, COLUMNS[:4], (*COLUMNS[4:], *FRAME_COLUMNS))
+    if columns or origin is not None or (not _is_own(path) and has_usual_columns(path)):
+        table, _ = read_columns(path, columns, origin)
+    else:
+        table = read_table(path, COLUMNS[:4], (*COLUMNS[4:], *FRAME_COLUMNS))
     _check_frame_column(path, table)
     if frame is None and _below_ground(table["z"]) and said_frame(path) is None:
         low, high = table["z"].min(), table["z"].max()
@@ -358,6 +379,11 @@ def read_rows(path: FileName, frame: str | None = None) -> Samples:
         )
     _check_groups(path, table)
     return map_samples(samples_of(table, _noted(path).get("lead", 0.0)), axes, "enu")
+
+
+def _is_own(path: FileName) -> bool:
+    """Whether the first line of a CSV has the columns of a setpoint file by their very names."""
+    return set(COLUMNS[:4]) <= {cell.strip() for cell in beginning(path).partition("\n")[0].split(",")}
 
 
 def in_space(samples: Samples) -> Samples:

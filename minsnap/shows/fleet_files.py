@@ -14,16 +14,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from minsnap.basics.storage.atomic import check_destination, make_folder, write_file
 from minsnap.basics.storage.text import FileName, digest_of, read_text, reading
 from minsnap.errors import FileError
-from minsnap.files.convert import read_any
+from minsnap.files.convert import frame_for, read_any
 from minsnap.files.formats import crazyflie, skybrush
 from minsnap.files.formats.cubic_segments import cubic_segments
+from minsnap.files.formats.pieces import through
 from minsnap.files.formats.yaw_setpoints import YawSetpoints
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.shows.crazyswarm_folder import crazyswarm_files, refuse_long
 from minsnap.shows.skyc import Lamp, ShowSheet, lamps_of, read_skyc, write_skyc
+from minsnap.trajectory.instants import SHORTEST_PIECE
+from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
 MARK, MANIFEST = "minsnap fleet", "manifest.json"
@@ -190,7 +195,7 @@ def show_at(path: FileName) -> Path | None:
     return files[0] if len(files) == 1 and files[0].suffix.lower() == ".skyc" else None
 
 
-def read_fleet(path: FileName) -> Fleet:
+def read_fleet(path: FileName, *, between: bool = False, frame: str | None = None) -> Fleet:
     """Read a fleet.
 
     Parameters
@@ -198,6 +203,12 @@ def read_fleet(path: FileName) -> Fleet:
     path : str or path
         What :func:`write_fleet` wrote, a Skybrush show or a folder of one, any folder with one file of polynomials a
         vehicle, or the file of a single one.
+    between : bool
+        Whether files of samples are taken too: each as the curve through all its samples, quintics where they have
+        velocities and accelerations, else cubics or lines. All are on one clock, that of their instants; before its
+        first sample a vehicle waits there.
+    frame : str or None
+        Axes of files of samples, where they do not say so themselves.
 
     Raises
     ------
@@ -205,6 +216,8 @@ def read_fleet(path: FileName) -> Fleet:
         If it holds none, a file was changed since its manifest was written, or a file holds samples alone.
     """
     place = Path(path)
+    if between and place.is_dir() and show_at(place) is None and not (place / MANIFEST).exists():
+        return _sampled_fleet(_files_of(place), frame)
     if (show := show_at(place)) is not None:
         return read_skyc(show).fleet
     if not place.is_dir():
@@ -212,12 +225,45 @@ def read_fleet(path: FileName) -> Fleet:
     if (place / MANIFEST).exists():
         with reading(place / MANIFEST, "the manifest of a fleet"):
             return _listed(place, json.loads(read_text(place / MANIFEST)))
+    files = _files_of(place)
+    return Fleet(tuple(_trajectory(file) for file in files), tuple(file.stem for file in files))
+
+
+def _files_of(place: Path) -> list[Path]:
+    """Return the files of vehicles in a folder without a manifest, or raise FileError if there is none."""
     files = sorted((file for file in place.iterdir() if file.suffix.lower() in ENDINGS), key=_counted)
     if not files:
         raise FileError(
-            f"{path} holds no trajectories: one .skyc, or a .csv of polynomials, .skyb, .traj, .json or .npz a vehicle"
+            f"{place} holds no trajectories: one .skyc, or a .csv of polynomials, .skyb, .traj, .json or .npz a vehicle"
         )
-    return Fleet(tuple(_trajectory(file) for file in files), tuple(file.stem for file in files))
+    return files
+
+
+def _sampled_fleet(files: Sequence[Path], frame: str | None) -> Fleet:
+    """Return the fleet of files that may hold samples, on the clock of their instants."""
+    contents = [read_any(file, frame_for(file, frame)) for file in files]
+    short = next(
+        (
+            file
+            for file, each in zip(files, contents, strict=True)
+            if not isinstance(each, Trajectory) and len(each) < 2
+        ),
+        None,
+    )
+    if short is not None:
+        raise FileError(f"{short} holds one sample: a path needs two at least")
+    first = min((float(each.t[0]) for each in contents if isinstance(each, Samples)), default=0.0)
+    curves = tuple(each if isinstance(each, Trajectory) else _waiting(each, first) for each in contents)
+    return Fleet(curves, tuple(file.stem for file in files))
+
+
+def _waiting(samples: Samples, start: float) -> Trajectory:
+    """Return the curve through samples, on a clock that begins at an instant; the vehicle waits for its first one."""
+    curve, wait = through(samples), float(samples.t[0]) - start
+    if wait < SHORTEST_PIECE:
+        return curve
+    held = np.broadcast_to(curve.control_points[:1, :1], (1, *curve.control_points.shape[1:]))
+    return Trajectory(np.concatenate([held, curve.control_points]), np.concatenate([[wait], curve.durations]))
 
 
 def _counted(file: Path) -> list[str | int]:
@@ -242,5 +288,8 @@ def _listed(folder: Path, content: Any) -> Fleet:
 def _trajectory(file: Path) -> Trajectory:
     content = read_any(file)
     if not isinstance(content, Trajectory):
-        raise FileError(f"{file} holds samples, and nothing is certain between them: give polynomials")
+        raise FileError(
+            f"{file} holds samples, and nothing is certain between them: give polynomials, such as minsnap convert "
+            "--tolerance 1cm makes of them"
+        )
     return content

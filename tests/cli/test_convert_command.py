@@ -75,3 +75,57 @@ def test_the_help_names_every_format(call):
     for command in ("plot", "simulate", "fleet"):
         shown = call(command, "--help").stdout
         assert all(ending in shown for ending in ENDINGS), command
+
+
+FRAMES = "Time [msec];X (mm);Y (mm);Z (mm);mode\n" + "".join(
+    f"{40 * i};{1000 * (10 * (i / 50) ** 3 - 15 * (i / 50) ** 4 + 6 * (i / 50) ** 5):.0f};0;1500;70\n"
+    for i in range(51)
+)
+
+
+def test_frames_become_few_polynomials_within_a_tolerance(call, tmp_path):
+    (tmp_path / "frames.csv").write_text(FRAMES)
+    refused = call("convert", "frames.csv", "path.json")
+    assert refused.returncode == 2 and "(--tolerance 5mm)" in refused.stderr
+    done = call("convert", "frames.csv", "path.json", "--tolerance", "3mm")
+    assert done.returncode == 0 and re.search(
+        r"\d polynomials?, at most .* mm from the samples and, at every", done.stdout
+    )
+    assert minsnap.files.convert.read_any(tmp_path / "path.json").duration == pytest.approx(2.0)
+    assert call("convert", "frames.csv", "path.csv", "--tolerance", "3mm", "--rate", 50).returncode == 0
+    assert minsnap.read_csv(tmp_path / "path.csv").acceleration is not None
+    assert call("convert", "path.csv", "path.traj", "--tolerance", "1cm", "--ends", "free").returncode == 0
+    named = ("--columns", "t=Time [msec],x=X (mm),y=Y (mm),z=Z (mm)")
+    assert call("convert", "frames.csv", "again.csv", *named).returncode == 0
+    assert call("check", "frames.csv", *named).returncode == call("check", "frames.csv").returncode
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--tolerance", "5"), "--tolerance is '5': it takes a length such as 8mm"),
+        (("--tolerance", "5km"), "it takes a length"),
+        (("--tolerance", "-5mm"), "it takes a length"),
+        (("--ends", "free"), "--ends is 'free': it is rest or free, with --tolerance"),
+        (("--tolerance", "5mm", "--ends", "moving"), "--ends is 'moving'"),
+        (("--columns", "t"), "the columns are 't': give pairs such as t=time,x=px"),
+        (("--columns", "t=clock"), "has no column 'clock'"),
+        (("--origin", "47", "8", "500"), "no column is known as lat, lon, alt"),
+    ],
+)
+def test_what_is_wrong_of_frames_is_one_sentence(call, tmp_path, words, said):
+    (tmp_path / "frames.csv").write_text(FRAMES)
+    done = call("convert", "frames.csv", "path.json", *words)
+    assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
+    assert not (tmp_path / "path.json").exists()
+
+
+def test_a_folder_of_setpoints_is_checked_for_separation(call, tmp_path):
+    (tmp_path / "show").mkdir()
+    for i in range(2):
+        plan = minsnap.plan([(0, i, 1), (4, 1 - i, 1)], total_time=4.0)
+        minsnap.write_csv(plan, tmp_path / "show" / f"v{i}.csv")
+    done = call("check", "show", "--separation", 1)
+    assert done.returncode == 1 and "v0 and v1 come within 0.0000 m at 2.00 s" in done.stdout
+    assert call("plot", "show", "-o", "show.png").returncode == 0
+    assert "--columns" in call("check", "show", "--separation", 1, "--columns", "t=x").stderr

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from minsnap.files.waypoints import FLATTENING, SEMI_MAJOR, earth_centred, local_positions
+from minsnap.files.geodesy import FLATTENING, SEMI_MAJOR, earth_centred, geodetic_positions, local_positions
 
 HOME = (47.3977419, 8.5455938, 488.0)
 
@@ -46,3 +46,10 @@ def test_distances_are_those_of_earth_centred_coordinates_for_any_shape():
     straight = np.linalg.norm(earth_centred(places) - earth_centred(HOME), axis=-1)
     assert local.shape == (2, 3, 3)
     assert np.linalg.norm(local, axis=-1) == pytest.approx(straight, rel=1e-9)
+
+
+@pytest.mark.parametrize("home", [HOME, [0.0, 0.0, 0.0], [-89.99, 10.0, 3000.0], [60.0, 179.999, -50.0]])
+def test_positions_are_taken_back_to_latitude_and_longitude(home):
+    local = np.random.default_rng(3).uniform(-5000.0, 5000.0, (40, 3))
+    back = local_positions(geodetic_positions(local, home), home)
+    assert np.abs(back - local).max() <= 1e-8

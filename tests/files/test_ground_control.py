@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from minsnap.errors import FileError
-from minsnap.files.waypoints import local_positions, read_mission, read_waypoints
+from minsnap.files.geodesy import local_positions
+from minsnap.files.waypoints import read_mission, read_waypoints
 
 HOME = [47.3977419, 8.5455938, 488.0]
 

@@ -109,7 +109,7 @@ def test_what_is_read_cannot_be_written_to(write):
         ("a.csv", "t,x,y,z,vx,vy,vz\n0,0,0,1,2,0,0\n", "column 'vx' is not known.*; setpoints are planned already"),
         ("a.csv", "0,0,1,4\n8,0,1,2\n", "line 1: 4 numbers without a header"),
         ("a.csv", "x,y,z\n0,0,1\n8,0\n", "line 3: 2 numbers"),
-        ("a.csv", "x;y\n1,5;2\n3;4\n", "line 2: semicolons and commas are mixed.*a point for decimals"),
+        ("a.csv", "x;y\n1,5;2.5\n3;4\n", "line 2: semicolons and commas are mixed.*a point for decimals"),
         ("a.csv", "0,0,1\n8\t0\t1\n", "are mixed"),
         ("a.csv", "t,x,y\n0,0,0\n0,1,1\n", "waypoint 1 is passed at t = 0 s, not after waypoint 0"),
         ("a.csv", "t,x,y,duration\n0,0,0,1\n1,1,1,\n", "duration and t both say when"),

@@ -6,6 +6,7 @@ import json
 import math
 import struct
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -321,6 +322,26 @@ def test_a_folder_of_one_show_is_that_show(tmp_path):
         read_fleet(tmp_path)
 
 
+@pytest.mark.parametrize("kept", [("velocity", "acceleration"), ("velocity",), ()])
+def test_a_folder_of_setpoints_is_certified_as_the_curves_through_them(tmp_path, kept):
+    """Each vehicle on the clock of its instants: the second one waits a second for its first row."""
+    fleet = crossing()
+    for i, curve in enumerate(fleet):
+        samples = curve.sample(100.0)
+        samples = replace(samples, t=samples.t + 7.0 + i, **dict.fromkeys({"velocity", "acceleration"} - set(kept)))
+        minsnap.write_csv(samples, tmp_path / f"v{i}.csv")
+    read = read_fleet(tmp_path, between=True)
+    assert read.duration == pytest.approx(max(curve.duration + i for i, curve in enumerate(fleet)))
+    at = np.linspace(0.0, fleet[0].duration, 50)
+    near = 1e-9 if len(kept) == 2 else 2e-3
+    for i, curve in enumerate(fleet):
+        assert read[i](at * curve.duration / fleet[0].duration + i) == pytest.approx(
+            curve(at * curve.duration / fleet[0].duration), abs=near
+        )
+        assert read[i](0.0) == pytest.approx(curve(0.0))
+    assert minsnap.certify_fleet(read, 0.1).least_distance > 0.0
+
+
 def test_what_was_changed_or_holds_samples_is_refused(tmp_path):
     write_fleet(crossing(), tmp_path / "folder")
     (tmp_path / "folder" / "traj1.csv").write_text("duration\n1\n")
@@ -332,6 +353,9 @@ def test_what_was_changed_or_holds_samples_is_refused(tmp_path):
     minsnap.write_csv(crossing()[0], tmp_path / "other" / "a.csv")
     with pytest.raises(FileError, match="holds samples, and nothing is certain between them"):
         read_fleet(tmp_path / "other")
+    (tmp_path / "other" / "b.csv").write_text("t,x,y,z\n0,1,2,3\n")
+    with pytest.raises(FileError, match=r"b\.csv holds one sample"):
+        read_fleet(tmp_path / "other", between=True)
     (tmp_path / "a.skyc").write_bytes(b"no zip")
     with pytest.raises(FileError, match=r"a\.skyc is not a Skybrush show"):
         read_fleet(tmp_path / "a.skyc")

@@ -161,21 +161,56 @@ def read_loose_table(path: FileName, columns: LooseColumns) -> tuple[dict[str, F
         If the file is missing, empty, ragged, not numeric, not finite, or ambiguous; says which line.
     """
     raw = read_text(path).splitlines()
-    lines = [(i, text.split("#")[0].rstrip(" \r")) for i, text in enumerate(raw, 1)]
-    lines = [(number, text) for number, text in lines if text.strip()]
+    numbered, cells = _cells(path, raw)
     named = _named_by_comment(raw, columns)
-    if not lines:
+    if not numbered:
         raise FileError(f"{path} has a header and no rows" if named else f"{path} is empty")
-    separator = _separator(path, lines)
-    cells = [[cell.strip().strip("\"'").strip() for cell in text.split(separator)] for _, text in lines]
-    names, units, first = named or _names(f"{path}, line {lines[0][0]}", cells[0], columns)
+    names, units, first = named or _names(f"{path}, line {numbered[0][0]}", cells[0], columns)
     if first == len(cells):
         raise FileError(f"{path} has a header and no rows")
     rows = [
         number_row(f"{path}, line {number}", text, row, names, columns.blank)
-        for (number, text), row in zip(lines[first:], cells[first:], strict=True)
+        for (number, text), row in zip(numbered[first:], cells[first:], strict=True)
     ]
     return dict(zip(names, np.array(rows, dtype=np.float64).T, strict=True)), units
+
+
+def read_cells(path: FileName) -> list[tuple[int, list[str]]]:
+    """Return the cells of every line of a table that people or programs write, with the number of the line.
+
+    As :func:`read_loose_table` takes them apart, whatever they are: words, numbers, nothing.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, empty, no text, or mixes separators.
+    """
+    numbered, cells = _cells(path, read_text(path).splitlines())
+    if not numbered:
+        raise FileError(f"{path} is empty")
+    return [(number, row) for (number, _), row in zip(numbered, cells, strict=True)]
+
+
+def _cells(path: FileName, raw: list[str]) -> tuple[list[tuple[int, str]], list[list[str]]]:
+    """Return the lines that hold anything, with their numbers, and the cells of each: decimal commas are points."""
+    lines = [(i, text.split("#")[0].rstrip(" \r")) for i, text in enumerate(raw, 1)]
+    lines = [(number, text) for number, text in lines if text.strip()]
+    if not lines:
+        return [], []
+    separator, decimal = _separator(path, lines)
+    cells = [[cell.strip().strip("\"'").strip() for cell in text.split(separator)] for _, text in lines]
+    if decimal:
+        cells = [[_pointed(cell) for cell in row] for row in cells]
+        lines = [(number, text.replace(",", ".")) for number, text in lines]
+    return lines, cells
+
+
+_DECIMAL = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+"""A number with a decimal comma, as spreadsheets of many countries write them."""
+
+
+def _pointed(cell: str) -> str:
+    return cell.replace(",", ".") if _DECIMAL.fullmatch(cell) else cell
 
 
 def _named_by_comment(raw: list[str], columns: LooseColumns) -> tuple[list[str], dict[str, str], int] | None:
@@ -191,16 +226,29 @@ def _named_by_comment(raw: list[str], columns: LooseColumns) -> tuple[list[str],
     return titles, {}, 0
 
 
-def _separator(path: FileName, lines: list[tuple[int, str]]) -> str | None:
-    """Return the separator of the cells; None for spaces."""
+def _separator(path: FileName, lines: list[tuple[int, str]]) -> tuple[str | None, bool]:
+    """Return the separator of the cells, None for spaces, and whether commas stand in decimals."""
     present = [separator for separator in SEPARATORS if any(separator in text for _, text in lines)]
+    if len(present) > 1 and present[-1] == ",":
+        present, decimal = present[:-1], _decimal_commas(lines, present[0])
+        if not decimal:
+            present.append(",")
+    else:
+        decimal = False
     if len(present) > 1:
         number = next(number for number, text in lines if present[1] in text)
         raise FileError(
             f"{path}, line {number}: {SEPARATORS[present[0]]} and {SEPARATORS[present[1]]} are mixed: "
             "use one of them between the numbers, and a point for decimals"
         )
-    return present[0] if present else None
+    return (present[0] if present else None), decimal
+
+
+def _decimal_commas(lines: list[tuple[int, str]], separator: str) -> bool:
+    """Whether every comma stands in a number, and no number has a point, in cells between other separators."""
+    cells = [cell.strip().strip("\"'").strip() for _, text in lines for cell in text.split(separator)]
+    with_comma = [cell for cell in cells if "," in cell]
+    return all(map(_DECIMAL.fullmatch, with_comma)) and not any("." in cell and _is_finite(cell) for cell in cells)
 
 
 def _names(where: str, cells: list[str], columns: LooseColumns) -> tuple[list[str], dict[str, str], int]:

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, NDArray
 from minsnap.errors import FileError, YawError
-from minsnap.polynomials.bernstein import points_to_powers, powers_to_points
+from minsnap.polynomials.bernstein import ends_to_points, mapped, points_to_powers, powers_to_points
 from minsnap.trajectory.heading import ConstantHeading, Heading, nearest_turn
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.medium import Medium
@@ -208,12 +208,15 @@ def refit(samples: Samples, max_pieces: int | None = None) -> Trajectory:
         If there are no accelerations, or too few pieces are allowed; says what they would reach.
     """
     if samples.velocity is None or samples.acceleration is None:
-        raise FileError("polynomials need samples with velocities and accelerations")
+        raise FileError(
+            "polynomials need samples with velocities and accelerations: for positions alone give the distance that is "
+            "allowed, tolerance=0.005 (--tolerance 5mm)"
+        )
     samples = replace(samples, yaw=_continuous(samples))
     most = min(len(samples) - 1, max_pieces or len(samples) - 1)
     for pieces in _growing(most):
         knots = np.unique(np.round(np.linspace(0, len(samples) - 1, pieces + 1)).astype(int))
-        trajectory = _through(samples, knots)
+        trajectory = through(samples, knots)
         error, unit = _deviation(trajectory, samples)
         if error <= TOLERANCE:
             return trajectory
@@ -238,23 +241,37 @@ def _growing(most: int) -> list[int]:
     return counts
 
 
-def _through(samples: Samples, knots: FloatArray) -> Trajectory:
-    from scipy.interpolate import BPoly
+def through(samples: Samples, knots: NDArray[np.intp] | None = None) -> Trajectory:
+    """Return the curve through some samples, by default all: each piece meets what both ends have (Hermite).
 
-    t = samples.t[knots] - samples.t[0]
+    Lines through positions alone, cubics with velocities, quintics with accelerations too; headings alike.
+
+    Parameters
+    ----------
+    samples : Samples
+        Whose instants increase; the curve begins at 0, where the first one is.
+    knots : ndarray of int, optional
+        Which samples.
+    """
+    at = np.arange(len(samples)) if knots is None else knots
+    durations = np.diff(samples.t[at])
     orders = (samples.position, samples.velocity, samples.acceleration)
-    curve = BPoly.from_derivatives(t, np.stack([values[knots] for values in orders if values is not None], axis=1))
-    return Trajectory.from_bpoly(curve, _fitted_heading(samples, knots, t))
+    points = _hermite([values[at] for values in orders if values is not None], durations)
+    return Trajectory(points, durations, _fitted_heading(samples, at, durations))
 
 
-def _fitted_heading(samples: Samples, knots: FloatArray, t: FloatArray) -> Heading:
-    from scipy.interpolate import BPoly
+def _hermite(orders: list[FloatArray], durations: FloatArray) -> FloatArray:
+    """Return control points (pieces, 2 k, dim) that meet k derivatives (m, dim) at both ends of each piece."""
+    sides = (slice(None, -1), slice(1, None))
+    scaled = [values[side] * durations[:, None] ** order for side in sides for order, values in enumerate(orders)]
+    return mapped(ends_to_points(2 * len(orders) - 1), np.stack(scaled, axis=1))
 
+
+def _fitted_heading(samples: Samples, knots: NDArray[np.intp], durations: FloatArray) -> Heading:
     if samples.yaw is None or np.ptp(samples.yaw) == 0.0:
         return ConstantHeading(0.0 if samples.yaw is None else float(samples.yaw[0]))
     known = [samples.yaw] if samples.yaw_rate is None else [samples.yaw, samples.yaw_rate]
-    columns = np.stack([values[knots] for values in known], axis=1)[:, :, None]
-    return PlannedHeading(Trajectory.from_bpoly(BPoly.from_derivatives(t, columns)))
+    return PlannedHeading(Trajectory(_hermite([values[knots, None] for values in known], durations), durations))
 
 
 def _deviation(trajectory: Trajectory, samples: Samples) -> tuple[float, str]:

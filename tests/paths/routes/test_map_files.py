@@ -226,7 +226,7 @@ def test_a_cloud_flies_as_its_points_do(tmp_path):
         ("c.csv", b"x,z\n1,2\n", "c.csv, line 1: no column y"),
         ("c.csv", b"x,y,z,w\n1,2,3,4\n", "c.csv, line 1: column 'w' is not known"),
         ("c.csv", b"1,2,3,4\n", "4 numbers without a header: the points of a cloud are x,y or x,y,z"),
-        ("c.csv", b"1,5;2,5;3,0\n", "line 1: semicolons and commas are mixed"),
+        ("c.csv", b"1,5;2.5;3,0\n", "line 1: semicolons and commas are mixed"),
         ("c.csv", b"x,y,z\n1,2,3\n1,nan,3\n", "c.csv, line 3: y is 'nan'"),
         ("c.csv", b"", "c.csv is empty"),
         ("c.npy", npy(np.full((4, 3), np.nan)), "c.npy holds no points"),
