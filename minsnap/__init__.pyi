@@ -17,6 +17,7 @@ from .corridors.half_spaces import Polytopes as Polytopes
 from .corridors.keep_out import Cuboid as Cuboid
 from .corridors.keep_out import Cylinder as Cylinder
 from .corridors.keep_out import Ellipsoid as Ellipsoid
+from .corridors.moving import Moving as Moving
 from .corridors.occupancy_grid import corridor_from_grid as corridor_from_grid
 from .corridors.tubes import RoundTube as RoundTube
 from .corridors.tubes import Sampled as Sampled

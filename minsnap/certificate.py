@@ -21,7 +21,7 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball
 from minsnap.corridors.given_waypoints import as_knots
-from minsnap.corridors.keep_out import Obstacle, as_obstacles
+from minsnap.corridors.keep_out import Avoided, as_obstacles
 from minsnap.corridors.knot_regions import STORED, Placement, knot_positions, passing, place
 from minsnap.corridors.margins import Margin, margin_holds, nearest_wall, norm_holds
 from minsnap.corridors.obstacle_margins import ObstacleMargin, clearance_holds, nearest_obstacle
@@ -94,7 +94,7 @@ class Certificate(ReadOnly):
     walls: tuple[Walls, ...] = field(repr=False)
     waypoints: FloatArray | None = field(repr=False)
     nearest_obstacle: ObstacleMargin | None = None
-    obstacles: tuple[Obstacle, ...] = field(default=(), repr=False)
+    obstacles: tuple[Avoided, ...] = field(default=(), repr=False)
 
     @property
     def obstacle_margin(self) -> float | None:
@@ -167,7 +167,7 @@ def certify(
     limits: Limits | None = None,
     tolerance: ArrayLike | Ball = 0.0,
     limits_from: float = 0.0,
-    avoid: Obstacle | Sequence[Obstacle] | None = None,
+    avoid: Avoided | Sequence[Avoided] | None = None,
 ) -> Certificate:
     """Check a trajectory at every instant, and return exact bounds.
 

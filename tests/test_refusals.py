@@ -105,6 +105,11 @@ SITES = [
         "no way around the obstacles was found; without them the path is 0.5 m inside obstacle 0",
         {"waypoints": [(0, 0, 0), (6, 0, 0)], "durations": [3], "corridor": 0.2, "avoid": [BLOCK]},
     ),
+    (
+        ("around", "_among", UnprovedError),
+        "no plan was found among the moving obstacles; without them the path is 0.5 m inside obstacle 0",
+        {"waypoints": [(0, 0), (6, 0)], "durations": [3], "corridor": 0.2, "avoid": [minsnap.Moving([(0, 3, 0)], 0.5)]},
+    ),
 ]
 """Module, function and class of what is raised, the sentence, and a question that ends there."""
 

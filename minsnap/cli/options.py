@@ -15,7 +15,7 @@ from minsnap.basics.limit_kinds import KINDS
 from minsnap.errors import InputError, LimitError, MagnitudeWarning
 
 if TYPE_CHECKING:
-    from minsnap.corridors.keep_out import Obstacle
+    from minsnap.corridors.keep_out import Avoided
     from minsnap.flight.simulation.flight_inputs import Wind
     from minsnap.vehicle.quadrotor import Quadrotor
 
@@ -236,7 +236,7 @@ def parse_named(text: str | None) -> dict[str, str] | None:
     return None if text is None else parse_columns(text)
 
 
-def parse_avoid(texts: list[str] | None) -> list[Obstacle] | None:
+def parse_avoid(texts: list[str] | None) -> list[Avoided] | None:
     """Return the cylinders to keep out of, or None.
 
     Raises

@@ -21,7 +21,7 @@ from minsnap.errors import FileError, InputError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from minsnap.corridors.keep_out import Obstacle
+    from minsnap.corridors.keep_out import Avoided
     from minsnap.files.convert import Format
     from minsnap.files.plan_file import PassedStop
 
@@ -66,7 +66,7 @@ def summarise(
     corridor: Any = None,
     waypoints: Any = None,
     limits: minsnap.Limits | None = None,
-    avoid: Sequence[Obstacle] = (),
+    avoid: Sequence[Avoided] = (),
 ) -> dict[str, Any]:
     """Return the figures of a path; figures that do not apply are None.
 
@@ -281,7 +281,7 @@ class Destination:
         further: Mapping[str, Any] | None = None,
         draw: Callable[..., Figure] | None = None,
         origin: Sequence[float] | None = None,
-        avoid: Sequence[Obstacle] = (),
+        avoid: Sequence[Avoided] = (),
         gates: Mapping[int, minsnap.Gate] | None = None,
         tolerance: Any = None,
         pins: Mapping[int, Mapping[str, Any]] | None = None,

@@ -11,6 +11,7 @@ from .keep_out import Cylinder as Cylinder
 from .keep_out import Ellipsoid as Ellipsoid
 from .knot_regions import GatePassage as GatePassage
 from .knot_regions import gate_passages as gate_passages
+from .moving import Moving as Moving
 from .occupancy_grid import corridor_from_grid as corridor_from_grid
 from .tubes import RoundTube as RoundTube
 from .tubes import Sampled as Sampled

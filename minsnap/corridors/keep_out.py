@@ -15,7 +15,9 @@ import numpy as np
 from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, ReadOnly, numbers, set_fields
 from minsnap.basics.checks import check_array, has_method
 from minsnap.basics.messages import shown
+from minsnap.corridors.moving import Moving
 from minsnap.errors import CorridorError
+from minsnap.trajectory.trajectory import Trajectory
 
 
 @runtime_checkable
@@ -25,6 +27,10 @@ class Obstacle(Protocol):
     def numbers(self) -> FloatArray:
         """Return center (3), scale (3), radius (below 0 for no ball), lower and upper bounds (3 each), shape (13,)."""
         ...
+
+
+Avoided = Obstacle | Moving
+"""What a curve keeps out of: what stands, and what moves."""
 
 
 def clearance_of(obstacle: Obstacle, point: FloatArray) -> float:
@@ -143,15 +149,40 @@ class Cuboid(ReadOnly):
         return np.array([*(0.0,) * 6, -1.0, *self.lower, *self.upper])
 
 
-NAMED: dict[str, tuple[Callable[[Any], Obstacle], str, int]] = {
-    "cylinder": (lambda n: Cylinder(n[:2], n[2], *n[3:]), "x, y, radius and, if it has ends, low and high", 3),
-    "ellipsoid": (lambda n: Ellipsoid(n[:3], n[3:]), "x, y, z and three half-axes", 6),
-    "cuboid": (lambda n: Cuboid(n[:3], n[3:]), "x, y, z of one corner and of the opposite one", 6),
+NAMED: dict[str, tuple[Callable[[Any], Avoided], str, tuple[int, ...]]] = {
+    "cylinder": (lambda n: Cylinder(n[:2], n[2], *n[3:]), "x, y, radius and, if it has ends, low and high", (3, 5)),
+    "ellipsoid": (lambda n: Ellipsoid(n[:3], n[3:]), "x, y, z and three half-axes", (6,)),
+    "cuboid": (lambda n: Cuboid(n[:3], n[3:]), "x, y, z of one corner and of the opposite one", (6,)),
+    "moving": (lambda n: _named_rows(n), "radius, growth, 2 or 3, and rows of t and as many coordinates", ()),
+    "moving_curve": (
+        lambda n: _named_curve(n),
+        "radius, growth, 2 or 3, the degree, when it begins, and of each piece its duration and control points",
+        (),
+    ),
 }
-"""Obstacles by the names that files have for them, from plain numbers; which these are, and the least count."""
+"""Obstacles by the names that files have for them, from plain numbers; which these are, and how many there may be."""
 
 
-def named_obstacle(kind: str, values: Sequence[float]) -> Obstacle:
+def _named_rows(n: Sequence[float]) -> Moving:
+    """Return a moving obstacle from its radius, its growth, its dimension, and rows of an instant and a place."""
+    dim = int(n[2]) if len(n) > 3 and n[2] in (2, 3) else 0
+    if not dim or (len(n) - 3) % (1 + dim):
+        raise CorridorError(f"a moving obstacle has {len(n)} numbers: give {NAMED['moving'][1]} [m, m/s, s]")
+    return Moving(np.reshape(n[3:], (-1, 1 + dim)), n[0], n[1])
+
+
+def _named_curve(n: Sequence[float]) -> Moving:
+    """Return a moving obstacle from its radius, its growth, its dimension, its degree, its beginning and its pieces."""
+    dim, degree = (int(n[2]), int(n[3])) if len(n) > 5 else (0, 0)
+    each = 1 + (degree + 1) * dim
+    if dim not in (2, 3) or degree < 0 or (len(n) - 5) % each:
+        raise CorridorError(f"a moving curve has {len(n)} numbers: give {NAMED['moving_curve'][1]} [m, m/s, s]")
+    pieces = np.reshape(n[5:], (-1, each))
+    curve = Trajectory(pieces[:, 1:].reshape(-1, degree + 1, dim), pieces[:, 0])
+    return Moving(curve, n[0], n[1]).after(-n[4])
+
+
+def named_obstacle(kind: str, values: Sequence[float]) -> Avoided:
     """Return an obstacle from its name and its numbers [m].
 
     Raises
@@ -161,13 +192,13 @@ def named_obstacle(kind: str, values: Sequence[float]) -> Obstacle:
     """
     if kind not in NAMED:
         raise CorridorError(f"no obstacle is called {shown(kind)}: choose one of {', '.join(NAMED)}")
-    make, what, least = NAMED[kind]
-    if len(values) not in (least, least if least == 6 else 5):
+    make, what, counts = NAMED[kind]
+    if counts and len(values) not in counts:
         raise CorridorError(f"a {kind} has {len(values)} numbers: give {what} [m]")
     return make(values)
 
 
-def name_of(obstacle: Obstacle) -> tuple[str, list[float]]:
+def name_of(obstacle: Avoided) -> tuple[str, list[float]]:
     """Return the name and the numbers from which :func:`named_obstacle` makes an obstacle again.
 
     Raises
@@ -182,20 +213,52 @@ def name_of(obstacle: Obstacle) -> tuple[str, list[float]]:
         return "ellipsoid", [*obstacle.center.tolist(), *obstacle.half_axes.tolist()]
     if isinstance(obstacle, Cuboid):
         return "cuboid", [*obstacle.lower.tolist(), *obstacle.upper.tolist()]
+    if isinstance(obstacle, Moving):
+        return _name_of_moving(obstacle)
     raise CorridorError(f"an obstacle of kind {type(obstacle).__name__} has no description: give one of the library's")
 
 
-def named_obstacles(avoid: Sequence[Obstacle]) -> tuple[tuple[str, tuple[float, ...]], ...]:
+def _name_of_moving(obstacle: Moving) -> tuple[str, list[float]]:
+    head, rows, curve = [obstacle.radius, obstacle.growth, float(obstacle.dim)], obstacle.rows(), obstacle.motion
+    if rows is not None:
+        return "moving", [*head, *(value for row in rows for value in row)]
+    pieces = np.column_stack((curve.durations, curve.control_points.reshape(len(curve.durations), -1)))
+    return "moving_curve", [*head, float(curve.degree), obstacle.begin, *pieces.ravel().tolist()]
+
+
+def named_obstacles(avoid: Sequence[Avoided]) -> tuple[tuple[str, tuple[float, ...]], ...]:
     """Return obstacles as documents hold them, by their names and numbers."""
     return tuple((name, tuple(values)) for name, values in map(name_of, avoid))
 
 
-def as_obstacles(avoid: Any) -> tuple[Obstacle, ...]:
+def as_obstacles(avoid: Any) -> tuple[Avoided, ...]:
     """Return the argument ``avoid`` as obstacles: one, several or none."""
     if avoid is None:
         return ()
     obstacles = tuple(avoid) if isinstance(avoid, Sequence) else (avoid,)
     for obstacle in obstacles:
-        if not has_method(obstacle, "numbers"):
-            raise CorridorError(f"avoid has {shown(obstacle)}: give cylinders, ellipsoids and cuboids")
+        if not (isinstance(obstacle, Moving) or has_method(obstacle, "numbers")):
+            raise CorridorError(f"avoid has {shown(obstacle)}: give cylinders, ellipsoids and cuboids, or Moving")
     return obstacles
+
+
+def standing_at(obstacle: Moving, instants: FloatArray) -> list[Obstacle]:
+    """Return a moving obstacle as it is at instants (m,) [s]."""
+    pairs = zip(obstacle.center(instants), obstacle.radius_at(instants).tolist(), strict=True)
+    return [Cylinder(at, radius) if obstacle.dim == 2 else Ellipsoid(at, radius) for at, radius in pairs]
+
+
+def as_still(avoid: Any) -> tuple[Obstacle, ...]:
+    """Return obstacles none of which moves.
+
+    Raises
+    ------
+    CorridorError
+        If one of them does.
+    """
+    obstacles = as_obstacles(avoid)
+    still = tuple(each for each in obstacles if not isinstance(each, Moving))
+    if len(still) < len(obstacles):
+        which = next(which for which, each in enumerate(obstacles) if isinstance(each, Moving))
+        raise CorridorError(f"obstacle {which} moves: plan takes it; a fleet has it as a vehicle of fixed=")
+    return still

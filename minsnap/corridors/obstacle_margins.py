@@ -9,7 +9,8 @@ from fractions import Fraction
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.keep_out import Avoided
+from minsnap.corridors.moving import Moving, keeps_margin, nearest_moving
 from minsnap.native.fleet_border import FleetArrays, clearances
 from minsnap.polynomials import rationals
 from minsnap.trajectory.trajectory import Trajectory
@@ -42,11 +43,21 @@ class ObstacleMargin:
         return f"{-self.value:.3g} m inside obstacle {self.obstacle} at {self.instant:.4g} s"
 
 
-def nearest_obstacle(curve: Trajectory, obstacles: Sequence[Obstacle]) -> ObstacleMargin:
-    """Return the proved least distance to one obstacle or more over all time."""
-    arrays = FleetArrays([in_space(curve.control_points)], [curve.breaks])
-    values, instants, which = clearances(arrays, np.stack([each.numbers() for each in obstacles]), FINEST, 1)
-    return ObstacleMargin(float(values[0]), int(which[0]), float(instants[0]))
+def nearest_obstacle(curve: Trajectory, obstacles: Sequence[Avoided]) -> ObstacleMargin:
+    """Return the proved least distance to one obstacle or more over all time, those that move at each instant."""
+    found = [
+        ObstacleMargin(near.value, which, near.instant)
+        for which, each in enumerate(obstacles)
+        if isinstance(each, Moving)
+        for near in [nearest_moving(curve, each)]
+    ]
+    still = [which for which, each in enumerate(obstacles) if not isinstance(each, Moving)]
+    if still:
+        arrays = FleetArrays([in_space(curve.control_points)], [curve.breaks])
+        table = np.stack([obstacles[which].numbers() for which in still])  # type: ignore[union-attr]
+        values, instants, which_still = clearances(arrays, table, FINEST, 1)
+        found.append(ObstacleMargin(float(values[0]), still[int(which_still[0])], float(instants[0])))
+    return min(found, key=lambda near: near.value)
 
 
 def in_space(points: FloatArray) -> FloatArray:
@@ -55,8 +66,10 @@ def in_space(points: FloatArray) -> FloatArray:
     return np.concatenate((points, np.zeros((*points.shape[:-1], lacking))), axis=-1) if lacking else points
 
 
-def clearance_holds(curve: Trajectory, obstacle: Obstacle, margin: float) -> bool:
+def clearance_holds(curve: Trajectory, obstacle: Avoided, margin: float) -> bool:
     """Whether a trajectory is proved to keep a margin to an obstacle over all time, in exact arithmetic."""
+    if isinstance(obstacle, Moving):
+        return keeps_margin(curve, obstacle, margin)
     points, asked = in_space(curve.control_points), Fraction(margin)
     return all(
         rationals.is_one_never_negative(list(_room_left(rationals.exact(piece), obstacle.numbers(), asked)))

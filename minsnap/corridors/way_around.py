@@ -80,11 +80,11 @@ def way_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside |
     straight = np.stack((start, goal))
     if (start == goal).all():
         return straight
-    if _clear(kept, straight[None], 0.0)[0] and (inside is None or inside(_along(straight)).all()):
+    if clear_lines(kept, straight[None], 0.0)[0] and (inside is None or inside(_along(straight)).all()):
         return straight
     size = _first_size(kept, straight)
     for _ in range(1 + AROUND.finer):
-        grid = _FreeCells(kept, straight, size, inside)
+        grid = FreeCells(kept, straight, size, inside)
         way = grid.way(start, goal) if grid.free.size <= AROUND.most else None
         if way is not None:
             return way
@@ -92,7 +92,7 @@ def way_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside |
     return None
 
 
-class _FreeCells:
+class FreeCells:
     """Cells of one size around two ends, and which are free."""
 
     def __init__(self, kept: Kept, ends: FloatArray, size: float, inside: Inside | None) -> None:
@@ -119,7 +119,7 @@ class _FreeCells:
 
     def way(self, start: FloatArray, goal: FloatArray) -> FloatArray | None:
         """Return the corners of a way between two points; None if there is none."""
-        first, last = self._beside(start), self._beside(goal)
+        first, last = self.beside(start), self.beside(goal)
         if first is None or last is None:
             return None
         cells = grid_way(self.free, np.full(self.dim, self.size), first, last)
@@ -158,13 +158,13 @@ class _FreeCells:
         taken[tuple(cells[within].T)] = True
         self.free &= ~grown(taken, self.kept.clearance, np.full(self.dim, self.size))
 
-    def _beside(self, point: FloatArray) -> IntArray | None:
+    def beside(self, point: FloatArray) -> IntArray | None:
         """Return the free cell nearest to a point from which a straight line leads to it."""
         cells = np.argwhere(self.free)
         apart = ((self.center(cells) - point) ** 2).sum(axis=1)
         nearest = np.argsort(apart, kind="stable")[: AROUND.tried]
         lines = np.stack((np.broadcast_to(point, (len(nearest), self.dim)), self.center(cells[nearest])), axis=1)
-        seen = nearest[_clear(self.kept, lines, 0.0)] if len(lines) else nearest
+        seen = nearest[clear_lines(self.kept, lines, 0.0)] if len(lines) else nearest
         return np.asarray(cells[seen[0]]) if len(seen) else None
 
     def _straightened(self, points: FloatArray) -> FloatArray:
@@ -174,7 +174,7 @@ class _FreeCells:
             here = kept[-1]
             further = np.arange(min(here + AROUND.straightened, len(points) - 1), here, -1)
             lines = np.stack((np.broadcast_to(points[here], (len(further), self.dim)), points[further]), axis=1)
-            clear = _clear(self.kept, lines, AROUND.apart * self.size)
+            clear = clear_lines(self.kept, lines, AROUND.apart * self.size)
             if self.inside is not None:
                 clear &= np.array([self.inside(_along(line)).all() for line in lines])
             clear[-1] = True
@@ -217,7 +217,7 @@ def _sides(obstacles: FloatArray, dim: int) -> tuple[FloatArray, FloatArray, Flo
     return obstacles[:, 7 : 7 + dim], obstacles[:, 10 : 10 + dim], spread
 
 
-def _clear(kept: Kept, lines: FloatArray, beyond: float) -> BoolArray:
+def clear_lines(kept: Kept, lines: FloatArray, beyond: float) -> BoolArray:
     """Whether segments (m, 2, dim) are away from all obstacles by the clearance and a distance beyond it [m]."""
     path = lines.reshape(-1, lines.shape[2])
     least = kept.clearance + beyond

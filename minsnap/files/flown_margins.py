@@ -10,6 +10,7 @@ import numpy as np
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.keep_out import clearances_of
 from minsnap.corridors.knot_regions import GatePassage, clearances
+from minsnap.corridors.moving import Moving
 from minsnap.corridors.obstacle_margins import ObstacleMargin, in_space
 from minsnap.files.consistency import Membership, check_membership
 from minsnap.files.plan_file import PlanFile
@@ -73,7 +74,13 @@ def flown_margins(plan: PlanFile, flight: Samples) -> FlownMargins:
 def _nearest(plan: PlanFile, t: Any, flight: Samples) -> ObstacleMargin | None:
     if not plan.avoid:
         return None
-    distances = np.stack([clearances_of(obstacle, in_space(flight.position)) for obstacle in plan.avoid])
+    places = in_space(flight.position)
+    distances = np.stack(
+        [
+            obstacle.clearances(places, t) if isinstance(obstacle, Moving) else clearances_of(obstacle, places)
+            for obstacle in plan.avoid
+        ]
+    )
     which, sample = np.unravel_index(distances.argmin(), distances.shape)
     return ObstacleMargin(float(distances[which, sample]), int(which), float(t[sample]))
 

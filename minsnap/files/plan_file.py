@@ -15,7 +15,7 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.certificate import Certificate, certify
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import without_gates
-from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.keep_out import Avoided
 from minsnap.corridors.knot_regions import GatePassage, gate_passages
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.samples import VECTORS
@@ -77,7 +77,7 @@ class PlanFile:
     made_by: str = ""
     certificate: Mapping[str, Any] | None = None
     gates: Mapping[int, Gate] = field(default_factory=dict)
-    avoid: tuple[Obstacle, ...] = ()
+    avoid: tuple[Avoided, ...] = ()
     tolerance: Any = None
     pins: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
     stops: tuple[PassedStop, ...] = ()

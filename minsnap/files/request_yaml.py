@@ -137,7 +137,10 @@ def vehicle_of(content: Any, folder: Path, name: str = "vehicle") -> Quadrotor:
 WIDTHS = either(NUMBER, several(NUMBER, "one number per leg"))
 
 OBSTACLE = mapping(
-    {name: Key(several(NUMBER, what, least, 6), f"{what} [m]") for name, (_, what, least) in NAMED.items()},
+    {
+        name: Key(several(NUMBER, what, min(counts, default=5), max(counts, default=None)), f"{what} [m]")
+        for name, (_, what, counts) in NAMED.items()
+    },
     f"a mapping of {', '.join(NAMED)} to numbers",
 )
 OBSTACLES = several(OBSTACLE, "a list of obstacles").then(

@@ -13,20 +13,26 @@ import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.checks import point_text
-from minsnap.basics.deadline import LateError
+from minsnap.basics.deadline import Deadline, LateError
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.corridors.half_spaces import one_sided
-from minsnap.corridors.keep_out import Obstacle, clearance_of
+from minsnap.corridors.keep_out import Avoided, Obstacle, clearance_of
 from minsnap.corridors.margins import nearest_wall
+from minsnap.corridors.moving import Moving
 from minsnap.corridors.obstacle_margins import in_space, nearest_obstacle
 from minsnap.corridors.tangent_polytopes import TANGENT, numbers_of, polytopes_along
 from minsnap.corridors.way_around import Inside, Kept, way_around
+from minsnap.corridors.way_in_time import WayInTime
 from minsnap.durations.allocate import looked_at, plan_timed
 from minsnap.durations.timing import Timed, Timing
+from minsnap.durations.within_limits import require_limits_kept
 from minsnap.errors import CorridorError, InfeasibleError, SolverError, UnprovedError
 from minsnap.native.half_space_sets import HalfSpaceRows
+from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
+from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
+from minsnap.planning.among_moving import Surroundings, among_moving, least_margin
 from minsnap.trajectory.trajectory import Trajectory, made
 
 FINER = (1, 2, 4)
@@ -41,7 +47,7 @@ class _Around(Timed):
     corridor_margin: float | None = None
 
 
-def plan_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -> Timed:
+def plan_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Timed:
     """Choose durations and solve, out of all obstacles at every instant.
 
     Raises
@@ -56,12 +62,19 @@ def plan_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -> Ti
     for index in np.flatnonzero((task.lower == task.upper).all(axis=1)):
         for which, obstacle in enumerate(obstacles):
             point = task.waypoints[index]
-            depth = -clearance_of(obstacle, in_space(point))
+            if not isinstance(obstacle, Moving):
+                depth, give = -clearance_of(obstacle, in_space(point)), ": move it"
+            elif index:
+                continue  # it may be elsewhere when the waypoint is passed
+            else:
+                depth, give = -float(obstacle.clearances(point, 0.0)), " at 0 s: begin elsewhere, or later"
             if depth > EXACT:
-                raise CorridorError(
-                    f"waypoint {index}, {point_text(point)}, is {depth:.3g} m inside obstacle {which}: move it"
-                )
-    timed = looked_at(_planned_around(task, timing, obstacles), task, timing)
+                inside = f"is {depth:.3g} m inside obstacle {which}"
+                raise CorridorError(f"waypoint {index}, {point_text(point)}, {inside}{give}")
+    still = [each for each in obstacles if not isinstance(each, Moving)]
+    moving = tuple(each for each in obstacles if isinstance(each, Moving))
+    first = _planned_around(task, timing, still) if still else plan_timed(task, timing)
+    timed = looked_at(_among(task, timing, still, moving, first) if moving else first, task, timing)
     near = nearest_obstacle(timed.trajectory, obstacles)
     if near.value < -EXACT:
         raise SolverError(f"the plan is refused at the last look: it is {near.inside}; please report this question")
@@ -94,12 +107,59 @@ def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -
     )
 
 
+def _among(task: Task, timing: Timing, still: Sequence[Obstacle], moving: tuple[Moving, ...], first: Timed) -> Timed:
+    """Return a plan that keeps away from what moves, too: the first one, if it does."""
+    curve = first.trajectory
+    if least_margin(curve, moving) >= 0.0:
+        return first
+    passed = _passed_waypoints(task, curve)
+    inside = tuple(_inside(task, leg) for leg in range(task.legs))
+    around = Surroundings(Kept(numbers_of(still), np.zeros((0, task.dim)), 0.0), moving, inside, _reach(task))
+
+    def plan(ways: list[WayInTime], sets: list[HalfSpaceRows]) -> Timed:
+        parts = len(ways[0].times) - 1
+        points = np.concatenate([way.points[:-1] for way in ways] + [ways[-1].points[-1:]])
+        durations = np.concatenate([np.diff(way.times) for way in ways])
+        cut = _cut(task, points, parts).with_walls([_walls_of(sets, task.length)])
+        return _one_leg_again(task, _in_durations(cut, durations, timing), parts)
+
+    def late() -> bool:
+        return timing.in_time(task).deadline.late
+
+    found = among_moving(around, curve, passed, not timing.shortest, plan, late)
+    if found is not None:
+        return found
+    near = nearest_obstacle(curve, [*still, *moving])
+    raise UnprovedError(
+        f"no plan was found among the moving obstacles; without them the path is {near.inside}: give more time, more "
+        "room, or a waypoint beside them"
+    )
+
+
+def _in_durations(task: Task, durations: FloatArray, timing: Timing) -> Timed:
+    """Return the plan for fixed durations, tried but for a glance: others will be, where there is none."""
+    task = replace(task, deadline=Deadline(min(task.deadline.due, timing.due), task.deadline.clock))
+    fixed = Timing(durations, limits=timing.limits)
+    try:
+        solved = solve(fixed.bounded(task), task.piece_durations(durations), task.samples, effort=Effort.GLANCE)
+    except (GaveUpError, InfeasibleRowsError) as reason:
+        raise SolverError(f"no curve was found in these durations: {reason}") from None
+    planned = Timed(solved, solved.flown)
+    if timing.limits is not None:
+        planned = require_limits_kept(planned, task, fixed)
+    return looked_at(planned, task, fixed)
+
+
+def _passed_waypoints(task: Task, curve: Trajectory) -> FloatArray:
+    """Return where a curve passes its waypoints, the fixed ones as they are, (legs + 1, dim) [m]."""
+    passed, fixed = np.array(curve(curve.leg_breaks)), task.lower == task.upper
+    passed[fixed] = (task.waypoints + task.lower)[fixed]
+    return passed
+
+
 def _line_around(task: Task, curve: Trajectory, obstacles: FloatArray) -> list[FloatArray] | None:
     """Return the corners of a line around obstacles for each leg, from where a curve passes its waypoints, or None."""
-    kept, passed = Kept(obstacles, np.zeros((0, task.dim)), 0.0), np.array(curve(curve.leg_breaks))
-    fixed = task.lower == task.upper
-    passed[fixed] = (task.waypoints + task.lower)[fixed]
-    ways = []
+    kept, passed, ways = Kept(obstacles, np.zeros((0, task.dim)), 0.0), _passed_waypoints(task, curve), []
     for leg in range(task.legs):
         way = way_around(kept, passed[leg], passed[leg + 1], _inside(task, leg))
         if way is None:
@@ -128,7 +188,11 @@ def _planned_along(ways: list[FloatArray], task: Task, timing: Timing, obstacles
     if timing.durations is not None:
         shares = np.stack([_shares(way) for way in ways])
         timing = replace(timing, durations=(timing.durations[:, None] * shares).reshape(-1))
-    timed = plan_timed(cut, timing)
+    return _one_leg_again(task, plan_timed(cut, timing), parts)
+
+
+def _one_leg_again(task: Task, timed: Timed, parts: int) -> _Around:
+    """Return a plan whose legs were cut as one of the task."""
     curve = _joined(timed.trajectory, parts)
     margin = nearest_wall(curve, [wall for wall in task.walls if wall.order == 0])
     known = timed.solved, curve, timed.steps, timed.interrupted

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from minsnap.corridors.gates import Gate
-from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.keep_out import Avoided
 from minsnap.corridors.knot_regions import gate_passages
 from minsnap.corridors.obstacle_margins import nearest_obstacle
 from minsnap.limits.limits import Limits, VehicleLimits
@@ -16,7 +16,7 @@ RADIUS = 0.15
 
 
 def near_notes(
-    curve: Trajectory, gates: Mapping[int, Gate], obstacles: Sequence[Obstacle], limits: Limits | None
+    curve: Trajectory, gates: Mapping[int, Gate], obstacles: Sequence[Avoided], limits: Limits | None
 ) -> tuple[str, ...]:
     """Return sentences about gates and obstacles that are passed nearer than a vehicle's radius.
 
@@ -49,7 +49,7 @@ def _of_gates(curve: Trajectory, gates: Mapping[int, Gate], radius: float) -> li
     ]
 
 
-def _of_obstacles(curve: Trajectory, obstacles: Sequence[Obstacle], radius: float) -> list[str]:
+def _of_obstacles(curve: Trajectory, obstacles: Sequence[Avoided], radius: float) -> list[str]:
     if not obstacles:
         return []
     near = nearest_obstacle(curve, obstacles)

@@ -31,7 +31,7 @@ from minsnap.corridors.given_waypoints import (
     warn_magnitude,
     without_gates,
 )
-from minsnap.corridors.keep_out import Obstacle, as_obstacles
+from minsnap.corridors.keep_out import Avoided, as_obstacles
 from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
@@ -92,7 +92,7 @@ def plan(
     waypoint_tolerance: ArrayLike | Ball | None = None,
     search: Search | None = None,
     progress: Progress | bool | None = None,
-    avoid: Obstacle | Sequence[Obstacle] | None = None,
+    avoid: Avoided | Sequence[Avoided] | None = None,
 ) -> Plan:
     r"""Plan the curve through waypoints that minimises the integral of the squared k-th derivative.
 
@@ -150,8 +150,8 @@ def plan(
     progress : callable or bool, optional
         Called with a ``Step`` at every evaluation of a search; True shows a line on standard error in a long search.
     avoid : obstacle or sequence of obstacles, optional
-        ``Cylinder``, ``Ellipsoid`` and ``Cuboid`` that the curve stays outside of at every instant. Legs around them
-        have more polynomials. A better way around them may exist.
+        ``Cylinder``, ``Ellipsoid``, ``Cuboid`` and ``Moving`` that the curve stays outside of. Legs around
+        them have more polynomials. A better way around them may exist.
 
     Returns
     -------
@@ -356,7 +356,7 @@ class _Plan:
     default_yaw: bool
     default_pieces: bool
     gates: Mapping[int, Gate]
-    obstacles: Sequence[Obstacle]
+    obstacles: Sequence[Avoided]
     widths: FloatArray | None
     least: TimeQuestion | None = None
     said: tuple[str, ...] = ()

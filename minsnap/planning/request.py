@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from minsnap.basics.messages import shown
 from minsnap.corridors.boxes import Boxes, as_room
 from minsnap.corridors.gates import Gate
-from minsnap.corridors.keep_out import Obstacle, as_obstacles, named_obstacle
+from minsnap.corridors.keep_out import Avoided, as_obstacles, named_obstacle
 from minsnap.durations.search_options import Search
 from minsnap.errors import WaypointError, YawError
 from minsnap.trajectory.velocity_heading import Velocity
@@ -196,7 +196,7 @@ class PlanRequest:
         return with_walls(widths, *boxes, *as_room(self.room))
 
     @property
-    def obstacles(self) -> tuple[Obstacle, ...]:
+    def obstacles(self) -> tuple[Avoided, ...]:
         """The obstacles to keep out of.
 
         Raises

@@ -164,7 +164,7 @@ def animate_path(
     if flight is not None:
         axes.plot(*curves[1].T, color=colours[1], linewidth=1.0, alpha=0.7, label="flown")
     plot_path(path, axes, view=view, **drawn)
-    moving = Moving(axes, curves, instants, colours, title)
+    moving = FilmScene(axes, curves, instants, colours, title)
     write_film(moving.pictures(progress), file, rate, clobber=clobber)
 
 
@@ -206,7 +206,7 @@ def animate_fleet(
     axes.lines[0].set(markerfacecolor="none", markersize=6)
     apart = fleet.separation
     near = None if apart is None else [near_pairs(places[:, i], apart) for i in range(len(instants))]
-    moving = Moving(axes, curves, instants, ["#1f2a44"] * len(fleet), title, near)
+    moving = FilmScene(axes, curves, instants, ["#1f2a44"] * len(fleet), title, near)
     moving.points.set_label("now")
     legend_above(axes)
     write_film(moving.pictures(progress), file, rate, clobber=clobber)
@@ -239,7 +239,7 @@ def _new_axes(size: tuple[float, float]) -> Axes:
     return figure.add_subplot()
 
 
-class Moving:
+class FilmScene:
     """Points that move over a figure, with trails behind them and lines between those that are near.
 
     Parameters

@@ -14,7 +14,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.basics.storage.text import FileName
-from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.keep_out import Avoided
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.plot import profiles
@@ -47,7 +47,7 @@ def plot_overview(
     corridor: Corridor | None = None,
     waypoints: Waypoints | None = None,
     tolerance: Any = None,
-    avoid: Sequence[Obstacle] = (),
+    avoid: Sequence[Avoided] = (),
     limits: Any = None,
     colour_by: str | None = None,
     title: str | None = None,
@@ -108,7 +108,7 @@ def _climbs(samples: Samples) -> bool:
     return samples.dim == 3 and bool(np.ptp(samples.position[:, 2]) > 0.01 * np.ptp(samples.position, axis=0).max())
 
 
-def _shape(samples: Samples, view: str, side: bool, avoid: Sequence[Obstacle]) -> float:
+def _shape(samples: Samples, view: str, side: bool, avoid: Sequence[Avoided]) -> float:
     """Return how high what is drawn of the places is, for its width."""
     if view == "3d":
         return 1.0 / 1.2
@@ -121,7 +121,7 @@ def _shape(samples: Samples, view: str, side: bool, avoid: Sequence[Obstacle]) -
     return float(sum(max(height, FLATTEST * across) for height in heights) / across)
 
 
-def _spans(samples: Samples, chosen: list[int], avoid: Sequence[Obstacle]) -> FloatArray:
+def _spans(samples: Samples, chosen: list[int], avoid: Sequence[Avoided]) -> FloatArray:
     """Return the extents of a path with the obstacles near it, shape (2,) [m]."""
     return np.asarray(np.ptp(drawn_places(samples.position[:, chosen], avoid, chosen), axis=0))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.checks import check_kind
-from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.keep_out import Avoided
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate
@@ -28,7 +28,7 @@ VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
 @styled
-def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None, *, avoid: Sequence[Obstacle] = ()) -> Axes:
+def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None, *, avoid: Sequence[Avoided] = ()) -> Axes:
     """Draw the paths of all vehicles, coloured by time, with their ends.
 
     Parameters

@@ -15,7 +15,7 @@ from minsnap.corridors.constraint import Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import without_gates
 from minsnap.corridors.half_spaces import of_unit_length
-from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.keep_out import Avoided
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import CorridorError, InputError
 from minsnap.native.half_space_sets import bounding_boxes, inner_balls
@@ -294,7 +294,7 @@ def plot_path(
     corridor: Corridor | None = None,
     waypoints: Waypoints | None = None,
     tolerance: ArrayLike | Ball | None = None,
-    avoid: Sequence[Obstacle] = (),
+    avoid: Sequence[Avoided] = (),
     colour_by: str | None = None,
 ) -> Axes:
     """Draw the curve of a path, its direction, its waypoints and its corridor.
@@ -354,7 +354,7 @@ def plot_path(
     return axes
 
 
-Kept = tuple[Corridor | None, FloatArray | None, Mapping[int, Gate], Sequence[Obstacle]]
+Kept = tuple[Corridor | None, FloatArray | None, Mapping[int, Gate], Sequence[Avoided]]
 """What a curve keeps: corridor, the points (n, dim) that it runs between [m], gates and obstacles."""
 
 

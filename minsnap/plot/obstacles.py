@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.keep_out import Avoided, Obstacle, standing_at
+from minsnap.corridors.moving import Moving
 
 CIRCLE, HEIGHTS = 65, 17
 """Points of a circle, and of a meridian."""
+
+INSTANTS = 7
+"""Of its path, at which a moving obstacle is drawn."""
 
 BEYOND, NEAR = 0.1, 0.5
 """How far beyond the path obstacles without an end are drawn, and others, in its extents."""
@@ -23,24 +27,37 @@ PARTS = 3, 6, 7, 10
 OBSTACLE_COLOUR = "#868e96"
 
 
-def drawn_places(places: FloatArray, avoid: Sequence[Obstacle], chosen: Sequence[int]) -> FloatArray:
+def standing(avoid: Sequence[Avoided]) -> list[Obstacle]:
+    """Return obstacles with those that move at several instants of their paths."""
+    shown: list[Obstacle] = []
+    for each in avoid:
+        if isinstance(each, Moving):
+            begin = max(each.begin, 0.0)
+            shown += standing_at(each, np.linspace(begin, max(begin, each.begin + each.motion.duration), INSTANTS))
+        else:
+            shown.append(each)
+    return shown
+
+
+def drawn_places(places: FloatArray, avoid: Sequence[Avoided], chosen: Sequence[int]) -> FloatArray:
     """Return the corners of a path (m, len(chosen)) and of what is drawn of obstacles, shape (k, len(chosen)) [m]."""
     corners = [places.min(axis=0), places.max(axis=0)]
-    for obstacle in avoid:
+    for obstacle in standing(avoid):
         low, high = _bounds(obstacle, list(chosen), places)
         corners += [low, high] if (low < high).all() else []
     return np.array(corners)
 
 
-def draw_obstacles(ax: Any, avoid: Sequence[Obstacle], chosen: Sequence[int], places: FloatArray) -> None:
+def draw_obstacles(ax: Any, avoid: Sequence[Avoided], chosen: Sequence[int], places: FloatArray) -> None:
     """Draw obstacles near a path, whose places in the coordinates drawn are (m, len(chosen)) [m]."""
     if len(chosen) == 3:
         _draw_surfaces(ax, avoid, places)
         return
-    for number, obstacle in enumerate(avoid):
-        ring = _ring(obstacle, list(chosen), places)
-        label = "_" if number else "obstacles"
-        ax.fill(*ring.T, color=OBSTACLE_COLOUR, alpha=0.6, linewidth=0.0, label=label)
+    still, moving = ([each for each in avoid if isinstance(each, Moving) == moves] for moves in (False, True))
+    for group, name, faint in ((still, "obstacles", 0.6), (moving, f"moving obstacles, {INSTANTS} instants", 0.2)):
+        for number, obstacle in enumerate(standing(group)):
+            ring = _ring(obstacle, list(chosen), places)
+            ax.fill(*ring.T, color=OBSTACLE_COLOUR, alpha=faint, linewidth=0.0, label="_" if number else name)
 
 
 def _bounds(obstacle: Obstacle, chosen: list[int], places: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -71,10 +88,10 @@ def _ring(obstacle: Obstacle, chosen: list[int], places: FloatArray) -> FloatArr
     return np.asarray(np.clip(center[chosen] + radius / scale[chosen] * circle, low, high))
 
 
-def _draw_surfaces(ax: Any, avoid: Sequence[Obstacle], places: FloatArray) -> None:
+def _draw_surfaces(ax: Any, avoid: Sequence[Avoided], places: FloatArray) -> None:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    faces = [face for obstacle in avoid for face in surface(obstacle, places)]
+    faces = [face for obstacle in standing(avoid) for face in surface(obstacle, places)]
     if faces:
         look: dict[str, Any] = {"facecolor": OBSTACLE_COLOUR, "edgecolor": "none", "alpha": 0.35, "label": "obstacles"}
         ax.add_collection3d(Poly3DCollection(np.array(faces), **look))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import operator
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -16,13 +17,18 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_distance, check_pieces
 from minsnap.basics.deadline import Clock, Deadline, LateError, Stopwatch, checked_clock
+from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import as_room
 from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.keep_out import Avoided, as_obstacles
+from minsnap.corridors.moving import Moving
+from minsnap.corridors.obstacle_margins import nearest_obstacle
 from minsnap.corridors.tubes import as_constraints
-from minsnap.errors import InfeasibleError, InputError, LimitError, SolverError, TimingError
+from minsnap.errors import CorridorError, InfeasibleError, InputError, LimitError, SolverError, TimingError
 from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import AttachHeading, Task
+from minsnap.planning.around import plan_around
 from minsnap.planning.planner import plan
 from minsnap.replanning import course_ahead, horizon
 from minsnap.replanning.horizon import Aim, Better, Near, NotShorterError
@@ -45,6 +51,7 @@ AFTER_STOP, CLOSING = 0.1, 0.5
 """Shares of the budget left after the stop, and after the last instant at which a search may end, until it is known how
 long its certified end and what follows it take."""
 
+IN_THE_WAY = "an obstacle is in the way of the stop"
 NO_STOP = "no way to hover inside leg 0 and the limits was found from this state"
 LATE_STOP = "the time was over before a way to hover was found"
 """Why there is no stop."""
@@ -62,6 +69,17 @@ class _Call:
     deadline: Deadline
     watch: Stopwatch
     angles: FloatArray | None
+    given: tuple[Avoided, ...] = ()
+
+    @property
+    def avoid(self) -> tuple[Avoided, ...]:
+        """The obstacles, those that move on a clock that begins at the splice."""
+        begin = self.splice.instant
+        return tuple(each.after(begin) if isinstance(each, Moving) else each for each in self.given)
+
+    def passes(self, curve: Trajectory) -> bool:
+        """Whether a curve from the splice on keeps out of all obstacles."""
+        return not self.avoid or nearest_obstacle(curve, self.avoid).value >= -EXACT
 
 
 class Replanner:
@@ -125,6 +143,7 @@ class Replanner:
         self._clock, self._lock = checked_clock(clock), threading.Lock()
         self._memory: Memory | None = None
         self._takes = Takes()
+        self._avoided: tuple[Avoided, ...] = ()
         _wake()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -153,6 +172,7 @@ class Replanner:
         total_time: float | None = None,
         yaw: npt.ArrayLike | None = None,
         began: float | None = None,
+        avoid: Avoided | Sequence[Avoided] | None = None,
     ) -> Change:
         """Return what to fly from ``now + budget`` on, and how to stop from there.
 
@@ -182,6 +202,10 @@ class Replanner:
             with the flown heading and its rate at the splice.
         began : float, optional
             Reading of the clock at time 0 of ``flown``: the answer is then due at ``began + now + budget``.
+        avoid : obstacle or sequence of obstacles, optional
+            To keep out of, as ``plan`` takes them: those that move, on the clock of ``flown``. What is kept and a stop
+            keep out of them too; where the stop does not, there is none. A way around takes longer than the rest: give
+            a budget of 0.2 s and more.
 
         Returns
         -------
@@ -217,7 +241,7 @@ class Replanner:
             angles = course_ahead.waypoint_angles(yaw, course.task.legs)
             closing = self._takes.most("closing", CLOSING * budget)
             deadline = Deadline(due - closing, self._clock, self._takes.most("check"))
-            return self._answer(_Call(splice, due, course, aim, budget, deadline, watch, angles))
+            return self._answer(_Call(splice, due, course, aim, budget, deadline, watch, angles, as_obstacles(avoid)))
         finally:
             if collects:
                 gc.enable()
@@ -229,11 +253,15 @@ class Replanner:
             raise TimingError("nothing says how fast to fly: give limits to the Replanner, or durations or total_time")
         splice, task = call.splice, call.course.task
         stops, (room, free) = self._stop_first(call)
-        safe = room >= 0.0
+        safe = room >= 0.0 and (not call.avoid or splice.rest is None or call.passes(splice.rest))
+        if stops[0] is not None and not call.passes(stops[0]):
+            stops = None, IN_THE_WAY
         rest = splice.rest if call.course.fits(splice.rest) else None
         standing = self._with_angles(call, rest) if rest is not None and safe else None
         memory, better, settled = self._memory, None, True
-        reason = "" if standing is None else self._unchanged(call, standing, free)
+        same = len(call.avoid) == len(self._avoided) and all(map(operator.is_, call.given, self._avoided))
+        self._avoided = call.given
+        reason = "" if standing is None or not same else self._unchanged(call, standing, free)
         since = inf if memory is None else memory.since + splice.instant
         if not reason:
             better, settled, reason = self._searched(call, rest, standing is not None)
@@ -343,7 +371,7 @@ class Replanner:
             pass
         except LateError:
             reason = f"the budget of {call.seconds:g} s was over before anything better was found"
-        except (InfeasibleError, SolverError, LimitError) as none:
+        except (CorridorError, InfeasibleError, SolverError, LimitError) as none:
             reason = str(none)
         return better, call.deadline.left > 0.0, reason
 
@@ -351,6 +379,10 @@ class Replanner:
     def _better(self, call: _Call, rest: Trajectory | None, standing: Trajectory | None, seconds: float) -> Better:
         splice, aim = call.splice, call.aim
         task = replace(call.course.task, deadline=call.deadline, explained=False)
+        if call.avoid:
+            timing, task = aim.timing(call.due, inf), replace(task, finish=self._finish(call, splice))
+            timed = plan_around(task, replace(timing, progress=None), call.avoid)
+            return Better(timed.trajectory, timed.limits_from)
         if call.course.outside:
             part = self._part(task, aim, None, None)
             return horizon.search_back(part.task, part.aim, self._finish(call, splice), seconds)
@@ -423,7 +455,7 @@ class Replanner:
                 raise TimingError(f"the flown plan is over at {splice.instant:.6g} s, and no plan was found: {reason}")
             chosen = Better(rest)
         certified = safe or not kept
-        if stop is None and certified and ends_at_rest(chosen.curve):
+        if stop is None and certified and no_stop != IN_THE_WAY and ends_at_rest(chosen.curve):
             stop = chosen.curve
         why, times = "" if stop is not None else no_stop, (chosen.limits_from, chosen.inside_from)
         took, late = call.watch.on_clock, max(0.0, self._clock() - call.due)
@@ -443,13 +475,14 @@ def replan(
     total_time: float | None = None,
     yaw: float | str | npt.ArrayLike | None = None,
     began: float | None = None,
+    avoid: Avoided | Sequence[Avoided] | None = None,
     **options: Any,
 ) -> Change:
     """Replan once, without memory; see :meth:`Replanner.replan`.
 
     Parameters
     ----------
-    flown, now, waypoints, budget, boxes, goal, durations, total_time, began
+    flown, now, waypoints, budget, boxes, goal, durations, total_time, began, avoid
         As for :meth:`Replanner.replan`.
     yaw : float, "velocity", "tilt", or array_like, shape (n,), optional
         As for :class:`Replanner`, or one per waypoint ahead [rad].
@@ -458,7 +491,8 @@ def replan(
     """
     each = isinstance(yaw, Sequence | np.ndarray) and not isinstance(yaw, str) and getattr(yaw, "ndim", 1) > 0
     whole: Any = None if each else yaw
-    times = {"durations": durations, "total_time": total_time, "began": began, "yaw": None if whole is yaw else yaw}
+    times = {"durations": durations, "total_time": total_time, "began": began, "avoid": avoid}
+    times |= {"yaw": None if whole is yaw else yaw}
     return Replanner(yaw=whole, **options).replan(flown, now, waypoints, budget, boxes=boxes, goal=goal, **times)  # type: ignore[arg-type]
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.storage.text import FileName
 from minsnap.certificate import certify
-from minsnap.corridors.keep_out import Obstacle, as_obstacles, named_obstacles
+from minsnap.corridors.keep_out import Avoided, as_obstacles, named_obstacles
 from minsnap.errors import InputError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.planning.request import PlanRequest
@@ -227,7 +227,7 @@ def show(
     limits: Any = None,
     yaw: float | str | ArrayLike | None = None,
     vehicle: str = "",
-    avoid: Obstacle | Sequence[Obstacle] | None = None,
+    avoid: Avoided | Sequence[Avoided] | None = None,
     points: ArrayLike | None = None,
     occupancy: ArrayLike | None = None,
     resolution: ArrayLike = 1.0,

@@ -7,7 +7,7 @@ from PIL import Image
 import minsnap
 from minsnap.errors import FileError, InputError, TimingError
 from minsnap.fleet.common_clock import Fleet, Separation
-from minsnap.plot.animation import Moving, animate_fleet, animate_path, write_film
+from minsnap.plot.animation import FilmScene, animate_fleet, animate_path, write_film
 from minsnap.plot.fleet_figures import near_pairs
 
 PATH = minsnap.plan([(0, 0, 1), (2, 1, 1)], total_time=1.0)
@@ -15,9 +15,9 @@ PATH = minsnap.plan([(0, 0, 1), (2, 1, 1)], total_time=1.0)
 
 @pytest.fixture
 def moving(monkeypatch):
-    """What :func:`animate_path` and :func:`animate_fleet` would write, as Moving."""
+    """What :func:`animate_path` and :func:`animate_fleet` would write, as FilmScene."""
     made = []
-    monkeypatch.setattr(Moving, "pictures", lambda self, progress=None: made.append(self))
+    monkeypatch.setattr(FilmScene, "pictures", lambda self, progress=None: made.append(self))
     monkeypatch.setattr("minsnap.plot.animation.write_film", lambda *_, **__: None)
     return made
 

@@ -20,7 +20,7 @@ from minsnap.basics.storage.text import FileName, beginning, load_yaml, read_tex
 from minsnap.basics.version import __version__
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import without_gates
-from minsnap.corridors.keep_out import Obstacle, as_obstacles, name_of, named_obstacle
+from minsnap.corridors.keep_out import Avoided, as_obstacles, name_of, named_obstacle
 from minsnap.corridors.named_constraints import CONSTRAINTS
 from minsnap.errors import CorridorError, FileError, InputError
 from minsnap.files.convert import Format
@@ -192,7 +192,7 @@ def _stated(certificate: Mapping[str, Any]) -> dict[str, Any]:
     return dict(certificate) | said | {"limits": uses, "gates": gates}
 
 
-def _obstacles(avoid: Sequence[Obstacle]) -> list[dict[str, Any]]:
+def _obstacles(avoid: Sequence[Avoided]) -> list[dict[str, Any]]:
     """Return obstacles by their names, as files of requests have them."""
     try:
         return [{name: plain(numbers)} for name, numbers in map(name_of, avoid)]

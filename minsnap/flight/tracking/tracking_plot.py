@@ -12,7 +12,7 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors.given_waypoints import without_gates
-from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.keep_out import Avoided
 from minsnap.errors import InputError, MinsnapError
 from minsnap.flight.tracking.comparison import position_at
 from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight, told
@@ -65,7 +65,7 @@ def plot_comparison(
     *,
     corridor: Any = None,
     waypoints: Any = None,
-    avoid: Sequence[Obstacle] = (),
+    avoid: Sequence[Avoided] = (),
 ) -> Figure:
     """Draw flights and their reference, with the tracking errors against time.
 

@@ -32,7 +32,7 @@ from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
-from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.keep_out import Avoided
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import FileError, WaypointError
 from minsnap.files import request_yaml
@@ -211,7 +211,7 @@ class Course:
         return np.array([stop.center for stop in stops], dtype=np.float64)
 
     @property
-    def obstacles(self) -> tuple[Obstacle, ...]:
+    def obstacles(self) -> tuple[Avoided, ...]:
         """What the course keeps out of."""
         return PlanRequest((), avoid=self.avoid).obstacles
 

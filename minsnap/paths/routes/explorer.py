@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from math import inf
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from minsnap.basics.checks import check_array, check_distance, check_positive, p
 from minsnap.basics.deadline import Clock, checked_clock
 from minsnap.basics.messages import shown
 from minsnap.corridors.half_spaces import Polytopes
+from minsnap.corridors.keep_out import Avoided
 from minsnap.corridors.tangent_polytopes import polytopes_along, without_needless
 from minsnap.errors import InputError, TimingError, UnprovedError, WaypointError
 from minsnap.limits.limits import Limits
@@ -125,7 +128,14 @@ class Explorer:
         self.known.body(here, self.clearance + self.known.size)
         self.known.see(here, seen[~far], ends)
 
-    def replan(self, flown: Trajectory | None, now: float, budget: float = 0.05) -> Change:
+    def replan(
+        self,
+        flown: Trajectory | None,
+        now: float,
+        budget: float = 0.05,
+        *,
+        avoid: Avoided | Sequence[Avoided] | None = None,
+    ) -> Change:
         """Return what to fly from ``now + budget`` on, and how to stop from there.
 
         Parameters
@@ -137,6 +147,9 @@ class Explorer:
             Instant of this call on its clock [s].
         budget : float
             Seconds from ``now`` to the splice, within which the answer comes; plans from rest take their time.
+        avoid : obstacle or sequence of obstacles, optional
+            To keep out of besides what was seen, as :meth:`minsnap.Replanner.replan` takes them; on the clock of a plan
+            from rest where nothing is flown.
 
         Returns
         -------
@@ -160,14 +173,15 @@ class Explorer:
             way, walls = self._corridor(self._position)
             start, end = ({"position": point} for point in way[[0, -1]])
             limits, pieces = self._replanner.limits, self._pieces
-            first = plan(None, corridor=walls, limits=limits, pieces=pieces, start=start, end=end)
+            first = plan(None, corridor=walls, limits=limits, pieces=pieces, start=start, end=end, avoid=avoid)
             return Change(first, 0.0, None, False, no_stop="the plan begins at rest")
         splice = splice_of(flown, now, budget, HALF)
         if flown is self._asked[0] and now < self._asked[1]:
             raise TimingError(f"the time is {now:g} s after {self._asked[1]:g} s: give the clock of what is flown")
         self._asked = flown, float(now)
         way, walls = self._corridor(splice.state[0])
-        return self._replanner.replan(flown, now, None, budget, boxes=walls, goal=way[-1], began=began - float(now))
+        known: dict[str, Any] = {"boxes": walls, "goal": way[-1], "avoid": avoid}
+        return self._replanner.replan(flown, now, None, budget, began=began - float(now), **known)
 
     def _listed(self, name: str, given: ArrayLike | None) -> FloatArray:
         """Return points (k, dim), none of them for None and empty lists."""

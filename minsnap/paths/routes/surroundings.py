@@ -11,7 +11,8 @@ from minsnap.basics.arrays import ArrayLike, FloatArray, numbers
 from minsnap.basics.checks import check_distance, check_positive, check_waypoints
 from minsnap.basics.messages import shown
 from minsnap.corridors.half_spaces import Polytopes
-from minsnap.corridors.keep_out import as_obstacles
+from minsnap.corridors.keep_out import as_still
+from minsnap.corridors.moving import Moving
 from minsnap.corridors.tangent_polytopes import NOTHING, TANGENT, numbers_of, polytopes_along
 from minsnap.errors import CorridorError
 from minsnap.paths.routes.grid_map import GridMap
@@ -80,7 +81,7 @@ def taken(around: Any, dim: int) -> tuple[FloatArray, FloatArray, Box | None]:
         return bars(around), nowhere, flown_box(around)
     listed = numbers(around)
     if listed is None or not listed.size:
-        return numbers_of(as_obstacles(around)), nowhere, None
+        return numbers_of(as_still(around)), nowhere, None
     if listed.ndim != 2 or listed.shape[1] != dim or not np.isfinite(listed).all():
         raise CorridorError(
             f"what is around the path is {shown(around)}: give a GridMap, obstacles, or points of {dim} finite numbers"
@@ -116,6 +117,5 @@ def flown_box(grid: GridMap) -> Box:
 
 def listed_obstacles(around: Any) -> bool:
     """Whether what is around is obstacles, one or several."""
-    return hasattr(around, "numbers") or (
-        isinstance(around, Sequence) and bool(around) and all(hasattr(each, "numbers") for each in around)
-    )
+    listed = around if isinstance(around, Sequence) and len(around) else [around]
+    return all(hasattr(each, "numbers") or isinstance(each, Moving) for each in listed)
