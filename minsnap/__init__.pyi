@@ -54,6 +54,8 @@ from .planning.plan_many import plan_many as plan_many
 from .planning.planner import plan as plan
 from .replanning.replanner import Replanner as Replanner
 from .replanning.replanner import replan as replan
+from .trajectory.leg_uses import LegUse as LegUse
+from .trajectory.leg_uses import Sensitivity as Sensitivity
 from .trajectory.look_at import LookAt as LookAt
 from .trajectory.path import Path as Path
 from .trajectory.phase import as_polynomials as as_polynomials

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from minsnap.corridors.keep_out import Avoided
     from minsnap.files.convert import Format
     from minsnap.files.plan_file import PassedStop
+    from minsnap.trajectory.leg_uses import Sensitivity
 
 _LINES = (
     ("duration", "duration", "{:.6g} s"),
@@ -193,6 +194,8 @@ class Destination:
         Name of the output's format, where its ending does not tell.
     json : bool
         Print the summary as JSON.
+    legs : bool
+        Tell what the flight does leg by leg, and how its time depends on limits and gates.
     no_clobber : bool
         Refuse to replace files.
     force : bool
@@ -219,6 +222,7 @@ class Destination:
     rate: options.Rate = 20.0
     frame: Annotated[str, "Axes of the file: enu, ned, flu, frd or optitrack."] = "enu"
     json: options.Json = False
+    legs: Annotated[bool, "Print a table of the legs, and what each limit and gate costs."] = False
     no_clobber: options.NoClobber = False
     force: options.Force = False
     format: options.Format = None
@@ -287,13 +291,15 @@ class Destination:
         pins: Mapping[int, Mapping[str, Any]] | None = None,
         stops: Sequence[PassedStop] = (),
         note: str = "",
+        sensitivities: Callable[[], Sequence[Sensitivity]] | None = None,
     ) -> None:
         """Write the requested files, then print the summary: on stderr when standard output carries the setpoints.
 
         ``further`` are figures for the summary beside those of the path; ``draw`` makes the figure to write, that of
         :func:`minsnap.plot.plot_overview` unless given; ``origin`` is what :func:`minsnap.write_csv` takes. How
         ``gates`` are passed is told, by their numbers. ``tolerance`` of the waypoints, ``pins`` and the ``stops`` of a
-        course are for the file of a plan. ``note`` joins the others.
+        course are for the file of a plan. ``note`` joins the others. ``sensitivities`` are those of the flight time,
+        by default those of the plan's report.
         """
         figures = summarise(path, corridor, waypoints, limits, avoid) | _passed(path, gates) | dict(further or {})
         known = {"waypoints": waypoints, "corridor": corridor, "limits": limits, "avoid": avoid, "tolerance": tolerance}
@@ -316,7 +322,13 @@ class Destination:
         named = {"output": self.output, "plot": self.plot}
         figures |= {name: None if file is None else str(file) for name, file in named.items()}
         figures |= {"frame": frame, "beside": beside}
+        if self.legs:
+            from minsnap.cli.leg_text import figures_of_legs, leg_text
+
+            figures |= figures_of_legs(path, limits, sensitivities)
         text = as_json(figures) if self.json else as_text(figures)
+        if self.legs and not self.json:
+            text = f"{text}\n\n{leg_text(figures)}"
         print(text, file=sys.stderr if self.output == STANDARD_OUTPUT else sys.stdout)
 
     def _write(self, path: minsnap.Path, facts: dict[str, Any], origin: Sequence[float] | None) -> list[str | None]:

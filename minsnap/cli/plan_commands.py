@@ -277,6 +277,7 @@ def fly_course(
     how |= {"pins": mission.pins, "stops": mission.passed_stops}
     how["note"] = "; ".join(filter(None, (*mission.notes, note, _other_vehicle(mission, destination))))
     how["draw"] = lambda **view: minsnap.plot.plot_mission(mission, **view)
+    how["sensitivities"] = lambda: mission.sensitivities
     destination.deliver(mission.trajectory, mission.corridor or None, **how)
 
 

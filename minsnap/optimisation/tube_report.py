@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.margins import margin_to
 from minsnap.corridors.tubes import Tube
 from minsnap.optimisation.solved_task import NATIVE
+from minsnap.trajectory.leg_uses import PlainLegs
 from minsnap.trajectory.report import Report, steps_of, unlimited_notes, wide_tube_note
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -42,7 +44,8 @@ class TubeReport:
         rows, rounds = self.figures[2:].astype(int).tolist()
         milliseconds, steps = 1e3 * self.seconds, steps_of(self.history)
         notes = unlimited_notes(curve) + wide_tube_note(self.widths, self.waypoints)
-        return Report(NATIVE, rounds, rows, curve.cost(), margin, milliseconds, steps=steps, core=NATIVE, notes=notes)
+        how: dict[str, Any] = {"steps": steps, "core": NATIVE, "notes": notes, "known": PlainLegs(curve)}
+        return Report(NATIVE, rounds, rows, curve.cost(), margin, milliseconds, **how)
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,6 +46,7 @@ from minsnap.trajectory.trajectory import Plan, Trajectory, as_plan
 if TYPE_CHECKING:
     from minsnap.bounds.least_time import TimeQuestion
     from minsnap.limits.limits import Limits
+    from minsnap.planning.leg_table import TimedCourse
     from minsnap.planning.request import PlanRequest
 
 
@@ -233,7 +234,8 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Plan:
     passed = without_gates(request.waypoints)[1], tuple(request.avoid or ()), widths
     chosen = request.pieces is None and refine and not request.avoid
     least = _least_time(request, task, passed[0]) if timing.shortest and not timed.limits_from else None
-    how = _Plan(known, request.limits, request.yaw is None, chosen, *passed, least=least, said=said)
+    course = _course(task, timing, timed.trajectory) if timing.shortest and not request.avoid else None
+    how = _Plan(known, request.limits, request.yaw is None, chosen, *passed, least=least, said=said, course=course)
     return as_plan(timed.trajectory, how)
 
 
@@ -257,6 +259,17 @@ def _freely_headed(task: Task, timing: Timing, solve: Callable[[Task], Timed]) -
     angles = headings_for(limits, task.waypoints)
     headed = best_headed(angles, plan_at, value, what, lambda planned: planned.interrupted)
     return headed.plan, (headed.note,)
+
+
+def _course(task: Task, timing: Timing, curve: Trajectory) -> TimedCourse | None:
+    """Return the question on which the flight time depends, None where no search goes on from the curve."""
+    from minsnap.planning.leg_table import TimedCourse
+
+    if task.continuity > task.half - 1 or timing.split != "optimal" or curve.legs != task.legs:
+        return None
+    yaw = curve.yaw  # one that was chosen stays
+    finish = task.finish if yaw.constant is None else lambda other: other.with_yaw(yaw)
+    return TimedCourse(replace(task, pieces=curve.pieces, finish=finish), timing, curve)
 
 
 def _least_time(request: PlanRequest, task: Task, gates: Mapping[int, Gate]) -> TimeQuestion:
@@ -360,6 +373,7 @@ class _Plan:
     widths: FloatArray | None
     least: TimeQuestion | None = None
     said: tuple[str, ...] = ()
+    course: TimedCourse | None = None
 
     def report(self, curve: Trajectory) -> Report:
         """Return the report of the plan."""
@@ -378,5 +392,8 @@ class _Plan:
             notes += near_notes(curve, self.gates, self.obstacles, limits)
         used = () if limits is None else limits.utilisation(curve)
         notes += unlimited_notes(curve, () if limits is None else limits.given())
-        least, duration = self.least, curve.duration
-        return Report(cost=curve.cost(), utilisation=used, notes=notes, least=least, duration=duration, **self.facts)
+        from minsnap.planning.leg_table import LegTable
+
+        course: dict[str, Any] = {"least": self.least, "duration": curve.duration}
+        course["known"] = LegTable(curve, limits, self.course)
+        return Report(cost=curve.cost(), utilisation=used, notes=notes, **course, **self.facts)

@@ -5,6 +5,7 @@ from .figures import save_figure as save_figure
 from .fleet_figures import plot_fleet as plot_fleet
 from .fleet_figures import plot_separation as plot_separation
 from .geometry import plot_path as plot_path
+from .leg_figures import plot_limits as plot_limits
 from .overviews import plot_mission as plot_mission
 from .overviews import plot_route as plot_route
 from .profiles import plot_convergence as plot_convergence

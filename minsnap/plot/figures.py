@@ -17,6 +17,7 @@ from minsnap.basics.storage.text import FileName
 from minsnap.corridors.keep_out import Avoided
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.limits.uses_over_time import utilisation_curves
 from minsnap.plot import profiles
 from minsnap.plot.geometry import FLATTEST, Corridor, Waypoints, check_view, plot_path, view_coordinates
 from minsnap.plot.obstacles import drawn_places
@@ -97,7 +98,7 @@ def _can_show(limits: Any, samples: Samples) -> bool:
     if not isinstance(limits, Limits) or not limits.given():
         return False
     try:
-        profiles.utilisation_curves(samples, limits)
+        utilisation_curves(samples, limits)
     except InputError:
         return False
     return True

@@ -10,10 +10,10 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray
 from minsnap.basics.checks import check_able
-from minsnap.basics.limit_kinds import KIND, KINDS, Kind
+from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.errors import InputError
 from minsnap.limits.limits import Limits
-from minsnap.limits.measures import MEASURES, Motion, sampled_motion
+from minsnap.limits.uses_over_time import utilisation_curves
 from minsnap.plot import style
 from minsnap.plot.geometry import plot_path
 from minsnap.plot.style import Axes, Figure
@@ -196,34 +196,6 @@ def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = Non
     axes.set(xlabel="time [s]", ylabel="share of\nthe limit [%]", ylim=(0.0, None))
     style.legend_beside(axes)
     return axes
-
-
-def utilisation_curves(samples: Samples, limits: Limits) -> dict[str, FloatArray]:
-    """Return the utilisation of each limit at every sample, shape (m,), 1 at the limit; by the limit's name.
-
-    Raises
-    ------
-    InputError
-        If no limit is set, or the samples lack what one bounds.
-    """
-    bounds = limits.given()
-    if not bounds:
-        raise InputError("no limit is set: there is nothing to draw")
-    motion = sampled_motion(samples, limits.norm, limits.medium)
-    try:
-        values = {name: _values(KIND[name], samples, motion) for name in bounds}
-    except (TypeError, IndexError):
-        raise InputError(f"the samples lack a derivative or a coordinate that {', '.join(bounds)} need") from None
-    return {name: bounds[name] / value if KIND[name].least else value / bounds[name] for name, value in values.items()}
-
-
-def _values(kind: Kind, samples: Samples, motion: Motion) -> FloatArray:
-    """Return the quantity that a limit bounds at every sample, shape (m,)."""
-    if kind.measure != "yaw_rate":
-        return MEASURES[kind.measure].sampled(motion, kind.order)
-    if samples.yaw_rate is None:
-        raise TypeError("samples without a yaw rate")
-    return np.abs(samples.yaw_rate)
 
 
 @style.styled

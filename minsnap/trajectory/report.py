@@ -13,6 +13,7 @@ from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.cards import Facts, card, curve_svg, strip_svg
 from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.basics.tolerances import EXACT
+from minsnap.trajectory.leg_uses import LegUse, PlainLegs, Sensitivity
 
 NOTED = (
     ("speed", 1, 15.0, "m/s", frozenset({"speed"})),
@@ -153,6 +154,20 @@ class LeastTime(Protocol):
         ...
 
 
+class KnownLegs(Protocol):
+    """Knows the legs of a flight."""
+
+    @property
+    def legs(self) -> tuple[LegUse, ...]:
+        """Each leg."""
+        ...
+
+    @property
+    def sensitivities(self) -> tuple[Sensitivity, ...]:
+        """How the flight time depends on limits and rooms."""
+        ...
+
+
 @dataclass(frozen=True)
 class Report:
     """How a plan was made.
@@ -193,6 +208,8 @@ class Report:
         Asks how long every flight within the limits takes at least; None where the plan did not choose its time.
     duration : float
         Of the flight as it was planned [s]; 0 where that was not kept.
+    known : KnownLegs or None
+        Knows the legs of the flight.
     """
 
     solver: str
@@ -212,6 +229,7 @@ class Report:
     limits_from: float = 0.0
     least: LeastTime | None = field(default=None, repr=False, compare=False)
     duration: float = field(default=0.0, repr=False)
+    known: KnownLegs | None = field(default=None, repr=False, compare=False)
 
     def report(self, curve: Any) -> Report:
         """Return itself: what makes the report of a curve may be one."""
@@ -236,6 +254,21 @@ class Report:
         """How much longer the flight is at most than any other within the limits: duration / lower_bound - 1."""
         least = self.lower_bound
         return None if least is None else self.duration / least - 1.0
+
+    @property
+    def legs(self) -> tuple[LegUse, ...]:
+        """What the flight does leg by leg, measured when it is first asked for: time, speed, limits that bind."""
+        return () if self.known is None else self.known.legs
+
+    @property
+    def sensitivities(self) -> tuple[Sensitivity, ...]:
+        """How much longer the flight takes for one unit more of each limit, and of room at each gate, ball and box.
+
+        Each is searched twice, from the curve of the plan on, when this is first asked for. Empty where durations, a
+        total or a price of time were given, more derivatives are continuous than k - 1, or the way leads around
+        obstacles, and in a report that was copied before.
+        """
+        return () if self.known is None else self.known.sensitivities
 
     @property
     def nearness(self) -> str | None:
@@ -294,8 +327,9 @@ class LinearSystem(NamedTuple):
     def report(self, curve: Any) -> Report:
         """Return the report of the plan."""
         milliseconds, steps = 1e3 * (self.ended - self.began), steps_of(self.history)
-        notes = unlimited_notes(curve)
-        return Report("banded", 0, 0, curve.cost(), None, milliseconds, steps=steps, core=self.core, notes=notes)
+        notes, known = unlimited_notes(curve), PlainLegs(curve)
+        how: dict[str, Any] = {"steps": steps, "core": self.core, "notes": notes, "known": known}
+        return Report("banded", 0, 0, curve.cost(), None, milliseconds, **how)
 
 
 def unlimited_notes(curve: Any, limited: Collection[str] = ()) -> tuple[str, ...]:

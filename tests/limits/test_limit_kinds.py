@@ -14,7 +14,7 @@ from minsnap.cli.output import as_text, summarise
 from minsnap.cli.planning import TimingOptions
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, sampled_motion
-from minsnap.plot.profiles import utilisation_curves
+from minsnap.limits.uses_over_time import utilisation_curves
 from minsnap.plot.style import dense_samples
 from minsnap.vehicle import Quadrotor
 

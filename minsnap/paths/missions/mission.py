@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,16 +26,18 @@ from minsnap.limits.compliance import keeps, largest_use, most_used
 from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import BUILT_UP, ORDINARY
+from minsnap.limits.uses_over_time import legs_within
 from minsnap.paths.missions.course import Course, Stop, section_request
 from minsnap.planning.free_heading import best_headed, headings_for
 from minsnap.planning.near_notes import near_notes
 from minsnap.planning.planner import plan
 from minsnap.replanning.horizon import grouped
 from minsnap.trajectory.heading import Heading
+from minsnap.trajectory.leg_uses import LegUse, Sensitivity
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import chosen_heading
 from minsnap.trajectory.report import unlimited_notes
-from minsnap.trajectory.trajectory import Trajectory, concatenate
+from minsnap.trajectory.trajectory import Plan, Trajectory, concatenate
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,19 @@ class MissionPart:
     duration: float
 
 
+class PlannedPart(NamedTuple):
+    """A part that was planned, and which stop of the course each of its waypoints belongs to, -1 for none."""
+
+    curve: Trajectory
+    stops: tuple[int, ...] = ()
+
+    def sensitivities(self) -> Iterator[Sensitivity]:
+        """Yield how its time depends on limits, and on the room at stops by their numbers."""
+        for one in self.curve.report.sensitivities if isinstance(self.curve, Plan) else ():
+            known = one.waypoint is not None and bool(self.stops)
+            yield replace(one, waypoint=self.stops[one.waypoint or 0]) if known else one
+
+
 @dataclass(frozen=True, eq=False)
 class Mission(Path):
     """A course as it is flown; a path like any other.
@@ -103,6 +118,8 @@ class Mission(Path):
         Whether the search for one of the parts was cut short, and its best plan until then taken.
     said : tuple of str
         Which heading was chosen, where it was free.
+    planned : tuple of PlannedPart
+        The parts of the course, once for each time that they are flown; take-off and landing have limits of their own.
     """
 
     trajectory: Trajectory
@@ -112,6 +129,7 @@ class Mission(Path):
     corridor: tuple[HalfSpaces, ...] = ()
     interrupted: bool = False
     said: tuple[str, ...] = ()
+    planned: tuple[PlannedPart, ...] = field(default=(), repr=False)
 
     @property
     def duration(self) -> float:
@@ -134,6 +152,22 @@ class Mission(Path):
 
     def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
         return self.trajectory._evaluate(t, order)
+
+    @property
+    def legs(self) -> tuple[LegUse, ...]:
+        """What the flight does leg by leg: time, speed, limits that bind."""
+        return legs_within(self.trajectory, self.limits)
+
+    @property
+    def sensitivities(self) -> tuple[Sensitivity, ...]:
+        """How the flight time depends on limits, and on the room at the stops, over all parts; see ``Report``."""
+        total: dict[tuple[str, int | None], Sensitivity] = {}
+        for part in self.planned:
+            for one in part.sensitivities():
+                known = total.get((one.name, one.waypoint))
+                seconds = one.seconds + (0.0 if known is None else known.seconds)
+                total[one.name, one.waypoint] = replace(one, seconds=seconds)
+        return tuple(sorted(total.values(), key=lambda one: -1 if one.waypoint is None else one.waypoint))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -219,6 +253,7 @@ def _freely_headed(course: Course, planning: dict[str, Any]) -> Mission:
 
 def _planned(course: Course, planning: dict[str, Any]) -> Mission:
     flown = _flown(course, planning)
+    planned = tuple(PlannedPart(part.curve, part.stops) for part in flown)
     interrupted = any(part.curve.report is not None and part.curve.report.interrupted for part in flown)
     if course.takeoff is not False:
         first = flown[0].curve
@@ -231,7 +266,7 @@ def _planned(course: Course, planning: dict[str, Any]) -> Mission:
     flown, curve = _within_limits(course, flown, _headed(course, flown))
     walls = _corridor(curve, flown)
     _look_at(curve, walls, planning.get("continuity"), len(flown) > 1)
-    return Mission(curve, _parts(flown), course, course.bounds, walls, interrupted)
+    return Mission(curve, _parts(flown), course, course.bounds, walls, interrupted, planned=planned)
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,6 +277,7 @@ class _Flown:
     names: tuple[tuple[str, float], ...]
     walls: Sequence[Walls] = ()
     legs: int = 1
+    stops: tuple[int, ...] = ()
 
     def slower(self, factor: float) -> _Flown:
         """Return the same flown more slowly; a hold is kept as long as it is."""
@@ -306,12 +342,14 @@ def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
     if course.boxes is not None:
         ends = {"start": course.start, "end": course.end}
         curve, legs = plan(**course.request(waypoints=None, **ends).arguments() | planning), len(course.boxes.lower)
-        knots = curve(curve.leg_breaks[:: curve.legs // legs])
-        return [_Flown(curve, (("course", 0.0),), _walls([course.boxes], knots), legs)]
+        places = curve(curve.leg_breaks[:: curve.legs // legs])
+        return [_Flown(curve, (("course", 0.0),), _walls([course.boxes], places), legs)]
     if course.periodic and not on_ground:
-        request, _ = section_request([*course.stops, course.stops[0]], course, closed=True)
+        around = [*course.stops, course.stops[0]]
+        request, knots = section_request(around, course, closed=True)
         lap, kept = plan(**request.arguments() | planning), _walls(request.corridor or (), request.waypoints)
-        return [_Flown(lap, ((f"lap {n}", 0.0),), kept, request.legs) for n in range(1, course.laps + 1)]
+        numbers = _stops_of(request.legs, knots, around, course)
+        return [_Flown(lap, ((f"lap {n}", 0.0),), kept, request.legs, numbers) for n in range(1, course.laps + 1)]
     return _sections(course, planning)
 
 
@@ -366,10 +404,19 @@ def _section(section: list[tuple[str, Stop]], course: Course, planning: dict[str
     stops = [stop for _, stop in section]
     request, knots = section_request(stops, course, closed=False)
     curve = plan(**request.arguments() | planning)
-    flown = _Flown(curve, (), _walls(request.corridor or (), request.waypoints), request.legs)
+    own = request.legs, _stops_of(request.legs, knots, stops, course)
+    flown = _Flown(curve, (), _walls(request.corridor or (), request.waypoints), *own)
     names = [(name, float(t)) for (name, _), t in zip(section[:-1], flown.passed[knots], strict=False)]
     kept = [entry for i, entry in enumerate(names) if i == 0 or entry[0] != names[i - 1][0]]
     return replace(flown, names=tuple(kept))
+
+
+def _stops_of(legs: int, knots: list[int], stops: Sequence[Stop], course: Course) -> tuple[int, ...]:
+    """Return the numbers of the stops to which waypoints belong, those beside a straight gate too; -1 for none."""
+    numbers = {id(stop): number for number, stop in enumerate(course.stops)}
+    found = dict(zip(knots, (numbers.get(id(stop), -1) for stop in stops), strict=True))
+    beside = ((knot, knot - 1, knot + 1) for knot in range(legs + 1))
+    return tuple(next((found[near] for near in around if near in found), -1) for around in beside)
 
 
 def _walls(corridor: Sequence[Constraint], places: Any) -> list[Walls]:
