@@ -39,6 +39,7 @@ from .fleet.common_clock import Separation as Separation
 from .fleet.fleet_certificate import certify_fleet as certify_fleet
 from .fleet.fleet_planner import plan_fleet as plan_fleet
 from .limits.limits import Limits as Limits
+from .native.build import get_include as get_include
 from .optimisation.textbook_qp import build_qp as build_qp
 from .paths import routes as routes
 from .paths.missions.course import Course as Course

@@ -63,6 +63,9 @@ _NAMED = re.compile(r"\b([a-z]+(?:_[a-z]+)+)\b")
 def _root(
     context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print version and core, and exit.")] = False,
+    cmake_dir: Annotated[
+        bool, typer.Option("--cmake-dir", help="Print where CMake finds the C++ library, and exit.")
+    ] = False,
 ) -> None:
     """Plan minimum-snap quadrotor trajectories, certified inside their corridor at every instant.
 
@@ -74,6 +77,11 @@ def _root(
         from minsnap.native.library import describe
 
         print(f"minsnap {__version__}\n{describe()}")
+        raise typer.Exit(0)
+    if cmake_dir:
+        from minsnap.native import build
+
+        print(build.cmake_dir())
         raise typer.Exit(0)
     if context.invoked_subcommand is None:
         print(context.get_help(), file=sys.stderr)

@@ -17,6 +17,9 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 SOURCES = HERE / "src"
+INCLUDE = HERE / "include"
+"""What C and C++ programs include."""
+
 LIBRARY = HERE / "_core.bin"
 """The compiled library; with the ending ``.so`` it would pass for an extension module of Python."""
 
@@ -47,6 +50,16 @@ PLATFORMS: Mapping[str, str] = {
 ADVICE = "install g++ or clang, or the package ziglang beside minsnap, and run python -m minsnap.native.build"
 
 ROOM = "free some space on the disk; compiling the core takes 50 MB, and with zig's compiler 700 MB"
+
+
+def get_include() -> str:
+    """Return the folder of ``minsnap.h`` and ``minsnap.hpp``, which C and C++ programs include."""
+    return str(INCLUDE)
+
+
+def cmake_dir() -> str:
+    """Return the folder in which CMake finds the package ``minsnap``, for ``CMAKE_PREFIX_PATH`` or ``minsnap_DIR``."""
+    return str(HERE / "cmake")
 
 
 class NoCompilerError(RuntimeError):
@@ -152,8 +165,9 @@ def digest(*more: str) -> str:
     import hashlib
 
     total = hashlib.sha256(" ".join(dict.fromkeys([*flags(), *more])).encode())
-    for path in sorted(SOURCES.rglob("*.[ch]pp")):
-        total.update(path.relative_to(SOURCES).as_posix().encode() + path.read_bytes())
+    for folder, pattern in ((SOURCES, "*.[ch]pp"), (INCLUDE, "*.h")):
+        for path in sorted(folder.rglob(pattern)):
+            total.update(path.relative_to(folder).as_posix().encode() + path.read_bytes())
     return total.hexdigest()
 
 
@@ -200,7 +214,7 @@ def _compile(compiler: list[str], source: Path, folder: Path) -> Path:
     began = time.monotonic()
     made = folder / f"{source.stem}.o"
     own = ["-O2"] if source.name in RARE else []
-    _run([*compiler, *flags(*own), f"-I{SOURCES}", "-c", str(source), "-o", str(made)], folder)
+    _run([*compiler, *flags(*own), f"-I{SOURCES}", f"-I{INCLUDE}", "-c", str(source), "-o", str(made)], folder)
     _say(f"compiled {source.relative_to(SOURCES)} in {time.monotonic() - began:.0f} s")
     return made
 

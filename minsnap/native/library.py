@@ -18,7 +18,7 @@ How to add an area ``xyz``:
 
    Arrays must be C-contiguous float64; ``address`` refuses others. More than a few arguments are a ``Record``: a struct
    as in ``src/basics/border.hpp``, listed in ``border_fields.hpp`` and named in ``records.py``.
-3. A change of the arguments of an entry point raises ``ABI`` here and in ``src/library.cpp``.
+3. A change of the arguments of an entry point raises ``ABI`` here and in ``include/minsnap.h``.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ KINDS = "dlqLQiIB?"
 FEW = 1 << 14
 """Bytes that are copied faster than the address of an array is read."""
 
-ABI = 20
+ABI = 21
 """What ``minsnap_abi`` of a matching library returns."""
 
 CHOICES = ("auto", "native", "python")

@@ -14,10 +14,10 @@ from minsnap.native.library import loaded
 
 R = TypeVar("R", bound="Record")
 
-POLL = CFUNCTYPE(c_int64)
-"""Called during a search; not 0 ends it."""
+POLL = CFUNCTYPE(c_int64, c_void_p)
+"""Called during a search with the context of its request; not 0 ends it."""
 
-NUMBERS = {"float64": c_double, "int32": c_int32, "int64": c_int64, "poll": POLL}
+NUMBERS = {"float64": c_double, "int32": c_int32, "int64": c_int64, "poll": POLL, "context": c_void_p}
 """Kinds of fields that hold neither arrays nor records."""
 
 

@@ -191,7 +191,7 @@ def search_shortest(question: ShortestQuestion, watch: Watch) -> ShortestCurve |
         new, answer.told = totals[: answer.told].tolist(), 0
         return watch.tell(new, answer.work, bool(pressed))
 
-    def polled() -> int:
+    def polled(_context: int | None) -> int:
         try:
             return bool(tell())
         except BaseException as error:  # noqa: BLE001 - carried through the native core

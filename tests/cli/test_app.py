@@ -11,6 +11,7 @@ import subprocess
 import termios
 import time
 from array import array
+from pathlib import Path
 
 import pytest
 
@@ -84,6 +85,8 @@ def test_help_lists_the_commands_and_version_the_version(process):
     assert shown.returncode == 0
     for command in ("rect", "circle", "line", "helix", "eight", "plan", "check", "plot"):
         assert re.search(rf"^  {command} ", shown.stdout, re.MULTILINE), command
+    folder = process("--cmake-dir")
+    assert folder.returncode == 0 and (Path(folder.stdout.strip()) / "minsnap-config.cmake").is_file()
     version = process("--version")
     assert version.returncode == 0 and re.fullmatch(r"minsnap \d+\.\d+\.\d+\n(native|python) core.+\n", version.stdout)
 

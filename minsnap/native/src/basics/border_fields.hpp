@@ -35,6 +35,7 @@ constexpr const char *kind(const FleetCurves *) { return "FleetCurves"; }
 constexpr const char *kind(const WallsRecord *const *) { return "WallsRecord*"; }
 constexpr const char *kind(const MomentaryLimit *const *) { return "MomentaryLimit*"; }
 constexpr const char *kind(const Poll *) { return "poll"; }
+constexpr const char *kind(void *const *) { return "context"; }
 
 #define MINSNAP_FIELD(record, name) \
     {#record, #name, kind(static_cast<decltype(record::name) *>(nullptr)), offsetof(record, name), sizeof(record::name), sizeof(record)}
@@ -244,6 +245,7 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(ShortestRequest, room),
     MINSNAP_FIELD(ShortestRequest, live),
     MINSNAP_FIELD(ShortestRequest, poll),
+    MINSNAP_FIELD(ShortestRequest, context),
     MINSNAP_FIELD(ShortestAnswer, pieces),
     MINSNAP_FIELD(ShortestAnswer, iterations),
     MINSNAP_FIELD(ShortestAnswer, total),
@@ -362,14 +364,19 @@ constexpr BorderField border_fields[] = {
 
 #undef MINSNAP_FIELD
 
-// Whether the fields of each record follow each other without a gap, from its beginning to its end.
+// Whether the fields of each record follow each other from its beginning to its end, without a gap where pointers have the size of integers.
 constexpr bool complete() {
-    std::int64_t end = 0;
+    constexpr std::int64_t gap = sizeof(void *) < sizeof(std::int64_t) ? sizeof(void *) : 0;
+    std::int64_t end = 0, whole = 0;
     for (const BorderField &field : border_fields) {
-        if (field.offset != end) return false;
-        end = field.offset + field.size == field.whole ? 0 : field.offset + field.size;
+        if (field.offset == 0) {
+            if (end + gap < whole) return false;
+            end = 0;
+        }
+        if (field.offset < end || field.offset > end + gap) return false;
+        end = field.offset + field.size, whole = field.whole;
     }
-    return end == 0;
+    return end + gap >= whole;
 }
 
 static_assert(complete(), "a field is missing, or listed at another place than in its record");

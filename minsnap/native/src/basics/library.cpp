@@ -4,15 +4,9 @@
 #include "basics/border_fields.hpp"
 #include "basics/export.hpp"
 #include "basics/status.hpp"
+#include "basics/public.hpp"
 
-namespace {
-
-// Raise this number, and ABI in library.py, whenever the arguments or the meaning of an entry point change.
-constexpr std::int32_t abi = 20;
-
-}  // namespace
-
-MINSNAP_EXPORT std::int32_t minsnap_abi() { return abi; }
+MINSNAP_EXPORT std::int32_t minsnap_abi() { return MINSNAP_ABI; }
 
 // Name and version: the version of Clang begins with its name, that of GCC does not.
 MINSNAP_EXPORT const char *minsnap_compiler() {

@@ -3,7 +3,9 @@
 
 #include <atomic>
 #include <cstdint>
-#if !defined(_WIN32)
+#if defined(_WIN32) || defined(__wasm__)
+#define MINSNAP_ONE_THREAD
+#else
 #include <pthread.h>
 #endif
 
@@ -19,7 +21,7 @@ public:
     // Call task(chunk) for 0 ... count - 1 on so many threads, the caller's among them.  A thread that cannot be had is
     // done without.
     void run(int threads) {
-#if defined(_WIN32)
+#if defined(MINSNAP_ONE_THREAD)
         (void)threads;
         work();
 #else

@@ -13,7 +13,8 @@ struct MomentaryLimit {
     const double *parameters;
 };
 
-using Poll = std::int64_t (*)();  // reads the totals of the answer, and sets their count to 0; what is not 0 ends the search
+// Reads the totals of the answer, and sets their count to 0; gets the context of the request; what is not 0 ends the search.
+using Poll = std::int64_t (*)(void *);
 
 struct ShortestRequest {
     std::int64_t half, dim, legs, closed, groups, limits;
@@ -43,6 +44,7 @@ struct ShortestRequest {
     std::int64_t room;                // for totals
     std::int64_t live;                // whether it is polled before every iteration
     Poll poll;
+    void *context;
 };
 
 struct ShortestAnswer {

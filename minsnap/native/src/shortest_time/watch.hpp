@@ -20,7 +20,7 @@ public:
         const bool over = total < request_.vanishing * answer_.longest || answer_.work > request_.worth;
         if (!over && request_.live == 0 && answer_.told < request_.room && Clock::now() - polled_ < pause) return false;
         polled_ = Clock::now();
-        return request_.poll() != 0 || over;
+        return request_.poll(request_.context) != 0 || over;
     }
 
 private:

@@ -1,0 +1,11 @@
+# The version of the header beside the library; versions that differ in their first two numbers are not compatible.
+file(STRINGS "${CMAKE_CURRENT_LIST_DIR}/../include/minsnap.h" _line REGEX "#define MINSNAP_VERSION ")
+string(REGEX MATCH "[0-9.]+" PACKAGE_VERSION "${_line}")
+string(REGEX MATCH "^[0-9]+\\.[0-9]+" _own "${PACKAGE_VERSION}")
+string(REGEX MATCH "^[0-9]+\\.[0-9]+" _asked "${PACKAGE_FIND_VERSION}")
+if(PACKAGE_FIND_VERSION STREQUAL "" OR ((_own STREQUAL _asked OR PACKAGE_FIND_VERSION_MINOR STREQUAL "") AND NOT PACKAGE_VERSION VERSION_LESS PACKAGE_FIND_VERSION))
+  set(PACKAGE_VERSION_COMPATIBLE TRUE)
+  if(PACKAGE_VERSION VERSION_EQUAL PACKAGE_FIND_VERSION)
+    set(PACKAGE_VERSION_EXACT TRUE)
+  endif()
+endif()

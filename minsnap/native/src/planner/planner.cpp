@@ -1,0 +1,179 @@
+// The entry points of the public header.
+#include <chrono>
+#include <new>
+
+#include "basics/export.hpp"
+#include "planner/answer.hpp"
+#include "planner/given.hpp"
+#include "planner/shortest_plan.hpp"
+#include "polynomials/enclosure.hpp"
+#include "polynomials/evaluate.hpp"
+
+struct minsnap_planner {
+    minsnap::Says says;
+    minsnap::Course course;
+    minsnap::CurveMemory told, next;  // the curve that was given last, and the one that is made
+};
+
+namespace minsnap {
+namespace {
+
+using Long = long long;
+
+Status check_curve(const minsnap_curve *curve) {
+    if (curve == nullptr || curve->size != std::int64_t(sizeof(minsnap_curve))) return Status::bad_size;
+    constexpr std::int64_t most = 10'000'000;
+    if (curve->legs < 1 || curve->legs > most || curve->pieces < 1 || curve->pieces > most / curve->legs) return Status::bad_size;
+    if (curve->dim < 1 || curve->dim > 3 || curve->degree < 1 || curve->degree > 11) return Status::bad_size;
+    return curve->points == nullptr || curve->durations == nullptr || curve->breaks == nullptr ? Status::bad_size : Status::done;
+}
+
+Status check_given(const minsnap_curve *curve, const char *what, Says &says) {
+    if (check_curve(curve) != Status::done) return says(Status::bad_size, "%s is a null pointer, of another version, or has no legs", what);
+    const Pieces pieces{curve->points, curve->durations, curve->legs * curve->pieces, int(curve->degree), int(curve->dim)};
+    return pieces.sound() ? Status::done
+                          : says(Status::bad_number, "%s has a control point that is not finite, or a duration that is not positive", what);
+}
+
+Status check_room(const minsnap_curve *curve, Says &says) {
+    if (curve != nullptr && curve->size == std::int64_t(sizeof(minsnap_curve))) return Status::done;
+    return says(Status::bad_size, "the curve to be written is a null pointer, or of another version: make it by minsnap_curve_new");
+}
+
+Status plan(minsnap_planner &planner, SearchEnd &end) {
+    const Course &course = planner.course;
+    if (course.limited) return ShortestPlan(course, end, planner.says).run(planner.next);
+    GivenTimes given(course, planner.says);
+    return course.durations != nullptr ? given.solve(course.durations, planner.next) : given.split(planner.next);
+}
+
+// Prove what was found, and give it to the caller: nothing leaves that is not certified.
+Status give(minsnap_planner &planner, Status status, minsnap_curve &curve) {
+    if (status != Status::done && status != Status::spent) return status;
+    minsnap_curve made = minsnap_curve_new();
+    if (planner.next.legs > 0) {
+        minsnap_certificate proved = minsnap_certificate_new();
+        Says says;
+        const Status looked = certify(view(planner.next), planner.course, proved, says);
+        if (looked != Status::done || proved.kept == 0)
+            return planner.says(Status::not_proved, "a curve was found and not certified: %s", says.text());
+        planner.told.swap(planner.next);
+        planner.told.tell(made);
+    }
+    curve = made;
+    return status;
+}
+
+SearchEnd end_of(const minsnap_problem &problem, double seconds) {
+    SearchEnd end;
+    end.stop = problem.stop, end.context = problem.context;
+    if (seconds > 0.0 && seconds < 1e9)
+        end.due = SearchEnd::Clock::now() + std::chrono::duration_cast<SearchEnd::Clock::duration>(std::chrono::duration<double>(seconds));
+    return end;
+}
+
+}  // namespace
+}  // namespace minsnap
+
+using minsnap::Status;
+
+MINSNAP_EXPORT const char *minsnap_version() { return MINSNAP_VERSION; }
+
+MINSNAP_EXPORT minsnap_status minsnap_open(std::int32_t abi, minsnap_planner **planner) {
+    if (planner == nullptr) return MINSNAP_BAD_SIZE;
+    if (abi != minsnap_abi()) return MINSNAP_UNSUPPORTED;
+    minsnap_planner *const made = new (std::nothrow) minsnap_planner;
+    if (made == nullptr) return MINSNAP_NO_MEMORY;
+    *planner = made;
+    return MINSNAP_DONE;
+}
+
+MINSNAP_EXPORT void minsnap_close(minsnap_planner *planner) { delete planner; }
+
+MINSNAP_EXPORT const char *minsnap_message(const minsnap_planner *planner) {
+    return planner == nullptr ? "the planner is a null pointer" : planner->says.text();
+}
+
+MINSNAP_EXPORT minsnap_status minsnap_plan(minsnap_planner *planner, const minsnap_problem *problem, minsnap_curve *curve) {
+    if (planner == nullptr) return MINSNAP_BAD_SIZE;
+    planner->says.nothing();
+    Status status = minsnap::check_room(curve, planner->says);
+    if (status == Status::done) status = planner->course.take(problem, planner->says);
+    if (status != Status::done) return minsnap_status(status);
+    minsnap::SearchEnd end = minsnap::end_of(*problem, problem->seconds);
+    return minsnap_status(minsnap::give(*planner, minsnap::plan(*planner, end), *curve));
+}
+
+MINSNAP_EXPORT minsnap_status minsnap_replan(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown,
+                                             double now, double budget, minsnap_curve *curve) {
+    if (planner == nullptr) return MINSNAP_BAD_SIZE;
+    minsnap::Says &says = planner->says;
+    says.nothing();
+    Status status = minsnap::check_room(curve, says);
+    if (status == Status::done) status = minsnap::check_given(flown, "the curve flown", says);
+    if (status != Status::done) return minsnap_status(status);
+    minsnap::SearchEnd end;
+    if (problem != nullptr && problem->size == std::int64_t(sizeof(minsnap_problem))) {
+        if (!(budget > 0.0 && budget < 1e9))
+            return minsnap_status(says(Status::bad_number, "the budget is %g s: it must be positive", budget));
+        end = minsnap::end_of(*problem, budget);
+        const double splice = now + budget, last = flown->breaks[flown->legs * flown->pieces];
+        if (!(now >= 0.0 && splice <= last))
+            return minsnap_status(
+                says(Status::bad_number, "the plan goes on at %g s, and the curve flown lasts from 0 to %g s", splice, last));
+        if (problem->limits == nullptr || problem->closed != 0)
+            return minsnap_status(says(Status::unsupported, "a plan is made anew within limits, and is no lap"));
+        if (problem->dim != flown->dim || (problem->degree != 0 && problem->degree != 7) || flown->degree < 3)
+            return minsnap_status(says(Status::bad_size, "the curve flown has %lld coordinates and degree %lld, and the problem %lld and 7",
+                                       minsnap::Long(flown->dim), minsnap::Long(flown->degree), minsnap::Long(problem->dim)));
+        double state[4 * 3];
+        const minsnap::PiecewiseCurve whole = {
+            flown->points,           flown->durations, flown->breaks, flown->legs * flown->pieces, std::int32_t(flown->degree),
+            std::int32_t(flown->dim)};
+        for (int order = 0; order < 4 && status == Status::done; ++order)
+            status = minsnap::evaluate_curve(whole, order, &splice, 1, state + order * flown->dim);
+        if (status != Status::done) return minsnap_status(says(status, "the curve flown has no state at %g s", splice));
+        status = planner->course.take(problem, says, state);
+    } else {
+        status = planner->course.take(problem, says);
+    }
+    if (status != Status::done) return minsnap_status(status);
+    status = minsnap::plan(*planner, end);
+    if (status == Status::spent && planner->next.legs == 0)
+        return minsnap_status(says(status, "no new curve was certified within the budget: the old one stands"));
+    status = minsnap::give(*planner, status, *curve);
+    return minsnap_status(status == Status::spent ? Status::done : status);
+}
+
+MINSNAP_EXPORT minsnap_status minsnap_at(const minsnap_curve *curve, std::int64_t order, const double *t, std::int64_t count, double *out) {
+    const Status status = minsnap::check_curve(curve);
+    if (status != Status::done) return minsnap_status(status);
+    if (count < 0 || order < 0 || (count > 0 && (t == nullptr || out == nullptr))) return MINSNAP_BAD_SIZE;
+    const std::int64_t pieces = curve->legs * curve->pieces;
+    for (std::int64_t i = 0; i < count; ++i)
+        if (!(t[i] >= 0.0 && t[i] <= curve->breaks[pieces])) return MINSNAP_BAD_NUMBER;
+    if (order > curve->degree) {
+        for (std::int64_t i = 0; i < count * curve->dim; ++i) out[i] = 0.0;
+        return MINSNAP_DONE;
+    }
+    const minsnap::PiecewiseCurve whole = {curve->points,           curve->durations, curve->breaks, pieces, std::int32_t(curve->degree),
+                                           std::int32_t(curve->dim)};
+    return minsnap_status(minsnap::evaluate_curve(whole, int(order), t, count, out));
+}
+
+MINSNAP_EXPORT minsnap_status minsnap_certify(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *curve,
+                                              minsnap_certificate *certificate) {
+    if (planner == nullptr) return MINSNAP_BAD_SIZE;
+    planner->says.nothing();
+    if (certificate == nullptr || certificate->size != std::int64_t(sizeof(minsnap_certificate)))
+        return minsnap_status(planner->says(
+            Status::bad_size, "the certificate is a null pointer, or of another version: make it by minsnap_certificate_new"));
+    Status status = minsnap::check_given(curve, "the curve", planner->says);
+    if (status == Status::done) status = planner->course.take(problem, planner->says);
+    if (status != Status::done) return minsnap_status(status);
+    minsnap_certificate proved = minsnap_certificate_new();
+    const minsnap::CurveView seen = {curve->points, curve->durations, curve->legs, curve->pieces, int(curve->dim), int(curve->degree)};
+    status = minsnap::certify(seen, planner->course, proved, planner->says);
+    if (status == Status::done) *certificate = proved;
+    return minsnap_status(status);
+}

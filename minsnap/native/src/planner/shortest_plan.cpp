@@ -1,0 +1,437 @@
+// What is asked of the search for the shortest time, in which order, and when it ends.
+#include "planner/shortest_plan.hpp"
+
+#include <cmath>
+
+#include "chain/unconstrained.hpp"
+#include "polynomials/evaluate.hpp"
+#include "shortest_time/instant_limits.hpp"
+
+extern "C" {
+std::int32_t minsnap_shortest_time(const minsnap::ShortestRequest *request, minsnap::ShortestAnswer *answer);
+std::int32_t minsnap_unconstrained_pinned(const minsnap::ChainRecord *given, double *out, double *states);
+}
+
+namespace minsnap {
+namespace {
+
+struct PlanSettings {
+    static constexpr std::int64_t divided[2] = {3, 2},
+                                  alone[2] = {3, 3};     // into how many parts legs are divided, time after time; a single leg
+    static constexpr double worthwhile = 0.08;           // relative gain by which several legs are divided once more
+    static constexpr double short_leg = 0.3;             // share of the mean length that a leg has at least for a first guess
+    static constexpr double inwards = 2e-4;              // share of their widths by which walls are moved inwards
+    static constexpr double room = 1e-4;                 // share by which limits are tightened that slower flight does not mend
+    static constexpr double directed = 0.1;              // share of the weight below which thrust has no direction
+    static constexpr double softer = 2.0, slower = 1.3;  // factor on the body rate of a first search, and on the time of its curve
+    static constexpr int tries = 3;                      // searches until a curve can be certified
+    static constexpr double farther = 10.0;              // factor on the share by which walls are moved inwards, where a curve is outside
+    static constexpr double not_longer = 1e-3;           // share by which a certified curve may be slower than that of its search
+    static constexpr double seen = 0.05;                 // excess beyond which a search has not seen a limit
+    static constexpr double enough = 2.0;                // by how many excesses limits are tightened
+    static constexpr double row_work = 6e-5, block_work = 5e-6, question_work = 2000.0;  // milliseconds of a processor, about
+    static constexpr double vanishing = 1e-6;  // share of the longest total below which nothing limits the time
+    static constexpr double idle = 0.8;        // factor on time below which nothing limits it
+    static constexpr double on_limit = 0.999;  // use of a state that leaves no room
+    static constexpr double kept = 1e-9;       // how far above 1 a use may be
+    static constexpr double met = 2e-7;        // how near to 1 a use is brought
+    static constexpr int secants = 6, halvings = 60, doublings = 60;
+    static constexpr double secant_step = 0.05, first_step = 0.02;
+    static constexpr double grain = 0x1p32;  // factors on time are rounded up to its fractions
+    static constexpr std::int64_t room_for_totals = 256;
+};
+using P = PlanSettings;
+
+// Largest derivatives of the profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval.
+constexpr double peaks[4] = {2.1875, 7.5132, 52.5, 840.0};
+
+double grained(double factor) { return std::ceil(factor * P::grain) / P::grain; }
+
+struct Told {
+    SearchEnd *end;
+    ShortestAnswer *answer;
+};
+
+std::int64_t poll(void *context) {
+    const Told &told = *static_cast<Told *>(context);
+    told.answer->told = 0;
+    return told.end->over();
+}
+
+}  // namespace
+
+// Greatest derivative of an order that a motion in any direction may reach; infinite where free.
+double ShortestPlan::norm(int order, double body_rate) const {
+    const Bounds &bounds = course_.bounds;
+    double least = bounds.norm[order - 1];
+    if (order == 2 && bounds.most_thrust < infinite) least = std::min(least, (bounds.most_thrust - 1.0) * bounds.gravity);
+    if (order == 2 && bounds.least_thrust > 0.0) least = std::min(least, (1.0 - bounds.least_thrust) * bounds.gravity);
+    if (order == 2 && bounds.tilt < infinite) least = std::min(least, bounds.gravity * std::sin(bounds.tilt));
+    if (order == 3 && body_rate < infinite) least = std::min(least, 0.5 * bounds.gravity * body_rate);
+    return least;
+}
+
+void ShortestPlan::make_question() {
+    moving_ = !course_.still || course_.bounds.turns();
+    question_.inwards = P::inwards, question_.tightened = course_.still && moving_ ? P::room : 0.0,
+    question_.body_rate = course_.bounds.body_rate;
+    for (std::int64_t leg = 0; leg < course_.legs; ++leg)
+        lengths_[std::size_t(leg)] = std::max(course_.lengths[std::size_t(leg)], P::short_leg * course_.length);
+    const std::int64_t state = std::int64_t(course_.half) * course_.dim;
+    for (std::int64_t i = 0; i <= course_.legs; ++i)
+        for (std::int64_t j = 0; j < state; ++j) {
+            const bool end = !course_.closed && (i == 0 || i == course_.legs);
+            free_[std::size_t(i * state + j)] = j < course_.dim ? course_.ball(i) : !end;
+        }
+}
+
+// Walls, then limits as convex sets, then balls at waypoints.
+bool ShortestPlan::make_sets() {
+    const int dim = course_.dim;
+    sets_.clear(dim);
+    for (int g = 0; g < course_.walls.count(); ++g)
+        if (!sets_.add_cut(course_.walls[g], 1)) return false;
+    if (!make_limits()) return false;
+    if (!course_.balls()) return true;
+    if (!sets_.add_cut(course_.region[0], 1)) return false;
+    sets_.last().at_knots = 1;
+    return true;
+}
+
+bool ShortestPlan::make_limits() {
+    const Bounds &bounds = course_.bounds;
+    const int dim = course_.dim;
+    WallRows to;
+    // balls |A x| <= radius + slope x_z around an anchor along z, the same on every leg; planes where there are no rows
+    auto add = [&](int rows, std::int64_t order, double radius, double width, double anchor, double slope) {
+        if (!sets_.add(course_.legs, rows, order, to)) return false;
+        for (std::int64_t leg = 0; leg < course_.legs; ++leg) {
+            to.leg[leg] = leg, to.radius[leg] = radius, to.width[leg] = width;
+            for (int d = 0; d < rows; ++d) to.matrix[(leg * rows + d) * dim + d] = 1.0;
+            if (dim == 3) to.anchor[leg * dim + 2] = anchor, to.slope[leg * dim + 2] = slope;
+        }
+        return true;
+    };
+    for (int k = 0; k < 4; ++k)
+        if (bounds.norm[k] < infinite && !add(dim, k + 1, bounds.norm[k], bounds.norm[k], 0.0, 0.0)) return false;
+    const double g = bounds.gravity;
+    const bool bounded = bounds.most_thrust < infinite || bounds.norm[1] < infinite;
+    if (bounds.most_thrust < infinite && !add(3, 2, bounds.most_thrust * g, bounds.most_thrust * g, -g, 0.0)) return false;
+    if (bounds.least_thrust > 0.0 && !bounded) {
+        const double lowest = (bounds.least_thrust - 1.0) * g;
+        if (!add(0, 2, -lowest, -lowest, 0.0, 1.0)) return false;
+    }
+    if (bounds.tilt < infinite) {
+        const double slope = std::tan(bounds.tilt), lowest = (1.0 - exact) * g;
+        if (!add(0, 2, lowest, lowest, 0.0, 1.0) || !add(2, 2, slope * g, slope * g, 0.0, slope)) return false;
+    }
+    const bool directed = bounds.turns() && bounds.least_thrust < P::directed;
+    const double least = directed ? P::directed : bounded ? bounds.least_thrust : 0.0;
+    if (least == 0.0) return true;
+    if (!add(3, 2, least * g, directed ? g : least * g, -g, 0.0)) return false;
+    sets_.last().outside = 1;
+    return true;
+}
+
+bool ShortestPlan::stop_and_go(Buffer<double> &durations) const {
+    if (!durations.allocate(std::size_t(course_.legs))) return false;
+    for (std::int64_t leg = 0; leg < course_.legs; ++leg) {
+        double longest = 0.0;
+        const double length = lengths_[std::size_t(leg)];
+        for (int order = 1; order <= 4; ++order)
+            if (const double most = norm(order, course_.bounds.body_rate); most < infinite)
+                longest = std::max(longest, std::pow(peaks[order - 1] * length / most, 1.0 / order));
+        durations[std::size_t(leg)] = longest > 0.0 ? longest : 1e-3 + length;
+    }
+    return true;
+}
+
+Status ShortestPlan::run(CurveMemory &curve) {
+    const std::int64_t state = std::int64_t(course_.half) * course_.dim;
+    if (!lengths_.allocate(std::size_t(course_.legs)) || !free_.allocate(std::size_t((course_.legs + 1) * state)) ||
+        !totals_.allocate(P::room_for_totals))
+        return says_(Status::no_memory, "there is no memory for a search of %lld legs", static_cast<long long>(course_.legs));
+    make_question();
+    if (!make_sets())
+        return says_(Status::no_memory, "there is no memory for the walls of %lld legs", static_cast<long long>(course_.legs));
+    per_leg_ = course_.pieces;
+    Status status = solve(curve);
+    if (status == Status::no_memory)
+        return says_(status, "there is no memory for a search of %lld legs", static_cast<long long>(course_.legs));
+    if (status != Status::done && several() && !end_.ended) {
+        per_leg_ = 1;
+        status = solve(curve);
+    }
+    if (status == Status::done) return end_.ended ? says_(Status::spent, "the search was ended: this is the best curve so far") : status;
+    if (course_.still && resting(curve))
+        return end_.ended ? says_(Status::spent, "the search was ended: this curve rests at every waypoint") : Status::done;
+    curve.legs = 0;
+    if (end_.ended) return says_(Status::spent, "the search was ended before it had a curve that can be certified");
+    if (on_limit())
+        return says_(Status::no_progress,
+                     "the state at the start is on a limit, which leaves a new curve no room: raise the limit a little");
+    if (found_none_) return says_(Status::unsupported, "nothing limits the time: the path keeps its limits at any speed; add another one");
+    return says_(Status::no_progress, "no curve within the limits%s was found: loosen a limit%s",
+                 course_.walls.count() > 0 ? " and the walls" : "", course_.walls.count() > 0 ? ", or widen the corridor" : "");
+}
+
+// Whether the state at the start uses nearly all of a limit.
+bool ShortestPlan::on_limit() const {
+    const Bounds &bounds = course_.bounds;
+    double used = 0.0, thrust = 0.0;
+    for (int order = 1; order < course_.half; ++order) {
+        double square = 0.0;
+        for (int d = 0; d < course_.dim; ++d) {
+            const double value = course_.state(0)[order * course_.dim + d];
+            square += value * value;
+            if (order == 2) thrust += d == 2 ? (value + bounds.gravity) * (value + bounds.gravity) : value * value;
+        }
+        used = std::max(used, std::sqrt(square) / bounds.norm[order - 1]);
+    }
+    thrust = std::sqrt(thrust) / bounds.gravity;
+    return !course_.still && (std::max(used, thrust / bounds.most_thrust) > P::on_limit || P::on_limit * thrust < bounds.least_thrust);
+}
+
+// From rest at every waypoint, or from a better curve where there is one.
+Status ShortestPlan::solve(CurveMemory &curve) {
+    Guess guess;
+    Question question = question_;
+    if (softer(guess) || (!course_.still && !end_.ended && coasting(guess))) {
+        question.guess = &guess;
+        const Status status = certified(question, curve);
+        if (status == Status::done || status == Status::no_memory || end_.ended) return status;
+    }
+    return end_.over() ? Status::spent : certified(question_, curve);
+}
+
+// Search with a higher body rate first: from rest the way around free fall is hard to find. Where a thrust is kept at fixed waypoints, it is not.
+bool ShortestPlan::softer(Guess &guess) {
+    if (!course_.bounds.turns() || (course_.bounds.least_thrust > 0.0 && !course_.balls())) return false;
+    Question question = question_;
+    question.body_rate *= P::softer, question.divided = false, question.rough = true;
+    if (search(question, scaled_) != Status::done || stopped_) return false;
+    const std::int64_t all = scaled_.all(), state = std::int64_t(course_.half) * course_.dim;
+    if (!guess_durations_.allocate(std::size_t(all)) || !guess_knots_.allocate(std::size_t((all + 1) * state))) return false;
+    std::copy(scaled_.durations.data(), scaled_.durations.data() + all, guess_durations_.data());
+    std::copy(knots_.data(), knots_.data() + (all + 1) * state, guess_knots_.data());
+    guess = {1, guess_durations_.data(), guess_knots_.data(), P::slower};
+    return true;
+}
+
+// The curve of least cost through all waypoints that goes on as a moving start does: from rest a search finds a loop back to a waypoint close ahead.
+bool ShortestPlan::coasting(Guess &guess) {
+    const std::int64_t state = std::int64_t(course_.half) * course_.dim;
+    if (!stop_and_go(guess_durations_) || !guess_knots_.allocate(std::size_t((course_.legs + 1) * state)) || !scaled_.allocate(course_, 1))
+        return false;
+    for (int end = 0; end < 2; ++end) {
+        const std::int64_t leg = end == 0 ? 0 : course_.legs - 1;
+        const double *const velocity = course_.state(end == 0 ? 0 : course_.legs) + course_.dim;
+        double square = 0.0;
+        for (int d = 0; d < course_.dim; ++d) square += velocity[d] * velocity[d];
+        double &duration = guess_durations_[std::size_t(leg)];
+        if (square > 0.0) duration = std::min(duration, std::max(course_.lengths[std::size_t(leg)] / std::sqrt(square), shortest_duration));
+    }
+    std::copy(guess_durations_.data(), guess_durations_.data() + course_.legs, scaled_.durations.data());
+    ChainRecord chain = {};
+    Buffer<double> places;
+    if (!places.allocate(std::size_t((course_.legs + 1) * course_.dim))) return false;
+    for (std::int64_t i = 0; i <= course_.legs; ++i)
+        std::copy(course_.state(i), course_.state(i) + course_.dim, places.data() + i * course_.dim);
+    chain.half = course_.half, chain.legs = course_.legs, chain.dim = course_.dim, chain.points = places.data(),
+    chain.durations = guess_durations_.data();
+    chain.start = course_.state(0) + course_.dim, chain.end = course_.state(course_.legs) + course_.dim;
+    Buffer<double> states;
+    if (!states.allocate(std::size_t((course_.legs + 1) * state)) ||
+        minsnap_unconstrained_pinned(&chain, scaled_.points.data(), states.data()) != 0)
+        return false;
+    write_breaks(scaled_.durations.data(), course_.legs, scaled_.breaks.data());
+    const PiecewiseCurve whole = {scaled_.points.data(), scaled_.durations.data(), scaled_.breaks.data(),
+                                  course_.legs,          2 * course_.half - 1,     course_.dim};
+    for (std::int64_t i = 0; i <= course_.legs; ++i)
+        for (int order = 0; order < course_.half; ++order)
+            if (evaluate_curve(whole, order, scaled_.breaks.data() + i, 1, guess_knots_.data() + i * state + order * course_.dim) !=
+                Status::done)
+                return false;
+    guess = {1, guess_durations_.data(), guess_knots_.data(), 1.0};
+    return true;
+}
+
+Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
+    const std::int64_t legs = course_.legs, state = std::int64_t(course_.half) * course_.dim;
+    const std::int64_t *const parts = per_leg_ > 0 ? &per_leg_ : legs > 1 ? P::divided : P::alone;
+    const std::int64_t divisions = !question.divided || per_leg_ == 1 ? 0 : per_leg_ > 0 ? 1 : 2;
+    std::int64_t pieces = question.guess == nullptr ? 1 : question.guess->pieces;
+    for (std::int64_t k = 0; k < divisions; ++k) pieces *= parts[k];
+    if (!curve.allocate(course_, pieces) || !knots_.allocate(std::size_t((legs * pieces + 1) * state))) return Status::no_memory;
+    const double norms[4] = {norm(1, question.body_rate), norm(2, question.body_rate), norm(3, question.body_rate),
+                             norm(4, question.body_rate)};
+    const double turning[6] = {course_.bounds.gravity, 0.0, 0.0, 0.0, 0.0, question.body_rate};
+    const MomentaryLimit momentary = {std::int64_t(LimitKind::body_rate), turning};
+    const double size = double(std::max<std::int64_t>(1, course_.pieces) * legs) / 30.0, more = std::max({1.0, double(legs) / 5.0, size});
+    answer_ = {};
+    answer_.work = work_, answer_.longest = longest_, answer_.totals = totals_.data(), answer_.durations = curve.durations.data();
+    answer_.points = curve.points.data(), answer_.knots = knots_.data();
+    Told told = {&end_, &answer_};
+    ShortestRequest asked = {};
+    asked.half = course_.half, asked.dim = course_.dim, asked.legs = legs, asked.closed = course_.closed;
+    asked.groups = sets_.count(), asked.limits = course_.bounds.turns(), asked.divisions = divisions, asked.moving = moving_;
+    asked.rough = question.rough, asked.parts = parts, asked.worthwhile = legs > 1 ? P::worthwhile : 0.0;
+    asked.inwards = question.inwards, asked.tightened = question.tightened, asked.pinned = course_.pinned.data(), asked.free = free_.data();
+    asked.lengths = lengths_.data(), asked.norms = norms, asked.slower = 1.0, asked.cones = sets_.data(), asked.momentary = &momentary;
+    if (question.guess != nullptr) {
+        asked.guessed = question.guess->pieces, asked.slower = question.guess->slower;
+        asked.guess_durations = question.guess->durations, asked.guess_knots = question.guess->knots;
+    }
+    const double block = double(course_.half - 1) * course_.dim;
+    asked.row_work = P::row_work, asked.iteration_work = P::block_work * double(legs * pieces) * block * block * block;
+    asked.worth = 0.5 * P::question_work * more * more, asked.vanishing = P::vanishing, asked.room = P::room_for_totals;
+    asked.live = end_.timed(), asked.poll = poll, asked.context = &told;
+    const Status status = Status(minsnap_shortest_time(&asked, &answer_));
+    work_ = answer_.work, longest_ = answer_.longest, stopped_ = status == Status::spent, kept_ = status != Status::no_progress;
+    if (status == Status::spent && answer_.work > asked.worth) end_.ended = true;
+    if (status != Status::done && status != Status::spent && status != Status::no_progress) return status;
+    curve.pieces = answer_.pieces;
+    if (curve.total() < P::vanishing * longest_) return found_none_ = true, Status::no_progress;
+    return kept_ ? Status::done : Status::no_progress;
+}
+
+Status ShortestPlan::certified(Question question, CurveMemory &curve) {
+    CurveMemory last;
+    bool found = false;
+    for (int attempt = 0; attempt < P::tries; ++attempt) {
+        const Status status = search(question, curve);
+        if (status == Status::no_memory) return status;
+        if (status != Status::done) break;
+        if (!inside(curve)) {
+            question.inwards = P::farther * std::max(question.inwards, P::inwards);
+            continue;
+        }
+        if (!last.copy(curve)) return Status::no_memory;
+        found = true;
+        double excess = 0.0;
+        if (within(question, curve, excess)) return Status::done;
+        if (stopped_ || excess > P::seen) return Status::no_progress;
+        question.tightened += P::enough * excess;
+    }
+    if (!found) return Status::no_progress;
+    curve.swap(last);
+    return slowed(curve) ? Status::done : Status::no_progress;
+}
+
+bool ShortestPlan::inside(const CurveMemory &curve) const {
+    bool passes = false;
+    waypoint_excess(view(curve), course_, passes);
+    return passes && wall_excess(view(curve), course_.walls) <= 0.0;
+}
+
+// Fly the same path at the speed at which the most used limit is just kept, if that is about its own.
+bool ShortestPlan::within(const Question &question, CurveMemory &curve, double &excess) {
+    if (moving_) {
+        const double used = largest_use(view(curve), course_.bounds);
+        if (used <= 1.0 + P::kept) return true;
+        excess = used - 1.0;
+        if (!course_.still || !stopped_) return false;
+    }
+    double factor = touching(curve);
+    if (!(factor < infinite)) return excess = infinite, false;
+    factor = grained(factor);
+    excess = factor - 1.0;
+    const bool limited = course_.bounds.norm[0] < infinite || course_.bounds.norm[1] < infinite || course_.bounds.norm[2] < infinite ||
+                         course_.bounds.norm[3] < infinite;
+    if (factor < P::idle && !stopped_ && !limited) return found_none_ = true, false;
+    if (factor > 1.0 + P::not_longer && !stopped_) return false;
+    (void)question;
+    curve.slow(factor);
+    return keeps(curve);
+}
+
+bool ShortestPlan::keeps(const CurveMemory &curve, double factor) {
+    if (factor == 1.0) return largest_use(view(curve), course_.bounds) <= 1.0 + P::kept;
+    if (!scaled_.copy(curve)) return false;
+    scaled_.slow(factor);
+    return largest_use(view(scaled_), course_.bounds) <= 1.0 + P::kept;
+}
+
+// The factor on time at which the most used limit is just reached, none exceeded; infinite where there is none.
+double ShortestPlan::touching(const CurveMemory &curve) {
+    const Bounds &bounds = course_.bounds;
+    if (!bounds.lifts()) {
+        Reached reached;
+        if (measure(view(curve), bounds.gravity, false, reached) != Status::done) return infinite;
+        double factor = 0.0;
+        for (int k = 0; k < 4; ++k)
+            if (bounds.norm[k] < infinite)
+                factor = std::max(factor, std::pow(std::max(reached.norm[k] / bounds.norm[k], 0.0), 1.0 / (k + 1)));
+        return factor;
+    }
+    const double near = nearby(curve);
+    if (near < infinite) return near;
+    double low = 1.0, high = 1.0, step = P::first_step;
+    int doubled = 0;
+    for (; !keeps(curve, high == 1.0 ? 1.0 : grained(high)); low = high, high *= 1.0 + step, step *= 2.0)
+        if (++doubled > P::doublings || !(high < 1e12)) return infinite;
+    for (int k = 0; k < P::halvings && high - low > 1e-12 * high; ++k) {
+        const double middle = grained(0.5 * (low + high));
+        (keeps(curve, middle) ? high : low) = middle;
+    }
+    return high;
+}
+
+// Slope of the logarithm of the largest use in that of the factor on time, and the use; exact for derivatives, and for thrusts where they are largest.
+double ShortestPlan::slope(const CurveMemory &curve, double &used) const {
+    const Bounds &bounds = course_.bounds;
+    used = largest_use(view(curve), bounds);
+    Reached reached;
+    if (measure(view(curve), bounds.gravity, true, reached) != Status::done) return -2.0;
+    for (int k = 0; k < 4; ++k)
+        if (reached.norm[k] / bounds.norm[k] == used) return -(k + 1.0);
+    return -2.0;
+}
+
+// The same where it is near one, by a few steps of the secant method; infinite where they do not find it.
+double ShortestPlan::nearby(const CurveMemory &curve) {
+    double place = 1.0, best = infinite, last_place = 0.0, last_excess = 0.0;
+    for (int k = 0; k < P::secants; ++k) {
+        if (!scaled_.copy(curve)) return infinite;
+        scaled_.slow(place);
+        double used;
+        const double guessed = slope(scaled_, used), excess = std::log(std::min(std::max(used, 1e-3), 1e3));
+        if (excess <= P::kept) {
+            best = std::min(best, place);
+            if (excess >= -P::met) return best;
+        }
+        if (last_place > 0.0 && place > last_place && excess > std::max(last_excess, 0.0) + P::met) return best;
+        const bool known = last_place > 0.0 && place != last_place;
+        const double own = known ? (excess - last_excess) / std::log(place / last_place) : guessed;
+        double step = (excess + 0.5 * P::met) / std::min(std::max(own, -10.0), -0.2);
+        step = std::min(std::max(step, -P::secant_step), P::secant_step);
+        last_place = place, last_excess = excess, place = grained(place * std::exp(-step));
+    }
+    return infinite;
+}
+
+// The same path as much more slowly as the limits ask for.
+bool ShortestPlan::slowed(CurveMemory &curve) {
+    if (!course_.still) return false;
+    const double factor = touching(curve);
+    if (!(factor < 1e6)) return false;
+    curve.slow(grained(factor));
+    return keeps(curve) && inside(curve);
+}
+
+// Rest at every waypoint, where nothing better was found.
+bool ShortestPlan::resting(CurveMemory &curve) {
+    Buffer<double> durations;
+    if (!stop_and_go(durations) || !curve.allocate(course_, 1)) return false;
+    const int count = 2 * course_.half, dim = course_.dim;
+    for (std::int64_t leg = 0; leg < course_.legs; ++leg) {
+        curve.durations[std::size_t(leg)] = durations[std::size_t(leg)];
+        for (int j = 0; j < count; ++j) {
+            const double *const from = course_.state(j < course_.half ? leg : leg + 1);
+            std::copy(from, from + dim, curve.points.data() + (leg * count + j) * dim);
+        }
+    }
+    return inside(curve) && slowed(curve);
+}
+
+}  // namespace minsnap

@@ -1,0 +1,91 @@
+// The quickest curve within limits: one search on the whole problem, whose curve is certified, scaled to touch its limits, or searched anew.
+//
+// A search keeps walls and limits at instants and peaks that it sees; proved extrema have the last word. A curve outside of a wall is searched again
+// with walls moved further inwards. Where only time is in the way, the curve is flown at the speed at which the most used limit is just kept.
+#pragma once
+
+#include <chrono>
+
+#include "planner/answer.hpp"
+#include "planner/given.hpp"
+#include "shortest_time/border.hpp"
+
+namespace minsnap {
+
+// When a search ends from outside.
+struct SearchEnd {
+    using Clock = std::chrono::steady_clock;
+
+    Clock::time_point due = Clock::time_point::max();
+    std::int64_t (*stop)(void *) = nullptr;
+    void *context = nullptr;
+    bool ended = false;
+
+    bool timed() const { return due < Clock::time_point::max() || stop != nullptr; }
+    bool over() {
+        ended = ended || (stop != nullptr && stop(context) != 0) || (due < Clock::time_point::max() && Clock::now() >= due);
+        return ended;
+    }
+};
+
+class ShortestPlan {
+public:
+    ShortestPlan(const Course &course, SearchEnd &end, Says &says) : course_(course), end_(end), says_(says), given_(course, unsaid_) {}
+
+    // Done, or spent where the search was ended from outside: then the curve has no legs where there is none.
+    Status run(CurveMemory &curve);
+
+private:
+    // A curve that a search begins from.
+    struct Guess {
+        std::int64_t pieces;
+        const double *durations, *knots;
+        double slower;
+    };
+
+    // What changes from one search to the next.
+    struct Question {
+        const Guess *guess = nullptr;
+        bool divided = true, rough = false;
+        double inwards, tightened, body_rate;
+    };
+
+    void make_question();
+    bool make_sets();
+    bool make_limits();
+    bool stop_and_go(Buffer<double> &durations) const;
+    double norm(int order, double body_rate) const;
+    Status solve(CurveMemory &curve);
+    bool on_limit() const;
+    Status certified(Question question, CurveMemory &curve);
+    Status search(const Question &question, CurveMemory &curve);
+    bool softer(Guess &guess);
+    bool coasting(Guess &guess);
+    bool within(const Question &question, CurveMemory &curve, double &excess);
+    double touching(const CurveMemory &curve);
+    double nearby(const CurveMemory &curve);
+    double slope(const CurveMemory &curve, double &used) const;
+    bool inside(const CurveMemory &curve) const;
+    bool keeps(const CurveMemory &curve, double factor = 1.0);
+    bool slowed(CurveMemory &curve);
+    bool resting(CurveMemory &curve);
+    bool several() const { return course_.pieces != 1; }
+
+    const Course &course_;
+    SearchEnd &end_;
+    Says &says_;
+    Says unsaid_;
+    GivenTimes given_;
+    WallSets sets_;
+    Question question_;
+    bool moving_ = false, whole_ = false, found_none_ = false;
+    std::int64_t per_leg_ = 0;  // pieces asked for in this attempt; 0 for those that the search chooses
+    ShortestAnswer answer_ = {};
+    bool stopped_ = false, kept_ = false;
+    double work_ = 0.0, longest_ = 0.0;
+    CurveMemory scaled_;
+    Buffer<std::int64_t> free_;
+    Buffer<double> lengths_, totals_, knots_, guess_durations_, guess_knots_;
+};
+
+}  // namespace minsnap

@@ -1,0 +1,187 @@
+// Plans of all kinds, and digests of all their bits, which a file holds beside them: Python's plans have the same.
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <string>
+
+#include <minsnap.hpp>
+
+#include "expect.hpp"
+
+namespace {
+
+// Of the bits of durations, then of control points (Fowler, Noll and Vo, FNV-1a).
+std::uint64_t digest(const minsnap::Curve &curve) {
+    std::uint64_t hash = 14695981039346656037ULL;
+    for (const std::vector<double> *values : {&curve.durations(), &curve.points()})
+        for (const double value : *values) {
+            const double own = value == 0.0 ? 0.0 : value;  // of either sign
+            unsigned char bytes[sizeof own];
+            std::memcpy(bytes, &own, sizeof own);
+            for (const unsigned char byte : bytes) hash = (hash ^ byte) * 1099511628211ULL;
+        }
+    return hash;
+}
+
+minsnap::Problem rectangle() {
+    minsnap::Problem problem(3);
+    problem.points = {0, 0, 1, 8, 0, 1, 8, 4, 1, 0, 4, 1, 0, 0, 1};
+    return problem;
+}
+
+minsnap::Problem line() {
+    minsnap::Problem problem(3);
+    problem.points = {0, 0, 1, 4, 1, 1.5, 7, -1, 2};
+    return problem;
+}
+
+minsnap::Limits usual() {
+    minsnap::Limits limits;
+    limits.speed = 3.0, limits.acceleration = 4.0, limits.jerk = 30.0;
+    return limits;
+}
+
+std::map<std::string, minsnap::Problem> problems() {
+    std::map<std::string, minsnap::Problem> all;
+    minsnap::Limits limits = usual();
+
+    minsnap::Problem problem = rectangle();
+    problem.durations = {4, 2, 4, 2};
+    all.emplace("durations", problem);
+    problem.widths = {0.3, 0.3, 0.3, 0.3};
+    all.emplace("tube", problem);
+    problem.pieces = 2;
+    all.emplace("tube of two pieces a leg", problem);
+
+    problem = rectangle(), problem.total_time = 12.0;
+    all.emplace("total", problem);
+    problem.widths = {0.3, 0.3, 0.3, 0.3};
+    all.emplace("total in a tube", problem);
+
+    problem = rectangle(), problem.closed = true, problem.durations = {4, 2, 4, 2};
+    all.emplace("lap", problem);
+
+    problem = rectangle(), problem.degree = 9, problem.durations = {4, 2, 4, 2}, problem.widths = {0.5, 0.5, 0.5, 0.5};
+    all.emplace("degree 9", problem);
+
+    problem = line(), problem.durations = {2, 2}, problem.start = {1, 0, 0, 0, 0.5, 0, 0, 0, 0};
+    all.emplace("moving start", problem);
+    problem.widths = {0.6, 0.6};
+    all.emplace("moving start in a tube", problem);
+
+    problem = line(), problem.durations = {2, 2}, problem.box_lower = {-1, -1, 0, 3, -2, 0}, problem.box_upper = {5, 1.02, 3, 8, 1.02, 3};
+    all.emplace("boxes", problem);
+    problem.radii = {0, 0.4, 0};
+    all.emplace("boxes and a ball", problem);
+
+    problem = line(), problem.durations = {2, 2};
+    for (std::int64_t leg = 0; leg < 2; ++leg)
+        for (const auto &side : {std::vector<double>{1, 1, 0}, {-1, 1, 0}, {0, -1, 0.5}, {0, 0, 1}, {0, 0, -2}, {1, 0, 0}, {-1, 0, 0}})
+            problem.add_plane(leg, side, 8.5);
+    problem.add_plane(0, {0, 1, 0}, 1.03);
+    all.emplace("polytopes", problem);
+
+    problem = rectangle(), problem.pieces = 1, problem.within(limits);
+    all.emplace("limits, one piece", problem);
+    problem.pieces = 0;
+    all.emplace("limits", problem);
+    problem.widths = {0.3, 0.3, 0.3, 0.3};
+    all.emplace("limits in a tube", problem);
+
+    problem = line(), problem.within(limits), problem.radii = {0, 0.3, 0};
+    all.emplace("limits and a ball", problem);
+    problem = line(), problem.within(limits), problem.start = {1, 0, 0, 0, 0, 0, 0, 0, 0};
+    all.emplace("limits from a moving start", problem);
+    problem = line(), problem.within(limits), problem.box_lower = {-1, -1, 0, 3, -2, 0}, problem.box_upper = {5, 1.02, 3, 8, 1.02, 3};
+    all.emplace("limits in boxes", problem);
+
+    limits = minsnap::Limits(), limits.max_thrust = 1.6, limits.min_thrust = 0.5, limits.tilt = 0.5, limits.speed = 4.0, limits.jerk = 30.0;
+    problem = rectangle(), problem.within(limits);
+    all.emplace("thrust and tilt", problem);
+    limits.body_rate = 3.0;
+    problem.within(limits);
+    all.emplace("thrust, tilt and body rate", problem);
+
+    problem = minsnap::Problem(2), problem.points = {0, 0, 5, 0, 5, 3}, problem.within(usual());
+    all.emplace("limits in the plane", problem);
+    return all;
+}
+
+// A vehicle that goes on in flight along what was planned anew, from bit to bit where it changes over.
+void replans() {
+    minsnap::Planner planner;
+    minsnap::Problem problem = rectangle();
+    problem.within(usual()), problem.widths = {0.5, 0.5, 0.5, 0.5};
+    const minsnap::Plan first = planner.plan(problem);
+    EXPECT(first.status == MINSNAP_DONE);
+    const double now = 0.4, budget = 5.0;  // more than any machine needs: it lasts as long as the first leg
+    minsnap::Problem ahead = problem;
+    ahead.points[3] = 8.5, ahead.points[6] = 8.5;
+    const double splice = 0.4 + 0.1;
+    (void)now, (void)budget;
+    const minsnap::Plan next = planner.replan(ahead, first.curve, 0.4, 0.1);
+    EXPECT(next.status == MINSNAP_DONE || next.status == MINSNAP_SPENT || next.curve.empty());
+    if (next.status == MINSNAP_DONE)
+        for (std::int64_t order = 0; order < 4; ++order) {
+            const std::vector<double> old = first.curve(splice, order), fresh = next.curve(0.0, order);
+            for (int d = 0; d < 3; ++d) EXPECT(std::abs(old[d] - fresh[d]) <= 1e-6);
+        }
+    EXPECT(planner.replan(ahead, first.curve, first.curve.duration(), 0.1).status == MINSNAP_BAD_NUMBER);
+}
+
+// A search that is ended gives the best curve there is, or none, and says so.
+void stops() {
+    minsnap::Planner planner;
+    minsnap::Problem problem = rectangle();
+    problem.within(usual());
+    problem.stop = [] { return true; };
+    const minsnap::Plan plan = planner.plan(problem);
+    EXPECT(plan.status == MINSNAP_SPENT && !plan.curve.empty() && planner.message()[0] != 0);
+    EXPECT(planner.certify(problem, plan.curve).kept == 1);
+}
+
+void certifies() {
+    minsnap::Planner planner;
+    minsnap::Problem problem = rectangle();
+    problem.durations = {4, 2, 4, 2};
+    const minsnap::Plan plan = planner.plan(problem);
+    minsnap_certificate proved = planner.certify(problem, plan.curve);
+    EXPECT(proved.kept == 1 && proved.continuity >= 3 && proved.waypoints == 0.0 &&
+           proved.margin == std::numeric_limits<double>::infinity());
+    problem.widths = {0.3, 0.3, 0.3, 0.3};
+    proved = planner.certify(problem, plan.curve);
+    EXPECT(proved.size > 0 && proved.kept == 0 && proved.margin < 0.0 && std::string(planner.message()) == "the curve leaves its walls");
+    problem.widths.clear(), problem.durations = {4, 2, 4, 3};
+    EXPECT(planner.certify(problem, plan.curve).kept == 0 &&
+           std::string(planner.message()) == "the curve has other times than were asked for");
+}
+
+}  // namespace
+
+// plans digests.txt: compare; plans: print digests of all.
+int main(int count, char **arguments) {
+    std::map<std::string, std::string> known;
+    if (count > 1) {
+        std::ifstream file(arguments[1]);
+        for (std::string digits, name; file >> digits && std::getline(file >> std::ws, name);) known[name] = digits;
+        EXPECT(!known.empty());
+    }
+    minsnap::Planner planner;
+    EXPECT(static_cast<bool>(planner));
+    for (const auto &[name, problem] : problems()) {
+        const minsnap::Plan plan = planner.plan(problem);
+        if (plan.status != MINSNAP_DONE)
+            ++wrong, std::printf("%s: %s: %s\n", name.c_str(), minsnap_status_name(plan.status), planner.message());
+        char digits[17];
+        std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(digest(plan.curve)));
+        if (count < 2) std::printf("%s %s\n", digits, name.c_str());
+        if (count > 1 && known[name] != digits) ++wrong, std::printf("%s: %s, not %s\n", name.c_str(), digits, known[name].c_str());
+        EXPECT(planner.certify(problem, plan.curve).kept == 1);
+    }
+    replans();
+    stops();
+    certifies();
+    return wrong;
+}

@@ -1,0 +1,128 @@
+"""The public header of C and C++ programs: its structs, the bits of its plans, and what it says of bad input."""
+
+import ctypes
+import re
+import subprocess
+
+import numpy as np
+import pytest
+from c_programs import HEADERS, TESTS, build, link_flags
+from c_structs import structs_of
+
+import minsnap
+from minsnap.basics.version import __version__
+from minsnap.native import library
+from minsnap.native.build import INCLUDE
+from minsnap.native.library import core
+from minsnap.native.status import Status
+
+pytestmark = pytest.mark.skipif(core().library is None, reason="there is no native core")
+
+HEADER = INCLUDE / "minsnap.h"
+RECTANGLE = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
+LINE = [(0, 0, 1), (4, 1, 1.5), (7, -1, 2)]
+BOXES = minsnap.Boxes([(-1, -1, 0), (3, -2, 0)], [(5, 1.02, 3), (8, 1.02, 3)])
+SIDES = [(1, 1, 0), (-1, 1, 0), (0, -1, 0.5), (0, 0, 1), (0, 0, -2), (1, 0, 0), (-1, 0, 0)]
+POLYTOPES = minsnap.Polytopes([([*SIDES, (0, 1, 0)], [8.5] * 7 + [1.03]), (SIDES, [8.5] * 7)])
+USUAL = minsnap.Limits(speed=3.0, acceleration=4.0, jerk=30.0)
+LIFTED = {"max_thrust": 1.6, "min_thrust": 0.5, "tilt": 0.5, "speed": 4.0, "jerk": 30.0}
+START = {"velocity": (1, 0, 0), "acceleration": (0, 0.5, 0)}
+PLANS = {
+    "durations": (RECTANGLE, {"durations": [4, 2, 4, 2]}),
+    "tube": (RECTANGLE, {"durations": [4, 2, 4, 2], "corridor": 0.3}),
+    "tube of two pieces a leg": (RECTANGLE, {"durations": [4, 2, 4, 2], "corridor": 0.3, "pieces": 2}),
+    "total": (RECTANGLE, {"total_time": 12.0}),
+    "total in a tube": (RECTANGLE, {"total_time": 12.0, "corridor": 0.3}),
+    "lap": (RECTANGLE, {"durations": [4, 2, 4, 2], "closed": True}),
+    "degree 9": (RECTANGLE, {"durations": [4, 2, 4, 2], "corridor": 0.5, "degree": 9}),
+    "moving start": (LINE, {"durations": [2, 2], "start": START}),
+    "moving start in a tube": (LINE, {"durations": [2, 2], "start": START, "corridor": 0.6}),
+    "boxes": (LINE, {"durations": [2, 2], "corridor": BOXES}),
+    "boxes and a ball": (LINE, {"durations": [2, 2], "corridor": BOXES, "waypoint_tolerance": minsnap.Ball(0.4)}),
+    "polytopes": (LINE, {"durations": [2, 2], "corridor": POLYTOPES}),
+    "limits, one piece": (RECTANGLE, {"limits": USUAL, "pieces": 1}),
+    "limits": (RECTANGLE, {"limits": USUAL}),
+    "limits in a tube": (RECTANGLE, {"limits": USUAL, "corridor": 0.3}),
+    "limits and a ball": (LINE, {"limits": USUAL, "waypoint_tolerance": minsnap.Ball(0.3)}),
+    "limits from a moving start": (LINE, {"limits": USUAL, "start": {"velocity": (1, 0, 0)}}),
+    "limits in boxes": (LINE, {"limits": USUAL, "corridor": BOXES}),
+    "thrust and tilt": (RECTANGLE, {"limits": minsnap.Limits(**LIFTED)}),
+    "thrust, tilt and body rate": (RECTANGLE, {"limits": minsnap.Limits(**LIFTED, body_rate=3.0)}),
+    "limits in the plane": ([(0, 0), (5, 0), (5, 3)], {"limits": USUAL}),
+}
+"""The plans of tests/cpp/plans.cpp, as Python asks for them."""
+
+
+def digest(curve):
+    """The digest of tests/cpp/plans.cpp, of all bits of a trajectory."""
+    value = 14695981039346656037
+    for array in (curve.durations, curve.control_points):
+        for byte in (np.ascontiguousarray(array) + 0.0).tobytes():
+            value = (value ^ byte) * 1099511628211 % 2**64
+    return f"{value:016x}"
+
+
+def stored():
+    lines = (TESTS / "digests.txt").read_text(encoding="utf-8").splitlines()
+    return {name: digits for digits, name in (line.split(" ", 1) for line in lines)}
+
+
+def test_every_plan_of_the_cpp_tests_is_compared():
+    assert stored().keys() == PLANS.keys()
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_python_plans_have_the_bits_of_those_from_cpp(name):
+    waypoints, asked = PLANS[name]
+    assert digest(minsnap.plan(waypoints, **asked)) == stored()[name]
+
+
+def test_versions_agree():
+    text = HEADER.read_text(encoding="utf-8")
+    assert re.search(r'#define MINSNAP_VERSION "(.*)"', text)[1] == __version__
+    assert int(re.search(r"#define MINSNAP_ABI (\d+)", text)[1]) == library.ABI
+    native = core().library
+    native.minsnap_version.restype = ctypes.c_char_p
+    assert native.minsnap_version().decode() == __version__
+
+
+def test_statuses_of_the_header_are_those_of_the_core():
+    known = re.findall(r"MINSNAP_(\w+) = (\d+),? +/\*", HEADER.read_text(encoding="utf-8"))
+    assert {name: int(number) for name, number in known} == {status.name: status.value for status in Status}
+
+
+def test_every_field_has_a_comment_and_stands_where_ctypes_puts_it(tmp_path):
+    structs = structs_of(HEADER)
+    lines = [
+        f'printf("%zu %zu\\n", offsetof({name}, {field}), sizeof(((({name} *)0)->{field})));'
+        for name, struct in structs.items()
+        for field, _ in struct._fields_
+    ]
+    source = tmp_path / "offsets.c"
+    source.write_text(
+        "#include <minsnap.h>\n#include <stddef.h>\n#include <stdio.h>\nint main(void) {"
+        + "\n".join(lines)
+        + "return 0; }"
+    )
+    printed = subprocess.run([build(source, tmp_path / "offsets")], capture_output=True, text=True, check=True).stdout
+    own = [
+        f"{getattr(struct, field).offset} {getattr(struct, field).size}"
+        for struct in structs.values()
+        for field, _ in struct._fields_
+    ]
+    assert len(own) > 40 and printed.splitlines() == own
+
+
+@pytest.mark.parametrize("program", ["plans.cpp", "bad_input.cpp", "from_c.c"])
+def test_programs_that_know_the_header_alone(tmp_path, program):
+    made = build(TESTS / program, tmp_path / "program", *link_flags())
+    run = subprocess.run([made, TESTS / "digests.txt"], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_headers_compile_alone_and_without_warnings(tmp_path, header):
+    source = tmp_path / ("alone.cpp" if header.endswith("pp") else "alone.c")
+    source.write_text(f"#include <{header}>\n#include <{header}>\nint main(void) {{ return 0; }}\n")
+    strict = ["-Werror", "-Wall", "-Wextra", "-pedantic", "-Wshadow", "-Wconversion"]
+    build(source, tmp_path / "alone", *strict, *link_flags())
