@@ -123,11 +123,12 @@ ELSEWHERE = {
     ("time_search", "unproved_fleet", UnprovedError),
     ("fleet_planner", "_finished", UnprovedError),
     ("show_course", "too_short", UnprovedError),
+    ("show_course", "_fenced", UnprovedError),
     ("sample_fit", "fit_samples", UnprovedError),
 }
 """Tested in ``routes/test_barrier.py``, ``routes/test_plan_route.py``, ``routes/test_explorer.py``,
-``files/test_sample_fit.py``, ``fleet/test_fleet_planner.py``, ``fleet/test_fleet_last_look.py`` and
-``shows/test_times_of_acts.py``."""
+``files/test_sample_fit.py``, ``fleet/test_fleet_planner.py``, ``fleet/test_fleet_last_look.py``,
+``shows/test_times_of_acts.py`` and ``shows/test_site.py``."""
 
 
 def raising_sites():

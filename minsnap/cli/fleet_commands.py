@@ -80,7 +80,8 @@ def fleet(
     certificates = _certified(described, flown.fleet, held, to)
     late = take_off_note(held) if to in SKYBRUSH else None
     beyond = [] if late is None else [late]
-    safety = SafetyReport(title, *certificates, written.distance, flown.stages, written.files, beyond)
+    place_of = (described.origin, described.fence)
+    safety = SafetyReport(title, *certificates, written.distance, flown.stages, written.files, beyond, *place_of)
     if report is not None:
         write_report(safety, report, clobber=not no_clobber)
     if animate is not None:
@@ -107,6 +108,8 @@ def _summary(page: SafetyReport, place: Path) -> str:
     if near is not None:
         names = held.fleet.names_of(near.pair)
         lines.append(("least distance", f"{near.distance:.4f} m, {names} at {near.instant:.2f} s"))
+    if page.fence is not None:
+        lines.append(("inside the fence", f"{page.fence.margin_of(held.fleet):.3f} m beyond its margins at least"))
     lines.append(("files from the plan", f"{1e3 * page.distance:.2g} mm at most"))
     files = {used.use.name: f"{used.use.value:.4g} in the files" for used in held.utilisation}
     for used in page.planned.utilisation:

@@ -17,6 +17,7 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ORDINARY
 from minsnap.shows.formations import spacing_of
 from minsnap.shows.moves import Move
+from minsnap.shows.site import Fence, ShowOrigin
 
 BUILT_UP = 1.0 / 3.0
 """Time in which a flight builds up its acceleration: what limits the jerk of a show that says none [s].
@@ -87,6 +88,10 @@ class Show:
     wait : float or None
         How long all stand on the ground before they climb [s]; None: none, or what Skybrush's firmware needs.
     environment : {"outdoor", "indoor"}
+    origin : ShowOrigin or None
+        Where on the earth it is flown.
+    fence : Fence or None
+        Walls that all stay inside of, by their margins.
     """
 
     home: FloatArray
@@ -103,6 +108,8 @@ class Show:
     descent_speed: float | None = None
     wait: float | None = None
     environment: str = "outdoor"
+    origin: ShowOrigin | None = None
+    fence: Fence | None = None
 
     @property
     def flown_limits(self) -> Limits:
@@ -153,6 +160,16 @@ class Show:
                 text = f"points {pair[0]} and {pair[1]} of {name} are {least:.3f} m apart, {apart - least:.3f} m less"
                 give = "spread it, or give it fewer vehicles"
                 raise FleetError(f"{text} than the separation of {apart:g} m: {give}", pair=pair)
+        self.check_inside()
+
+    def check_inside(self) -> None:
+        """Refuse homes and points of acts that are beyond the margins of the fence."""
+        for name, points in (("home", self.home), *((f"act {act.name!r}", act.points) for act in self.acts)):
+            away = np.zeros((1, 1)) if self.fence is None else self.fence.walls_of(points)
+            if away.min() < -EXACT:
+                point, wall = (int(i) for i in np.unravel_index(int(away.argmin()), away.shape))
+                text = f"point {point} of {name} is {-away.min():.3g} m beyond the margin of wall {wall} of the fence"
+                raise FleetError(f"{text}: move it, or make the fence larger")
 
     def _check_times(self) -> None:
         """Refuse times that are none, and acts at instants that do not ascend."""

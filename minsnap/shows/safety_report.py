@@ -12,6 +12,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import point_text
 from minsnap.basics.storage.text import FileName, digest_of
+from minsnap.basics.tolerances import EXACT
 from minsnap.files.formats.bezier_segments import STEP_TIME
 from minsnap.fleet.common_clock import Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, extent_of
@@ -19,6 +20,7 @@ from minsnap.limits.limits import Limits
 from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.fleet_figures import plot_fleet, plot_separation
 from minsnap.shows.file_limits import largest_step
+from minsnap.shows.site import Fence, ShowOrigin
 from minsnap.shows.timeline import Stage
 
 PAIRS = 20
@@ -58,6 +60,10 @@ class SafetyReport:
     files : sequence of Path
     beyond : sequence of str
         What else keeps the show from being flown as it was proved, a sentence each.
+    origin : ShowOrigin, optional
+        Where on the earth it is flown.
+    fence : Fence, optional
+        Walls that the files are to stay inside of.
     """
 
     title: str
@@ -67,6 +73,8 @@ class SafetyReport:
     stages: Sequence[Stage]
     files: Sequence[Path]
     beyond: Sequence[str] = ()
+    origin: ShowOrigin | None = None
+    fence: Fence | None = None
 
     @property
     def ok(self) -> bool:
@@ -76,7 +84,8 @@ class SafetyReport:
     @property
     def apart(self) -> bool:
         """Whether separation and room hold of the files, and everything of the plan."""
-        return replace(self.held, utilisation=()).ok and self.planned.ok
+        inside = self.fence is None or self.fence.margin_of(self.held.fleet) >= -EXACT
+        return inside and replace(self.held, utilisation=()).ok and self.planned.ok
 
     @property
     def exceeded(self) -> list[str]:
@@ -93,7 +102,8 @@ class SafetyReport:
 def write_report(report: SafetyReport, path: FileName, *, clobber: bool = True) -> None:
     """Write the page, with its figures inside, in one atomic step."""
     held = report.held
-    parts = [_verdict(report), _facts(report), _figures(held), _limits(report), _validation(held), _stages(report)]
+    parts = [_verdict(report), _facts(report), _figures(held), _fence(report), _limits(report), _validation(held)]
+    parts += [_stages(report)]
     parts += [_pairs(held), _vehicles(held), _files(report.files), SIGNATURE]
     write_page(path, report.title, parts, clobber=clobber)
 
@@ -125,7 +135,9 @@ def _facts(report: SafetyReport) -> str:
     for axis, name in enumerate(("x", "y", "altitude")):
         rows.append((name, f"within {_range(points[:, axis])} m"))
     if held.room_margin is not None:
-        rows.append(("distance to the geofence", f"{round(held.room_margin, 3) + 0.0:.3f} m at least"))
+        rows.append(("distance to the walls of the room", f"{round(held.room_margin, 3) + 0.0:.3f} m at least"))
+    if report.origin is not None:
+        rows.append(("origin", _place(report.origin)))
     return table("What was checked", ["", ""], rows)
 
 
@@ -144,6 +156,27 @@ def _figures(held: FleetCertificate) -> str:
     if held.pair is not None:
         plot_separation(held, ax=axes[1])
     return picture(figure)
+
+
+def _place(origin: ShowOrigin) -> str:
+    height = "" if origin.altitude is None else f", height 0 is {origin.altitude:g} m above sea"
+    place = f"latitude {origin.latitude:.7f}°, longitude {origin.longitude:.7f}°"
+    return f"{place}, x points to {origin.orientation:g}°{height}"
+
+
+def _fence(report: SafetyReport) -> str:
+    """Return the distance to each wall of the fence, and who comes nearest."""
+    fence = report.fence
+    if fence is None:
+        return ""
+    distances, rows = fence.distances(report.held.fleet), []
+    for wall, corner in enumerate(fence.corners):
+        vehicle = int(distances[:, wall].argmin())
+        ends = f"{point_text(corner)} to {point_text(fence.corners[(wall + 1) % len(fence.corners)])}"
+        nearest, margin = float(distances[vehicle, wall]), float(fence.margins[wall])
+        said = "kept" if nearest >= margin - EXACT else "not kept"
+        rows.append((str(wall), ends, f"{margin:g}, {said}", f"{nearest:.3f}", report.held.fleet.name(vehicle)))
+    return table("Fence", ["wall", "corners [m]", "margin [m]", "nearest [m]", "vehicle"], rows)
 
 
 def _limits(report: SafetyReport) -> str:

@@ -27,6 +27,7 @@ from minsnap.shows.acts import Act, Show
 from minsnap.shows.file_limits import ROUNDED_KINDS
 from minsnap.shows.moves import moved
 from minsnap.shows.show_course import SKYBRUSH, ShowCourse, Told
+from minsnap.shows.site import Fence
 from minsnap.shows.skyc import ShowSheet
 from minsnap.shows.timeline import GivenTime, Stage
 from minsnap.trajectory.trajectory import Trajectory
@@ -61,7 +62,7 @@ class FlownShow:
         cues = tuple((stage.arrival, stage.name) for stage in self.stages if stage.name in names)
         highest = None if show.room is None else float(show.room[1][2])
         segments = {name: span for name, span in spans.items() if span[1] > span[0]}
-        return ShowSheet(title, show.environment, show.limits, highest, cues, segments)
+        return ShowSheet(title, show.environment, show.limits, highest, cues, segments, show.origin)
 
 
 def fly(
@@ -124,8 +125,10 @@ def _prepared(show: Show, to: str) -> Show:
     """Return the show as it is planned for files: apart by what they may lose too, gentle where Skybrush flies it."""
     if to not in ROUNDED_KINDS:
         return show
-    apart, more = show.separation, 2.0 * worst_distance(show.reach)
-    show = replace(show, separation=Separation((apart.distance or 0.0) + more, apart.downwash))
+    apart, lost = show.separation, worst_distance(show.reach)
+    fence = None if show.fence is None else Fence(show.fence.corners, show.fence.margins + lost)
+    show = replace(show, separation=Separation((apart.distance or 0.0) + 2.0 * lost, apart.downwash), fence=fence)
+    show.check_inside()
     if to not in SKYBRUSH:
         return show
     up, down = (GENTLE if speed is None else speed for speed in (show.climb_speed, show.descent_speed))
@@ -156,6 +159,9 @@ def _checked(curves: list[Trajectory], show: Show, name: str) -> list[Trajectory
         raise FleetError(f"{text} in a move of {name!r}: shrink it less", pair=near.pair)
     if certificate.room_margin is not None and certificate.room_margin < -EXACT:
         raise FleetError(f"a move of {name!r} leaves the room by {-certificate.room_margin:.3g} m: move it less far")
+    beyond = 0.0 if show.fence is None else -show.fence.margin_of(certificate.fleet)
+    if beyond > EXACT:
+        raise FleetError(f"a move of {name!r} is {beyond:.3g} m beyond a margin of the fence: move it less far")
     return curves
 
 

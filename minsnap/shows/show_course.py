@@ -156,14 +156,26 @@ class ShowCourse:
             plan_fleet, task.ways, task.limits, show.separation, task.room, seed=show.seed, progress=self.progress
         )
         if task.delays is None:
-            return question(total_time=lasts)
+            return self._fenced(question, total_time=lasts)
         if lasts is not None and lasts <= task.late:
             raise TimingError(f"the last vehicle leaves after {task.late:g} s, and the flight lasts {lasts:g} s")
         together = question(total_time=None if lasts is None else lasts - task.late)
         fleet = Fleet(tuple(delayed(list(together), task.delays)), report=together.report)
-        if certify_fleet(fleet, show.separation, room=task.room).ok:
+        inside = show.fence is None or show.fence.margin_of(fleet) >= -EXACT
+        if inside and certify_fleet(fleet, show.separation, room=task.room).ok:
             return fleet
-        return question(total_time=lasts, holds=[(delay, 0.0) for delay in task.delays])
+        return self._fenced(question, total_time=lasts, holds=[(delay, 0.0) for delay in task.delays])
+
+    def _fenced(self, question: Callable[..., Fleet], **how: Any) -> Fleet:
+        """Return a fleet that is inside of the fence: straight lines are, others may need its walls as obstacles."""
+        fence, fleet = self.show.fence, question(**how)
+        if fence is None or fence.margin_of(fleet) >= -EXACT:
+            return fleet
+        fleet = question(avoid=fence.obstacles(), **how)
+        beyond = -fence.margin_of(fleet)
+        if beyond > EXACT:
+            raise UnprovedError(f"the curves found are {beyond:.3g} m beyond a margin of the fence: give it more room")
+        return fleet
 
     def _slowing(self, curves: list[Trajectory]) -> float:
         """Return by how much curves of one flight are to be stretched so that their files keep the limits."""
@@ -197,7 +209,8 @@ class ShowCourse:
         corners = [corner.tolist() for corner in (task.room.lower, task.room.upper)]
         delays = None if task.delays is None else task.delays.tolist()
         plain = self.show.separation.plain.values()
-        question = (task.ways.tolist(), repr(task.limits), *plain, corners, self.show.seed, lasts, delays)
+        fence = None if self.show.fence is None else [each.tolist() for each in vars(self.show.fence).values()]
+        question = (task.ways.tolist(), repr(task.limits), *plain, corners, self.show.seed, lasts, delays, fence)
         return hashlib.sha256(repr(question).encode()).hexdigest()[:24]
 
     def add(

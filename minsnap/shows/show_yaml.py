@@ -19,6 +19,7 @@ from minsnap.fleet.common_clock import Separation
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.formations import circle, grid, mesh, svg, text
 from minsnap.shows.moves import Move
+from minsnap.shows.site import Fence, ShowOrigin, read_survey
 
 LAYERS = 100
 """Most heights in which a climb may end."""
@@ -84,6 +85,27 @@ LAND = mapping(
     },
     "a mapping of a landing",
 )
+HOME = either(
+    mapping({"survey": Key(TEXT, "a CSV of latitude, longitude, altitude")}, "a mapping with a survey", ("survey",)),
+    FORMATION,
+)
+ORIGIN = mapping(
+    {
+        "latitude": Key(NUMBER, "[degrees]", needed=True),
+        "longitude": Key(NUMBER, "[degrees]", needed=True),
+        "altitude": Key(NUMBER, "above mean sea level [m]"),
+        "orientation": Key(NUMBER, "of the x axis, clockwise from north; 90 unless given [degrees]"),
+    },
+    "a mapping of latitude and longitude",
+)
+FENCE = mapping(
+    {
+        "polygon": Key(several(several(NUMBER, "x and y [m]", 2, 2), "a list of corners"), "convex [m]"),
+        "survey": Key(TEXT, "a CSV of latitudes and longitudes of the corners"),
+        "margin": Key(either(NUMBER, several(NUMBER, "a number for each wall")), "how far all stay away [m]"),
+    },
+    "a mapping with a polygon, or the file of a survey",
+)
 SHOW = mapping(
     {
         "vehicles": Key(WHOLE, needed=True),
@@ -91,7 +113,9 @@ SHOW = mapping(
         "downwash": Key(NUMBER, "by which heights count less than widths"),
         "limits": Key(LIMITS, needed=True),
         "room": Key(BOX, "[m]"),
-        "home": Key(FORMATION, "on the ground", needed=True),
+        "home": Key(HOME, "on the ground", needed=True),
+        "origin": Key(ORIGIN, "where on the earth it is flown"),
+        "fence": Key(FENCE, "vertical walls around all"),
         "environment": Key(word("outdoor", "indoor"), "which checks of Skybrush's viewer hold; outdoor unless given"),
         "take_off": Key(either(NUMBER, TAKE_OFF), "height of the straight climb [m], or how they take off"),
         "layers": Key(WHOLE, "in how many heights the climb ends, from 1 to 100"),
@@ -128,8 +152,9 @@ def read_show(path: FileName) -> Show:
             raise FileError(f"layers is {content['layers']}: give a whole number from 1 to {LAYERS}")
         room, limits = content.get("room"), content["limits"]
         up, down = (_mapped(content.get(name), key) for name, key in (("take_off", "height"), ("land", "place")))
+        origin = None if content.get("origin") is None else ShowOrigin(**content["origin"])
         return Show(
-            _formation(content["home"], content["vehicles"], place, "home"),
+            _home(content["home"], content["vehicles"], place, origin),
             tuple(_act(entry, f"act {i}", content["vehicles"], place) for i, entry in enumerate(content["acts"], 1)),
             Separation(content["separation"], content.get("downwash", 1.0)),
             limits_of("limits", limits, place),
@@ -138,9 +163,30 @@ def read_show(path: FileName) -> Show:
             climb_speed=up.get("speed"),
             wait=up.get("wait"),
             descent_speed=down.get("speed"),
+            origin=origin,
+            fence=_fence(content.get("fence"), place, origin),
             **_named(content, "environment", "seed", "layers"),
             **_named({"take_off": up.get("height"), "land": down.get("place")}, "take_off", "land"),
         )
+
+
+def _home(content: dict[str, Any], vehicles: int, place: Path, origin: ShowOrigin | None) -> FloatArray:
+    if "survey" not in content:
+        return _formation(content, vehicles, place, "home")
+    places = read_survey(place / content["survey"], origin)
+    if len(places) != vehicles:
+        raise FileError(f"{place / content['survey']} has {len(places)} places for {vehicles} vehicles: give as many")
+    return places
+
+
+def _fence(content: dict[str, Any] | None, place: Path, origin: ShowOrigin | None) -> Fence | None:
+    if content is None:
+        return None
+    if ("polygon" in content) == ("survey" in content):
+        raise FileError("the fence needs a polygon, or the file of a survey: give one of both")
+    survey = content.get("survey")
+    corners = content["polygon"] if survey is None else read_survey(place / survey, origin)[:, :2]
+    return Fence(corners, content.get("margin", 0.0))
 
 
 def _mapped(content: Any, key: str) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from minsnap.files.formats.yaw_setpoints import YawSetpoints
 from minsnap.fleet.common_clock import Fleet
 from minsnap.limits.limits import Limits
 from minsnap.polynomials.bernstein import elevate
+from minsnap.shows.site import ShowOrigin
 from minsnap.trajectory.trajectory import Trajectory
 
 Lamp = skybrush.Lights | None
@@ -61,10 +62,13 @@ class SkybrushShow:
         On the show's clock.
     programmes : tuple of bytes
         Of the lights of each vehicle.
+    origin : ShowOrigin or None
+        Where on the earth it is flown.
     """
 
     fleet: Fleet
     programmes: tuple[bytes, ...]
+    origin: ShowOrigin | None = None
 
     @property
     def lights(self) -> tuple[Lamp, ...]:
@@ -90,6 +94,8 @@ class ShowSheet:
     segments : mapping of str to (float, float)
         From when to when the show takes off, plays and lands (``takeoff``, ``show``, ``landing``) [s]; by default all
         of it is the show.
+    origin : ShowOrigin, optional
+        Where on the earth it is flown.
     """
 
     title: str = "minsnap"
@@ -98,6 +104,7 @@ class ShowSheet:
     highest: float | None = None
     cues: Sequence[tuple[float, str]] = ((0.0, "start"),)
     segments: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    origin: ShowOrigin | None = None
 
     def checks(self, fleet: Fleet) -> dict[str, float]:
         """Return by which numbers a show is checked, in Skybrush's names."""
@@ -182,11 +189,27 @@ def _show_json(fleet: Fleet, drones: list[dict[str, Any]], sheet: ShowSheet) -> 
     segments = dict(sheet.segments) or {"show": (0.0, fleet.duration)}
     return {
         "version": 1,
-        "environment": {"type": sheet.environment},
+        "environment": {"type": sheet.environment, **_location(sheet.origin)},
         "settings": {"cues": {"$ref": "./cues.json#"}, **({"validation": checks} if checks else {})},
         "swarm": {"drones": drones},
         "meta": {"title": sheet.title, "segments": {name: list(ends) for name, ends in segments.items()}},
     }
+
+
+def _location(origin: ShowOrigin | None) -> dict[str, Any]:
+    if origin is None:
+        return {}
+    place = [origin.latitude, origin.longitude, *([] if origin.altitude is None else [origin.altitude])]
+    return {"location": {"origin": place, "orientation": origin.orientation % 360.0}}
+
+
+def _origin(environment: Any) -> ShowOrigin | None:
+    """Return the origin of an environment; None where it has none."""
+    location = (environment or {}).get("location")
+    if not location:
+        return None
+    latitude, longitude, *altitude = map(float, location["origin"][:3])
+    return ShowOrigin(latitude, longitude, altitude[0] if altitude else None, float(location.get("orientation") or 0.0))
 
 
 def _drone(fleet: Fleet, number: int, lamp: Lamp) -> dict[str, Any]:
@@ -237,12 +260,13 @@ def read_skyc(path: FileName) -> SkybrushShow:
         yaws = [_yaw(_resolved(archive, entry.get("yawControl"))) for entry in settings]
         found = [_resolved(archive, entry.get("lights")) for entry in settings]
         programmes = tuple(base64.b64decode(each["data"]) if each else b"" for each in found)
+        origin = _origin(show.get("environment"))
     headed = [
         curve if yaw is None else curve.with_yaw(yaw.heading(curve.duration))
         for curve, yaw in zip(curves, yaws, strict=True)
     ]
     names = tuple(str(entry.get("name") or f"drone {i + 1}") for i, entry in enumerate(settings))
-    return SkybrushShow(Fleet(tuple(headed), names if len(set(names)) == len(names) else None), programmes)
+    return SkybrushShow(Fleet(tuple(headed), names if len(set(names)) == len(names) else None), programmes, origin)
 
 
 def _load(archive: zipfile.ZipFile, name: str) -> Any:
