@@ -195,7 +195,7 @@ def compile_library(target: Path) -> str:
     with _said(target):
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent) as folder:
-            sources = sorted(SOURCES.rglob("*.cpp"))
+            sources = sorted(SOURCES.rglob("*.cpp"), reverse=True)  # the longest are then among the first
             _say(f"compiling the native core with {' '.join(compiler)}: {len(sources)} files, a few minutes")
             with ThreadPoolExecutor(_processors()) as pool:
                 objects = list(pool.map(lambda source: _compile(compiler, source, Path(folder)), sources))
