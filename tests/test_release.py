@@ -54,3 +54,13 @@ def test_ros_2_installs_as_its_page_says():
     needed = re.findall(r'^    "numpy(.*?)"', (ROOT / "pyproject.toml").read_text(encoding="utf-8"), flags=re.MULTILINE)
     together = SpecifierSet(",".join([*asked, *needed]))
     assert asked and needed and list(together.filter(["1.21.5", "1.26.4", "2.2.0"])) == ["1.26.4"]
+
+
+def test_actions_are_pinned_by_digest():
+    used = [
+        line.partition("uses: ")[2]
+        for path in sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if "uses: " in line and "uses: ./" not in line
+    ]
+    assert used and [action for action in used if not re.fullmatch(r"[\w./-]+@[0-9a-f]{40} # v\d\S*", action)] == []
