@@ -66,3 +66,4 @@ from .trajectory.trajectories import Trajectories as Trajectories
 from .trajectory.trajectory import Plan as Plan
 from .trajectory.trajectory import Trajectory as Trajectory
 from .trajectory.velocity_heading import Velocity as Velocity
+from .vehicle.loop import Loop as Loop

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import perm
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from minsnap.basics.checks import check_number
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball
-from minsnap.corridors.given_waypoints import as_knots
+from minsnap.corridors.given_waypoints import as_knots, without_gates
 from minsnap.corridors.keep_out import Avoided, as_obstacles
 from minsnap.corridors.knot_regions import STORED, Placement, knot_positions, passing, place
 from minsnap.corridors.margins import Margin, margin_holds, nearest_wall, norm_holds
@@ -37,6 +37,8 @@ from minsnap.trajectory.trajectory import Trajectory
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.report import Utilisation
+    from minsnap.vehicle import Loop
+    from minsnap.vehicle_tube import VehicleTube
 
 STEPS_BELOW = 16.0 * 5e-324
 """Rounding of positions below the smallest normal number, which are whole steps of 5e-324 [m]."""
@@ -76,6 +78,8 @@ class Certificate(ReadOnly):
         Which obstacle the curve comes nearest to, and when; None without obstacles.
     obstacles : tuple of Obstacle
         The obstacles that were checked.
+    vehicle : VehicleTube or None
+        Where the vehicle can be in its control loop; None without ``tracking``.
     """
 
     ok: bool
@@ -95,6 +99,23 @@ class Certificate(ReadOnly):
     waypoints: FloatArray | None = field(repr=False)
     nearest_obstacle: ObstacleMargin | None = None
     obstacles: tuple[Avoided, ...] = field(default=(), repr=False)
+    vehicle: VehicleTube | None = field(default=None, repr=False)
+
+    @property
+    def tube(self) -> float | None:
+        """Largest tracking error that the loop can have [m], infinite where it saturates; None without ``tracking``.
+
+        The sum of the lag behind the plan in still air and of what the wind can do: upper bounds of both.
+        """
+        return None if self.vehicle is None else self.vehicle.error
+
+    @property
+    def wind(self) -> float | None:
+        """Largest change of the wind at which the vehicle keeps all that is asked [m/s]; None without ``tracking``.
+
+        0 where it leaves even in still air.
+        """
+        return None if self.vehicle is None else self.vehicle.strongest
 
     @property
     def obstacle_margin(self) -> float | None:
@@ -143,6 +164,7 @@ class Certificate(ReadOnly):
             ("obstacle margin", None if beside is None else f"{beside.value:.3g} m, least at {beside.instant:.4g} s"),
             ("waypoint error", None if error is None else f"{error:.3g} m"),
             ("outside of waypoints", f"{excess:.3g} m" if excess else None),
+            *_vehicle_facts(self.vehicle),
             *norm_facts(norms),
             ("continuous derivatives", str(self.continuity)),
             *(used.fact for used in self.utilisation),
@@ -160,6 +182,17 @@ class Certificate(ReadOnly):
         )
 
 
+def _vehicle_facts(vehicle: VehicleTube | None) -> Facts:
+    """Return the facts of a vehicle in its loop; none without one."""
+    if vehicle is None:
+        return []
+    kept = "keeps all of it" if vehicle.ok else str(vehicle.fault)
+    return [
+        ("tracking error", f"{vehicle.error:.3g} m at most in a wind that changes by {vehicle.wind:g} m/s: {kept}"),
+        ("strongest wind", f"{vehicle.strongest:.3g} m/s of change"),
+    ]
+
+
 def certify(
     traj: Trajectory | Path,
     waypoints: ArrayLike | Sequence[object] | None = None,
@@ -168,6 +201,8 @@ def certify(
     tolerance: ArrayLike | Ball = 0.0,
     limits_from: float = 0.0,
     avoid: Avoided | Sequence[Avoided] | None = None,
+    tracking: Loop | None = None,
+    wind: float = 0.0,
 ) -> Certificate:
     """Check a trajectory at every instant, and return exact bounds.
 
@@ -187,6 +222,10 @@ def certify(
         Instant from which the limits hold [s]: ``report.limits_from`` of a plan that starts outside of them.
     avoid : obstacle or sequence of obstacles, optional
         Obstacles to keep out of, as ``plan`` takes them.
+    tracking : Loop, optional
+        Control loop of the vehicle, which must then keep corridor, gates, obstacles, thrust and tilt, too.
+    wind : float
+        With ``tracking``: largest change of the wind from what it is at the start [m/s].
 
     Returns
     -------
@@ -194,6 +233,8 @@ def certify(
 
     Raises
     ------
+    VehicleError
+        If ``tracking`` is no loop, or the wind is given without one.
     WaypointError
         If the number or the dimension of the waypoints is not that of the trajectory.
     CorridorError
@@ -216,9 +257,22 @@ def certify(
     beside = nearest_obstacle(curve, obstacles) if obstacles else None
     holds = met and (margin is None or margin >= 0.0) and all(used.kept for used in utilisation)
     holds = holds and (beside is None or beside.value >= -EXACT)
+    vehicle = None
+    if tracking is not None or wind:
+        vehicle = _in_loop(tracking, wind, curve, walls, without_gates(waypoints)[1], obstacles, limits)
+        holds = holds and vehicle.ok
     speed, acceleration, jerk, snap = (norm for norm, _ in curve.max_norms((1, 2, 3, 4)))
-    known = continuity(curve), utilisation, excess, limits, curve, walls, points, beside, obstacles
+    known = continuity(curve), utilisation, excess, limits, curve, walls, points, beside, obstacles, vehicle
     return Certificate(holds, margin, nearest, error, speed, acceleration, jerk, snap, *known)
+
+
+def _in_loop(tracking: Any, wind: float, curve: Trajectory, *kept: Any) -> VehicleTube:
+    """Return the tube of a vehicle in its loop; ``kept`` are walls, gates, obstacles and limits."""
+    from minsnap.vehicle_tube import check_followed, check_tracking, vehicle_tube
+
+    change = check_tracking(tracking, wind)
+    check_followed(curve)
+    return vehicle_tube(tracking, change, curve, *kept)
 
 
 def _use(limits: Limits, traj: Trajectory, limits_from: float) -> tuple[Utilisation, ...]:

@@ -115,6 +115,7 @@ SITES = [
 
 
 ELSEWHERE = {
+    ("in_loop", "plan_in_loop", UnprovedError),  # tests/test_vehicle_tube.py
     ("passage", "_too_narrow", InfeasibleError),
     ("plan_route", "_around", UnprovedError),
     ("explorer", "_way", UnprovedError),

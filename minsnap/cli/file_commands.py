@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from minsnap.files.consistency import AxisFigures, ConsistencyReport, Membership
     from minsnap.files.plan_file import PlanFile
     from minsnap.fleet.fleet_certificate import FleetCertificate
+    from minsnap.vehicle.loop import Loop
 
 LISTED = 10
 """Pairs that are shown."""
@@ -36,6 +37,8 @@ def check(
     downwash: options.Downwash = None,
     columns: options.Columns = None,
     origin: options.Origin = None,
+    tracking: options.Tracking = None,
+    wind: options.WindChange = 0.0,
     json: options.Json = False,
 ) -> int:
     """Check a file: its rate, its derivatives and its corridor.
@@ -46,19 +49,23 @@ def check(
     For a folder with one file per vehicle, or a Skybrush show (.skyc), it proves the least distance between the
     vehicles at every instant. Vehicles whose files are setpoints are taken to fly the curves between them.
 
+    With --tracking the vehicle in its control loop, not only the plan, must keep all of that while the wind changes by
+    at most --wind.
+
     Exit status 1 if the check fails.
     """
-    from minsnap.cli.kept import kept_figures, kept_lines
+    from minsnap.cli.kept import kept_figures, kept_lines, tube_figures, tube_lines
     from minsnap.files.consistency import check_samples
     from minsnap.files.convert import read_to_check, resolution_of
     from minsnap.files.frames import map_samples
     from minsnap.files.setpoint_csv import frame_of, origin_of
     from minsnap.shows.fleet_files import is_fleet
 
+    loop = options.loop_of(tracking, wind)
     if is_fleet(file):
         if columns is not None or origin is not None:
             raise InputError(f"{file} is a fleet: --columns and --origin are for the table of one vehicle")
-        return check_fleet(file, separation, downwash, json, frame)
+        return check_fleet(file, separation, downwash, json, frame, loop, wind)
     if separation is not None or downwash is not None:
         raise InputError(f"{file} is one vehicle: --separation and --downwash are for a folder of vehicles or a .skyc")
     options.check_corridor(corridor, waypoints)
@@ -67,18 +74,23 @@ def check(
     report = check_samples(map_samples(samples, "enu", axes), resolution=resolution_of(file))
     inside = membership(samples, waypoints, corridor)
     plan = _plan(file, exact)
+    if plan is None and loop is not None:
+        raise InputError(f"{file} holds no plan: --tracking takes .json or .yaml of polynomials, or a fleet")
+    tube = None if plan is None or loop is None else plan.in_loop(loop, wind)
     certificate, faults = (None, []) if plan is None else plan.certified()
     proved = _proved(certificate) if exact and certificate is not None else None
     if proved is not None and not proved["holds"]:
         faults.insert(0, "the figures of the certificate are not proved in exact arithmetic")
+    faults += [tube.fault] if tube is not None and tube.fault is not None else []
     problems = [*report.problems, *_escape(inside), *faults]
     if json:
         verdict = {"problems": problems, "ok": not problems, "frame": axes, "origin": origin_of(file)}
         kept = None if plan is None else kept_figures(plan)
         known = {"corridor": inside and asdict(inside), "exact": proved, "certified": kept}
+        known["vehicle"] = None if tube is None else tube_figures(tube)
         print(as_json(asdict(report) | verdict | known))
     else:
-        kept_by = [] if plan is None else kept_lines(plan)
+        kept_by = ([] if plan is None else kept_lines(plan)) + ([] if tube is None else tube_lines(tube))
         print(_as_text(report, inside, [*kept_by, *_exact_lines(proved)], problems, axes))
     return 1 if problems else 0
 
@@ -173,14 +185,20 @@ def separation_of(fleet: minsnap.Fleet, separation: float | None, downwash: floa
 
 
 def check_fleet(
-    path: Path, separation: float | None, downwash: float | None, json: bool, frame: str | None = None
+    path: Path,
+    separation: float | None,
+    downwash: float | None,
+    json: bool,
+    frame: str | None = None,
+    loop: Loop | None = None,
+    wind: float = 0.0,
 ) -> int:
     """Print how far apart the vehicles of files stay, over all time; return 1 if that is less than their separation."""
     fleet = minsnap.shows.read_fleet(path, between=True, frame=frame)
     apart = separation_of(fleet, separation, downwash)
     if apart is None:
         raise InputError(f"{path} does not say how far apart its vehicles must be: give --separation M")
-    certificate = minsnap.certify_fleet(fleet, apart)
+    certificate = minsnap.certify_fleet(fleet, apart, tracking=loop, wind=wind)
     print(_fleet_json(certificate) if json else _fleet_text(certificate))
     return 0 if certificate.ok else 1
 
@@ -198,16 +216,22 @@ def pair_rows(certificate: FleetCertificate) -> list[list[str]]:
 
 
 def _fleet_text(certificate: FleetCertificate) -> str:
+    from minsnap.cli.kept import tube_lines
+
     fleet = certificate.fleet
     fastest, hardest = (max(curve.max_norm(order)[0] for curve in fleet) for order in (1, 2))
     lines = [("vehicles", str(len(fleet))), ("duration", f"{fleet.duration:.6g} s")]
     lines += [("top speed", f"{fastest:.4g} m/s"), ("top acceleration", f"{hardest:.4g} m/s^2")]
+    if certificate.vehicles is not None:
+        lines += tube_lines(certificate.vehicles)
     table = ["", aligned(pair_rows(certificate))] if certificate.nearest else []
     return "\n".join([labelled(lines), *table, "", _verdict(certificate)])
 
 
 def _verdict(certificate: FleetCertificate) -> str:
     near = certificate.closest
+    if certificate.vehicles is not None and certificate.vehicles.fault is not None:
+        return f"problem: {certificate.vehicles.fault}"
     if certificate.jump is not None:
         vehicle, instant, jump = certificate.jump
         return f"problem: {certificate.fleet.name(vehicle)} jumps by {jump:.3g} m at {instant:.4g} s"
@@ -218,11 +242,14 @@ def _verdict(certificate: FleetCertificate) -> str:
 
 
 def _fleet_json(certificate: FleetCertificate) -> str:
+    from minsnap.cli.kept import tube_figures
+
     near = [vars(pair) | {"between": certificate.middle_of(pair).tolist()} for pair in certificate.nearest]
     fleet = certificate.fleet
     facts = {"ok": certificate.ok, "vehicles": [fleet.name(i) for i in range(len(fleet))], "duration": fleet.duration}
     least = {name: getattr(certificate, name) for name in ("least_distance", "pair", "instant")}
-    return as_json(facts | least | {"nearest": near, "jump": certificate.jump})
+    tubes = None if certificate.vehicles is None else tube_figures(certificate.vehicles)
+    return as_json(facts | least | {"nearest": near, "jump": certificate.jump, "vehicle": tubes})
 
 
 @command()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from minsnap.corridors.knot_regions import GatePassage
 if TYPE_CHECKING:
     from minsnap.files.flown_margins import FlownMargins
     from minsnap.files.plan_file import PlanFile
+    from minsnap.fleet.fleet_tube import FleetTube
+    from minsnap.vehicle_tube import VehicleTube
 
 Lines = list[tuple[str, str]]
 
@@ -39,6 +42,21 @@ def kept_figures(plan: PlanFile) -> dict[str, Any]:
     figures: dict[str, Any] = {name: None if part is None else asdict(part) for name, part in parts.items()}
     figures |= {"gates": [asdict(passed) for passed in plan.passages], "waypoint_error": proof.waypoint_error}
     return figures | {"limits": [asdict(used) for used in proof.utilisation]}
+
+
+def tube_lines(tube: VehicleTube | FleetTube) -> Lines:
+    """Return how far vehicles in their loops can be from their plan, and in which wind they keep all that is asked."""
+    lag = max(each.flight.lag for each in tube.each)
+    wind = f"in a wind that changes by {tube.wind:g} m/s, {lag:.3g} m of it in still air"
+    error = f"{tube.error:.3g} m at most, {wind}" if isfinite(tube.error) else "not bounded: the loop saturates"
+    strongest = f"{tube.strongest:.3g} m/s of change" if tube.strongest else "not even still air"
+    return [("tracking error", error), ("strongest wind", strongest)]
+
+
+def tube_figures(tube: VehicleTube | FleetTube) -> dict[str, Any]:
+    """Return the same as plain numbers by name; what is left of each condition, of one vehicle, in its unit."""
+    figures = {"tube": tube.error, "wind": tube.wind, "strongest_wind": tube.strongest, "fault": tube.fault}
+    return figures | {"left": getattr(tube, "rooms", None)}
 
 
 def flown_lines(plan: PlanFile, flown: FlownMargins) -> Lines:

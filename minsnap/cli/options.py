@@ -17,6 +17,7 @@ from minsnap.errors import InputError, LimitError, MagnitudeWarning
 if TYPE_CHECKING:
     from minsnap.corridors.keep_out import Avoided
     from minsnap.flight.simulation.flight_inputs import Wind
+    from minsnap.vehicle.loop import Loop
     from minsnap.vehicle.quadrotor import Quadrotor
 
 Triple = tuple[float, float, float]
@@ -44,6 +45,9 @@ Origin = Annotated[Triple | None, "LAT LON ALT", "Place of (0, 0, 0), of files b
 Plot = Annotated[Path | None, "FILE", "Figure to write: PNG, SVG or PDF, by its ending."]
 Downwash = Annotated[float | None, "W", "Heights are divided by it; without --separation that of the files, else 1."]
 View = Annotated[str | None, "View of the figure: xy (default; climbs also from the side), xz, yz or 3d."]
+
+Tracking = Annotated[str | None, "LOOP", "Control loop of the vehicle: px4, ardupilot, or a YAML file of one."]
+WindChange = Annotated[float, "M/S", "With --tracking: largest change of the wind [m/s]."]
 
 LINKS = "udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD."
 Connect = Annotated[str, "LINK", LINKS]
@@ -135,6 +139,25 @@ class SimulatedVehicle:
         if self.controller in ("lee", "mellinger"):
             return minsnap.flight.GeometricController(feed_forward=self.controller == "lee")
         raise InputError(f"--controller is {self.controller!r}: it must be one of cascade, lee, mellinger")
+
+
+def loop_of(name: str | None, wind: float) -> Loop | None:
+    """Return the control loop that ``--tracking`` names.
+
+    Raises
+    ------
+    InputError
+        If there is a wind without one.
+    VehicleError
+        If it is neither an autopilot nor a loop in YAML.
+    """
+    if name is None:
+        if wind:
+            raise InputError(f"--wind {wind:g} is of a vehicle in its loop: give --tracking px4 or another with it")
+        return None
+    from minsnap.vehicle.loop import loop_of as named
+
+    return named(name)
 
 
 LIMITS = {kind.option.lstrip("-").replace("-", "_"): kind for kind in KINDS if kind.option}

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from minsnap.files.convert import Format
     from minsnap.files.plan_file import PassedStop
     from minsnap.trajectory.leg_uses import Sensitivity
+    from minsnap.vehicle.loop import Loop
 
 _LINES = (
     ("duration", "duration", "{:.6g} s"),
@@ -36,6 +37,8 @@ _LINES = (
     *((f"max_{kind.name}", f"max {kind.label}", f"{{:.4g}} {kind.unit}") for kind in KINDS[:3]),
     ("corridor_margin", "corridor margin", "{:.3g} m, at every instant"),
     ("obstacle_distance", "obstacle distance", "{}"),
+    ("tube", "tracking error", "{:.3g} m at most, in a wind that changes by {wind:g} m/s"),
+    ("strongest_wind", "strongest wind", "{:.3g} m/s of change, in which the vehicle keeps all that is asked"),
     ("altitude", "altitude", "{:g} m in files of setpoints: give --start X Y Z to choose it"),
     ("parts", "parts", "{}"),
     ("solver", "solver", "{}"),
@@ -68,6 +71,8 @@ def summarise(
     waypoints: Any = None,
     limits: minsnap.Limits | None = None,
     avoid: Sequence[Avoided] = (),
+    tracking: Loop | None = None,
+    wind: float = 0.0,
 ) -> dict[str, Any]:
     """Return the figures of a path; figures that do not apply are None.
 
@@ -77,7 +82,7 @@ def summarise(
     ----------
     path : Path
         A plan or a shape.
-    corridor, waypoints, limits, avoid
+    corridor, waypoints, limits, avoid, tracking, wind
         What it was planned with.
 
     Returns
@@ -86,10 +91,13 @@ def summarise(
         duration [s], lower_bound [s], gap and nearness (see :class:`~minsnap.Report`), legs, cost [cost_unit],
         max_speed [m/s], max_acceleration [m/s^2], max_jerk [m/s^3],
         corridor_margin [m], solver, rounds, milliseconds, limits: for each, how far it is used, and where
-        most; binding: those used up; obstacle_distance [m], obstacle: which one, obstacle_instant [s], obstacle_place.
+        most; binding: those used up; tube [m], wind and strongest_wind [m/s] of a vehicle in its loop;
+        obstacle_distance [m], obstacle: which one, obstacle_instant [s], obstacle_place.
     """
     known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-4])
-    certificate = minsnap.certify(path, waypoints=waypoints, corridor=corridor, limits=limits, avoid=avoid)
+    asked = {"waypoints": waypoints, "corridor": corridor, "limits": limits, "avoid": avoid}
+    certificate = minsnap.certify(path, **asked, tracking=tracking, wind=wind)
+    known |= {"tube": certificate.tube, "strongest_wind": certificate.wind, "wind": tracking and wind}
     known |= {name: getattr(certificate, name) for name in ("max_speed", "max_acceleration", "max_jerk")}
     known |= {"duration": path.duration, "cost_unit": None}
     known["corridor_margin"] = None if corridor is None else certificate.corridor_margin
@@ -292,6 +300,8 @@ class Destination:
         stops: Sequence[PassedStop] = (),
         note: str = "",
         sensitivities: Callable[[], Sequence[Sensitivity]] | None = None,
+        tracking: Loop | None = None,
+        wind: float = 0.0,
     ) -> None:
         """Write the requested files, then print the summary: on stderr when standard output carries the setpoints.
 
@@ -299,9 +309,13 @@ class Destination:
         :func:`minsnap.plot.plot_overview` unless given; ``origin`` is what :func:`minsnap.write_csv` takes. How
         ``gates`` are passed is told, by their numbers. ``tolerance`` of the waypoints, ``pins`` and the ``stops`` of a
         course are for the file of a plan. ``note`` joins the others. ``sensitivities`` are those of the flight time,
-        by default those of the plan's report.
+        by default those of the plan's report. ``tracking`` and ``wind`` are for the summary.
         """
-        figures = summarise(path, corridor, waypoints, limits, avoid) | _passed(path, gates) | dict(further or {})
+        figures = (
+            summarise(path, corridor, waypoints, limits, avoid, tracking, wind)
+            | _passed(path, gates)
+            | dict(further or {})
+        )
         known = {"waypoints": waypoints, "corridor": corridor, "limits": limits, "avoid": avoid, "tolerance": tolerance}
         notes = [figures["note"], note]
         if self.output is not None and not self.force:

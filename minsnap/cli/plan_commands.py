@@ -129,7 +129,7 @@ def plan(
     path = planned(on_terminal(destination.json))
     figures = standing(lambda: planned(closed=False), path) if request.closed and request.durations is None else {}
     how: dict[str, Any] = {"limits": request.bounds, "further": figures, "avoid": request.obstacles}
-    how |= {"gates": request.gates, "tolerance": request.waypoint_tolerance} | _of_mission(file)
+    how |= {"gates": request.gates, "tolerance": request.waypoint_tolerance} | _of_mission(file) | planning.in_loop
     destination.deliver(path, walls, request.places, **how)
 
 
@@ -258,10 +258,11 @@ def fly_course(
     if planning.no_limit == "altitude":
         planning.refuse_idle()
     named = _chosen(planning)
-    refused = [name for name in ("total_time", "time_weight", "split") if name in named]
+    refused = [name for name in ("total_time", "time_weight", "split", "tracking") if name in named]
     if refused:
         option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
-        raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
+        why = "is flown as fast as its limits allow" if refused[0] != "tracking" else "is checked by check --tracking"
+        raise InputError(f"{option} is for a plan through waypoints: a course {why}")
     named = _beside_those_of(course, named, planning)
     arguments = plan_arguments({"yaw": course.yaw} | named | destination.search)
     own = {"limits": "limits", "yaw": "yaw", "tube": "corridor"}

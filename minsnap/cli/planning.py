@@ -166,6 +166,14 @@ class Planning(TimingOptions):
     degree: options.Degree = 7
     continuity: Annotated[int | None, "Derivatives continuous at the waypoints."] = None
     solver: Annotated[str, "auto, or a solver's name: daqp, clarabel, osqp, or another of qpsolvers."] = "auto"
+    tracking: options.Tracking = None
+    wind: options.WindChange = 0.0
+
+    @property
+    def in_loop(self) -> dict[str, Any]:
+        """The control loop of the vehicle and the wind as ``plan`` and ``certify`` take them; nothing without one."""
+        loop = options.loop_of(self.tracking, self.wind)
+        return {} if loop is None else {"tracking": loop, "wind": self.wind}
 
     @property
     def walls(self) -> float | list[float] | None:
@@ -176,7 +184,7 @@ class Planning(TimingOptions):
         """Return the arguments of a plan that the options name."""
         chosen = options.present(corridor=self.walls, continuity=self.continuity, avoid=options.parse_avoid(self.avoid))
         chosen |= options.present(yaw_rate=self.yaw_rate, hold_below=self.hold_below)
-        return super().arguments() | chosen | {"degree": self.degree, "solver": self.solver}
+        return super().arguments() | chosen | self.in_loop | {"degree": self.degree, "solver": self.solver}
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ def rect(
     arguments = planning.arguments() | {"corridor": planning.walls} | destination.search
     path = minsnap.rectangle(width, length, **place, laps=laps, clockwise=clockwise, **plan_arguments(arguments))
     avoided = options.parse_avoid(planning.avoid) or ()
-    destination.deliver(path, planning.walls, limits=planning.held, avoid=avoided)
+    destination.deliver(path, planning.walls, limits=planning.held, avoid=avoided, **planning.in_loop)
 
 
 @command()

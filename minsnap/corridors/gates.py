@@ -192,6 +192,16 @@ class Gate(ReadOnly):
         shift = check_array("step", step, (self.center.shape,), "one number per axis [m]", WaypointError)
         return self._of(self.center + shift, self.normal, self.corners + shift, self.crossing, self.margin)
 
+    def within(self, distance: float) -> Gate:
+        """Return the same gate with a margin that is larger by a distance [m].
+
+        Raises
+        ------
+        WaypointError
+            If that leaves nothing of the opening around its center.
+        """
+        return self._of(self.center, self.normal, self.corners, self.crossing, self.margin + distance)
+
     @classmethod
     def _of(cls, *fields: Any) -> Gate:
         """Return a gate of its fields: an opening that need not be a rectangle."""

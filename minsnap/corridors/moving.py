@@ -77,6 +77,12 @@ class Moving(ReadOnly):
         faster = check_distance("the growth of a moving obstacle", growth, CorridorError)
         set_fields(self, motion=motion, radius=float(size), growth=faster, begin=begin)
 
+    def wider(self, distance: float) -> Moving:
+        """Return the same obstacle with a radius that is larger by a distance [m]."""
+        wider = object.__new__(Moving)
+        set_fields(wider, motion=self.motion, radius=self.radius + distance, growth=self.growth, begin=self.begin)
+        return wider
+
     @property
     def dim(self) -> int:
         """Coordinates: 3 for a ball, 2 for a cylinder."""

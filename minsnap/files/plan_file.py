@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,10 @@ from minsnap.corridors.knot_regions import GatePassage, gate_passages
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.samples import VECTORS
 from minsnap.trajectory.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from minsnap.vehicle.loop import Loop
+    from minsnap.vehicle_tube import VehicleTube
 
 PASSED, PINNED = 1e-7, 1e-6
 """By how much the margin of a gate may be missed [m]; a pinned derivative, of its largest value."""
@@ -116,6 +120,28 @@ class PlanFile:
         """What holds of the plan, proved anew."""
         allowed = 0.0 if self.tolerance is None else self.tolerance
         return certify(self.trajectory, self.places, self.corridor, self.limits, allowed, avoid=self.avoid)
+
+    def in_loop(self, loop: Loop, wind: float) -> VehicleTube:
+        """Return the tube of a vehicle in its control loop, which must keep what the plan keeps.
+
+        Parameters
+        ----------
+        loop : Loop
+        wind : float
+            Largest change of the wind [m/s].
+
+        Raises
+        ------
+        VehicleError
+            If the wind is malformed.
+        """
+        from minsnap.vehicle_tube import check_followed, check_tracking, vehicle_tube
+
+        proof, instants = self.proof, self.trajectory.leg_breaks
+        check_followed(self.trajectory)
+        passed = [(int(np.abs(instants - each.instant).argmin()), self.gates[each.gate]) for each in self.passages]
+        kept = proof.walls, dict(passed), self.avoid, self.limits
+        return vehicle_tube(loop, check_tracking(loop, wind), self.trajectory, *kept)
 
     @cached_property
     def passages(self) -> tuple[GatePassage, ...]:

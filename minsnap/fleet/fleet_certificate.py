@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,6 +34,10 @@ from minsnap.native.fleet_border import NearPairs, clearances, near_pairs
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from minsnap.fleet.fleet_tube import FleetTube
+    from minsnap.vehicle.loop import Loop
 
 
 @dataclass(frozen=True)
@@ -161,6 +165,8 @@ class FleetCertificate:
     fleet : Fleet
         What it is about.
     separation : Separation or None
+    vehicles : FleetTube or None
+        Where the vehicles can be in their control loops; None without ``tracking``.
     """
 
     closest: NearPair | None
@@ -171,6 +177,17 @@ class FleetCertificate:
     nearest_obstacles: IntArray | None = field(repr=False)
     fleet: Fleet = field(repr=False)
     separation: Separation | None = field(repr=False)
+    vehicles: FleetTube | None = field(default=None, repr=False)
+
+    @property
+    def tube(self) -> float | None:
+        """Largest tracking error that a vehicle's loop can have [m]; None without ``tracking``."""
+        return None if self.vehicles is None else self.vehicles.error
+
+    @property
+    def wind(self) -> float | None:
+        """Largest change of the wind at which all vehicles keep all that is asked [m/s]; None without ``tracking``."""
+        return None if self.vehicles is None else self.vehicles.strongest
 
     @property
     def ok(self) -> bool:
@@ -193,7 +210,7 @@ class FleetCertificate:
         if self.closest is not None and not self.closest.share >= 1.0 - EXACT:
             near = self.closest
             return f"vehicles {near.pair} come as near as {near.distance:.9g} m at {near.instant:.4g} s"
-        return None
+        return None if self.vehicles is None else self.vehicles.fault
 
     @property
     def least_distance(self) -> float | None:
@@ -245,6 +262,8 @@ def certify_fleet(
     avoid: Obstacle | Sequence[Obstacle] | None = None,
     reach: float = REACH,
     threads: int | None = None,
+    tracking: Loop | Sequence[Loop] | None = None,
+    wind: float = 0.0,
 ) -> FleetCertificate:
     """Check several vehicles at every instant, and return exact bounds.
 
@@ -264,6 +283,10 @@ def certify_fleet(
         Pairs are listed that come nearer than this multiple of their separation.
     threads : int, optional
         By default as many as processors; they change nothing in the result.
+    tracking : Loop or sequence of Loop, optional
+        Control loop of all vehicles, or of each, which must then keep separation, room, obstacles and thrust, too.
+    wind : float
+        With ``tracking``: largest change of the wind at any vehicle from what it is at the start [m/s].
 
     Returns
     -------
@@ -271,6 +294,8 @@ def certify_fleet(
 
     Raises
     ------
+    VehicleError
+        If ``tracking`` is no loop, or the wind is given without one.
     FleetError
         If the trajectories, the limits, the room or the obstacles do not fit together.
     """
@@ -284,7 +309,13 @@ def certify_fleet(
     obstacles = as_still(avoid)
     clear, which = _clearances(flown, obstacles, workers) if obstacles else (None, None)
     near = tuple(pair for pair in pairs if pair.share < reach)
-    return FleetCertificate(pairs[0] if pairs else None, near, use, margins, clear, which, flown, apart)
+    vehicles = None
+    if tracking is not None or wind:
+        from minsnap.fleet.fleet_tube import fleet_tube
+
+        kept = apart, rooms[0] if rooms else None, obstacles, limits_of(limits, len(flown)) if limits else None
+        vehicles = fleet_tube(flown, tracking, wind, *kept, workers)
+    return FleetCertificate(pairs[0] if pairs else None, near, use, margins, clear, which, flown, apart, vehicles)
 
 
 def _listed(fleet: Any) -> tuple[Any, ...]:

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
     from minsnap.planning.leg_table import TimedCourse
     from minsnap.planning.request import PlanRequest
+    from minsnap.vehicle.loop import Loop
 
 
 @explains_names(
@@ -94,6 +95,8 @@ def plan(
     search: Search | None = None,
     progress: Progress | bool | None = None,
     avoid: Avoided | Sequence[Avoided] | None = None,
+    tracking: Loop | None = None,
+    wind: float = 0.0,
 ) -> Plan:
     r"""Plan the curve through waypoints that minimises the integral of the squared k-th derivative.
 
@@ -153,6 +156,11 @@ def plan(
     avoid : obstacle or sequence of obstacles, optional
         ``Cylinder``, ``Ellipsoid``, ``Cuboid`` and ``Moving`` that the curve stays outside of. Legs around
         them have more polynomials. A better way around them may exist.
+    tracking : Loop, optional
+        Control loop of the vehicle: corridor, gates, obstacles, thrust and tilt leave it the room that it needs, and
+        ``certify`` with the same arguments holds.
+    wind : float
+        With ``tracking``: largest change of the wind from what it is at the start [m/s].
 
     Returns
     -------
@@ -161,7 +169,7 @@ def plan(
 
     Raises
     ------
-    WaypointError, TimingError, LimitError, CorridorError, DegreeError, YawError, UnknownSolverError
+    WaypointError, TimingError, LimitError, CorridorError, DegreeError, YawError, VehicleError, UnknownSolverError
         If an argument is malformed, contradicts another, or would be ignored; each is a ValueError.
     InfeasibleError
         If no curve meets everything: names the leg and the smallest half-width that has a solution, and proves it.
@@ -183,7 +191,7 @@ def plan(
     if (
         (search is None or replace(how, on_interrupt="raise") == USUAL)
         and (limits is None and continuity is None and yaw is None and start is None and end is None)
-        and (pins is None and waypoint_tolerance is None and avoid is None)
+        and (pins is None and waypoint_tolerance is None and avoid is None and tracking is None and not wind)
         and (closed is False and isinstance(solver, str) and solver == "auto" and not isinstance(corridor, Sampled))
         and (pieces is None or (type(pieces) is int and pieces == 1))
     ):
@@ -195,11 +203,17 @@ def plan(
     question: tuple[Any, ...] = (waypoints, durations, total_time, limits, corridor, continuity, degree, yaw, start)
     question += (end, closed, _named_solver(solver), pins, pieces, waypoint_tolerance, how, as_obstacles(avoid))
     with progress_line(progress, "searching", partial(_steps_in, how.on_interrupt)) as watch:
-        return _planned(PlanRequest(*question), watch) if quick is None else _shown(quick, watch, how.on_interrupt)
+        request = replace(PlanRequest(*question), tracking=tracking, wind=wind)
+        return _planned(request, watch) if quick is None else _shown(quick, watch, how.on_interrupt)
 
 
-def _planned(request: PlanRequest, watch: Progress | None) -> Plan:
-    """Check a request, choose its durations, solve, and report."""
+def _planned(request: PlanRequest, watch: Progress | None, said: tuple[str, ...] = ()) -> Plan:
+    """Check a request, choose its durations, solve, and report; ``said`` is told in the report, too."""
+    if request.tracking is not None or request.wind:
+        from minsnap.planning.in_loop import plan_in_loop
+
+        task_of(request)
+        return plan_in_loop(request, lambda asked, told: _planned(asked, watch, told))
     from minsnap.durations.allocate import plan_timed
 
     began = perf_counter()
@@ -218,7 +232,6 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Plan:
     task = replace(task, deadline=timing.deadline)
     if limit is None:
         task.deadline.work.worth = WORK.worth(task.legs, task.legs * task.pieces)
-    said: tuple[str, ...] = ()
     if not request.avoid:
         solve: Callable[[Task], Timed] = partial(plan_timed, timing=timing)
     else:
@@ -226,7 +239,8 @@ def _planned(request: PlanRequest, watch: Progress | None) -> Plan:
 
         solve = partial(plan_around, timing=timing, obstacles=request.avoid)
     if checks.is_free(request.yaw):
-        timed, said = _freely_headed(task, timing, solve)
+        timed, told = _freely_headed(task, timing, solve)
+        said += told
     else:
         timed = solve(task)
     known = timed.facts() | {"milliseconds": 1e3 * (perf_counter() - began)}

@@ -77,6 +77,8 @@ class PlanRequest:
         Name of a preset: one of :data:`~minsnap.vehicle.quadrotor.VEHICLES`; empty for none.
     frame : str
         Axes in which the plan is to be written.
+    tracking, wind : Loop and float, or None
+        As ``plan`` takes them.
     """
 
     waypoints: Any
@@ -102,6 +104,8 @@ class PlanRequest:
     rotors: float | None = None
     vehicle: str = ""
     frame: str = "enu"
+    tracking: Any = None
+    wind: float | None = None
 
     @property
     def legs(self) -> int:

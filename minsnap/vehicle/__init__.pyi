@@ -17,6 +17,7 @@ from .dynamics import RigidBody as RigidBody
 from .dynamics import check_rotor_limits as check_rotor_limits
 from .dynamics import flat_states as flat_states
 from .dynamics import flatness_of as flatness_of
+from .loop import Loop as Loop
 from .quadrotor import Quadrotor as Quadrotor
 from .quadrotor import read_vehicle as read_vehicle
 from .quadrotor import write_vehicle as write_vehicle
