@@ -19,6 +19,7 @@ from .corridors.keep_out import Cylinder as Cylinder
 from .corridors.keep_out import Ellipsoid as Ellipsoid
 from .corridors.moving import Moving as Moving
 from .corridors.occupancy_grid import corridor_from_grid as corridor_from_grid
+from .corridors.prism import Prism as Prism
 from .corridors.tubes import RoundTube as RoundTube
 from .corridors.tubes import Sampled as Sampled
 from .corridors.tubes import Tube as Tube
@@ -28,6 +29,7 @@ from .errors import InputError as InputError
 from .errors import MinsnapError as MinsnapError
 from .errors import SolverError as SolverError
 from .errors import UnprovedError as UnprovedError
+from .files.fences import read_fence as read_fence
 from .files.sample_fit import SampleFit as SampleFit
 from .files.sample_fit import fit_samples as fit_samples
 from .files.setpoint_csv import read_csv as read_csv

@@ -259,6 +259,16 @@ def parse_named(text: str | None) -> dict[str, str] | None:
     return None if text is None else parse_columns(text)
 
 
+def avoided(texts: list[str] | None, fence: Path | None) -> list[Avoided] | None:
+    """Return the cylinders to keep out of, and the geofence of a file, or None."""
+    listed = parse_avoid(texts)
+    if fence is None:
+        return listed
+    from minsnap.files.fences import read_fence
+
+    return [*(listed or ()), *read_fence(fence)]
+
+
 def parse_avoid(texts: list[str] | None) -> list[Avoided] | None:
     """Return the cylinders to keep out of, or None.
 

@@ -377,6 +377,7 @@ def route(
     *,
     start: Annotated[str, "X Y [Z]", "Where to fly from [m]."],
     goal: Annotated[str, "X Y [Z]", "Where to fly to [m]."],
+    fence: Annotated[Path | None, "FILE", "Geofence of a QGroundControl plan (.plan), in metres from its home."] = None,
 ) -> None:
     """Plan from a start to a goal through the free cells of a map.
 
@@ -392,6 +393,7 @@ def route(
     timing.refuse_idle()
     ends = parse_point("--start", start), parse_point("--goal", goal)
     arguments = reading.arguments() | timing.arguments() | destination.search
+    arguments["avoid"] = options.avoided(None, fence)
     planned = plan_through(_source(map_file, reading.transpose), *ends, **plan_arguments(arguments))
     figures = nearest_place(planned.trajectory, planned.distance, planned.approach.instant, None)
     figures["altitude"] = 0.0 if planned.dim == 2 else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, make_dataclass, replace
 from math import radians
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import minsnap
@@ -157,6 +158,7 @@ class Planning(TimingOptions):
 
     corridor: options.Corridor = None
     avoid: Annotated[list[str] | None, "X,Y,R", "Vertical cylinder to avoid [m]; or X,Y,R,LOW,HIGH. Repeatable."] = None
+    fence: Annotated[Path | None, "FILE", "Geofence of a QGroundControl plan (.plan), in metres from its home."] = None
     yaw_rate: Annotated[
         float | None, "RAD/S", "With --yaw velocity: greatest yaw rate where the heading is held [rad/s]."
     ] = None
@@ -182,7 +184,8 @@ class Planning(TimingOptions):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that the options name."""
-        chosen = options.present(corridor=self.walls, continuity=self.continuity, avoid=options.parse_avoid(self.avoid))
+        avoided = options.avoided(self.avoid, self.fence)
+        chosen = options.present(corridor=self.walls, continuity=self.continuity, avoid=avoided)
         chosen |= options.present(yaw_rate=self.yaw_rate, hold_below=self.hold_below)
         return super().arguments() | chosen | self.in_loop | {"degree": self.degree, "solver": self.solver}
 

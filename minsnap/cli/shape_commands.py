@@ -39,7 +39,7 @@ def rect(
     place: dict[str, Any] = {"altitude": altitude, "start_corner": start_corner, "center": center}
     arguments = planning.arguments() | {"corridor": planning.walls} | destination.search
     path = minsnap.rectangle(width, length, **place, laps=laps, clockwise=clockwise, **plan_arguments(arguments))
-    avoided = options.parse_avoid(planning.avoid) or ()
+    avoided = options.avoided(planning.avoid, planning.fence) or ()
     destination.deliver(path, planning.walls, limits=planning.held, avoid=avoided, **planning.in_loop)
 
 

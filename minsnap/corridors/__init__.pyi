@@ -13,6 +13,7 @@ from .knot_regions import GatePassage as GatePassage
 from .knot_regions import gate_passages as gate_passages
 from .moving import Moving as Moving
 from .occupancy_grid import corridor_from_grid as corridor_from_grid
+from .prism import Prism as Prism
 from .tubes import RoundTube as RoundTube
 from .tubes import Sampled as Sampled
 from .tubes import Tube as Tube

@@ -16,6 +16,7 @@ from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, ReadOnly, num
 from minsnap.basics.checks import check_array, has_method
 from minsnap.basics.messages import shown
 from minsnap.corridors.moving import Moving
+from minsnap.corridors.prism import Prism
 from minsnap.errors import CorridorError
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -29,8 +30,8 @@ class Obstacle(Protocol):
         ...
 
 
-Avoided = Obstacle | Moving
-"""What a curve keeps out of: what stands, and what moves."""
+Avoided = Obstacle | Moving | Prism
+"""What a curve keeps out of: what stands, what moves, and prisms, some of which it keeps inside of."""
 
 
 def clearance_of(obstacle: Obstacle, point: FloatArray) -> float:
@@ -38,9 +39,16 @@ def clearance_of(obstacle: Obstacle, point: FloatArray) -> float:
     return float(clearances_of(obstacle, point))
 
 
-def clearances_of(obstacle: Obstacle, points: FloatArray) -> FloatArray:
+def clearances_of(obstacle: Obstacle | Prism, points: FloatArray) -> FloatArray:
     """Return how far points (..., 3) are from an obstacle, at least, negative inside, shape (...) [m]."""
-    center, scale, (radius,), low, high = np.split(obstacle.numbers(), (3, 6, 7, 10))
+    if isinstance(obstacle, Prism):
+        return obstacle.clearances(points)
+    return clearance_in(obstacle.numbers(), points)
+
+
+def clearance_in(numbers: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the same for the thirteen numbers of an obstacle."""
+    center, scale, (radius,), low, high = np.split(numbers, (3, 6, 7, 10))
     flat = np.maximum(points - high, low - points).max(axis=-1)
     round_ = np.sqrt(((scale * (points - center)) ** 2).sum(axis=-1)) - radius
     return np.asarray(flat if radius < 0.0 else np.maximum(flat, round_))
@@ -153,6 +161,8 @@ NAMED: dict[str, tuple[Callable[[Any], Avoided], str, tuple[int, ...]]] = {
     "cylinder": (lambda n: Cylinder(n[:2], n[2], *n[3:]), "x, y, radius and, if it has ends, low and high", (3, 5)),
     "ellipsoid": (lambda n: Ellipsoid(n[:3], n[3:]), "x, y, z and three half-axes", (6,)),
     "cuboid": (lambda n: Cuboid(n[:3], n[3:]), "x, y, z of one corner and of the opposite one", (6,)),
+    "prism": (lambda n: _named_prism(n), "the number of corners, x and y of each, and low and high if it has ends", ()),
+    "fence": (lambda n: _named_prism(n, True), "the number of corners, x and y of each, and low and high if any", ()),
     "moving": (lambda n: _named_rows(n), "radius, growth, 2 or 3, and rows of t and as many coordinates", ()),
     "moving_curve": (
         lambda n: _named_curve(n),
@@ -161,6 +171,15 @@ NAMED: dict[str, tuple[Callable[[Any], Avoided], str, tuple[int, ...]]] = {
     ),
 }
 """Obstacles by the names that files have for them, from plain numbers; which these are, and how many there may be."""
+
+
+def _named_prism(n: Sequence[float], inclusion: bool = False) -> Prism:
+    """Return a prism from the number of corners, their places, and its ends."""
+    corners = int(n[0]) if len(n) > 6 and n[0] == int(n[0]) else 0
+    if corners < 3 or len(n) not in (1 + 2 * corners, 3 + 2 * corners):
+        raise CorridorError(f"a prism has {len(n)} numbers: give {NAMED['prism'][1]} [m]")
+    places, ends = n[1 : 1 + 2 * corners], n[1 + 2 * corners :]
+    return Prism(np.reshape(places, (-1, 2)), *ends, inclusion=inclusion)
 
 
 def _named_rows(n: Sequence[float]) -> Moving:
@@ -215,6 +234,10 @@ def name_of(obstacle: Avoided) -> tuple[str, list[float]]:
         return "cuboid", [*obstacle.lower.tolist(), *obstacle.upper.tolist()]
     if isinstance(obstacle, Moving):
         return _name_of_moving(obstacle)
+    if isinstance(obstacle, Prism):
+        ends = [] if isinf(obstacle.low) and isinf(obstacle.high) else [obstacle.low, obstacle.high]
+        places = [float(len(obstacle.polygon)), *obstacle.polygon.ravel().tolist()]
+        return "fence" if obstacle.inclusion else "prism", [*places, *ends]
     raise CorridorError(f"an obstacle of kind {type(obstacle).__name__} has no description: give one of the library's")
 
 
@@ -237,8 +260,8 @@ def as_obstacles(avoid: Any) -> tuple[Avoided, ...]:
         return ()
     obstacles = tuple(avoid) if isinstance(avoid, Sequence) else (avoid,)
     for obstacle in obstacles:
-        if not (isinstance(obstacle, Moving) or has_method(obstacle, "numbers")):
-            raise CorridorError(f"avoid has {shown(obstacle)}: give cylinders, ellipsoids and cuboids, or Moving")
+        if not (isinstance(obstacle, Moving | Prism) or has_method(obstacle, "numbers")):
+            raise CorridorError(f"avoid has {shown(obstacle)}: give cylinders, ellipsoids and cuboids, Prism or Moving")
     return obstacles
 
 
@@ -248,7 +271,7 @@ def standing_at(obstacle: Moving, instants: FloatArray) -> list[Obstacle]:
     return [Cylinder(at, radius) if obstacle.dim == 2 else Ellipsoid(at, radius) for at, radius in pairs]
 
 
-def as_still(avoid: Any) -> tuple[Obstacle, ...]:
+def as_still(avoid: Any) -> tuple[Obstacle | Prism, ...]:
     """Return obstacles none of which moves.
 
     Raises
@@ -262,3 +285,19 @@ def as_still(avoid: Any) -> tuple[Obstacle, ...]:
         which = next(which for which, each in enumerate(obstacles) if isinstance(each, Moving))
         raise CorridorError(f"obstacle {which} moves: plan takes it; a fleet has it as a vehicle of fixed=")
     return still
+
+
+def as_simple(avoid: Any) -> tuple[Obstacle, ...]:
+    """Return obstacles that are cylinders, ellipsoids and cuboids.
+
+    Raises
+    ------
+    CorridorError
+        If one of them moves, or is a prism.
+    """
+    still = as_still(avoid)
+    simple = tuple(each for each in still if not isinstance(each, Prism))
+    if len(simple) < len(still):
+        which = next(which for which, each in enumerate(still) if isinstance(each, Prism))
+        raise CorridorError(f"obstacle {which} is a prism: fleets take cylinders, ellipsoids and cuboids, and a room")
+    return simple

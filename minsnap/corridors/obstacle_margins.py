@@ -11,6 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.keep_out import Avoided
 from minsnap.corridors.moving import Moving, keeps_margin, nearest_moving
+from minsnap.corridors.prism import Prism, keeps_from_prism, nearest_prism
 from minsnap.native.fleet_border import FleetArrays, clearances
 from minsnap.polynomials import rationals
 from minsnap.trajectory.trajectory import Trajectory
@@ -45,13 +46,13 @@ class ObstacleMargin:
 
 def nearest_obstacle(curve: Trajectory, obstacles: Sequence[Avoided]) -> ObstacleMargin:
     """Return the proved least distance to one obstacle or more over all time, those that move at each instant."""
-    found = [
-        ObstacleMargin(near.value, which, near.instant)
-        for which, each in enumerate(obstacles)
-        if isinstance(each, Moving)
-        for near in [nearest_moving(curve, each)]
-    ]
-    still = [which for which, each in enumerate(obstacles) if not isinstance(each, Moving)]
+    found, still = list[ObstacleMargin](), list[int]()
+    for which, each in enumerate(obstacles):
+        if isinstance(each, Moving | Prism):
+            near = nearest_moving(curve, each) if isinstance(each, Moving) else nearest_prism(curve, each)
+            found.append(ObstacleMargin(near.value, which, near.instant))
+        else:
+            still.append(which)
     if still:
         arrays = FleetArrays([in_space(curve.control_points)], [curve.breaks])
         table = np.stack([obstacles[which].numbers() for which in still])  # type: ignore[union-attr]
@@ -70,6 +71,8 @@ def clearance_holds(curve: Trajectory, obstacle: Avoided, margin: float) -> bool
     """Whether a trajectory is proved to keep a margin to an obstacle over all time, in exact arithmetic."""
     if isinstance(obstacle, Moving):
         return keeps_margin(curve, obstacle, margin)
+    if isinstance(obstacle, Prism):
+        return keeps_from_prism(curve, obstacle, margin)
     points, asked = in_space(curve.control_points), Fraction(margin)
     return all(
         rationals.is_one_never_negative(list(_room_left(rationals.exact(piece), obstacle.numbers(), asked)))

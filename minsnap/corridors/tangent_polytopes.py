@@ -15,6 +15,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.prism import TOUCHING, PartTable
 from minsnap.errors import CorridorError
 from minsnap.native.half_space_sets import HalfSpaceRows, inner_balls
 from minsnap.native.map_ways import tangent_planes
@@ -58,6 +59,7 @@ def polytopes_along(
     clearance: float,
     reach: float = TANGENT.reach,
     box: tuple[FloatArray, FloatArray] | None = None,
+    prisms: PartTable | None = None,
 ) -> list[HalfSpaceRows]:
     """Return (A, b) with A x <= b around each segment of a line, away from all obstacles by the clearance.
 
@@ -75,6 +77,7 @@ def polytopes_along(
         See ``TangentSettings``.
     box : pair of ndarray, shape (dim,), optional
         Lower and upper corner of what the polytopes may have [m].
+    prisms : PartTable, optional
 
     Raises
     ------
@@ -93,11 +96,49 @@ def polytopes_along(
             "lower the clearance",
             leg=segment,
         )
+    sets = found.sets if prisms is None else _beside_prisms(path, found.sets, prisms, clearance, reach)
     if box is None:
-        return found.sets
+        return sets
     axes = np.eye(path.shape[1])
     rows, bounds = np.vstack((axes, -axes)), np.concatenate((box[1], -box[0]))
-    return [(np.vstack((A, rows)), np.concatenate((b, bounds))) for A, b in found.sets]
+    return [(np.vstack((A, rows)), np.concatenate((b, bounds))) for A, b in sets]
+
+
+def _beside_prisms(
+    path: FloatArray, sets: list[HalfSpaceRows], prisms: PartTable, clearance: float, reach: float
+) -> list[HalfSpaceRows]:
+    """Bound sets by planes that touch prisms, the nearest first, unless a plane has them beyond already."""
+    distances, ways = prisms.from_lines(np.stack((path[:-1], path[1:]), axis=1))
+    near = distances < clearance - EXACT * (1.0 + clearance) if clearance else distances <= 0.0
+    if near.any():
+        segment, part = (int(index) for index in np.argwhere(near)[0])
+        raise CorridorError(
+            f"the segment from {point_text(path[segment])} to {point_text(path[segment + 1])} m is "
+            f"{distances[segment, part]:.3g} m from prism {prisms.which[part]}, and the clearance is {clearance:g} m: "
+            "move the path, or lower the clearance",
+            leg=segment,
+        )
+    return [_touching(*each, prisms, clearance, reach) for each in zip(sets, distances, ways, strict=True)]
+
+
+def _touching(
+    rows: HalfSpaceRows, distances: FloatArray, ways: FloatArray, prisms: PartTable, clearance: float, reach: float
+) -> HalfSpaceRows:
+    """Return the half-spaces of one segment with those that touch prisms, and the heights of fences."""
+    (A, b), inset = rows, clearance + 0.5 * TOUCHING
+    for part in np.argsort(distances, kind="stable"):
+        if distances[part] > 2.0 * reach + clearance:
+            break
+        if (prisms.supports(A, int(part)) >= b + inset).any():
+            continue
+        normal = ways[part] / distances[part]
+        bound = prisms.supports(normal, int(part)) - inset
+        A, b = np.vstack((A, normal)), np.append(b, bound)
+    up = np.eye(A.shape[1])[-1:]
+    for low, high in prisms.ends():
+        A, b = np.vstack((A, up, -up)), np.append(b, (high - inset, -low - inset))
+    finite = np.isfinite(b)
+    return A[finite], b[finite]
 
 
 def without_needless(sets: Sequence[HalfSpaceRows], reach: float = TANGENT.reach) -> list[int]:

@@ -6,14 +6,18 @@ Where the grid has no way, finer ones are tried.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.corridors.keep_out import Avoided
+from minsnap.corridors.moving import Moving
 from minsnap.corridors.occupancy_grid import grown
+from minsnap.corridors.prism import PartTable, Prism
+from minsnap.corridors.tangent_polytopes import numbers_of
 from minsnap.native.map_ways import grid_way, tangent_planes
 
 Inside = Callable[[FloatArray], BoolArray]
@@ -59,11 +63,28 @@ AROUND = AroundSettings()
 
 
 class Kept(NamedTuple):
-    """What a way keeps away from, by how far: obstacles (m, 13), points (k, dim) [m], and a clearance [m]."""
+    """What a way keeps away from, by how far: obstacles (m, 13), points (k, dim) [m], a clearance [m], and prisms."""
 
     obstacles: FloatArray
     points: FloatArray
     clearance: float
+    prisms: PartTable | None = None
+
+    @classmethod
+    def of(cls, avoid: Sequence[Avoided], dim: int, clearance: float = 0.0) -> Kept:
+        """Return what stands of obstacles."""
+        prisms = [each for each in avoid if isinstance(each, Prism)]
+        simple = [each for each in avoid if not isinstance(each, Prism | Moving)]
+        table = PartTable(prisms, dim) if prisms else None
+        return cls(numbers_of(simple), np.zeros((0, dim)), clearance, table)
+
+    def with_more(self, other: Kept) -> Kept:
+        """Return what both keep away from."""
+        tables = [each.prisms for each in (self, other) if each.prisms is not None]
+        prisms = [prism for table in tables for prism in table.prisms]
+        table = PartTable(prisms, tables[0].dim) if prisms else None
+        obstacles = np.concatenate((self.obstacles, other.obstacles))
+        return Kept(obstacles, np.concatenate((self.points, other.points)), self.clearance, table)
 
 
 def way_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside | None = None) -> FloatArray | None:
@@ -110,8 +131,12 @@ class FreeCells:
             self._block(numbers)
         if len(kept.points):
             self._block_points()
-        if inside is not None:
-            self.free &= inside(self.center(np.indices(tuple(shape.tolist())).reshape(self.dim, -1).T)).reshape(shape)
+        if kept.prisms is not None:
+            self._block_prisms(kept.prisms)
+        fences = [] if kept.prisms is None else [each.contains for each in kept.prisms.prisms if each.inclusion]
+        for within in (*fences, *([] if inside is None else [inside])):
+            centers = self.center(np.indices(tuple(shape.tolist())).reshape(self.dim, -1).T)
+            self.free &= within(centers).reshape(shape)
 
     def center(self, cells: IntArray) -> FloatArray:
         """Return centers of cells (..., dim) [m]."""
@@ -151,6 +176,21 @@ class FreeCells:
         gap = flat if radius < 0.0 else np.maximum(flat, np.sqrt(square) - radius)
         self.free[part] &= np.broadcast_to(gap, end - begin) >= reach
 
+    def _block_prisms(self, prisms: PartTable) -> None:
+        """Take the cells near parts of prisms out of the free ones."""
+        reach = self.kept.clearance + 0.5 * self.size * self.dim**0.5
+        for index in range(len(prisms)):
+            low, high = prisms.box(index)
+            begin = np.clip(np.floor((low - reach - self.lower) / self.size), 0, self.free.shape).astype(np.intp)
+            end = np.clip(np.ceil((high + reach - self.lower) / self.size), 0, self.free.shape).astype(np.intp)
+            if (begin < end).all():
+                cells = np.indices(tuple((end - begin).tolist())).reshape(self.dim, -1).T + begin
+                near = prisms.gaps(self.center(cells), index) < reach
+                self.free[tuple(cells[near].T)] = False
+        for lowest, highest in prisms.ends():
+            heights = self.lower[-1] + self.size * (np.arange(self.free.shape[-1]) + 0.5)
+            self.free &= (heights >= lowest + reach) & (heights <= highest - reach)
+
     def _block_points(self) -> None:
         cells = np.floor((self.kept.points - self.lower) / self.size).astype(np.intp)
         within = ((cells >= 0) & (cells < self.free.shape)).all(axis=1)
@@ -188,11 +228,13 @@ def _extent(kept: Kept, ends: FloatArray, far: float) -> tuple[FloatArray, Float
     lower, upper = ends.min(axis=0), ends.max(axis=0)
     low, high = lower - far, upper + far
     begin, behind, spread = _sides(kept.obstacles, dim)
-    center = kept.obstacles[:, :dim]
-    for side in (np.maximum(begin, center - spread), kept.points):
+    center, corners = kept.obstacles[:, :dim], np.zeros((0, dim))
+    if kept.prisms is not None and len(kept.prisms):
+        corners = np.concatenate([np.stack(kept.prisms.box(index)) for index in range(len(kept.prisms))])
+    for side in (np.maximum(begin, center - spread), kept.points, corners):
         least = np.where(np.isfinite(side), side, np.inf).min(axis=0, initial=np.inf)
         lower = np.minimum(lower, np.maximum(least, low))
-    for side in (np.minimum(behind, center + spread), kept.points):
+    for side in (np.minimum(behind, center + spread), kept.points, corners):
         most = np.where(np.isfinite(side), side, -np.inf).max(axis=0, initial=-np.inf)
         upper = np.maximum(upper, np.minimum(most, high))
     return lower, upper
@@ -205,6 +247,9 @@ def _first_size(kept: Kept, ends: FloatArray) -> float:
     least = float(np.prod(upper - lower + 1e-3 * far) / AROUND.many) ** (1.0 / dim)
     low, high, spread = _sides(kept.obstacles, dim)
     across = np.minimum(high - low, 2.0 * spread).min(axis=1)
+    if kept.prisms is not None:
+        boxes = [kept.prisms.box(index) for index in range(len(kept.prisms)) if kept.prisms.solid(index)]
+        across = np.append(across, [float((above - below).min()) for below, above in boxes])
     wanted = (float(np.median(across)) + 2.0 * kept.clearance) / AROUND.across if len(across) else far
     return float(min(far / AROUND.cells[dim - 2], max(least, wanted)))
 
@@ -223,6 +268,10 @@ def clear_lines(kept: Kept, lines: FloatArray, beyond: float) -> BoolArray:
     least = kept.clearance + beyond
     reach = max(least, 1e-3 * float(np.abs(np.diff(lines, axis=1)).max()), 1e-9)
     distance = tangent_planes(path, kept.obstacles, kept.points, kept.clearance, reach).distance[::2]
+    if kept.prisms is not None and len(kept.prisms):
+        distance = np.minimum(distance, kept.prisms.from_lines(lines)[0].min(axis=1))
+    for low, high in [] if kept.prisms is None else kept.prisms.ends():
+        distance = np.minimum(distance, np.minimum(lines[..., 2] - low, high - lines[..., 2]).min(axis=1))
     return np.asarray(distance > least if least == 0.0 else distance >= least)
 
 

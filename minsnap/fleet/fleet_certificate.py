@@ -23,7 +23,7 @@ from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_threads
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes, Room, as_room
-from minsnap.corridors.keep_out import Obstacle, as_still
+from minsnap.corridors.keep_out import Obstacle, as_simple
 from minsnap.durations.last_look import fault_as_one_leg
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet, Separation, as_separation
@@ -306,7 +306,7 @@ def certify_fleet(
     use = () if limits is None else fleet_use(flown, limits)
     rooms = as_room(room)
     margins = room_margins(flown, rooms[0]) if rooms else None
-    obstacles = as_still(avoid)
+    obstacles = as_simple(avoid)
     clear, which = _clearances(flown, obstacles, workers) if obstacles else (None, None)
     near = tuple(pair for pair in pairs if pair.share < reach)
     vehicles = None

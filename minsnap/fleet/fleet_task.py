@@ -19,7 +19,7 @@ from minsnap.basics.checks import check_state, check_waypoints, point_text
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes, Room, as_room
-from minsnap.corridors.keep_out import Obstacle, as_still, clearance_of
+from minsnap.corridors.keep_out import Obstacle, as_simple, clearance_of
 from minsnap.durations.recovery import RECOVERY
 from minsnap.errors import FleetError, WaypointError
 from minsnap.fleet.common_clock import Fleet, Separation, as_separation
@@ -267,7 +267,7 @@ def check_task(
         None if limits is None else tuple(limits_of(limits, len(points))),
         None if separation is None else as_separation(separation),
         rooms[0] if rooms else None,  # type: ignore[arg-type]
-        as_still(avoid),
+        as_simple(avoid),
         flying,
         _checked_corridors(corridors, points),
         _checked_holds(holds, points),

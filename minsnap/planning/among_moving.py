@@ -213,7 +213,7 @@ def _sets(around: Surroundings, way: WayInTime) -> list[HalfSpaceRows]:
         swept = [_swept(each, way.times[part], way.times[part + 1]) for each in around.moving]
         numbers = np.concatenate((still.obstacles, *swept))
         line = way.points[part : part + 2]
-        sets += polytopes_along(line, numbers, still.points, still.clearance, around.reach)
+        sets += polytopes_along(line, numbers, still.points, still.clearance, around.reach, prisms=still.prisms)
     return sets
 
 

@@ -17,11 +17,12 @@ from minsnap.basics.deadline import Deadline, LateError
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls, walls_from
 from minsnap.corridors.half_spaces import one_sided
-from minsnap.corridors.keep_out import Avoided, Obstacle, clearance_of
+from minsnap.corridors.keep_out import Avoided, clearance_of
 from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.moving import Moving
 from minsnap.corridors.obstacle_margins import in_space, nearest_obstacle
-from minsnap.corridors.tangent_polytopes import TANGENT, numbers_of, polytopes_along
+from minsnap.corridors.prism import Prism
+from minsnap.corridors.tangent_polytopes import TANGENT, polytopes_along
 from minsnap.corridors.way_around import Inside, Kept, way_around
 from minsnap.corridors.way_in_time import WayInTime
 from minsnap.durations.allocate import looked_at, plan_timed
@@ -62,14 +63,17 @@ def plan_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Tim
     for index in np.flatnonzero((task.lower == task.upper).all(axis=1)):
         for which, obstacle in enumerate(obstacles):
             point = task.waypoints[index]
-            if not isinstance(obstacle, Moving):
+            if isinstance(obstacle, Prism):
+                depth, give = -float(obstacle.clearances(point)), ": move it"
+            elif not isinstance(obstacle, Moving):
                 depth, give = -clearance_of(obstacle, in_space(point)), ": move it"
             elif index:
                 continue  # it may be elsewhere when the waypoint is passed
             else:
                 depth, give = -float(obstacle.clearances(point, 0.0)), " at 0 s: begin elsewhere, or later"
             if depth > EXACT:
-                inside = f"is {depth:.3g} m inside obstacle {which}"
+                fence = isinstance(obstacle, Prism) and obstacle.inclusion
+                inside = f"is {depth:.3g} m {'outside fence' if fence else 'inside obstacle'} {which}"
                 raise CorridorError(f"waypoint {index}, {point_text(point)}, {inside}{give}")
     still = [each for each in obstacles if not isinstance(each, Moving)]
     moving = tuple(each for each in obstacles if isinstance(each, Moving))
@@ -81,13 +85,13 @@ def plan_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Tim
     return timed
 
 
-def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -> Timed:
+def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Timed:
     """Plan as if there were no obstacles, and if that leads through one, along a way around all."""
     first = plan_timed(task, timing)
     direct = nearest_obstacle(first.trajectory, obstacles)
     if direct.value >= 0.0:
         return first
-    ways = _line_around(task, first.trajectory, numbers_of(obstacles))
+    ways = _line_around(task, first.trajectory, Kept.of(obstacles, task.dim))
     if ways is None:
         raise UnprovedError(
             f"no way around the obstacles was found; without them the path is {direct.inside}: give a waypoint beside "
@@ -107,14 +111,14 @@ def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -
     )
 
 
-def _among(task: Task, timing: Timing, still: Sequence[Obstacle], moving: tuple[Moving, ...], first: Timed) -> Timed:
+def _among(task: Task, timing: Timing, still: Sequence[Avoided], moving: tuple[Moving, ...], first: Timed) -> Timed:
     """Return a plan that keeps away from what moves, too: the first one, if it does."""
     curve = first.trajectory
     if least_margin(curve, moving) >= 0.0:
         return first
     passed = _passed_waypoints(task, curve)
     inside = tuple(_inside(task, leg) for leg in range(task.legs))
-    around = Surroundings(Kept(numbers_of(still), np.zeros((0, task.dim)), 0.0), moving, inside, _reach(task))
+    around = Surroundings(Kept.of(still, task.dim), moving, inside, _reach(task))
 
     def plan(ways: list[WayInTime], sets: list[HalfSpaceRows]) -> Timed:
         parts = len(ways[0].times) - 1
@@ -157,9 +161,9 @@ def _passed_waypoints(task: Task, curve: Trajectory) -> FloatArray:
     return passed
 
 
-def _line_around(task: Task, curve: Trajectory, obstacles: FloatArray) -> list[FloatArray] | None:
+def _line_around(task: Task, curve: Trajectory, kept: Kept) -> list[FloatArray] | None:
     """Return the corners of a line around obstacles for each leg, from where a curve passes its waypoints, or None."""
-    kept, passed, ways = Kept(obstacles, np.zeros((0, task.dim)), 0.0), _passed_waypoints(task, curve), []
+    passed, ways = _passed_waypoints(task, curve), []
     for leg in range(task.legs):
         way = way_around(kept, passed[leg], passed[leg + 1], _inside(task, leg))
         if way is None:
@@ -179,11 +183,12 @@ def _inside(task: Task, leg: int) -> Inside | None:
     return inside if walls else None
 
 
-def _planned_along(ways: list[FloatArray], task: Task, timing: Timing, obstacles: Sequence[Obstacle]) -> Timed:
+def _planned_along(ways: list[FloatArray], task: Task, timing: Timing, obstacles: Sequence[Avoided]) -> Timed:
     """Plan with each leg cut at the corners of its way, all of as many, in the polytopes around the segments."""
     parts = len(ways[0]) - 1
     points = np.concatenate([way[:-1] for way in ways] + [ways[-1][-1:]])
-    sets = polytopes_along(points, numbers_of(obstacles), np.zeros((0, task.dim)), 0.0, _reach(task))
+    kept = Kept.of(obstacles, task.dim)
+    sets = polytopes_along(points, kept.obstacles, kept.points, 0.0, _reach(task), prisms=kept.prisms)
     cut = _cut(task, points, parts).with_walls([_walls_of(sets, task.length)])
     if timing.durations is not None:
         shares = np.stack([_shares(way) for way in ways])

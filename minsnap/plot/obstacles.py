@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.keep_out import Avoided, Obstacle, standing_at
+from minsnap.corridors.keep_out import Avoided, Cuboid, Obstacle, standing_at
 from minsnap.corridors.moving import Moving
+from minsnap.corridors.prism import Prism
 
 CIRCLE, HEIGHTS = 65, 17
 """Points of a circle, and of a meridian."""
@@ -28,12 +29,15 @@ OBSTACLE_COLOUR = "#868e96"
 
 
 def standing(avoid: Sequence[Avoided]) -> list[Obstacle]:
-    """Return obstacles with those that move at several instants of their paths."""
+    """Return obstacles, those that move at several instants of their paths, and the boxes around prisms."""
     shown: list[Obstacle] = []
     for each in avoid:
         if isinstance(each, Moving):
             begin = max(each.begin, 0.0)
             shown += standing_at(each, np.linspace(begin, max(begin, each.begin + each.motion.duration), INSTANTS))
+        elif isinstance(each, Prism):
+            low, high = each.polygon.min(axis=0), each.polygon.max(axis=0)
+            shown.append(Cuboid((*low, each.low), (*high, each.high)))
         else:
             shown.append(each)
     return shown
@@ -53,11 +57,25 @@ def draw_obstacles(ax: Any, avoid: Sequence[Avoided], chosen: Sequence[int], pla
     if len(chosen) == 3:
         _draw_surfaces(ax, avoid, places)
         return
-    still, moving = ([each for each in avoid if isinstance(each, Moving) == moves] for moves in (False, True))
-    for group, name, faint in ((still, "obstacles", 0.6), (moving, f"moving obstacles, {INSTANTS} instants", 0.2)):
-        for number, obstacle in enumerate(standing(group)):
-            ring = _ring(obstacle, list(chosen), places)
-            ax.fill(*ring.T, color=OBSTACLE_COLOUR, alpha=faint, linewidth=0.0, label="_" if number else name)
+    kinds = [(each, "fence" if isinstance(each, Prism) and each.inclusion else type(each).__name__) for each in avoid]
+    named = set[str]()
+    for each, kind in kinds:
+        moves = kind == "Moving"
+        name = f"moving obstacles, {INSTANTS} instants" if moves else kind if kind == "fence" else "obstacles"
+        for ring in _rings(each, list(chosen), places):
+            label = "_" if name in named else name
+            named.add(name)
+            if kind == "fence":
+                ax.plot(*np.vstack((ring, ring[:1])).T, color=OBSTACLE_COLOUR, linestyle="--", label=label)
+            else:
+                ax.fill(*ring.T, color=OBSTACLE_COLOUR, alpha=0.2 if moves else 0.6, linewidth=0.0, label=label)
+
+
+def _rings(each: Avoided, chosen: list[int], places: FloatArray) -> list[FloatArray]:
+    """Return outlines of what an obstacle covers in a plane, each (corners, 2) [m]."""
+    if isinstance(each, Prism) and chosen == [0, 1]:
+        return [each.polygon]
+    return [_ring(obstacle, chosen, places) for obstacle in standing([each])]
 
 
 def _bounds(obstacle: Obstacle, chosen: list[int], places: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -91,10 +109,22 @@ def _ring(obstacle: Obstacle, chosen: list[int], places: FloatArray) -> FloatArr
 def _draw_surfaces(ax: Any, avoid: Sequence[Avoided], places: FloatArray) -> None:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    faces = [face for obstacle in standing(avoid) for face in surface(obstacle, places)]
+    faces = [face for each in avoid for face in faces_of(each, places)]
     if faces:
         look: dict[str, Any] = {"facecolor": OBSTACLE_COLOUR, "edgecolor": "none", "alpha": 0.35, "label": "obstacles"}
         ax.add_collection3d(Poly3DCollection(np.array(faces), **look))
+
+
+def faces_of(each: Avoided, places: FloatArray) -> Iterator[FloatArray]:
+    """Yield the faces of an obstacle near a path (m, 3), each (4, 3) [m]; of a prism its sides."""
+    if not isinstance(each, Prism):
+        for obstacle in standing([each]):
+            yield from surface(obstacle, places)
+        return
+    (box,) = standing([each])
+    low, high = _bounds(box, [0, 1, 2], places)
+    for a, b in zip(each.polygon, np.roll(each.polygon, -1, axis=0), strict=True):
+        yield np.array([(*a, low[2]), (*b, low[2]), (*b, high[2]), (*a, high[2])])
 
 
 def surface(obstacle: Obstacle, places: FloatArray) -> Iterator[FloatArray]:

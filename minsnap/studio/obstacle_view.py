@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.planning.request import PlanRequest
-from minsnap.plot.obstacles import standing, surface
+from minsnap.plot.obstacles import faces_of
 from minsnap.studio.ground_view import Obstacles
 from minsnap.studio.page_inputs import Change
 from minsnap.studio.workbench import BenchState
@@ -140,7 +140,7 @@ def triangles(request: PlanRequest) -> tuple[FloatArray, IntArray]:
     """Return corners and triangles of the obstacles of a document near its waypoints, shapes (n, 3) [m] and (m, 3)."""
     places = np.array(request.waypoints, dtype=np.float64)
     around = np.concatenate((places - 2.0, places + 2.0))
-    faces = [face for obstacle in standing(request.obstacles) for face in surface(obstacle, around)]
+    faces = [face for obstacle in request.obstacles for face in faces_of(obstacle, around)]
     vertices = np.array(faces, dtype=np.float64).reshape(-1, 3)
     first = 4 * np.arange(len(faces))[:, None]
     return vertices, np.concatenate((first + [0, 1, 2], first + [0, 2, 3])).astype(np.intp)

@@ -14,6 +14,8 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.obstacle_margins import FINEST, in_space
+from minsnap.corridors.prism import nearest_prism
+from minsnap.corridors.way_around import Kept
 from minsnap.native.fleet_border import FleetArrays, clearances
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.polynomials.bernstein import multiply
@@ -156,12 +158,19 @@ class _NearestPairs:
             self.instant = float(self.arcs.low[pair] + end * self.arcs.width[pair])
 
 
-def nearest_obstacle(traj: Trajectory, obstacles: FloatArray, points: FloatArray) -> Approach:
-    """Return where a trajectory comes nearest to obstacles (m, 13) and points (k, dim), over all time.
+def nearest_kept(traj: Trajectory, kept: Kept) -> Approach:
+    """Return where a trajectory comes nearest to obstacles, points and prisms, over all time.
 
     The distance to a part of an obstacle between two of its faces counts as the larger of those to both, which it is
     not below.
     """
+    obstacles, points = kept.obstacles, kept.points
+    prisms = () if kept.prisms is None else kept.prisms.prisms
+    beside = min((nearest_prism(traj, each) for each in prisms), default=None)
+    if beside is not None:
+        others = nearest_kept(traj, kept._replace(prisms=None))
+        own = Approach(beside.value, beside.value, beside.instant)
+        return own if own.distance < others.distance else others
     near = _points_in_reach(traj, points)
     numbers = np.concatenate((obstacles, _as_balls(points[near])))
     if not len(numbers):

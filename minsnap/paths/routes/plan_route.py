@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
 from typing import Any
@@ -13,6 +14,8 @@ from minsnap.basics.arrays import ArrayLike, FloatArray, numbers, read_only
 from minsnap.basics.checks import check_distance, point_text
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors.half_spaces import Polytopes
+from minsnap.corridors.keep_out import Avoided, as_still, clearance_in
+from minsnap.corridors.obstacle_margins import in_space
 from minsnap.corridors.tangent_polytopes import polytopes_along, without_needless
 from minsnap.corridors.way_around import Kept, way_around
 from minsnap.errors import CorridorError, UnprovedError, WaypointError
@@ -22,9 +25,9 @@ from minsnap.native.map_ways import tangent_planes
 from minsnap.paths.routes.cell_values import Reading
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import array_map, read_map
-from minsnap.paths.routes.nearness import Approach, nearest_cell, nearest_obstacle
+from minsnap.paths.routes.nearness import Approach, nearest_cell, nearest_kept
 from minsnap.paths.routes.passage import end_point, find_passage
-from minsnap.paths.routes.surroundings import bars, flown_box, listed_obstacles, taken
+from minsnap.paths.routes.surroundings import bars, flown_box, listed_obstacles, taken, with_obstacles
 from minsnap.paths.shapes import timed
 from minsnap.planning.planner import plan
 from minsnap.trajectory.heading import Heading
@@ -47,8 +50,8 @@ class Route(Path):
         Free space along the way, one polytope a leg, at least the clearance away from all that is occupied.
     way : ndarray, shape (m, dim)
         The line of points from start to goal that the polytopes were laid around [m].
-    around : GridMap, tuple of ndarray
-        The map; or obstacles (k, 13) and points (n, dim) [m].
+    around : GridMap or Kept
+        The map; or obstacles (k, 13), points (n, dim) [m], and prisms.
     clearance : float
         The least clearance, as requested [m].
     approach : Approach
@@ -60,7 +63,7 @@ class Route(Path):
     trajectory: Trajectory
     corridor: Polytopes
     way: FloatArray
-    around: GridMap | tuple[FloatArray, FloatArray]
+    around: GridMap | Kept
     clearance: float
     approach: Approach
     limits: Limits | None = None
@@ -109,6 +112,7 @@ def plan_through(
     threshold: float | None = None,
     unknown: str = "occupied",
     altitudes: tuple[float, float] | None = None,
+    avoid: Avoided | Sequence[Avoided] | None = None,
     **planning: Any,
 ) -> Route:
     """Plan from start to goal through the free cells of a map, or around obstacles or points, at a distance from them.
@@ -122,7 +126,7 @@ def plan_through(
     grid : GridMap, path, array_like, or obstacles
         A map; a file as :func:`minsnap.routes.read_map` reads it; an array of cells with two or three axes, x, y
         and z, 0 where free (see :meth:`minsnap.paths.routes.cell_values.Reading.occupied`), which needs ``resolution``;
-        points, shape (k, 2) or (k, 3) [m]; or ``Cylinder``, ``Ellipsoid`` and ``Cuboid``.
+        points, shape (k, 2) or (k, 3) [m]; or ``Cylinder``, ``Ellipsoid``, ``Cuboid`` and ``Prism``.
     start, goal : array_like, shape (2,) or (3,)
         Where to fly from and to, at rest [m]. Three coordinates above a plane map plan in space: cells then reach from
         the ground to the sky.
@@ -133,6 +137,8 @@ def plan_through(
     altitudes : (float, float), optional
         Lowest and highest altitude of cells that may be flown through, in a map in space [m]; the clearance holds to
         the cells above and below, too.
+    avoid : obstacle or sequence of obstacles, optional
+        To keep out of, or inside of, besides: in a map, each cell that one of them reaches into counts as occupied.
     **planning
         Further arguments of :func:`minsnap.plan`: ``limits``, ``total_time``, ``yaw``, ``pieces``, … Within 3 m/s,
         6 m/s^2 and 30 m/s^3 in the shortest time unless a time or limits are set.
@@ -171,8 +177,8 @@ def plan_through(
     if _without_cells(grid, resolution):
         if given or altitudes is not None:
             raise CorridorError(f"{(*given, 'altitudes')[0]} is for maps: leave it out with obstacles and points")
-        return _around(grid, start, goal, radius, planning)
-    read = _as_map(grid, reading, given, [start, goal], radius)
+        return _around(grid, start, goal, radius, planning, as_still(avoid))
+    read = with_obstacles(_as_map(grid, reading, given, [start, goal], radius), as_still(avoid))
     if altitudes is not None:
         read = replace(read, altitudes=altitudes)  # type: ignore[arg-type]
     ends = _ends(start, goal, read.dim)
@@ -194,36 +200,54 @@ def _without_cells(grid: Any, resolution: float | None) -> bool:
     return resolution is None and listed is not None and listed.ndim == 2 and listed.shape[1] in (2, 3)
 
 
-def _around(around: Any, start: ArrayLike, goal: ArrayLike, clearance: float, planning: dict[str, Any]) -> Route:
+def _around(
+    around: Any,
+    start: ArrayLike,
+    goal: ArrayLike,
+    clearance: float,
+    planning: dict[str, Any],
+    avoid: Sequence[Avoided],
+) -> Route:
     """Plan around obstacles or points."""
     listed = None if listed_obstacles(around) else numbers(around)
     dim = np.size(start) if listed is None else listed.shape[1]
     ends = _ends(start, goal, 3 if dim == 3 else 2)
-    obstacles, points, _ = taken(around, len(ends[0]))
+    kept, more = taken(around, len(ends[0]), clearance)[0], Kept.of(avoid, len(ends[0]), clearance)
+    kept = kept.with_more(more)
     for end, name in zip(ends, ("start", "goal"), strict=True):
-        _check_end(end, name, obstacles, points, clearance)
-    way = way_around(Kept(obstacles, points, clearance), ends[0], ends[1])
+        _check_end(end, name, kept)
+    way = way_around(kept, ends[0], ends[1])
     if way is None:
         raise UnprovedError(
             f"no way from {point_text(ends[0])} m to {point_text(ends[1])} m with a clearance of {clearance:g} m was "
             "found: lower the clearance, or give a map, whose refusals say where it is too narrow"
         )
-    sets = polytopes_along(way, obstacles, points, clearance)
+    sets = polytopes_along(way, kept.obstacles, kept.points, clearance, prisms=kept.prisms)
     curve, corridor, timing = _planned(sets, ends, planning)
-    approach = nearest_obstacle(curve, obstacles, points)
-    return Route(curve, corridor, read_only(way), (obstacles, points), clearance, approach, timing.get("limits"))
+    approach = nearest_kept(curve, kept)
+    return Route(curve, corridor, read_only(way), kept, clearance, approach, timing.get("limits"))
 
 
-def _check_end(point: FloatArray, name: str, obstacles: FloatArray, points: FloatArray, clearance: float) -> None:
+def _check_end(point: FloatArray, name: str, kept: Kept) -> None:
     """Raise WaypointError if a point is nearer to something than the clearance."""
-    near = tangent_planes(np.stack((point, point)), obstacles, points, clearance, max(clearance, 1e-3))
+    clearance, wanted = kept.clearance, f"and the clearance is {kept.clearance:g} m: move it"
+    for fence in [] if kept.prisms is None else kept.prisms.prisms:
+        inside = float(fence.clearances(point))
+        if inside < (clearance if fence.inclusion else 0.0):
+            where = "outside of" if fence.inclusion and inside < 0.0 else "inside"
+            what = "the fence" if fence.inclusion else "a prism"
+            raise WaypointError(f"the {name} {point_text(point)} m is {where} {what} by {abs(inside):.3g} m, {wanted}")
+    near = tangent_planes(np.stack((point, point)), kept.obstacles, kept.points, clearance, max(clearance, 1e-3))
     distance, which = float(near.distance[0]), int(near.nearest[0])
+    gaps = [] if kept.prisms is None else [float(kept.prisms.gaps(point, part)) for part in range(len(kept.prisms))]
+    if gaps and min(gaps) < min(distance, clearance):
+        raise WaypointError(f"the {name} {point_text(point)} m is {min(gaps):.3g} m from a prism, {wanted}")
     if distance < clearance or distance == 0.0:
-        what = f"obstacle {which}" if which < len(obstacles) else f"point {which - len(obstacles)}"
-        short = "inside" if distance == 0.0 else f"{distance:.3g} m from"
-        raise WaypointError(
-            f"the {name} {point_text(point)} m is {short} {what}, and the clearance is {clearance:g} m: move it"
-        )
+        what = f"obstacle {which}" if which < len(kept.obstacles) else f"point {which - len(kept.obstacles)}"
+        short = f"{distance:.3g} m from {what}"
+        if distance == 0.0 and which < len(kept.obstacles):
+            short = f"{-clearance_in(kept.obstacles[which], in_space(point)):.3g} m inside {what}"
+        raise WaypointError(f"the {name} {point_text(point)} m is {short}, {wanted}")
 
 
 def _planned(

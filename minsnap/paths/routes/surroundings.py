@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,12 @@ from minsnap.basics.arrays import ArrayLike, FloatArray, numbers
 from minsnap.basics.checks import check_distance, check_positive, check_waypoints
 from minsnap.basics.messages import shown
 from minsnap.corridors.half_spaces import Polytopes
-from minsnap.corridors.keep_out import as_still
+from minsnap.corridors.keep_out import Avoided, as_still, clearances_of
 from minsnap.corridors.moving import Moving
-from minsnap.corridors.tangent_polytopes import NOTHING, TANGENT, numbers_of, polytopes_along
+from minsnap.corridors.obstacle_margins import in_space
+from minsnap.corridors.prism import Prism
+from minsnap.corridors.tangent_polytopes import NOTHING, TANGENT, polytopes_along
+from minsnap.corridors.way_around import Kept
 from minsnap.errors import CorridorError
 from minsnap.paths.routes.grid_map import GridMap
 
@@ -30,7 +34,8 @@ def corridor(around: Any, path: ArrayLike, clearance: float = 0.0, *, reach: flo
     Parameters
     ----------
     around : GridMap, obstacles, or array_like of shape (k, dim)
-        A map, whose occupied cells are kept away from; ``Cylinder``, ``Ellipsoid`` and ``Cuboid``; or points [m].
+        A map, whose occupied cells are kept away from; ``Cylinder``, ``Ellipsoid``, ``Cuboid`` and ``Prism``; or points
+        [m].
     path : array_like, shape (m + 1, dim)
         Corners of the line [m], with the clearance.
     clearance : float
@@ -62,12 +67,12 @@ def corridor(around: Any, path: ArrayLike, clearance: float = 0.0, *, reach: flo
     line = check_waypoints(path)
     margin = check_distance("the clearance", clearance, CorridorError)
     far = check_positive("the reach", reach, "m", CorridorError)
-    obstacles, points, box = taken(around, line.shape[1])
-    return Polytopes(polytopes_along(line, obstacles, points, margin, far, box))
+    kept, box = taken(around, line.shape[1], margin)
+    return Polytopes(polytopes_along(line, kept.obstacles, kept.points, margin, far, box, kept.prisms))
 
 
-def taken(around: Any, dim: int) -> tuple[FloatArray, FloatArray, Box | None]:
-    """Return obstacles (m, 13), points (k, dim), and the corners of what is known, None where there is no border.
+def taken(around: Any, dim: int, clearance: float) -> tuple[Kept, Box | None]:
+    """Return what is kept away from, and the corners of what is known, None where there is no border.
 
     Raises
     ------
@@ -78,15 +83,31 @@ def taken(around: Any, dim: int) -> tuple[FloatArray, FloatArray, Box | None]:
     if isinstance(around, GridMap):
         if around.dim != dim:
             raise CorridorError(f"the path has {dim} coordinates and {around.name} {around.dim} axes")
-        return bars(around), nowhere, flown_box(around)
+        return Kept(bars(around), nowhere, clearance), flown_box(around)
     listed = numbers(around)
     if listed is None or not listed.size:
-        return numbers_of(as_still(around)), nowhere, None
+        return Kept.of(as_still(around), dim, clearance), None
     if listed.ndim != 2 or listed.shape[1] != dim or not np.isfinite(listed).all():
         raise CorridorError(
             f"what is around the path is {shown(around)}: give a GridMap, obstacles, or points of {dim} finite numbers"
         )
-    return NOTHING, listed, None
+    return Kept(NOTHING, listed, clearance), None
+
+
+def with_obstacles(grid: GridMap, avoid: Sequence[Avoided]) -> GridMap:
+    """Return a map in which cells are occupied, too, that reach into obstacles, or out of fences."""
+    if not avoid:
+        return grid
+    occupied, half = grid.occupied.copy(), 0.5 * float(np.linalg.norm(grid.resolution))
+    for index, layer in enumerate(occupied):
+        cells = np.indices((1, *layer.shape)).reshape(grid.dim, -1).T
+        cells[:, 0] = index
+        centers = grid.center(cells)
+        for each in avoid:
+            if not isinstance(each, Moving):
+                places = centers if isinstance(each, Prism) else in_space(centers)
+                layer |= (clearances_of(each, places) < half).reshape(layer.shape)
+    return replace(grid, occupied=occupied)
 
 
 def bars(grid: GridMap) -> FloatArray:
@@ -118,4 +139,4 @@ def flown_box(grid: GridMap) -> Box:
 def listed_obstacles(around: Any) -> bool:
     """Whether what is around is obstacles, one or several."""
     listed = around if isinstance(around, Sequence) and len(around) else [around]
-    return all(hasattr(each, "numbers") or isinstance(each, Moving) for each in listed)
+    return all(hasattr(each, "numbers") or isinstance(each, Moving | Prism) for each in listed)

@@ -202,7 +202,7 @@ def test_obstacles_and_points_are_routed_around_as_maps_are(dim):
 @pytest.mark.parametrize(
     ("around", "start", "more", "error", "words"),
     [
-        ([minsnap.Cylinder((1, 1), 0.5)], (1.2, 1.0), {}, WaypointError, "is inside obstacle 0"),
+        ([minsnap.Cylinder((1, 1), 0.5)], (1.2, 1.0), {}, WaypointError, "is 0.3 m inside obstacle 0"),
         ([(1.0, 1.0), (3.0, 3.0)], (1.2, 1.0), {}, WaypointError, "is 0.2 m from point 0"),
         ([(1.0, 1.0), (3.0, 3.0)], (0.0, 1.0), {"altitudes": (0, 1)}, CorridorError, "altitudes is for maps"),
     ],
