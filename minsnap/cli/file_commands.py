@@ -319,6 +319,7 @@ def convert(
     columns: options.Columns = None,
     origin: options.Origin = None,
     tolerance: Annotated[str | None, "LENGTH", "Fit samples with few polynomials this near: 5mm, 1cm, 0.1m."] = None,
+    within: options.Within = None,
     ends: Annotated[str, "With --tolerance: rest, or free where the samples move at their ends."] = "rest",
     no_clobber: options.NoClobber = False,
 ) -> int:
@@ -332,11 +333,12 @@ def convert(
     chosen = format_of(target, to)
     chosen.check_frame(frame)
     refuse_source(target, source)
+    options.check_mission(chosen, origin, within)
     near = None if tolerance is None else options.parse_length("--tolerance", tolerance)
     if ends not in ("rest", "free") or (ends == "free" and near is None):
         raise InputError(f"--ends is {ends!r}: it is rest or free, with --tolerance")
     with told_warnings():
-        if columns is None and origin is None:
+        if columns is None and (origin is None or chosen.geodetic):
             content = read_any(source, from_frame)
         else:
             content = minsnap.read_csv(source, from_frame, columns=options.parse_named(columns), origin=origin)
@@ -345,6 +347,7 @@ def convert(
         held = "samples, which keep their instants" if kept else "a trajectory, which is kept"
         raise InputError(f"{source} holds {held}: --rate is of a trajectory that is sampled; leave it out")
     how: dict[str, Any] = {"clobber": not no_clobber, "tolerance": near, "rest": ends == "rest"}
+    how |= {"origin": origin, "within": within}
     name, lost = write_any(content, target, to, RATE if rate is None else rate, frame, **how)
     print(f"{target}: {name}, frame {formats()[name].frame or frame}{f'; {lost}' if lost else ''}")
     return 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import degrees, inf, radians
 from pathlib import Path
@@ -25,8 +25,9 @@ Triple = tuple[float, float, float]
 VEHICLE_HELP = "f330, crazyflie, px4-sih, or a YAML file."
 
 READABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet, .ulg or .bin"
-WRITABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet or .npy"
-FORMATS = "setpoints, crazyflie, crazyflie-compressed, mav, polynomials, multidof, px4, skybrush, npz or parquet"
+WRITABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet, .npy; missions: .plan, .waypoints, .kml, .kmz"
+FORMATS = "setpoints, crazyflie, crazyflie-compressed, mav, polynomials, multidof, px4, skybrush, npz, parquet, "
+FORMATS += "qgroundcontrol, ardupilot, kml, dji or litchi"
 """As :func:`minsnap.files.convert.formats` has them, which is too slow to import for a help."""
 
 Output = Annotated[
@@ -42,6 +43,7 @@ Format = Annotated[str | None, "NAME", f"Format of the file, if not by its endin
 ReadFrame = Annotated[str | None, "--from-frame", "--frame", "Axes of a CSV that does not name them: enu, ned, …"]
 Columns = Annotated[str | None, "NAMES", "Columns of a table: t=time,x=px,…; a unit after a colon: t=clock:ms."]
 Origin = Annotated[Triple | None, "LAT LON ALT", "Place of (0, 0, 0), of files by latitude and longitude [degrees, m]."]
+Within = Annotated[float | None, "M", "Of a mission: how far its lines may be from the path [m], by default 0.5."]
 Plot = Annotated[Path | None, "FILE", "Figure to write: PNG, SVG or PDF, by its ending."]
 Downwash = Annotated[float | None, "W", "Heights are divided by it; without --separation that of the files, else 1."]
 View = Annotated[str | None, "View of the figure: xy (default; climbs also from the side), xz, yz or 3d."]
@@ -310,6 +312,19 @@ def parse_pieces(text: str | None) -> int | str | None:
     if text is None or text == "auto":
         return text
     return int(read_number(text, f"--pieces is {text!r}: it takes a whole number, or auto", int))
+
+
+def check_mission(written: Any, origin: Sequence[float] | None, within: float | None) -> None:
+    """Raise InputError for a mission without an origin, or a distance of what is no mission, before it is planned."""
+    from minsnap.files.convert import ORIGIN
+
+    geodetic = written is not None and written.geodetic
+    if geodetic and origin is None:
+        raise InputError(f"a mission holds latitudes and longitudes: {ORIGIN}, which plan and convert have")
+    if within is not None and not geodetic:
+        raise InputError("--within is of a mission that is written: -o FILE.plan, .waypoints, .kml or .kmz")
+    if within is not None and not 0.0 < within < inf:
+        raise InputError(f"--within is {within:g}: give a positive distance [m]")
 
 
 def check_corridor(corridor: Any, waypoints: Any) -> None:

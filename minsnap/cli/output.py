@@ -284,6 +284,10 @@ class Destination:
 
         return format_of(self.output, self.format)
 
+    def check_mission(self, origin: Sequence[float] | None, within: float | None) -> None:
+        """Raise InputError for a mission without an origin, or a distance of what is no mission."""
+        options.check_mission(self._other, origin, within)
+
     def deliver(
         self,
         path: minsnap.Path,
@@ -302,6 +306,7 @@ class Destination:
         sensitivities: Callable[[], Sequence[Sensitivity]] | None = None,
         tracking: Loop | None = None,
         wind: float = 0.0,
+        within: float | None = None,
     ) -> None:
         """Write the requested files, then print the summary: on stderr when standard output carries the setpoints.
 
@@ -309,8 +314,10 @@ class Destination:
         :func:`minsnap.plot.plot_overview` unless given; ``origin`` is what :func:`minsnap.write_csv` takes. How
         ``gates`` are passed is told, by their numbers. ``tolerance`` of the waypoints, ``pins`` and the ``stops`` of a
         course are for the file of a plan. ``note`` joins the others. ``sensitivities`` are those of the flight time,
-        by default those of the plan's report. ``tracking`` and ``wind`` are for the summary.
+        by default those of the plan's report. ``tracking`` and ``wind`` are for the summary. ``within`` is how far a
+        mission's lines may be from the path [m].
         """
+        self.check_mission(origin, within)
         figures = (
             summarise(path, corridor, waypoints, limits, avoid, tracking, wind)
             | _passed(path, gates)
@@ -329,7 +336,7 @@ class Destination:
         frame = beside = None
         if self.output is not None:
             facts = known | {"gates": gates, "pins": pins, "stops": stops, "command": ("minsnap", *sys.argv[1:])}
-            lost, beside = self._write(path, facts, origin)
+            lost, beside = self._write(path, facts, origin, within)
             notes.append(lost)
             frame = (self._other and self._other.frame) or self.frame.lower()
         figures["note"] = "; ".join(filter(None, notes)) or None
@@ -345,7 +352,9 @@ class Destination:
             text = f"{text}\n\n{leg_text(figures)}"
         print(text, file=sys.stderr if self.output == STANDARD_OUTPUT else sys.stdout)
 
-    def _write(self, path: minsnap.Path, facts: dict[str, Any], origin: Sequence[float] | None) -> list[str | None]:
+    def _write(
+        self, path: minsnap.Path, facts: dict[str, Any], origin: Sequence[float] | None, within: float | None
+    ) -> list[str | None]:
         """Write the path; return a sentence on data that its format cannot hold, and the file written beside it."""
         from minsnap.files.setpoint_csv import csv_lines, in_space, noted_beside
 
@@ -365,6 +374,7 @@ class Destination:
             from minsnap.files.convert import write_any
 
             how: dict[str, Any] = {"clobber": not self.no_clobber, "facts": facts}
+            how |= {"origin": origin, "within": within}
             lost = write_any(source, self.output, self.format, self.rate, self.frame, **how)[1]
             note = "; ".join(filter(None, (note, lost)))
         return [note, beside]

@@ -73,7 +73,7 @@ def plan(
     planning: Planning,
     ground: GroundOptions,
     destination: Destination,
-    file: Annotated[Path, "FILE", "x,y,z[,yaw][,duration] in CSV; YAML; .plan; a plan."],
+    file: Annotated[Path, "FILE", "x,y,z[,yaw][,duration] in CSV; YAML; a mission; a plan."],
     *,
     closed: Annotated[
         bool, "A closed lap without a stop; appends the first waypoint where the last is another."
@@ -82,6 +82,8 @@ def plan(
     from_frame: Annotated[str | None, "Axes of the waypoints: by default enu, or ned, …"] = None,
     takeoff: Annotated[bool, "Climb from the ground below the first waypoint."] = False,
     land: Annotated[bool, "Descend to the ground below the last waypoint."] = False,
+    origin: options.Origin = None,
+    within: options.Within = None,
 ) -> None:
     """Plan through the waypoints of a file, or fly a course in YAML.
 
@@ -98,17 +100,22 @@ def plan(
     refuse_source(destination.output, file)
     if is_polynomials(file):
         ground.refuse(file, "a plan already")
-        _deliver_again(file, planning, destination, closed or bool(laps) or takeoff or land or from_frame is not None)
+        destination.check_mission(origin, within)
+        again = closed or bool(laps) or takeoff or land or from_frame is not None
+        _deliver_again(file, planning, destination, again, origin=origin, within=within)
         return
     refuse_source(destination.output, *vehicle_files(file))
-    course = _course(file, closed, laps, takeoff, land)
+    known = _of_mission(file, origin) | {"within": within}
+    place = origin if "note" in known else None
+    destination.check_mission(known.get("origin"), within)
+    course = _course(file, closed, laps, takeoff, land, place)
     if course is not None:
         if from_frame not in (None, "enu"):
             raise InputError(f"{file} is flown as a course, which is in ENU: leave out --from-frame {from_frame}")
         ground.refuse(file, "flown as a course")
-        fly_course(course, planning, destination, **_of_mission(file))
+        fly_course(course, planning, destination, **known)
         return
-    read, chosen = _in_frame(read_request(file), file, from_frame), _chosen(planning)
+    read, chosen = _in_frame(read_request(file, place), file, from_frame), _chosen(planning)
     chosen.pop("corridor", None)
     timed = read.durations is not None or read.total_time is not None
     chosen = _beside_those_of(read, chosen, planning, timed)
@@ -129,12 +136,13 @@ def plan(
     path = planned(on_terminal(destination.json))
     figures = standing(lambda: planned(closed=False), path) if request.closed and request.durations is None else {}
     how: dict[str, Any] = {"limits": request.bounds, "further": figures, "avoid": request.obstacles}
-    how |= {"gates": request.gates, "tolerance": request.waypoint_tolerance} | _of_mission(file) | planning.in_loop
+    how |= {"gates": request.gates, "tolerance": request.waypoint_tolerance} | known | planning.in_loop
     destination.deliver(path, walls, request.places, **how)
 
 
 def _in_frame(request: PlanRequest, file: Path, frame: str | None) -> PlanRequest:
     """Return a request in ENU whose file has other axes; one below ground throughout has to say which."""
+    from minsnap.files.geodetic_missions import is_mission
     from minsnap.files.request_yaml import in_enu
 
     heights = [point[2] for point in request.waypoints if len(point) == 3]
@@ -143,22 +151,24 @@ def _in_frame(request: PlanRequest, file: Path, frame: str | None) -> PlanReques
             f"{file} lies below ground throughout (z from {min(heights):g} to {max(heights):g} m) and does not say its "
             "frame: give --from-frame ned, or enu"
         )
-    if frame is not None and file.suffix.lower() == ".plan":
+    if frame is not None and is_mission(file):
         raise InputError(f"{file} is a mission by latitude and longitude: leave out --from-frame {frame}")
     return request if frame is None else in_enu(request, frame)
 
 
-def _of_mission(file: Path) -> dict[str, Any]:
-    """Return the home of a mission, which is the origin of its waypoints, and a note on what they leave out."""
-    if file.suffix.lower() != ".plan":
-        return {}
-    from minsnap.files.waypoints import read_mission
+def _of_mission(file: Path, origin: options.Triple | None) -> dict[str, Any]:
+    """Return the origin of the waypoints of a mission, and a note on what they leave out; nothing of another file."""
+    from minsnap.files.geodetic_missions import is_mission, read_mission
 
-    mission = read_mission(file)
+    if not is_mission(file):
+        return {} if origin is None else {"origin": origin}
+    mission = read_mission(file, origin)
     return {"origin": tuple(mission.home.tolist()), "note": mission.left_out}
 
 
-def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> minsnap.Course | None:
+def _course(
+    file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool, origin: options.Triple | None
+) -> minsnap.Course | None:
     """Return the course: that of a file, or waypoints with laps, take-off or landing; None without these."""
     from minsnap.basics.storage.text import load_yaml
     from minsnap.files.request_yaml import is_request
@@ -170,12 +180,12 @@ def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: boo
         return None
     if not described and file.suffix.lower() in (".yaml", ".yml") and is_request(load_yaml(file)):
         raise InputError(f"{file} says how to plan its waypoints: --laps, --takeoff and --land are for a course")
-    course = read_course(file) if described else course_of(file)
+    course = read_course(file) if described else course_of(file, origin)
     named = options.present(closed=closed or None, laps=laps, takeoff=takeoff or None, land=land or None)
     return course.changed(**named)
 
 
-def _deliver_again(file: Path, planning: Planning, destination: Destination, closed: bool) -> None:
+def _deliver_again(file: Path, planning: Planning, destination: Destination, closed: bool, **place: Any) -> None:
     from minsnap.files.formats.polynomials import read_polynomials
 
     if planning != Planning() or closed:
@@ -183,7 +193,7 @@ def _deliver_again(file: Path, planning: Planning, destination: Destination, clo
     stored = read_polynomials(file)
     how = {name: getattr(stored, name) for name in ("limits", "gates", "avoid", "tolerance", "pins", "stops")}
     how["note"] = "; ".join(stored.certified()[1])
-    destination.deliver(stored.trajectory, stored.corridor, stored.places, **how)
+    destination.deliver(stored.trajectory, stored.corridor, stored.places, **how, **place)
 
 
 def _closed(request: PlanRequest, file: Path, searched: bool) -> PlanRequest:
@@ -240,9 +250,9 @@ def _timed(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> Plan
     return replace(timed, limits=tuple(completed({}).items()))
 
 
-def course_of(file: Path) -> minsnap.Course:
-    """Return the waypoints of a file as a course."""
-    points = minsnap.read_waypoints(file)
+def course_of(file: Path, origin: options.Triple | None = None) -> minsnap.Course:
+    """Return the waypoints of a file as a course, those of a mission about an origin."""
+    points = minsnap.read_waypoints(file, origin)
     if points.durations is not None or points.yaw is not None:
         what = "durations" if points.durations is not None else "a yaw for each waypoint"
         raise InputError(f"{file} has {what}: --laps, --takeoff and --land go by limits and one --yaw; leave them out")

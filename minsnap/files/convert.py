@@ -30,6 +30,8 @@ Content = Trajectory | Samples
 RATE = 20.0
 """Samples a second of a trajectory where a format or a command wants samples [Hz]."""
 
+ORIGIN = "give the origin, latitude and longitude [degrees] and altitude [m] of (0, 0, 0) (--origin LAT LON ALT)"
+
 RESOLUTION = 1e-3
 """What rounding to three decimals does to a difference [m, m/s, rad]."""
 
@@ -68,6 +70,8 @@ class Format:
         step apart, or None where numbers are read back exactly.
     read_rows : callable or None
         As ``read``, of samples whose instants need not increase; None where ``read`` is all there is.
+    geodetic : bool
+        Whether ``write`` takes the ``origin`` of the coordinates, and ``within`` which distance it stays of the path.
     """
 
     name: str
@@ -84,6 +88,7 @@ class Format:
     leaves_out: tuple[str, ...] = ("t", "jerk", "snap", "feed_forward", "lead")
     rounding: Callable[[Trajectory, float], float] | None = None
     read_rows: Callable[..., Samples] | None = None
+    geodetic: bool = False
 
     def check_frame(self, frame: str) -> None:
         """Raise FrameError for a frame other than the default if this format has its own."""
@@ -201,6 +206,8 @@ def write_any(
     facts: Mapping[str, Any] | None = None,
     tolerance: float | None = None,
     rest: bool = True,
+    origin: Sequence[float] | None = None,
+    within: float | None = None,
 ) -> tuple[str, str | None]:
     """Write a trajectory, another path or samples in a format.
 
@@ -230,6 +237,10 @@ def write_any(
         Greatest distance of the polynomials from a sample [m].
     rest : bool
         Whether they begin and end at rest.
+    origin : sequence of 3 float, optional
+        Latitude, longitude [degrees] and altitude [m] of (0, 0, 0), for missions, which need it.
+    within : float, optional
+        How far the lines of a mission may be from the path [m].
 
     Returns
     -------
@@ -257,6 +268,10 @@ def write_any(
     if chosen.holds == "polynomials" and isinstance(content, Samples):
         content = refit(content, chosen.most_pieces)
     how = {"frame": frame} if not chosen.frame else dict(facts or {}) if chosen.facts else {}
+    if chosen.geodetic:
+        if origin is None:
+            raise FileError(f"{path} holds latitudes and longitudes: {ORIGIN}")
+        how |= {"origin": origin, "within": within}
     lost = chosen.write(content, path, clobber=clobber, **how)
     return chosen.name, "; ".join(sentence for sentence in (note, lost) if sentence) or None
 

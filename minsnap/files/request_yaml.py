@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import sqrt
 from pathlib import Path
@@ -232,7 +232,7 @@ def has_points(waypoints: Any) -> bool:
     return all(set(entry) <= set(COLUMNS) for entry in entries if isinstance(entry, dict))
 
 
-def read_request(path: FileName) -> PlanRequest:
+def read_request(path: FileName, origin: Sequence[float] | None = None) -> PlanRequest:
     """Read a waypoint file, or a YAML file that says how to plan through its waypoints, too.
 
     The keys of such a file are those of :data:`REQUEST`; ``limits`` that choose the time are completed by the ordinary
@@ -241,7 +241,9 @@ def read_request(path: FileName) -> PlanRequest:
     Parameters
     ----------
     path : str or path
-        CSV, YAML or a QGroundControl plan, by its ending.
+        CSV, YAML or a mission, by its ending.
+    origin : sequence of 3 float, optional
+        Latitude, longitude [degrees] and altitude [m] of (0, 0, 0), for files by latitude and longitude.
 
     Returns
     -------
@@ -254,7 +256,7 @@ def read_request(path: FileName) -> PlanRequest:
         If the file is malformed; says where.
     """
     if Path(path).suffix.lower() not in (".yaml", ".yml"):
-        return _from_waypoints(read_waypoints(path))
+        return _from_waypoints(read_waypoints(path, origin))
     content = load_yaml(path)
     if not isinstance(content, dict):
         return _from_waypoints(waypoints_of(f"{path}", content))

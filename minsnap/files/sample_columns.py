@@ -151,6 +151,42 @@ def read_columns(
     return columns, [column.name for column in header if column.place not in taken]
 
 
+BESIDE = {"speed": ("speed",), "mode": ("altitudemode",)}
+"""What tables of places may have beside them: the speed there, and what Litchi's heights are counted from."""
+
+
+def geodetic_columns(path: FileName) -> tuple[dict[str, FloatArray], FloatArray | None]:
+    """Read a table of places by latitude, longitude and altitude.
+
+    Returns
+    -------
+    columns : dict of str to ndarray, shape (m,)
+        ``lat``, ``lon`` [degrees], ``alt`` [m] and, where the table has it, ``speed`` [m/s].
+    modes : ndarray, shape (m,), or None
+        Litchi's ``altitudemode``: 0 above the start, 1 above the ground; None of another table.
+
+    Raises
+    ------
+    FileError
+        If it is malformed or lacks one of the three; says which line.
+    """
+    rows = read_cells(path)
+    header = _header(rows[0][1])
+    found = {name: column for name, column in _usual(header).items() if name in GEODETIC}
+    missing = [name for name in GEODETIC if name not in found]
+    if missing:
+        listed = ", ".join(column.name for column in header)[:160]
+        raise FileError(
+            f"{path}, line {rows[0][0]}: no column is known as {', '.join(missing)}; the columns are {listed}"
+        )
+    beside = {name: column for name, known in BESIDE.items() for column in header if _bare(column.name) in known}
+    values = _numbers(path, rows, header, found | beside)
+    columns = dict(zip(found | beside, values.T, strict=True))
+    for name in found:
+        columns[name] = columns[name] * _factor(path, name, found[name], header)
+    return columns, columns.pop("mode", None)
+
+
 def parse_columns(text: str) -> dict[str, str]:
     """Return the names of columns as the option gives them: ``t=time,x=px,y=py,z=pz``.
 

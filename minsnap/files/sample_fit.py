@@ -20,7 +20,7 @@ from minsnap.basics.checks import check_flag, check_positive, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import InputError, UnprovedError
-from minsnap.polynomials.bernstein import basis, ends_gram, ends_to_points
+from minsnap.polynomials.bernstein import basis, cut_points, ends_gram, ends_to_points
 from minsnap.trajectory.heading import ZERO_YAW, ConstantHeading, Heading, shortest_turns
 from minsnap.trajectory.instants import SHORTEST_PIECE
 from minsnap.trajectory.planned_heading import PlannedHeading
@@ -386,25 +386,12 @@ def distance_between(curve: Trajectory, t: FloatArray, position: FloatArray) -> 
     starts, ends = parts[:-1], parts[1:]
     piece = np.clip(np.searchsorted(curve.breaks, 0.5 * (starts + ends), side="right") - 1, 0, len(curve.durations) - 1)
     s = [np.clip((at - curve.breaks[piece]) / curve.durations[piece], 0.0, 1.0) for at in (starts, ends)]
-    points = _cut(curve.control_points[piece], *s)
+    points = cut_points(curve.control_points[piece], *s)
     lines = [np.column_stack([np.interp(at, t, axis) for axis in position.T]) for at in (starts, ends)]
     along = np.linspace(0.0, 1.0, curve.degree + 1)[None, :, None]
     apart = points - ((1.0 - along) * lines[0][:, None] + along * lines[1][:, None])
     rounding = ROUNDING * max(float(np.abs(position).max()), float(np.abs(curve.control_points).max()))
     return float(np.linalg.norm(apart, axis=2).max()) + rounding
-
-
-def _cut(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the control points of parts of pieces, from s = start to s = end, both of shape (parts,), by blossoms."""
-    degree = points.shape[1] - 1
-    cut = []
-    for j in range(degree + 1):
-        reduced = points
-        for step in range(degree):
-            s = (end if step < j else start)[:, None, None]
-            reduced = (1.0 - s) * reduced[:, :-1] + s * reduced[:, 1:]
-        cut.append(reduced[:, 0])
-    return np.stack(cut, axis=1)
 
 
 def _refusal(found: _Found, task: _Task, most: int) -> str:

@@ -255,6 +255,19 @@ def split(points: FloatArray, s: Any) -> tuple[FloatArray, FloatArray]:
     return np.stack(left, axis=-2), np.stack(right[::-1], axis=-2)
 
 
+def cut_points(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the control points of parts of pieces, from s = start to s = end, both of shape (parts,), by blossoms."""
+    degree = points.shape[1] - 1
+    cut = []
+    for j in range(degree + 1):
+        reduced = points
+        for step in range(degree):
+            s = (end if step < j else start)[:, None, None]
+            reduced = (1.0 - s) * reduced[:, :-1] + s * reduced[:, 1:]
+        cut.append(reduced[:, 0])
+    return np.stack(cut, axis=1)
+
+
 def parted(points: FloatArray, durations: FloatArray) -> tuple[NDArray[Any], float]:
     """Split curves at inner instants in whole numbers of 192 bits: no machine rounds them in its own way.
 

@@ -178,13 +178,13 @@ def test_a_full_disk_names_the_file_that_was_asked_for(tmp_path):
 def test_every_format_says_that_a_device_is_full_and_is_written_into_a_pipe(tmp_path, to):
     path = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1)], [2.0, 1.5])
     with pytest.raises(FileError, match="/dev/full cannot be written: No space left"):
-        write_any(path, "/dev/full", to)
+        write_any(path, "/dev/full", to, origin=(47.0, 8.0, 400.0))
     pipe, read = tmp_path / "pipe", []
     os.mkfifo(pipe)
     held = os.open(pipe, os.O_RDWR)
     reader = threading.Thread(target=lambda: read.append(os.read(held, 1 << 16)))
     reader.start()
-    write_any(path, pipe, to)
+    write_any(path, pipe, to, origin=(47.0, 8.0, 400.0))
     reader.join()
     os.close(held)
     assert read[0]
