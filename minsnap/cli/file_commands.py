@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from minsnap.files.consistency import AxisFigures, ConsistencyReport, Membership
     from minsnap.files.plan_file import PlanFile
     from minsnap.fleet.fleet_certificate import FleetCertificate
+    from minsnap.paths.missions.course_check import CourseCheck
     from minsnap.vehicle.loop import Loop
 
 LISTED = 10
@@ -35,6 +36,7 @@ def check(
     exact: Annotated[bool, "Prove a plan's margin and maxima again in exact rational arithmetic; slow."] = False,
     separation: Annotated[float | None, "M", "Of a fleet: how far apart any two must stay [m]."] = None,
     downwash: options.Downwash = None,
+    course: Annotated[Path | None, "FILE", "A course: prove how near the flight is to its least time."] = None,
     columns: options.Columns = None,
     origin: options.Origin = None,
     tracking: options.Tracking = None,
@@ -46,6 +48,9 @@ def check(
     Prints the range and the top rates of each axis. A plan in .json or .yaml is certified again: it must keep the
     corridor, obstacles, gates, limits, waypoints and joints that the file states, and each margin is printed.
 
+    With --course, any planner's flight is held against the course: where it passes each stop and gate, how far it uses
+    each limit, and how much longer it is at most than any flight within these limits, proved.
+
     For a folder with one file per vehicle, or a Skybrush show (.skyc), it proves the least distance between the
     vehicles at every instant. Vehicles whose files are setpoints are taken to fly the curves between them.
 
@@ -54,7 +59,7 @@ def check(
 
     Exit status 1 if the check fails.
     """
-    from minsnap.cli.kept import kept_figures, kept_lines, tube_figures, tube_lines
+    from minsnap.cli.kept import course_figures, course_lines, kept_figures, kept_lines, tube_figures, tube_lines
     from minsnap.files.consistency import check_samples
     from minsnap.files.convert import read_to_check, resolution_of
     from minsnap.files.frames import map_samples
@@ -63,8 +68,8 @@ def check(
 
     loop = options.loop_of(tracking, wind)
     if is_fleet(file):
-        if columns is not None or origin is not None:
-            raise InputError(f"{file} is a fleet: --columns and --origin are for the table of one vehicle")
+        if columns is not None or origin is not None or course is not None:
+            raise InputError(f"{file} is a fleet: --columns, --origin and --course are for the file of one vehicle")
         return check_fleet(file, separation, downwash, json, frame, loop, wind)
     if separation is not None or downwash is not None:
         raise InputError(f"{file} is one vehicle: --separation and --downwash are for a folder of vehicles or a .skyc")
@@ -83,16 +88,31 @@ def check(
         faults.insert(0, "the figures of the certificate are not proved in exact arithmetic")
     faults += [tube.fault] if tube is not None and tube.fault is not None else []
     problems = [*report.problems, *_escape(inside), *faults]
+    named_rows = map_samples(samples, "enu", axes) if named or origin is not None else None
+    flown = None if course is None else _against(course, file, frame, named_rows)
+    problems += [] if flown is None else flown.problems
     if json:
         verdict = {"problems": problems, "ok": not problems, "frame": axes, "origin": origin_of(file)}
         kept = None if plan is None else kept_figures(plan)
         known = {"corridor": inside and asdict(inside), "exact": proved, "certified": kept}
         known["vehicle"] = None if tube is None else tube_figures(tube)
+        known |= {} if flown is None else {"course": course_figures(flown)}
         print(as_json(asdict(report) | verdict | known))
     else:
         kept_by = ([] if plan is None else kept_lines(plan)) + ([] if tube is None else tube_lines(tube))
-        print(_as_text(report, inside, [*kept_by, *_exact_lines(proved)], problems, axes))
+        against = [] if flown is None else course_lines(flown)
+        print(_as_text(report, inside, [*kept_by, *_exact_lines(proved)], problems, axes, against))
     return 1 if problems else 0
+
+
+def _against(course: Path, file: Path, frame: str | None, samples: minsnap.Samples | None) -> CourseCheck:
+    """Hold the flight of a file, or of samples that were read with names of columns, against a course."""
+    from minsnap.files.convert import read_any, resolution_of
+    from minsnap.paths.missions.course import read_course
+    from minsnap.paths.missions.course_check import check_course
+
+    content = read_any(file, frame) if samples is None else samples
+    return check_course(content, read_course(course), resolution_of(file))
 
 
 def _plan(file: Path, exact: bool) -> PlanFile | None:
@@ -132,7 +152,12 @@ def _escape(inside: Membership | None) -> list[str]:
 
 
 def _as_text(
-    report: ConsistencyReport, inside: Membership | None, kept: list[tuple[str, str]], problems: list[str], frame: str
+    report: ConsistencyReport,
+    inside: Membership | None,
+    kept: list[tuple[str, str]],
+    problems: list[str],
+    frame: str,
+    against: list[tuple[str, str]],
 ) -> str:
     words = {None: "unknown", True: "yes", False: "no"}
     lines = [
@@ -149,6 +174,7 @@ def _as_text(
     if inside is not None:
         lines.append(("corridor margin", f"{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s"))
     certified = ["", "certified again, at every instant", labelled(kept)] if kept else []
+    certified += ["", "against the course", labelled(against)] if against else []
     axes = ["", _table(report.axes)] if report.axes else []
     notes = [f"note: {note}" for note in report.notes]
     verdict = [f"problem: {problem}" for problem in problems] or ["consistent"]

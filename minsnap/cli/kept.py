@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from minsnap.basics.limit_kinds import KIND
 from minsnap.corridors.knot_regions import GatePassage
 
 if TYPE_CHECKING:
     from minsnap.files.flown_margins import FlownMargins
     from minsnap.files.plan_file import PlanFile
     from minsnap.fleet.fleet_tube import FleetTube
+    from minsnap.paths.missions.course_check import CourseCheck
     from minsnap.vehicle_tube import VehicleTube
 
 Lines = list[tuple[str, str]]
@@ -72,6 +74,32 @@ def flown_lines(plan: PlanFile, flown: FlownMargins) -> Lines:
     if flown.stayed_inside is not None:
         lines.append(("stayed inside", "yes, at its samples" if flown.stayed_inside else "no"))
     return lines
+
+
+def course_lines(check: CourseCheck) -> Lines:
+    """Return how a flight keeps a course, and how near it is to the least time."""
+    worst = max(check.passages, key=lambda passed: passed.outside)
+    within = f", within {worst.outside:.2g} m (stop {worst.stop})" if worst.outside > 0.0 else ""
+    lines = [("stops", f"{len(check.passages)} in order{within}")]
+    for passed in check.passages:
+        if passed.clearance is not None:
+            gate = GatePassage(passed.stop, passed.instant, passed.speed, passed.clearance)
+            lines.append((f"gate {passed.stop}", passage_text(gate)))
+    lines += [used.fact for used in check.utilisation]
+    if check.unknown:
+        lines.append(("not measured", ", ".join(KIND[name].label for name in check.unknown)))
+    lines.append(("flight time", f"{check.seconds:.6g} s from the first stop to the last"))
+    proved = "; proved in exact arithmetic" if check.bound.seconds is not None and check.bound.verify() else ""
+    return [*lines, ("least time", check.sentence + proved)]
+
+
+def course_figures(check: CourseCheck) -> dict[str, Any]:
+    """Return the same as plain numbers by name."""
+    bound = check.bound
+    figures: dict[str, Any] = {"seconds": check.seconds, "lower_bound": bound.seconds, "gap": check.gap}
+    figures |= {"verified": bound.verify(), "left_out": list(bound.left_out), "reason": bound.reason or None}
+    figures |= {"passages": [asdict(passed) for passed in check.passages], "not_measured": list(check.unknown)}
+    return figures | {"limits": [asdict(used) for used in check.utilisation]}
 
 
 def passage_text(passed: GatePassage) -> str:

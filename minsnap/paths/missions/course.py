@@ -98,8 +98,9 @@ class Stop:
         return np.asarray(center_of(self.place))
 
     def is_at(self, other: Stop) -> bool:
-        """Whether this is no more than the point of another one."""
-        return self.gate is None and not self.ball and not self.hold and np.array_equal(self.center, other.center)
+        """Whether this is no more than another one, or than its point."""
+        plain = self.gate is None and not self.hold and self.ball in (0.0, other.ball)
+        return plain and np.array_equal(self.center, other.center)
 
 
 @dataclass(frozen=True, eq=False)
