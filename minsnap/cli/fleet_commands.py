@@ -25,6 +25,8 @@ from minsnap.errors import FileError, InputError
 if TYPE_CHECKING:
     from minsnap.files.formats.skybrush import Lights
     from minsnap.fleet.fleet_certificate import FleetCertificate
+    from minsnap.shows.failures import Failures
+    from minsnap.shows.returns import Returns
     from minsnap.shows.safety_report import SafetyReport
     from minsnap.shows.show import Show
     from minsnap.studio.browser_page import Page
@@ -38,6 +40,7 @@ def fleet(
     to: Annotated[str, "csv, crazyswarm2, skyb, traj (compressed) or skyc."] = "csv",
     report: Annotated[Path | None, "FILE", "HTML page of what was proved, to print and sign."] = None,
     animate: Annotated[Path | None, "FILE", "Seen from above: .gif; .mp4, .webm with ffmpeg."] = None,
+    returns: Annotated[bool, "Prove a way home of all from every second; skyb files hold them."] = False,
     no_clobber: options.NoClobber = False,
 ) -> int:
     """Plan a show of several vehicles, and certify its files.
@@ -73,14 +76,20 @@ def fleet(
     progress, title = on_terminal(quiet=False), name_as_text(show.stem)
     flown = fly(described, output / "flights", tell, progress, to)
     sheet = flown.sheet(described, title)
-    written = write_fleet(flown.fleet, place, to, flown.lights, sheet=sheet, clobber=not no_clobber)
+    home = _home(described, flown.fleet, to) if returns else (None, None)
+    written = write_fleet(
+        *(flown.fleet, place, to, flown.lights),
+        sheet=sheet,
+        returns=home[0] if to == "skyb" else None,
+        clobber=not no_clobber,
+    )
     for page in pages:
         refuse_source(page, *written.files)
     held = read_fleet(place)
     certificates = _certified(described, flown.fleet, held, to)
     late = take_off_note(held) if to in SKYBRUSH else None
     beyond = [] if late is None else [late]
-    place_of = (described.origin, described.fence)
+    place_of = (described.origin, described.fence, *home)
     safety = SafetyReport(title, *certificates, written.distance, flown.stages, written.files, beyond, *place_of)
     if report is not None:
         write_report(safety, report, clobber=not no_clobber)
@@ -88,6 +97,18 @@ def fleet(
         animate_fleet(certificates[0].fleet, animate, clobber=not no_clobber, progress=progress)
     print("\n".join([_summary(safety, place), *(f"note: {sentence}" for sentence in written.notes)]))
     return 0 if safety.ok else 1
+
+
+def _home(show: Show, planned: minsnap.Fleet, to: str) -> tuple[Returns, Failures | None]:
+    """Return how all fly home from every second of what the files hold, and what one meets that fails."""
+    from minsnap.shows.failures import failures_of
+    from minsnap.shows.file_limits import ROUNDED_KINDS, played
+    from minsnap.shows.returns import plan_returns
+
+    flown = minsnap.Fleet(tuple(played(curve, to) for curve in planned)) if to in ROUNDED_KINDS else planned
+    returns = plan_returns(flown, show.separation, show.limits, show.take_off)
+    tell(f"returns: {len(returns.plans)} of {len(returns.plans) + len(returns.unproved)} seconds")
+    return returns, failures_of(flown, show.separation) if len(flown) > 1 else None
 
 
 def _certified(
@@ -115,11 +136,24 @@ def _summary(page: SafetyReport, place: Path) -> str:
     for used in page.planned.utilisation:
         reached = files.get(used.use.name, "of the plan alone")
         lines.append((used.use.name, f"{used.use.value:.4g} of {used.use.limit:.4g} in the plan, {reached}"))
+    lines += _home_lines(page)
     verdict = "apart at every instant, proved of the files" if page.apart else "problem: it does not hold of the files"
     cut = [stage.name for stage in page.stages if "Ctrl-C" in stage.method]
     problems = [f"problem: {sentence}" for sentence in page.exceeded]
     notes = [f"note: the search for {name} was cut short: run again for a shorter flight" for name in cut]
     return "\n".join([labelled(lines), "", verdict, *problems, *notes])
+
+
+def _home_lines(page: SafetyReport) -> list[tuple[str, str]]:
+    returns, failures = page.returns, page.failures
+    if returns is None:
+        return []
+    seconds = len(returns.plans) + len(returns.unproved)
+    said = f"from {len(returns.plans)} of {seconds} seconds, {returns.longest_wait} s to the next at most"
+    lines = [("returns", said if returns.least is None else f"{said}; {returns.least.distance:.4f} m apart")]
+    if failures is not None:
+        lines.append(("any one may fail", f"in {failures.seconds_apart} of {seconds} seconds, proved"))
+    return lines
 
 
 @command()

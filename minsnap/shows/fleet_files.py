@@ -26,6 +26,7 @@ from minsnap.files.formats.pieces import through
 from minsnap.files.formats.yaw_setpoints import YawSetpoints
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.shows.crazyswarm_folder import crazyswarm_files, refuse_long
+from minsnap.shows.returns import Returns
 from minsnap.shows.skyc import Lamp, ShowSheet, lamps_of, read_skyc, write_skyc
 from minsnap.trajectory.instants import SHORTEST_PIECE
 from minsnap.trajectory.samples import Samples
@@ -35,20 +36,20 @@ MARK, MANIFEST = "minsnap fleet", "manifest.json"
 ENDINGS = (".csv", ".skyb", ".traj", ".json", ".npz")
 """Of files of one vehicle, in folders without a manifest."""
 
-Maker = Callable[[Trajectory, Lamp], tuple[str | bytes, float]]
-"""Returns the content of a vehicle's file, of its trajectory and lights, and its proved distance to these [m]."""
+Maker = Callable[[Trajectory, Lamp, bytes], tuple[str | bytes, float]]
+"""Returns the content of a vehicle's file, of its trajectory, lights and returns, and its proved distance to it [m]."""
 
 
 def _make_csv(most: int | None) -> Maker:
-    return lambda curve, lamp: (crazyflie.crazyflie_text(curve, most), 0.0)
+    return lambda curve, lamp, returns: (crazyflie.crazyflie_text(curve, most), 0.0)
 
 
-def _make_skyb(curve: Trajectory, lamp: Lamp) -> tuple[bytes, float]:
+def _make_skyb(curve: Trajectory, lamp: Lamp, returns: bytes) -> tuple[bytes, float]:
     segments = cubic_segments(curve)
-    return skybrush.skybrush_bytes(segments, lamp, YawSetpoints.of(curve)), segments.distance
+    return skybrush.skybrush_bytes(segments, lamp, YawSetpoints.of(curve), returns), segments.distance
 
 
-def _make_traj(curve: Trajectory, lamp: Lamp) -> tuple[bytes, float]:
+def _make_traj(curve: Trajectory, lamp: Lamp, returns: bytes) -> tuple[bytes, float]:
     return crazyflie.compressed(curve), float(crazyflie.rounding_bounds(curve)[0])
 
 
@@ -94,6 +95,7 @@ def write_fleet(
     lights: Sequence[Lamp] | None = None,
     *,
     sheet: ShowSheet | None = None,
+    returns: Returns | None = None,
     clobber: bool = True,
 ) -> WrittenFleet:
     """Write a fleet.
@@ -113,6 +115,8 @@ def write_fleet(
         Of each vehicle; ``skyb`` and ``skyc`` hold them.
     sheet : ShowSheet, optional
         What a ``skyc`` says of itself besides: title, indoors or outdoors, limits, cues, segments.
+    returns : Returns, optional
+        How all return from each second, which ``skyb`` alone holds.
     clobber : bool
         False: files that exist are an error. Else files with the same ending of a former fleet, which has more
         vehicles, are removed from the folder, and its script, unless they were changed since.
@@ -130,12 +134,15 @@ def write_fleet(
         raise FileError(f"no format of fleets is called {kind!r}: choose one of {', '.join(KINDS)}")
     if fleet.dim != 3:
         raise FileError(f"files of fleets hold 3 coordinates, and the fleet has {fleet.dim}")
+    if returns is not None and kind != "skyb":
+        raise FileError(f"files of the kind {kind} hold no returns: write them as skyb")
     if kind == "skyc":
         return WrittenFleet(kind, (Path(path),), write_skyc(fleet, path, lights, sheet=sheet, clobber=clobber))
     (ending, make), folder, lamps = FOLDERS[kind], Path(path), lamps_of(fleet, lights)
     if kind == "crazyswarm2":
         refuse_long(max(len(curve.durations) for curve in fleet))
-    made = [make(*each) for each in zip(fleet, lamps, strict=True)]  # all of them before anything is written
+    blocks = [b"" if returns is None else returns.block(i) for i in range(len(fleet))]
+    made = [make(*each) for each in zip(fleet, lamps, blocks, strict=True)]  # all of them before anything is written
     files = {folder / f"traj{i}{ending}": content for i, (content, _) in enumerate(made)}
     beside, notes = crazyswarm_files(fleet) if kind == "crazyswarm2" else ({}, ())
     further: dict[Path, str | bytes] = {folder / name: content for name, content in beside.items()}

@@ -19,7 +19,10 @@ from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, ext
 from minsnap.limits.limits import Limits
 from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.fleet_figures import plot_fleet, plot_separation
+from minsnap.shows.failures import SINKS, Failures
 from minsnap.shows.file_limits import largest_step
+from minsnap.shows.return_figure import return_figure, spans_text
+from minsnap.shows.returns import Returns
 from minsnap.shows.site import Fence, ShowOrigin
 from minsnap.shows.timeline import Stage
 
@@ -64,6 +67,8 @@ class SafetyReport:
         Where on the earth it is flown.
     fence : Fence, optional
         Walls that the files are to stay inside of.
+    returns, failures : Returns and Failures, optional
+        How all return when they are called, and what one meets that fails.
     """
 
     title: str
@@ -75,6 +80,8 @@ class SafetyReport:
     beyond: Sequence[str] = ()
     origin: ShowOrigin | None = None
     fence: Fence | None = None
+    returns: Returns | None = None
+    failures: Failures | None = None
 
     @property
     def ok(self) -> bool:
@@ -103,7 +110,7 @@ def write_report(report: SafetyReport, path: FileName, *, clobber: bool = True) 
     """Write the page, with its figures inside, in one atomic step."""
     held = report.held
     parts = [_verdict(report), _facts(report), _figures(held), _fence(report), _limits(report), _validation(held)]
-    parts += [_stages(report)]
+    parts += [_stages(report), _home(report)]
     parts += [_pairs(held), _vehicles(held), _files(report.files), SIGNATURE]
     write_page(path, report.title, parts, clobber=clobber)
 
@@ -211,6 +218,33 @@ def _validation(held: FleetCertificate) -> str:
 def _stages(report: SafetyReport) -> str:
     rows = [(s.name, f"{s.start:.2f}", f"{s.arrival:.2f}", f"{s.end:.2f}") for s in report.stages]
     return table("Timeline", ["act", "leaves [s]", "arrives [s]", "until [s]"], rows)
+
+
+def _home(report: SafetyReport) -> str:
+    """Return what is proved of the ways home from each second, with a figure."""
+    returns, failures = report.returns, report.failures
+    if returns is None:
+        return ""
+    names, least = report.held.fleet, returns.least
+    rows = [("seconds with a proved return", f"{len(returns.plans)} of {len(returns.plans) + len(returns.unproved)}")]
+    if returns.unproved:
+        rows.append(("seconds without one", spans_text(returns.unproved)))
+    rows.append(("from a call to the next one", f"{returns.longest_wait} s at most; all fly the show until then"))
+    rows.append(("until all are above their homes", f"{max(plan.duration for plan in returns.plans)} s at most"))
+    if least is not None and least.pair is not None:
+        who = f"{names.names_of(least.pair)}, called at {least.second} s"
+        rows.append(("least distance on the ways", f"{least.distance:.3f} m, {who}"))
+    if failures is not None:
+        count, clear = len(failures.distances), failures.clear
+        rows.append(("any single vehicle may fail", f"in {failures.seconds_apart} of {count} seconds"))
+        worst = int(clear.sum(axis=1).argmin())
+        rows.append(("fewest that may fail", f"{int(clear[worst].sum())} of {len(names)} vehicles, at {worst} s"))
+    note = (
+        "<p>All stand, then fly straight to above a home, proved apart, and land. How vehicles brake that move when "
+        "they are called is taken as one smooth swing. One that fails comes straight down, falling freely or sinking "
+        f"at {SINKS:g} m/s at least, while all others fly on: it may fail where the separation is proved.</p>"
+    )
+    return table("Home from every second", ["", ""], rows) + note + picture(return_figure(returns, failures))
 
 
 def _pairs(held: FleetCertificate) -> str:

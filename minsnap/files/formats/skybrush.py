@@ -101,9 +101,9 @@ def light_bytes(lights: Lights | None) -> bytes:
     programme, now = b"", bytes(3)
     for wait, colour, fades in zip(ticks, colours, lights.fades.tolist(), strict=True):
         if wait and not fades:
-            programme += bytes([LightCommand.SET]) + now + _varint(wait)
+            programme += bytes([LightCommand.SET]) + now + varint(wait)
             wait = 0
-        programme += bytes([LightCommand.FADE if fades else LightCommand.SET]) + colour + _varint(wait)
+        programme += bytes([LightCommand.FADE if fades else LightCommand.SET]) + colour + varint(wait)
         now = colour
     return programme + bytes([LightCommand.END])
 
@@ -140,12 +140,12 @@ def _commands(programme: bytes) -> list[tuple[int, tuple[int, ...], int]]:
         command = programme[offset]
         offset, steps = offset + 1, steps + 1
         if command in (LightCommand.SLEEP, LightCommand.UNTIL):
-            ticks, offset = _read_varint(programme, offset)
+            ticks, offset = read_varint(programme, offset)
             commands.append((command, (), ticks))
         elif LightCommand.SET <= command < LightCommand.LOOP:  # of each four: a colour, a gray, black, white
             count = (3, 1, 0, 0)[command % 4]
             colour = tuple(programme[offset : offset + count]) or (0 if command % 4 == 2 else 255,)
-            ticks, offset = _read_varint(programme, offset + count)
+            ticks, offset = read_varint(programme, offset + count)
             kind = LightCommand.SET if command < LightCommand.FADE else LightCommand.FADE
             commands.append((kind, colour * (3 // len(colour)), ticks))
         elif command == LightCommand.LOOP and offset < len(programme):
@@ -164,7 +164,7 @@ def _commands(programme: bytes) -> list[tuple[int, tuple[int, ...], int]]:
     return commands
 
 
-def _varint(value: int) -> bytes:
+def varint(value: int) -> bytes:
     """Return seven bits a byte, lowest first, the highest bit set on all but the last."""
     encoded = b""
     while value > 127:
@@ -173,7 +173,8 @@ def _varint(value: int) -> bytes:
     return encoded + bytes([value])
 
 
-def _read_varint(content: bytes, offset: int) -> tuple[int, int]:
+def read_varint(content: bytes, offset: int) -> tuple[int, int]:
+    """Return a number that begins at an offset, and where it ends."""
     value, shift = 0, 0
     while True:
         if offset >= len(content) or shift > 28:
@@ -185,7 +186,7 @@ def _read_varint(content: bytes, offset: int) -> tuple[int, int]:
 
 
 MARK, VERSION, CHECKSUM = b"skyb", 2, 1
-TRAJECTORY, LIGHTS, YAW = 1, 2, 5
+TRAJECTORY, LIGHTS, RETURN, YAW = 1, 2, 4, 5
 """Types of blocks."""
 
 LARGEST_BLOCK = 65535
@@ -210,10 +211,13 @@ class SkybrushFile:
     trajectory : Trajectory
     programme : bytes
         Of its lights.
+    returns : bytes
+        How it returns when all are called, see ``return_entries``; empty where it does not say.
     """
 
     trajectory: Trajectory
     programme: bytes = b""
+    returns: bytes = b""
 
     @property
     def lights(self) -> Lights | None:
@@ -234,8 +238,10 @@ def check_size(segments: CubicSegments) -> None:
         )
 
 
-def skybrush_bytes(segments: CubicSegments, lights: Lights | None = None, yaw: YawSetpoints | None = None) -> bytes:
-    """Return the content of a file.
+def skybrush_bytes(
+    segments: CubicSegments, lights: Lights | None = None, yaw: YawSetpoints | None = None, returns: bytes = b""
+) -> bytes:
+    """Return the content of a file; ``returns`` is that of its block of returns.
 
     Raises
     ------
@@ -247,6 +253,7 @@ def skybrush_bytes(segments: CubicSegments, lights: Lights | None = None, yaw: Y
     start = struct.pack("<B4h", segments.scale, *segments.points[0, 0].tolist(), 0)
     blocks = _block(TRAJECTORY, start + b"".join(_segment(*row) for row in rows))
     blocks += _block(LIGHTS, light_bytes(lights))
+    blocks += _block(RETURN, returns) if returns else b""
     blocks += b"" if yaw is None else _block(YAW, yaw.content)
     head = MARK + bytes([VERSION, CHECKSUM])
     return head + struct.pack("<I", checksum(head + bytes(4) + blocks)) + blocks
@@ -302,7 +309,8 @@ def parsed(content: bytes, where: str = "the show") -> SkybrushFile:
     values = points[:, :3].transpose(0, 2, 1) * ((body[0] & UNIT_BITS) / 1e3)
     curve = Trajectory(values, milliseconds / 1e3)
     yaw = YawSetpoints.parsed(blocks[YAW]) if YAW in blocks else None
-    return SkybrushFile(curve if yaw is None else curve.with_yaw(yaw.heading(curve.duration)), blocks.get(LIGHTS, b""))
+    headed = curve if yaw is None else curve.with_yaw(yaw.heading(curve.duration))
+    return SkybrushFile(headed, blocks.get(LIGHTS, b""), blocks.get(RETURN, b""))
 
 
 def _segment(milliseconds: int, points: NDArray[np.int64], line: bool) -> bytes:
@@ -317,7 +325,7 @@ def _segment(milliseconds: int, points: NDArray[np.int64], line: bool) -> bytes:
 
 def _block(kind: int, body: bytes) -> bytes:
     if len(body) > LARGEST_BLOCK:
-        what = {LIGHTS: "a programme of lights", YAW: "a heading"}[kind]
+        what = {LIGHTS: "a programme of lights", RETURN: "a plan of returns", YAW: "a heading"}[kind]
         raise FileError(f"{what} takes {len(body)} bytes, and a block holds {LARGEST_BLOCK}: shorten the show")
     return struct.pack("<BH", kind, len(body)) + body
 
