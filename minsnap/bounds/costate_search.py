@@ -64,6 +64,13 @@ def longest_proof(course: PassedCourse, sets: BoundingSets) -> CostateProof | No
     return max(tried, key=lambda one: one.seconds()[0])
 
 
+def bounds_legs(course: PassedCourse, sets: BoundingSets) -> bool:
+    """Whether a set bounds how fast each leg is flown: a limit on horizontal speed says nothing of a climb."""
+    along = course.steps / np.sqrt((course.steps**2).sum(axis=1))[:, None]
+    reach = np.minimum(_along(sets.velocities, along), _along(sets.accelerations, along))
+    return bool(np.isfinite(reach).all())
+
+
 @dataclass(frozen=True)
 class _Units:
     """Length [m] and time [s] in which all numbers of a search are of order one."""

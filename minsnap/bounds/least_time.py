@@ -157,7 +157,7 @@ class TimeQuestion:
 
 def bound_of(course: PassedCourse, limits: Limits, beside: tuple[str, ...] = ()) -> TimeBound:
     """Return the bound of a course; ``beside`` names what flights keep besides the limits."""
-    from minsnap.bounds.costate_search import longest_proof
+    from minsnap.bounds.costate_search import bounds_legs, longest_proof
 
     sets = bounding_sets(limits, course.dim)
     left_out = (*sets.left_out, *beside)
@@ -166,6 +166,8 @@ def bound_of(course: PassedCourse, limits: Limits, beside: tuple[str, ...] = ())
     course = course.apart()
     if not course.advances:
         return TimeBound(None, left_out, "the course may be passed without moving")
+    if not bounds_legs(course, sets):
+        return TimeBound(None, left_out, "neither a speed nor an acceleration is bounded along every leg")
     proof = longest_proof(course, sets)
     if proof is None:
         return TimeBound(None, left_out, "no proof was found: it takes the native core")

@@ -74,8 +74,7 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
             return looked_at(longer, task, timing)
         if isinstance(refused, SolverError) and timing.in_time(task).deadline.late:
             raise LateError(LATE) from None
-        plan = partial(_timed, replace(task, explained=False))
-        raise explained_by_times(refused, task, timing, plan) from None
+        raise explained_by_times(refused, task, timing) from None
 
 
 def looked_at(planned: Timed, task: Task, timing: Timing) -> Timed:

@@ -24,16 +24,11 @@ RESERVES = (*BARELY, 0.02, 0.1, 0.2, 0.5)
 LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)
 """The same where a plan is wanted, however long it takes."""
 
-NEAR = (0.01, 0.05, 0.2, 1.0)
-"""The same beyond a factor that is about the least."""
-
 Attempt = Callable[[FloatArray], Timed | None]
 """Plans for piece durations [s]; None where there is no plan, or it is not certified."""
 
 
-def least_longer(
-    attempt: Attempt, durations: FloatArray, still: bool, deadline: Deadline, guess: float | None = None
-) -> Timed | None:
+def least_longer(attempt: Attempt, durations: FloatArray, still: bool, deadline: Deadline) -> Timed | None:
     """Return the plan of the least factor on durations, from one on; None where no factor has one.
 
     Parameters
@@ -45,10 +40,8 @@ def least_longer(
         Whether what has a plan in some time has one in more, so that the longest decides whether there is one.
     deadline : Deadline
         From which a plan that was found is not shortened any more, and no other is sought.
-    guess : float, optional
-        About the least factor, where that is known.
     """
-    first = _first(attempt, durations, still) if guess is None else _about(attempt, durations, guess)
+    first = _first(attempt, durations, still)
     if first is None:
         return None
     low, high, shortest = first
@@ -85,15 +78,6 @@ def _falling(attempt: Attempt, durations: FloatArray, factors: Sequence[float], 
             return factor, high, best
         high, best = factor, min(planned, best, key=lambda one: one.trajectory.duration)
     return low, high, best
-
-
-def _about(attempt: Attempt, durations: FloatArray, guess: float) -> Bracket | None:
-    """Return the same from a guess on; else from a tenth of the way to it: what moves at its ends may need less."""
-    first = _rising(attempt, durations, guess, [guess * (1.0 + share) for share in NEAR])
-    if first is None:
-        return _rising(attempt, durations, 1.0, [1.0 + share for share in LONGER if share > 0.1 * (guess - 1.0)])
-    shorter = _attempted(attempt, durations * guess) if first[0] == guess else None
-    return first if shorter is None else (1.0, guess, shorter)
 
 
 def _rising(attempt: Attempt, durations: FloatArray, low: float, factors: Sequence[float]) -> Bracket | None:

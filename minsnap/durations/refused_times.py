@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from math import ceil, floor, log10
-from typing import TYPE_CHECKING, cast
+from math import ceil
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, significant
-from minsnap.basics.checks import LONGEST, check_durations
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import LateError
 from minsnap.durations.fitting_durations import FITTING, fitting_durations
 from minsnap.durations.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
 from minsnap.durations.least_cost import cheapest_durations, distance_split, leg_sums
-from minsnap.durations.longer_times import Attempt, least_longer
+from minsnap.durations.longer_times import least_longer
 from minsnap.durations.recovery import pinned_use
 from minsnap.durations.refusal import explain, overdetermined
 from minsnap.durations.time_scaling import shortest_scaled
@@ -31,14 +31,9 @@ from minsnap.optimisation.still_direction import still_direction
 from minsnap.optimisation.task import Task
 
 if TYPE_CHECKING:
-    from minsnap.bounds.least_time import BelowLeast
-    from minsnap.durations.short_total import ShortTotal
     from minsnap.optimisation.contradiction import Contradiction
 
 Refused = InfeasibleError | SolverError
-
-MORE = (1.0, 1.005, 1.02, 1.05, 1.2)
-"""Multiples of the least factor, which are tried before one is named."""
 
 
 def in_other_times(task: Task, timing: Timing, refused: Refused) -> Timed | None:
@@ -143,19 +138,11 @@ def _proportions(task: Task, timing: Timing, refused: Refused) -> Iterator[Float
         yield np.ones(task.legs * task.pieces)
 
 
-def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Callable[[Timing], Timed]) -> MinsnapError:
-    """Return the refusal with what is proved of the times of the request, and a factor on them that was tried.
-
-    Parameters
-    ----------
-    plan : callable
-        Plans the same with another timing.
-    """
+def explained_by_times(refused: Refused, task: Task, timing: Timing) -> MinsnapError:
+    """Return the refusal with what is proved of the times of the request."""
     proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
     if isinstance(refused, InfeasibleError) and proof and not hasattr(proof, "orders"):  # of all times, or of its own
-        refused.stretch = _stretch_tried(refused, task, timing, plan)
-        refused.args = (f"{refused}{_would_do(refused.stretch)}",)
-        return refused
+        return _with_longer(refused, task, timing)
     own, own_times = _own_times(task, timing), proof is not None and _of_these_times(proof, task, timing)
     again: MinsnapError | None = None
     if timing.total_time is not None and own is not None and isinstance(refused, InfeasibleError) and not own_times:
@@ -167,82 +154,32 @@ def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Calla
         return refused
     shortest = refused.shortest
     refused, own_times = (again, True) if isinstance(again, InfeasibleError) else (refused, own_times)
-    factor = _stretch_tried(refused, task, timing, plan)
-    sentence, note = str(refused), _would_do(factor)
+    sentence, note = str(refused), ""
     if proof is not None and not own_times:
         tried = "" if timing.durations is not None else ", and others that were tried have no plan either"
-        refused, note = _unproved(refused), f"; this is not proved of all times{tried}{note}"
+        refused, note = _unproved(refused), f"; this is not proved of all times{tried}"
     if refused is again and shortest is not None:
         refused.shortest, note = shortest, f"{note}; the shortest found is {shortest:.6g} s"
     if note:
         refused.args = (sentence + note,)
-    if not isinstance(refused, UnprovedError) or refused.shortest is None:
+    return _with_longer(refused, task, timing) if own_times else refused
+
+
+def _with_longer(refused: InfeasibleError, task: Task, timing: Timing) -> InfeasibleError:
+    """Return a refusal of the times of a request with a factor on them that has a plan, where one is found."""
+    own, proof = _own_times(task, timing), refused.contradiction
+    pressing = np.any(getattr(proof, "orders", 0)) or (timing.durations is not None and hasattr(proof, "least"))
+    if own is None or not pressing or refused.shortest is not None:
+        return refused
+    bounded, room, grain = _bounded(task, timing), 1.005, 1e-3
+    effort = Effort.TRY if task.jumps else Effort.GLANCE  # a glance misses some that join more smoothly
+    attempt = partial(plans_for(bounded, task, timing, NO_RUN, exact=True), effort=effort)
+    longer = least_longer(attempt, own, False, bounded.deadline)
+    factor = 1.0 if longer is None else grain * ceil(room * longer.trajectory.duration / own.sum() / grain)
+    if factor > 1.0 and attempt(factor * own) is not None:
         refused.stretch = factor
+        refused.args = (f"{refused}; {factor:.4g} times as long would do in these proportions",)
     return refused
-
-
-def _would_do(factor: float | None) -> str:
-    return "" if factor is None else f"; {factor:.4g} times as long would do in these proportions"
-
-
-def _stretch_tried(
-    refused: InfeasibleError, task: Task, timing: Timing, plan: Callable[[Timing], Timed]
-) -> float | None:
-    """Return a factor on the times of the request that has a plan, where a hundredth less shows none at a glance."""
-    own, proof = timing.durations, refused.contradiction
-    pressing = np.any(getattr(proof, "orders", 0)) or (own is not None and hasattr(proof, "least"))
-    if not pressing or refused.shortest is not None or (own is None and timing.total_time is None):
-        return None
-    durations = next(_proportions(task, timing, refused)) if own is None else task.piece_durations(own)
-    total = float(durations.sum()) if own is not None else timing.total
-    durations = total / durations.sum() * durations
-    try:
-        attempt, longer = _glances(task, timing, durations, _guess(refused))
-        factors = () if longer is None else (_rounded_up(longer.trajectory.duration / total * more) for more in MORE)
-        if own is not None:  # what a glance does not solve spends the work of all others
-            factors = (factor for factor in factors if attempt(factor * durations) is not None)
-        return next((factor for factor in factors if _planned(plan, timing, factor)), None)
-    except LateError:
-        return None
-
-
-def _glances(task: Task, timing: Timing, durations: FloatArray, guess: float) -> tuple[Attempt, Timed | None]:
-    """Return how longer durations were planned, and the shortest plan; a glance misses some that join more smoothly."""
-    bounded = _bounded(task, timing)
-    plans = plans_for(bounded, task, timing, NO_RUN, exact=True)
-    attempt = partial(plans, effort=Effort.GLANCE)
-    longer = least_longer(attempt, durations, False, bounded.deadline, guess)
-    if longer is None and task.jumps:
-        attempt = partial(plans, effort=Effort.TRY)
-        longer = least_longer(attempt, durations, False, bounded.deadline, guess)
-    return attempt, longer
-
-
-def _guess(refused: InfeasibleError) -> float:
-    """Return the factor on time at which derivatives have as much more room as they need, of four digits.
-
-    That of a leg that is too short for its length is the least that it needs.
-    """
-    if not hasattr(refused.contradiction, "orders"):
-        short = cast("ShortTotal | BelowLeast", refused.contradiction)
-        return significant(float(short.least) / short.total, 4)
-    proof = cast("Contradiction", refused.contradiction)
-    orders = set(proof.orders.tolist()) - {0}
-    return min(significant((1.0 + order * proof.slack) ** (1.0 / order), 4) for order in orders)
-
-
-def _planned(plan: Callable[[Timing], Timed], timing: Timing, factor: float) -> bool:
-    """Whether there is a plan whose times are those of the request, multiplied."""
-    try:
-        if timing.durations is not None:
-            plan(replace(timing, durations=check_durations(factor * timing.durations, len(timing.durations))))
-        else:
-            plan(replace(timing, total_time=factor * timing.total))
-    except LateError:
-        raise
-    except MinsnapError:
-        return False
-    return True
 
 
 def _bounded(task: Task, timing: Timing) -> Task:
@@ -253,12 +190,6 @@ def _bounded(task: Task, timing: Timing) -> Task:
 def _necessary(task: Task, timing: Timing) -> Task:
     """Return the task with the walls that every curve within the limits keeps."""
     return task if timing.limits is None else task.with_walls(timing.limits.necessary_walls(task.waypoints))
-
-
-def _rounded_up(factor: float) -> float:
-    """Return a factor with four digits, not less."""
-    unit = 10.0 ** (floor(log10(factor)) - 3)
-    return ceil(factor / unit) * unit
 
 
 def _unproved(refused: InfeasibleError) -> UnprovedError:

@@ -6,12 +6,13 @@
    most used limit is just kept; where that does not help, the limits are tightened.
 2. Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
-   legs. Where none is found, the same path more slowly, or rest at every waypoint.
+   legs.
 3. Where several pieces have no end, one piece, and the least cost in barely longer durations of what they left.
    Within rotors fewer pieces first, which are divided; at a constant yaw every search from rest begins with a body
    that is easy to turn.
 4. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
+   The shortest of 3 and 4 is taken, or rest at every waypoint where nothing else is found.
 5. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
    left to it; where it is slow still, each leg may last as long as its own turn takes with that room.
 6. Else the reason why there is none.
@@ -210,13 +211,12 @@ class Strategy:
             solved = self.solve(guess)
             undivided = solved is not None and self._fewer_first and solved.trajectory.pieces == 1
             if (solved is None or undivided) and not self.interrupted:
-                solved = shorter(solved, self._from_one_piece()) or self._improved(self._planned())
+                solved = shorter(solved, self._from_one_piece(), self._improved(self._planned()))
             if not self.interrupted:
                 solved = self._with_room(solved)
         except KeyboardInterrupt:  # between two searches, each of which notes it by itself
             self._end_at_ctrl_c()
-        slow = solved is None or solved.flown.duration > self.times.sum()
-        if self.interrupted and self.task.still and slow:
+        if self.task.still and (solved is None or (self.interrupted and solved.flown.duration > self.times.sum())):
             solved = shorter(solved, self._resting)
         if solved is None:
             raise self.ended or self.reason()
@@ -244,12 +244,14 @@ class Strategy:
         if solved is None and answer is not None and answer.kept and not (self.interrupted or self._follows):
             swung = solved_at(self.task, answer)  # whose rotors may have too little room for a yaw that is too fast
             if swung.inside and largest_yaw_rate(swung.flown)[0] > float(limits.yaw_rate or 0.0):
-                return shorter(best, self._turning(swung, price, certified=False))
+                return shorter(best, self._turning(swung, price))
         if solved is None:
             return best
         if keeps(limits, solved.flown):
             return shorter(best, solved)
-        return shorter(best, self._slowed(solved, limits) if self.interrupted else self._turning(solved, price))
+        if self.interrupted:
+            return shorter(best, self._touching(solved, limits) if self.task.still else None)
+        return shorter(best, self._turning(solved, price))
 
     def _divided(self, question: ShortestQuestion) -> SolvedTask | None:
         """Search with fewer pieces, then from that curve with more, and take the shorter flight of the two."""
@@ -365,7 +367,7 @@ class Strategy:
             Share by which the plan may be slower than the curve of the search.
         """
         self.log.forget()
-        last: tuple[SolvedTask, ShortestCurve] | None = None
+        last: ShortestCurve | None = None
         near = self._follows and self.task.still and not question.price
         try:
             for _ in range(SETTINGS.tries):
@@ -378,7 +380,7 @@ class Strategy:
                 if not solved.inside:
                     question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, QUESTION.inward))
                     continue
-                last = solved, answer
+                last = answer
                 if not answer.kept:
                     break
                 if limits is self.limits:
@@ -387,10 +389,9 @@ class Strategy:
                 if kept is not None or answer.stopped or excess > SETTINGS.seen:
                     return kept
                 question = replace(question, tightened=question.tightened + SETTINGS.enough * excess)
-            if last is None:
-                return None
-            self.answer = last[1]
-            return None if question.timed else self._slowed(last[0], limits)
+            if last is not None:
+                self.answer = last
+            return None
         except KeyboardInterrupt:
             self._end_at_ctrl_c()
             return None
@@ -457,13 +458,6 @@ class Strategy:
                 factor = nearby_factor(limits, lambda factor: at(factor).flown, proved, met, self.deadline)
                 yield at(min(factor or 1.0, 1.0))
 
-    def _slowed(self, solved: SolvedTask, limits: Limits) -> SolvedTask | None:
-        """Fly the same path as much more slowly as the limits ask for, or rest at every waypoint if that is quicker."""
-        if not self.task.still:
-            return None
-        touching = None if self._rests_sooner(limits, solved.flown) else self._touching(solved, limits)
-        return shorter(touching, self._resting)
-
     def _rests_sooner(self, limits: Limits, curve: Trajectory) -> bool:
         """Whether a curve still uses too much of the rotors where it flies as long as the plan with rest everywhere."""
         if not isinstance(limits, VehicleLimits) or self._resting is None:
@@ -478,7 +472,7 @@ class Strategy:
             return solved.slowed(grained(touching_factor(limits, solved.flown, guess, deadline=self.deadline)))
         return None
 
-    def _turning(self, solved: SolvedTask, price: float, certified: bool = True) -> SolvedTask | None:
+    def _turning(self, solved: SolvedTask, price: float) -> SolvedTask | None:
         """Search again from a curve, and from the same path at a slower pace, with the limit on the rate of its yaw.
 
         Parameters
@@ -486,8 +480,6 @@ class Strategy:
         solved : SolvedTask
         price : float
             Of a second.
-        certified : bool
-            Whether the curve is a plan, which is flown more slowly where no search has one.
         """
         answer, limit, enough = self.answer, self.limits.yaw_rate, np.inf
         assert limit is not None
@@ -511,12 +503,9 @@ class Strategy:
             found = turned is not None and turned.flown.duration <= enough
             if self.interrupted or (found and self.answer is not None and self.answer.kept):
                 break
-        if turned is None and not price:
-            turned = self._in_longer_durations()
-        if turned is not None:
-            return turned
-        self.answer = answer
-        return self._slowed(solved, self.limits) if certified else None
+        if turned is None:
+            self.answer = answer
+        return turned
 
     def _searched(self, question: ShortestQuestion) -> ShortestCurve | None:
         pieces = self.task.legs * prod(question.parts) * (1 if question.guess is None else question.guess.pieces)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -10,14 +10,12 @@ from functools import partial
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, significant
-from minsnap.basics.deadline import LateError
 from minsnap.basics.limit_kinds import KIND
 from minsnap.durations.initial_guess import guessed_lengths, priced_first_guess, stop_and_go_times
 from minsnap.durations.least_cost import cheapest_durations, distance_split, leg_sums
 from minsnap.durations.longer_times import RESERVES, least_longer
 from minsnap.durations.refusal import explain
-from minsnap.durations.shortest_question import guess_of, leaving_room
-from minsnap.durations.strategy import SETTINGS as STRATEGY
+from minsnap.durations.shortest_question import guess_of
 from minsnap.durations.strategy import Strategy, balanced_price
 from minsnap.durations.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
 from minsnap.durations.time_stretch import UnlimitedError, grained, measuring_work, touching_factor
@@ -25,7 +23,7 @@ from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, solved_or_expla
 from minsnap.durations.ways import end_on_limit, shortest_from, shortest_of_starts
 from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
-from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES
 from minsnap.native.library import core
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -95,9 +93,6 @@ def _smoother(task: Task, timing: Timing, fastest: SolvedTask | None = None, sea
         firsts.insert(0, fastest.trajectory.durations)
     tried = [least_longer(attempt, durations, False, deadline) for durations in firsts]
     interrupted = search.interrupted
-    if fastest is not None and not (interrupted or deadline.passed):
-        roomier, interrupted = _of_half_the_rotors(task, timing, fastest, _shortest(tried))
-        tried += [] if roomier is None else [least_longer(attempt, roomier, False, deadline)]
     if task.still and not (any(tried) and (interrupted or deadline.passed)):
         tried.append(shortest_scaled(replace(task, pieces=pieces), timing, firsts[0]))
     shortest = _shortest(tried)
@@ -109,26 +104,6 @@ def _smoother(task: Task, timing: Timing, fastest: SolvedTask | None = None, sea
 
 def _shortest(plans: Iterable[Timed | None]) -> Timed | None:
     return min(filter(None, plans), key=lambda one: one.trajectory.duration, default=None)
-
-
-def _of_half_the_rotors(
-    task: Task, timing: Timing, fastest: SolvedTask, smooth: Timed | None
-) -> tuple[FloatArray | None, bool]:
-    """Return durations of a search with half of the rotors' room, and whether it was interrupted.
-
-    A smoother curve in the durations of a search needs more of the rotors, and is slow.
-    """
-    limits, durations = timing.bounds, fastest.trajectory.durations
-    slow = smooth is None or smooth.trajectory.duration > STRATEGY.turned * fastest.flown.duration
-    if not isinstance(limits, VehicleLimits) or not slow:
-        return None, False
-    narrower = replace(timing, limits=leaving_room(limits, 0.5), refine=False)
-    with suppress(LimitError, LateError):
-        search = Strategy(replace(task, pieces=fastest.trajectory.pieces), narrower)
-        roomier = search.solve(None)
-        fits = roomier is not None and len(roomier.trajectory.durations) == len(durations)
-        return roomier.trajectory.durations if roomier is not None and fits else None, search.interrupted
-    return None, False
 
 
 def plans_for(
@@ -238,16 +213,7 @@ def _at_total(timing: Timing, search: LeastPriced, free: SolvedTask | None, run:
     found = None if best is None else _lengthened(task, best, timing, run)
     if found is None and longer is not None:
         found = _between(task, best or fastest, longer, timing, run)
-    plans = [found] if timing.bounds.yaw_rate is None else [found, *_in_proportion(task, timing, fastest, run)]
-    cheapest = min((one for one in plans if one is not None), key=lambda one: one.trajectory.cost(), default=None)
-    return cheapest or _stretched(task, fastest, timing, run)
-
-
-def _in_proportion(task: Task, timing: Timing, fastest: SolvedTask, run: Run) -> Iterator[Timed | None]:
-    """Plan for a total in simple proportions: within a rate of the yaw a search for a price ends far from the least."""
-    plan, shares = plans_for(timing.bounded(task), task, timing, run, exact=True), _leg_durations(fastest)
-    for durations in (np.ones(task.legs), distance_split(task, 1.0), shares):
-        yield plan(task.piece_durations(timing.total * durations / durations.sum()))
+    return found or _stretched(task, fastest, timing, run)
 
 
 def _between(asked: Task, shorter: SolvedTask, longer: SolvedTask, timing: Timing, run: Run) -> Timed | None:

@@ -1,4 +1,4 @@
-"""Solve a task for given durations: by the native core where it proves its answer, else by the Python core."""
+"""Solve a task for given durations: by the native core, or by the Python core what that one does not take."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def solve(
     units: Units | None = None,
     gap: float = GAP,
     prove: bool = True,
-    effort: Effort | None = None,
+    effort: Effort = Effort.WHOLE,
 ) -> SolvedTask:
     """Find the curve of least cost for piece durations (pieces in all,) [s].
 
@@ -49,13 +49,13 @@ def solve(
         Share of the cost that may be given away for fewer rounds.
     prove : bool
         Whether the exact margin is checked; a search can do without.
-    effort : Effort, optional
-        After which the native core gives up; by default another core is asked then.
+    effort : Effort
+        After which the native core gives up.
 
     Raises
     ------
     InfeasibleRowsError
-        If no curve keeps all walls; a GaveUpError where the native core gave up, and ``effort`` was given.
+        If no curve keeps all walls; a GaveUpError where the native core gave up.
     SolverError
         If none was found.
     """
@@ -65,7 +65,7 @@ def solve(
     if free and not low and not task.free_ends:
         native = solve_without_walls(task, durations, units)
     elif free or samples is None:
-        native = solve_natively(task, durations, units, gap, prove, (effort or Effort.WHOLE).value)
+        native = solve_natively(task, durations, units, gap, prove, effort.value)
     if isinstance(native, SolvedTask):
         return native
     if low and native == Status.SINGULAR.reason:  # of a lap: curves through zeros cost nothing
@@ -73,7 +73,7 @@ def solve(
             return solve(replace(task, continuity=task.half - 1), durations, samples, units, gap, prove, effort)
     if free:
         return _unbounded(task, durations, units, native)
-    if effort is not None and native in GAVE_UP:
+    if native in GAVE_UP:
         raise GaveUpError(native)
     return solve_by_reference(task, durations, native, units, samples, gap, prove)
 
@@ -111,7 +111,8 @@ def solve_by_reference(
 def _in_one_piece(task: Task, durations: FloatArray, units: Units, gap: float) -> SolvedTask | None:
     """Return the optimum of one polynomial per leg, cut into the task's pieces; None where there is none."""
     try:
-        whole = solve(replace(task, pieces=1), durations.reshape(task.legs, task.pieces).sum(axis=1), gap=gap)
+        times = durations.reshape(task.legs, task.pieces).sum(axis=1)
+        whole = solve_by_reference(replace(task, pieces=1), times, gap=gap)
     except (InfeasibleRowsError, MinsnapError):
         return None
     orders = range(task.half)

@@ -1,5 +1,6 @@
 """Least times of all curves: known optima, courses in equivalent forms, what is left out, and what bounds nothing."""
 
+from dataclasses import replace
 from math import inf, sqrt
 
 import numpy as np
@@ -168,6 +169,24 @@ def test_nothing_that_bounds_is_a_reason(limits):
     assert bound.seconds is None
     assert "is bounded" in bound.reason
     assert not bound.verify()
+
+
+@pytest.mark.parametrize(
+    ("limits", "last"),
+    [
+        (Limits(horizontal_speed=2.0), (0.0, 0.0, 0.5)),
+        (Limits(horizontal_speed=2.0), (1.0, 1.0, 1.0)),
+        (Limits(descent_speed=1.7, vertical_acceleration=1.9), (1.0, 1.0, 2.0)),
+    ],
+    ids=["climbs", "a climb", "across"],
+)
+def test_limits_that_bound_no_speed_along_a_leg_are_a_reason(limits, last):
+    """A division by zero came out, of plans for a total too."""
+    points = [(0.0, 0.0, 0.0), (0.0, 0.0, 1.0), last]
+    bound = minsnap.least_time(points, limits)
+    assert bound.seconds is None and "along every leg" in bound.reason
+    with pytest.raises(minsnap.InfeasibleError):
+        minsnap.plan(points, total_time=1e-3, limits=replace(limits, snap=10.0))
 
 
 def test_a_course_that_needs_no_motion_has_no_bound():

@@ -1,14 +1,12 @@
 """Limits that are no walls of the QP, in durations that are given: a search of the curve alone."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from tasks import REFERENCE, random_legs, task_of
 
 import minsnap
 from minsnap import Limits
-from minsnap.durations import strategy, within_limits
+from minsnap.durations import within_limits
 from minsnap.durations.strategy import Strategy
 from minsnap.durations.timing import Timing
 from minsnap.errors import UnprovedError
@@ -63,20 +61,6 @@ def test_a_total_longer_than_the_shortest_is_kept_where_states_do_not_scale(pinn
     total = 1.05 * minsnap.plan(REFERENCE, limits=limits, pieces=1, **pinned).duration
     path = minsnap.plan(REFERENCE, total_time=total, limits=limits, **pinned)
     assert path.duration == pytest.approx(total) and minsnap.certify(path, limits=limits).ok
-
-
-def test_a_turn_along_the_velocity_whose_search_finds_no_end_is_searched_in_longer_durations(monkeypatch):
-    asked = {"limits": Limits(speed=4.0, acceleration=6.0, yaw_rate=1.5), "yaw": "velocity", "corridor": 0.5}
-    asked["end"] = {"velocity": (0.5, 0.6, 0.1)}  # no curve near its limits may be flown more slowly
-    search, alone = strategy.search_shortest, minsnap.plan(REFERENCE, **asked)
-
-    def without_end(question, poll):
-        answer = search(question, poll)
-        return dataclasses.replace(answer, kept=answer.kept and (question.timed or not question.limits))
-
-    monkeypatch.setattr(strategy, "search_shortest", without_end)
-    path = minsnap.plan(REFERENCE, **asked)
-    assert path.duration <= 1.04 * alone.duration and minsnap.certify(path, limits=asked["limits"]).ok
 
 
 def test_what_a_search_in_held_durations_tells_is_in_the_report():

@@ -106,21 +106,6 @@ def test_a_plan_that_was_found_is_not_shortened_after_the_time_limit():
     assert len(tried) < min(unlimited, len(LONGER))
 
 
-@pytest.mark.parametrize(("guess", "most"), ((1.99, 4), (2.1, 10), (1.2, 11)))
-def test_the_least_factor_is_found_from_a_guess_on_either_side_of_it(guess, most):
-    tried = []
-
-    def attempt(durations):
-        tried.append(float(durations[0]))
-        return SimpleNamespace(trajectory=SimpleNamespace(duration=tried[-1])) if tried[-1] >= 2.0 else None
-
-    assert 2.0 <= least_longer(attempt, np.ones(1), False, NEVER, guess).trajectory.duration <= 2.02
-    assert len(tried) <= most
-    few = least_longer(lambda at: attempt(at) if at[0] < 2.6 else None, np.ones(1), False, NEVER, 9.0)
-    assert 2.0 <= few.trajectory.duration <= 2.02, "what moves may have no plan in more time"
-    assert least_longer(lambda durations: None, np.ones(1), False, NEVER, guess) is None
-
-
 def test_more_derivatives_are_made_continuous_in_longer_times_by_the_native_core_alone(monkeypatch):
     points, limits = [(0, 0, 1), (5, 0, 1), (5, 3, 1)], Limits(acceleration=3)
     monkeypatch.setattr(reference_core, "ReferenceCore", lambda *given: pytest.fail("the reference was asked"))
