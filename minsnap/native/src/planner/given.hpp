@@ -16,15 +16,16 @@ public:
     // In the split of the total time that costs least; where none is found, by distance.
     Status split(CurveMemory &curve);
 
-    // Without walls; states of the knots where they are moving or closed.
-    Status free(const double *durations, CurveMemory &curve);
+    // In the durations that the curve has, with limits on derivatives as further walls.
+    Status within(const WallSets &limits, CurveMemory &curve);
 
 private:
+    Status free(const double *durations, CurveMemory &curve);
     ChainRecord chain(const double *durations) const;
     bool plain_tube() const;
     Status in_tube(CurveMemory &curve);
-    Status inside(CurveMemory &curve);
-    bool make_question(const double *durations, std::int64_t per_leg);
+    Status inside(CurveMemory &curve, const WallSets *limits = nullptr);
+    bool make_question(const double *durations, std::int64_t per_leg, const WallSets *limits = nullptr);
     bool add_balls(std::int64_t per_leg);
     bool split_inside(bool free, SplitRecord &record);
 

@@ -24,11 +24,13 @@ struct PlanSettings {
     static constexpr double room = 1e-4;                 // share by which limits are tightened that slower flight does not mend
     static constexpr double directed = 0.1;              // share of the weight below which thrust has no direction
     static constexpr double softer = 2.0, slower = 1.3;  // factor on the body rate of a first search, and on the time of its curve
-    static constexpr int tries = 3;                      // searches until a curve can be certified
-    static constexpr double farther = 10.0;              // factor on the share by which walls are moved inwards, where a curve is outside
-    static constexpr double not_longer = 1e-3;           // share by which a certified curve may be slower than that of its search
-    static constexpr double seen = 0.05;                 // excess beyond which a search has not seen a limit
-    static constexpr double enough = 2.0;                // by how many excesses limits are tightened
+    static constexpr double reserves[] = {5e-4, 3e-3, 0.02,
+                                          0.1,  0.2,  0.5};  // by which durations are lengthened until a plan for them succeeds
+    static constexpr int tries = 3;                          // searches until a curve can be certified
+    static constexpr double farther = 10.0;     // factor on the share by which walls are moved inwards, where a curve is outside
+    static constexpr double not_longer = 1e-3;  // share by which a certified curve may be slower than that of its search
+    static constexpr double seen = 0.05;        // excess beyond which a search has not seen a limit
+    static constexpr double enough = 2.0;       // by how many excesses limits are tightened
     static constexpr double row_work = 6e-5, block_work = 5e-6, question_work = 2000.0;  // milliseconds of a processor, about
     static constexpr double vanishing = 1e-6;  // share of the longest total below which nothing limits the time
     static constexpr double idle = 0.8;        // factor on time below which nothing limits it
@@ -91,20 +93,21 @@ bool ShortestPlan::make_sets() {
     sets_.clear(dim);
     for (int g = 0; g < course_.walls.count(); ++g)
         if (!sets_.add_cut(course_.walls[g], 1)) return false;
-    if (!make_limits()) return false;
+    if (!make_limits(false, sets_)) return false;
     if (!course_.balls()) return true;
     if (!sets_.add_cut(course_.region[0], 1)) return false;
     sets_.last().at_knots = 1;
     return true;
 }
 
-bool ShortestPlan::make_limits() {
+// Limits as convex sets: all that are convex, or those that the search does not know better.
+bool ShortestPlan::make_limits(bool all, WallSets &sets) {
     const Bounds &bounds = course_.bounds;
     const int dim = course_.dim;
     WallRows to;
     // balls |A x| <= radius + slope x_z around an anchor along z, the same on every leg; planes where there are no rows
     auto add = [&](int rows, std::int64_t order, double radius, double width, double anchor, double slope) {
-        if (!sets_.add(course_.legs, rows, order, to)) return false;
+        if (!sets.add(course_.legs, rows, order, to)) return false;
         for (std::int64_t leg = 0; leg < course_.legs; ++leg) {
             to.leg[leg] = leg, to.radius[leg] = radius, to.width[leg] = width;
             for (int d = 0; d < rows; ++d) to.matrix[(leg * rows + d) * dim + d] = 1.0;
@@ -117,7 +120,7 @@ bool ShortestPlan::make_limits() {
     const double g = bounds.gravity;
     const bool bounded = bounds.most_thrust < infinite || bounds.norm[1] < infinite;
     if (bounds.most_thrust < infinite && !add(3, 2, bounds.most_thrust * g, bounds.most_thrust * g, -g, 0.0)) return false;
-    if (bounds.least_thrust > 0.0 && !bounded) {
+    if (bounds.least_thrust > 0.0 && (all || !bounded)) {
         const double lowest = (bounds.least_thrust - 1.0) * g;
         if (!add(0, 2, -lowest, -lowest, 0.0, 1.0)) return false;
     }
@@ -127,9 +130,9 @@ bool ShortestPlan::make_limits() {
     }
     const bool directed = bounds.turns() && bounds.least_thrust < P::directed;
     const double least = directed ? P::directed : bounded ? bounds.least_thrust : 0.0;
-    if (least == 0.0) return true;
+    if (least == 0.0 || all) return true;
     if (!add(3, 2, least * g, directed ? g : least * g, -g, 0.0)) return false;
-    sets_.last().outside = 1;
+    sets.last().outside = 1;
     return true;
 }
 
@@ -158,10 +161,11 @@ Status ShortestPlan::run(CurveMemory &curve) {
     Status status = solve(curve);
     if (status == Status::no_memory)
         return says_(status, "there is no memory for a search of %lld legs", static_cast<long long>(course_.legs));
-    if (status != Status::done && several() && !end_.ended) {
+    if (status != Status::done && several() && !end_.over()) {
         per_leg_ = 1;
         status = solve(curve);
     }
+    if (status != Status::done && !end_.over()) status = improved(curve);
     if (status == Status::done) return end_.ended ? says_(Status::spent, "the search was ended: this is the best curve so far") : status;
     if (course_.still && resting(curve))
         return end_.ended ? says_(Status::spent, "the search was ended: this curve rests at every waypoint") : Status::done;
@@ -204,6 +208,50 @@ Status ShortestPlan::solve(CurveMemory &curve) {
     return end_.over() ? Status::spent : certified(question_, curve);
 }
 
+// Control points for the durations that a search left, or barely longer ones, with the limits as walls: a curve that slides along a wall has no room
+// to be moved inwards.
+bool ShortestPlan::planned(CurveMemory &curve) {
+    if (searched_.legs == 0) return false;
+    limits_.clear(course_.dim);
+    if (!make_limits(true, limits_)) return false;
+    for (const double reserve : P::reserves) {
+        if (end_.over() || !curve.copy(searched_)) return false;
+        curve.slow(1.0 + reserve);
+        if (given_.within(limits_, curve) == Status::done && keeps(curve) && inside(curve)) return true;
+    }
+    return false;
+}
+
+// Such a plan, or the one that a search finds from it.
+Status ShortestPlan::improved(CurveMemory &curve) {
+    Guess guess;
+    CurveMemory again;
+    if (!planned(curve)) return Status::no_progress;
+    if (!guess_of(curve, guess)) return Status::done;
+    Question question = question_;
+    question.guess = &guess, question.divided = false;
+    if (!end_.over() && certified(question, again) == Status::done && again.total() < curve.total()) curve.swap(again);
+    return Status::done;
+}
+
+// A curve as a guess, in memory that the next guess takes.
+bool ShortestPlan::guess_of(const CurveMemory &curve, Guess &guess) {
+    const std::int64_t all = curve.all(), state = std::int64_t(course_.half) * course_.dim;
+    Buffer<double> breaks;
+    if (!breaks.allocate(std::size_t(all + 1)) || !guess_durations_.allocate(std::size_t(all)) ||
+        !guess_knots_.allocate(std::size_t((all + 1) * state)))
+        return false;
+    write_breaks(curve.durations.data(), all, breaks.data());
+    std::copy(curve.durations.data(), curve.durations.data() + all, guess_durations_.data());
+    const PiecewiseCurve whole = {curve.points.data(), curve.durations.data(), breaks.data(), all, 2 * course_.half - 1, course_.dim};
+    for (std::int64_t i = 0; i <= all; ++i)
+        for (int order = 0; order < course_.half; ++order)
+            if (evaluate_curve(whole, order, breaks.data() + i, 1, guess_knots_.data() + i * state + order * course_.dim) != Status::done)
+                return false;
+    guess = {curve.pieces, guess_durations_.data(), guess_knots_.data(), 1.0};
+    return true;
+}
+
 // Search with a higher body rate first: from rest the way around free fall is hard to find. Where a thrust is kept at fixed waypoints, it is not.
 bool ShortestPlan::softer(Guess &guess) {
     if (!course_.bounds.turns() || (course_.bounds.least_thrust > 0.0 && !course_.balls())) return false;
@@ -244,16 +292,7 @@ bool ShortestPlan::coasting(Guess &guess) {
     if (!states.allocate(std::size_t((course_.legs + 1) * state)) ||
         minsnap_unconstrained_pinned(&chain, scaled_.points.data(), states.data()) != 0)
         return false;
-    write_breaks(scaled_.durations.data(), course_.legs, scaled_.breaks.data());
-    const PiecewiseCurve whole = {scaled_.points.data(), scaled_.durations.data(), scaled_.breaks.data(),
-                                  course_.legs,          2 * course_.half - 1,     course_.dim};
-    for (std::int64_t i = 0; i <= course_.legs; ++i)
-        for (int order = 0; order < course_.half; ++order)
-            if (evaluate_curve(whole, order, scaled_.breaks.data() + i, 1, guess_knots_.data() + i * state + order * course_.dim) !=
-                Status::done)
-                return false;
-    guess = {1, guess_durations_.data(), guess_knots_.data(), 1.0};
-    return true;
+    return guess_of(scaled_, guess);
 }
 
 Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
@@ -291,6 +330,7 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     if (status == Status::spent && answer_.work > asked.worth) end_.ended = true;
     if (status != Status::done && status != Status::spent && status != Status::no_progress) return status;
     curve.pieces = answer_.pieces;
+    if (!question.rough && per_leg_ == course_.pieces && !searched_.copy(curve)) return Status::no_memory;
     if (curve.total() < P::vanishing * longest_) return found_none_ = true, Status::no_progress;
     return kept_ ? Status::done : Status::no_progress;
 }

@@ -52,7 +52,7 @@ private:
 
     void make_question();
     bool make_sets();
-    bool make_limits();
+    bool make_limits(bool all, WallSets &sets);
     bool stop_and_go(Buffer<double> &durations) const;
     double norm(int order, double body_rate) const;
     Status solve(CurveMemory &curve);
@@ -60,6 +60,9 @@ private:
     Status certified(Question question, CurveMemory &curve);
     Status search(const Question &question, CurveMemory &curve);
     bool softer(Guess &guess);
+    bool planned(CurveMemory &curve);
+    Status improved(CurveMemory &curve);
+    bool guess_of(const CurveMemory &curve, Guess &guess);
     bool coasting(Guess &guess);
     bool within(const Question &question, CurveMemory &curve, double &excess);
     double touching(const CurveMemory &curve);
@@ -76,14 +79,14 @@ private:
     Says &says_;
     Says unsaid_;
     GivenTimes given_;
-    WallSets sets_;
+    WallSets sets_, limits_;
     Question question_;
     bool moving_ = false, whole_ = false, found_none_ = false;
     std::int64_t per_leg_ = 0;  // pieces asked for in this attempt; 0 for those that the search chooses
     ShortestAnswer answer_ = {};
     bool stopped_ = false, kept_ = false;
     double work_ = 0.0, longest_ = 0.0;
-    CurveMemory scaled_;
+    CurveMemory scaled_, searched_;  // the last is what a search left without an end
     Buffer<std::int64_t> free_;
     Buffer<double> lengths_, totals_, knots_, guess_durations_, guess_knots_;
 };
