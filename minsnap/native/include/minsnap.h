@@ -165,6 +165,10 @@ MINSNAP_API minsnap_status minsnap_plan(minsnap_planner *planner, const minsnap_
 MINSNAP_API minsnap_status minsnap_replan(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown, double now,
                                           double budget, minsnap_curve *curve);
 
+/* A time that every flight of a problem within limits takes at least, whatever its curve, rounded down [s]. Speed, acceleration, thrust and tilt
+ * bound it; other limits and the walls are left out. */
+MINSNAP_API minsnap_status minsnap_least_time(minsnap_planner *planner, const minsnap_problem *problem, double *seconds);
+
 /* Derivatives of an order at instants (count,) [s] from 0 to the duration: out (count, dim) [m/s^order]. */
 MINSNAP_API minsnap_status minsnap_at(const minsnap_curve *curve, int64_t order, const double *t, int64_t count, double *out);
 

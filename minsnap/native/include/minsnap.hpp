@@ -187,6 +187,14 @@ public:
         return made(minsnap_replan(planner_.get(), &asked, &old, now, budget, &found), found);
     }
 
+    // The time that every flight takes at least [s]; 0 where none is known.
+    double least_time(const Problem &problem) {
+        minsnap_problem asked;
+        double seconds = 0.0;
+        if (view(problem, asked)) minsnap_least_time(planner_.get(), &asked, &seconds);
+        return seconds;
+    }
+
     // What is proved of a curve; its `size` is 0 where nothing is.
     minsnap_certificate certify(const Problem &problem, const Curve &curve) {
         minsnap_problem asked;

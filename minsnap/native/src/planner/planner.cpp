@@ -5,6 +5,7 @@
 #include "basics/export.hpp"
 #include "planner/answer.hpp"
 #include "planner/given.hpp"
+#include "planner/time_bound.hpp"
 #include "planner/shortest_plan.hpp"
 #include "polynomials/enclosure.hpp"
 #include "polynomials/evaluate.hpp"
@@ -175,5 +176,16 @@ MINSNAP_EXPORT minsnap_status minsnap_certify(minsnap_planner *planner, const mi
     const minsnap::CurveView seen = {curve->points, curve->durations, curve->legs, curve->pieces, int(curve->dim), int(curve->degree)};
     status = minsnap::certify(seen, planner->course, proved, planner->says);
     if (status == Status::done) *certificate = proved;
+    return minsnap_status(status);
+}
+
+MINSNAP_EXPORT minsnap_status minsnap_least_time(minsnap_planner *planner, const minsnap_problem *problem, double *seconds) {
+    if (planner == nullptr) return MINSNAP_BAD_SIZE;
+    planner->says.nothing();
+    if (seconds == nullptr) return minsnap_status(planner->says(Status::bad_size, "the seconds to be written are a null pointer"));
+    double found = 0.0;
+    Status status = planner->course.take(problem, planner->says);
+    if (status == Status::done) status = minsnap::least_time(planner->course, planner->says, found);
+    if (status == Status::done) *seconds = found;
     return minsnap_status(status);
 }
