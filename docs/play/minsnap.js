@@ -64,6 +64,9 @@ export async function load(bytes) {
     };
   }
 
+  /** The time that every flight of the last question takes at least, whatever its curve [s]; 0 where none is known. */
+  const least = () => core.play_least();
+
   /** The last plan: durations [s], and control points, pieces × 8 × 3 one after the other [m]. */
   function curve() {
     const count = core.play_curve();
@@ -90,5 +93,5 @@ export async function load(bytes) {
     return all;
   }
 
-  return { version: text(core.play_version()), plan, curve, sample, rows };
+  return { version: text(core.play_version()), plan, least, curve, sample, rows };
 }

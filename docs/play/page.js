@@ -41,11 +41,13 @@ function planned() {
   at("answer").className = good ? "" : "wrong";
   const ended = plan.status === "SPENT" ? `; ${plan.message}` : "";
   at("answer").textContent = good ? `${plan.duration.toFixed(4)} s, certified at every instant${ended}` : plan.message || plan.status;
+  const least = good ? core.least() : 0;
   const figures = good
     ? [
         ["nearest to a wall", Number.isFinite(plan.margin) ? `${plan.margin.toExponential(2)} m inside` : "no walls"],
         ["at most", `${plan.speed.toFixed(3)} m/s, ${plan.acceleration.toFixed(3)} m/s², ${plan.jerk.toFixed(2)} m/s³`],
         ["thrust", `${plan.thrust.toFixed(3)} of the weight, tilted by ${((plan.tilt * 180) / Math.PI).toFixed(1)}°`],
+        ["no flight is quicker than", least > 0 ? `${least.toFixed(4)} s: this one is at most ${(100 * (plan.duration / least - 1)).toFixed(2)} % longer` : "not known"],
         ["polynomials", `${plan.legs * plan.pieces}, ${plan.pieces} a leg`],
         ["planned in", `${plan.milliseconds.toFixed(1)} ms`],
       ]
@@ -94,13 +96,13 @@ function drawProfiles() {
   const kinds = [["speed", "m/s"], ["acceleration", "m/s²"], ["jerk", "m/s³"]];
   kinds.forEach(([name, unit], k) => {
     const values = samples.map((row) => norm(row, k + 1)), limit = question.total_time ? 0 : question.limits[name];
-    const most = 1.1 * Math.max(limit, ...values) || 1, foot = each * (k + 1) - 18;
+    const most = 1.3 * Math.max(limit, ...values) || 1, foot = each * (k + 1) - 18;
     const up = (value) => foot - ((each - 30) * value) / most;
     made("line", { class: "grid", x1: 0, x2: width, y1: foot, y2: foot }, picture);
     if (limit > 0) made("line", { class: "limit", x1: 0, x2: width, y1: up(limit), y2: up(limit) }, picture);
     const line = values.map((value, i) => `${(width * samples[i][0]) / plan.duration},${up(value)}`).join(" ");
     made("polyline", { class: "path", points: line, "stroke-width": 1.5 }, picture);
-    made("text", { x: 4, y: foot - each + 42 }, picture).textContent = `${name}, at most ${Math.max(...values).toPrecision(4)} ${unit}`;
+    made("text", { x: 4, y: foot - each + 38 }, picture).textContent = `${name}, at most ${Math.max(...values).toPrecision(4)} ${unit}`;
   });
   made("text", { x: width - 4, y: height - 4, "text-anchor": "end" }, picture).textContent = `${plan.duration.toFixed(2)} s`;
 }
@@ -133,6 +135,7 @@ function table() {
         input.addEventListener("input", () => {
           if (input.value === "") return;
           point[axis] = Number(input.value);
+          if (!inView(point)) fit();
           planned();
         });
         cell.append(input);
@@ -148,15 +151,25 @@ function place(event) {
   return [Math.round(100 * to.x) / 100, Math.round(-100 * to.y) / 100];
 }
 
+const DOUBLE = 400; // between the presses of a double click [ms]
+
+function inView([x, y]) {
+  return x >= frame.x && x <= frame.x + 4 * frame.size && y >= frame.y && y <= frame.y + 3 * frame.size;
+}
+
+// A press draws anew, so that clicks have other elements than presses: two presses of one waypoint are told apart by their time.
 function pointer() {
   const map = at("map");
-  let held = -1, waiting = false;
+  let held = -1, waiting = false, before = { knot: undefined, time: -Infinity };
   map.addEventListener("pointerdown", (event) => {
     const knot = event.target.dataset.waypoint;
-    if (knot === undefined) {
-      const [x, y] = place(event);
-      question.waypoints.push([x, y, question.waypoints.at(-1)?.[2] ?? 1]);
-      held = question.waypoints.length - 1;
+    const twice = knot !== undefined && knot === before.knot && event.timeStamp - before.time < DOUBLE;
+    before = { knot, time: event.timeStamp, x: event.clientX, y: event.clientY };
+    if (twice && question.waypoints.length > 2) {
+      question.waypoints.splice(Number(knot), 1);
+      held = -1;
+    } else if (knot === undefined) {
+      held = question.waypoints.push([...place(event), question.waypoints.at(-1)[2]]) - 1;
     } else held = Number(knot);
     map.setPointerCapture(event.pointerId);
     table();
@@ -165,6 +178,7 @@ function pointer() {
   map.addEventListener("pointermove", (event) => {
     if (held < 0) return;
     [question.waypoints[held][0], question.waypoints[held][1]] = place(event);
+    if (Math.hypot(event.clientX - before.x, event.clientY - before.y) > 4) before.time = -Infinity;
     if (waiting) return;
     waiting = true;
     requestAnimationFrame(() => {
@@ -175,15 +189,7 @@ function pointer() {
   map.addEventListener("pointerup", () => {
     held = -1;
     table();
-    fit();
-    planned();
-  });
-  map.addEventListener("dblclick", (event) => {
-    const knot = event.target.dataset.waypoint;
-    if (knot === undefined || question.waypoints.length < 3) return;
-    question.waypoints.splice(Number(knot), 1);
-    table();
-    fit();
+    if (!question.waypoints.every(inView)) fit();
     planned();
   });
 }

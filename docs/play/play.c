@@ -43,6 +43,13 @@ int SHOWN(play_plan)(void) {
     return status;
 }
 
+/* The time that every flight of the last question takes at least [s]; 0 where none is known. */
+double SHOWN(play_least)(void) {
+    double least = 0.0;
+    if (planner != NULL && problem.limits != NULL) minsnap_least_time(planner, &problem, &least);
+    return least;
+}
+
 /* The last curve: how many durations, which come first, then control points (pieces, 8, 3); 0 where there is no room. */
 int SHOWN(play_curve)(void) {
     const int64_t count = curve.legs * curve.pieces, numbers = count * (curve.degree + 1) * 3;

@@ -144,7 +144,9 @@ void null_pointers(minsnap_planner *planner) {
     EXPECT(value[0] == 1 && value[1] == 2 && value[2] == 3);
     EXPECT(minsnap_at(&curve, 0, nullptr, 0, nullptr) == MINSNAP_DONE && minsnap_at(&curve, 9, &t, 1, value) == MINSNAP_DONE &&
            value[2] == 0.0);
-    EXPECT(minsnap_status_name(99) == nullptr);
+    EXPECT(minsnap_least_time(planner, &problem, nullptr) == MINSNAP_BAD_SIZE &&
+           minsnap_least_time(planner, &problem, value) == MINSNAP_BAD_NUMBER);
+    EXPECT(value[0] == 0.0 && minsnap_status_name(99) == nullptr);
     minsnap_close(nullptr);
 }
 
@@ -227,6 +229,11 @@ void random_bytes(minsnap_planner *planner, std::uint64_t seed, int rounds) {
         EXPECT(minsnap_status_name(status) != nullptr);
         if (status != MINSNAP_DONE) EXPECT(minsnap_message(planner)[0] != 0);
         if (status != MINSNAP_DONE && status != MINSNAP_SPENT) EXPECT(curve.legs == 0 && curve.points == nullptr);
+        double least = -1.0;
+        if (minsnap_least_time(planner, &problem, &least) == MINSNAP_DONE)
+            EXPECT(least > 0.0 && (status != MINSNAP_DONE || least <= curve.duration));
+        else
+            EXPECT(least == -1.0 && minsnap_message(planner)[0] != 0);
         if (curve.legs == 0) continue;
         minsnap_certificate proved = minsnap_certificate_new();
         EXPECT(minsnap_certify(planner, &problem, &curve, &proved) == MINSNAP_DONE && proved.kept == 1);

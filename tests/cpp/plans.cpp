@@ -179,6 +179,8 @@ int main(int count, char **arguments) {
         if (count < 2) std::printf("%s %s\n", digits, name.c_str());
         if (count > 1 && known[name] != digits) ++wrong, std::printf("%s: %s, not %s\n", name.c_str(), digits, known[name].c_str());
         EXPECT(planner.certify(problem, plan.curve).kept == 1);
+        if (const double least = planner.least_time(problem); problem.limited)
+            EXPECT(least > 0.5 * plan.curve.duration() && least <= plan.curve.duration());
     }
     replans();
     stops();

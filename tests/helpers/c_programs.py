@@ -11,6 +11,7 @@ from minsnap.native.build import INCLUDE, LIBRARY
 
 TESTS = Path(__file__).resolve().parent.parent / "cpp"
 HEADERS = ("minsnap.h", "minsnap.hpp")
+SANITIZED = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 
 def library() -> Path:
@@ -20,9 +21,8 @@ def library() -> Path:
 
 def link_flags() -> list[str]:
     """What a program needs that is linked with the library."""
-    flags = os.environ.get("MINSNAP_CXXFLAGS", "")
-    sanitized = [flag for flag in flags.split() if flag.startswith("-fsanitize")]
-    return [str(library()), f"-Wl,-rpath,{library().parent}", *sanitized]
+    sanitized = "asan" in os.environ.get("LD_PRELOAD", "")  # as `make sanitize` runs the tests
+    return [str(library()), f"-Wl,-rpath,{library().parent}", *SANITIZED * sanitized]
 
 
 def compiler(language: str) -> str:

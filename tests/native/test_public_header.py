@@ -77,6 +77,34 @@ def test_python_plans_have_the_bits_of_those_from_cpp(name):
     assert digest(minsnap.plan(waypoints, **asked)) == stored()[name]
 
 
+def array(values):
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+@pytest.mark.parametrize(
+    ("limits", "ball"),
+    [
+        ({"speed": 3.0, "acceleration": 4.0, "jerk": 30.0}, 0.0),
+        ({"acceleration": 4.0}, 0.2),
+        ({"speed": 3.0}, 0.2),
+        ({"max_thrust": 1.7, "tilt": 0.6}, 0.0),
+    ],
+)
+def test_the_least_time_is_that_of_python(limits, ball):
+    structs, native = structs_of(HEADER), core().library
+    planner, seconds, points, radii = ctypes.c_void_p(), ctypes.c_double(), array(LINE), array([0.0, ball, 0.0])
+    assert native.minsnap_open(library.ABI, ctypes.byref(planner)) == 0
+    bounds = structs["minsnap_limits"](size=ctypes.sizeof(structs["minsnap_limits"]), **limits)
+    known = {"dim": 3, "waypoints": len(LINE), "points": points.ctypes.data, "radii": radii.ctypes.data}
+    asked = structs["minsnap_problem"](size=ctypes.sizeof(structs["minsnap_problem"]), **known)
+    asked.limits = ctypes.addressof(bounds)
+    assert native.minsnap_least_time(planner, ctypes.byref(asked), ctypes.byref(seconds)) == 0
+    native.minsnap_close(planner)
+    tolerance = minsnap.Ball(ball) if ball else None
+    bound = minsnap.least_time(LINE, minsnap.Limits(**limits), waypoint_tolerance=tolerance)
+    assert seconds.value == pytest.approx(bound.seconds, rel=1e-6)
+
+
 def test_versions_agree():
     text = HEADER.read_text(encoding="utf-8")
     assert re.search(r'#define MINSNAP_VERSION "(.*)"', text)[1] == __version__

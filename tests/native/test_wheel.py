@@ -55,6 +55,8 @@ def test_with_a_compiler_the_wheel_holds_the_library_for_every_python(checkout, 
     wheel, files = names(tmp_path)
     assert "-py3-none-" in wheel and "-any" not in wheel
     assert f"minsnap/native/{build.LIBRARY.name}" in files and "minsnap/native/src/basics/library.cpp" in files
+    for name in ("include/minsnap.h", "include/minsnap.hpp", "cmake/minsnap-config.cmake", "CMakeLists.txt"):
+        assert f"minsnap/native/{name}" in files
     assert not (checkout / "minsnap" / "native" / build.LIBRARY.name).exists()
 
 

@@ -48,6 +48,7 @@ Status GivenTimes::free(const double *durations, CurveMemory &curve) {
     if (course_.still && !course_.closed) {
         const auto status =
             Status(minsnap_unconstrained(course_.points.data(), durations, course_.legs, course_.dim, course_.half, curve.points.data()));
+        seen_ = status == Status::done;
         if (status != Status::unsupported) return status;
     }
     if (!states_.allocate(std::size_t((course_.legs + 1) * course_.half * course_.dim))) return Status::no_memory;
@@ -82,7 +83,8 @@ Status GivenTimes::in_tube(CurveMemory &curve) {
                          course_.dim,
                          course_.half - 1,
                          course_.half - 1};
-    return passes_last_look(asked, curve.points.data()) ? Status::done : Status::not_proved;
+    seen_ = passes_last_look(asked, curve.points.data());
+    return seen_ ? Status::done : Status::not_proved;
 }
 
 // Units of a question: its typical leg, and the power of two near the geometric mean of the durations.

@@ -10,6 +10,9 @@ class GivenTimes {
 public:
     GivenTimes(const Course &course, Says &says) : course_(course), says_(says) {}
 
+    // Whether the last curve passed the last look already: waypoints, states, joints and its tube.
+    bool seen() const { return seen_; }
+
     // In durations of the legs.
     Status solve(const double *durations, CurveMemory &curve);
 
@@ -31,6 +34,7 @@ private:
 
     const Course &course_;
     Says &says_;
+    bool seen_ = false;
     CorridorRecord question_ = {};
     WallSets sets_;
     Buffer<double> positions_, values_, states_, knots_, numbers_, direction_, best_, first_, history_;
