@@ -206,7 +206,9 @@ void random_bytes(minsnap_planner *planner, std::uint64_t seed, int rounds) {
         problem.pieces = sometimes(4) ? std::int64_t(random.below(3)) : 0;
         if (sometimes(20)) problem.pieces = counts[random.below(5)];
         if (sometimes(20)) problem.degree = counts[random.below(5)];
-        if (sometimes(10)) problem.closed = 1, std::memcpy(places + 3 * problem.dim % 12, places, sizeof(double) * 3 % sizeof places);
+        if (sometimes(10)) problem.closed = 1;
+        if (problem.closed == 1 && problem.dim >= 1 && problem.dim <= 3)
+            std::memcpy(places + 3 * problem.dim, places, sizeof *places * std::size_t(problem.dim));
         const std::uint64_t kind = random.below(3);
         if (kind == 0) problem.durations = times;
         if (kind == 1) problem.total_time = number(8.0);
