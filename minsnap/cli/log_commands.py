@@ -17,6 +17,7 @@ from minsnap.cli.output import as_json, check_figure
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
+    from minsnap.flight.tracking.flown_tube import FlownTube
     from minsnap.flight.tracking.log_comparison import ComparedFlight
 
 
@@ -86,29 +87,39 @@ def compare(
     plot: options.Plot = None,
     view: options.View = None,
     report: options.FlightReport = None,
+    tube: Annotated[str | None, "LOOP", "Hold flights against the tube of a loop: px4, ardupilot, YAML."] = None,
+    wind: Annotated[float, "M/S", "With --tube: largest change of the wind [m/s]."] = 0.0,
     json: options.Json = False,
-) -> None:
+) -> int:
     """Compare flights with their reference: tracking error, delay.
 
     Errors are per axis, along and across the path. In a log, a flight begins where its setpoints follow the reference:
     climb and landing do not count, and the vehicle's delay counts as an error. Setpoints that were sent ahead (--lead,
-    or as the file or the log of the stream says) are compared at their planned instants.
+    or as the file or the log of the stream says) are compared at their planned instants. With --tube, exit status 1 if
+    a flight left its tube.
     """
     from minsnap.basics.checks import check_positive
+    from minsnap.flight.tracking.flown_tube import hold_in_tube
     from minsnap.flight.tracking.tracking_plot import plot_comparison, write_flight_page
 
     options.check_corridor(corridor, waypoints)
     check_figure(plot, view)
     if max_speed is not None:
         check_positive("--max-speed", max_speed, "m/s", InputError)
+    if tube is None and wind:
+        raise InputError(f"--wind {wind:g} is of a vehicle in its loop: give --tube px4 or another with it")
+    loop = options.loop_of(tube, wind)
     compared = matching.compared(reference, flights)
+    tubes = {} if loop is None else {name: hold_in_tube(one, loop, wind) for name, one in compared.items()}
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in compared.items()}
     if plot is not None:
-        minsnap.plot.save_figure(plot_comparison(compared, view or "xy"), plot)
+        minsnap.plot.save_figure(plot_comparison(compared, view or "xy", tubes=tubes), plot)
     if report is not None:
         legs = None if waypoints is None else minsnap.read_waypoints(waypoints).points
-        write_flight_page(compared, report, logs={_name(path, flights): path for path in flights}, waypoints=legs)
-    _say(compared, kept, json)
+        logs = {_name(path, flights): path for path in flights}
+        write_flight_page(compared, report, logs=logs, waypoints=legs, tubes=tubes)
+    _say(compared, kept, tubes, json)
+    return 0 if all(each.inside for each in tubes.values()) else 1
 
 
 def _kept(
@@ -131,9 +142,13 @@ def _name(path: Path, flights: list[Path]) -> str:
     return name_as_text(path.name if len(alike) == 1 else path)
 
 
-def _say(compared: dict[str, ComparedFlight], kept: dict[str, dict[str, Any]], json: bool) -> None:
+def _say(
+    compared: dict[str, ComparedFlight], kept: dict[str, dict[str, Any]], tubes: dict[str, FlownTube], json: bool
+) -> None:
     if json:
-        print(as_json({name: one.comparison.as_dict() | _place(one) | kept[name] for name, one in compared.items()}))
+        held = {name: {"tube": each.as_dict()} for name, each in tubes.items()}
+        figures = {name: one.comparison.as_dict() | _place(one) | kept[name] for name, one in compared.items()}
+        print(as_json({name: each | held.get(name, {}) for name, each in figures.items()}))
         return
     from minsnap.flight.tracking.comparison import comparison_text
 
@@ -141,6 +156,8 @@ def _say(compared: dict[str, ComparedFlight], kept: dict[str, dict[str, Any]], j
     for name, one in compared.items():
         for remark in [*one.remarks(), *_kept_in_words(kept[name])]:
             print(f"{name}: {remark}")
+        if name in tubes:
+            print(f"{name}: {tubes[name].sentence}")
 
 
 def _place(one: ComparedFlight) -> dict[str, Any]:

@@ -34,7 +34,11 @@ class DragFitSettings:
     Parameters
     ----------
     memory : float
-        For how long residuals are taken to depend on each other [s].
+        For how long residuals are taken to depend on each other at least [s].
+    blocks : int
+        Parts of a flight that are left out in turn to see how far estimates move.
+    few : float
+        Factor on the error from so few parts: the two-sided 68 % quantile of Student's t with one less.
     rate : float
         Instants a second at most [Hz].
     moving : float
@@ -54,6 +58,8 @@ class DragFitSettings:
     """
 
     memory: float = 1.0
+    blocks: int = 8
+    few: float = 1.08
     rate: float = 50.0
     moving: float = 0.3
     least: float = 5.0
@@ -90,9 +96,11 @@ def fitted(
 ) -> tuple[list[FittedNumber], FloatArray]:
     """Minimise a sum of squares.
 
-    The covariance is :math:`(J^T J)^{-1} S (J^T J)^{-1}`, S the sum of the products of the rows' gradients over lags
-    up to a second with Bartlett's weights, so that slow residuals do not pass for many independent ones (W. K. Newey
-    and K. D. West, Econometrica 55, 1987).
+    Slow residuals must not pass for many independent ones. The covariance is :math:`(J^T J)^{-1} S (J^T J)^{-1}`, S the
+    sum of the products of the rows' gradients over lags up to a second with Bartlett's weights (W. K. Newey and K. D.
+    West, Econometrica 55, 1987). An estimator of attitude and velocity wanders for longer: errors are not less than
+    those by which the estimates move where each of eight parts of the flight is left out (the jackknife over blocks: H.
+    R. Künsch, Annals of Statistics 17, 1989), times Student's factor for so few.
 
     Parameters
     ----------
@@ -115,9 +123,22 @@ def fitted(
     left = residuals(solution.x)
     slopes = solution.jac.reshape(*left.shape, len(first))
     inverse = np.linalg.pinv(solution.jac.T @ solution.jac)
-    spread = inverse @ _long_run(np.einsum("mi,mip->mp", left, slopes), round(FIT.memory * rate)) @ inverse
-    errors = np.sqrt(np.maximum(np.diag(spread), 0.0))
+    scores = np.einsum("mi,mip->mp", left, slopes)
+    spread = inverse @ _long_run(scores, round(FIT.memory * rate)) @ inverse
+    errors = np.maximum(np.sqrt(np.maximum(np.diag(spread), 0.0)), _moved_by_parts(slopes, scores))
     return [FittedNumber(*pair) for pair in zip(solution.x.tolist(), errors.tolist(), strict=True)], left
+
+
+def _moved_by_parts(slopes: FloatArray, scores: FloatArray) -> FloatArray:
+    """Return standard errors (p,) by leaving out parts of a flight: slopes (m, axes, p), their products (m, p)."""
+    whole = np.einsum("mip,miq->pq", slopes, slopes)
+    parts = np.array_split(np.arange(len(scores)), FIT.blocks)
+    moves = []
+    for part in parts:
+        rest = whole - np.einsum("mip,miq->pq", slopes[part], slopes[part])
+        moves.append(np.linalg.pinv(rest) @ scores[part].sum(axis=0))
+    apart = np.array(moves) - np.mean(moves, axis=0)
+    return np.asarray(FIT.few * np.sqrt((1.0 - 1.0 / FIT.blocks) * (apart**2).sum(axis=0)))
 
 
 def _long_run(rows: FloatArray, lags: int) -> FloatArray:
@@ -222,6 +243,11 @@ def _means(t: FloatArray, width: float, known: FloatArray, values: FloatArray) -
 AXES = "xyz"
 
 
+def is_physical(number: FittedNumber | None) -> bool:
+    """Whether a coefficient of drag may be zero or more, within twice its error; one that is not told may be."""
+    return number is None or number.value >= -2.0 * number.error
+
+
 @dataclass(frozen=True)
 class AxisDrag:
     """Drag along one axis of the body, per mass.
@@ -319,9 +345,9 @@ def _across(motion: FlightMotion, linear: BoolArray, quadratic: BoolArray, windy
 def _lateral_fit(
     motion: FlightMotion, excited: BoolArray, varied: BoolArray, windy: bool, notes: list[str]
 ) -> tuple[Estimates, FloatArray]:
-    """Fit with quadratic parts, then without those that are not told from zero."""
+    """Fit with quadratic parts, then without those that are not told from zero, or leave a negative linear one."""
     estimates, values = _across(motion, excited, varied, windy)
-    kept = np.array([_is_told(each) for each in estimates[1]])
+    kept = np.array([_is_told(part) and values[0, k] >= 0.0 for k, part in enumerate(estimates[1])])
     notes += [_no_quadratic(AXES[k], estimates[1][k]) for k in np.flatnonzero(excited & ~kept)]
     return _across(motion, excited, kept, windy) if (varied & ~kept).any() else (estimates, values)
 
@@ -370,7 +396,7 @@ def _vertical_fit(
         notes.append(_unexcited("z", speed))
     lag = min(FIT.lags, key=lambda each: float((fit(each, parts)[1] ** 2).sum()))
     (gain, *drag), _ = fit(lag, parts)
-    if excited and not (parts == 2 and _is_told(drag[1])):
+    if excited and not (parts == 2 and _is_told(drag[1]) and drag[0].value >= 0.0):
         notes.append(_no_quadratic("z", drag[1] if parts == 2 else None))
         (gain, *drag), _ = fit(lag, 1)
     hover = GRAVITY / gain.value

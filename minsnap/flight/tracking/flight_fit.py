@@ -34,6 +34,7 @@ from minsnap.flight.tracking.body_drag_fit import (
     fit_drag_of,
     fitted,
     flown_span,
+    is_physical,
     read_flight_log,
 )
 from minsnap.flight.tracking.comparison import estimate_delay, jump_remarks, position_at
@@ -216,13 +217,14 @@ class FlightFit(BodyDragFit):
         """Return the drag of a vehicle of that mass [kg].
 
         A horizontal axis that the flight does not tell takes the value of the other; along z it is then zero, and so is
-        what comes out negative.
+        what comes out negative by no more than twice its error.
 
         Raises
         ------
         FitError
-            If neither horizontal axis is told.
+            If neither horizontal axis is told, or a coefficient is negative by more.
         """
+        self.check_physical()
         known = [axis for axis in self.axes[:2] if axis.linear is not None]
         if not known:
             advice = "fly along the body's x or y at several speeds"
@@ -232,13 +234,41 @@ class FlightFit(BodyDragFit):
         linear, quadratic = np.maximum(np.array(parts).T, 0.0) * mass
         return BodyDrag(linear, quadratic)
 
+    def check_physical(self) -> None:
+        """Raise FitError where a coefficient is one that no vehicle has."""
+        for name, axis in zip(AXES, self.axes, strict=True):
+            for part, number, unit in (("linear", axis.linear, "1/s"), ("quadratic", axis.quadratic, "1/m")):
+                if number is not None and not is_physical(number):
+                    raise FitError(
+                        f"the {part} drag along {name} of the body comes out as {number} {unit}, and no vehicle has a "
+                        "negative one: fly longer, with several speeds and headings, or in less wind"
+                    )
+
+    def of_loop(self) -> dict[str, Any]:
+        """Return what the flight tells of a control loop, by the fields of :class:`~minsnap.Loop`.
+
+        Linear drag of the horizontal axes, which a loop takes as one; their difference and their errors, twice, are the
+        error of it. A vertical one that is not told is the same.
+
+        Raises
+        ------
+        FitError
+            If no horizontal axis is told, or a coefficient is not physical.
+        """
+        drag = self.drag(1.0).linear
+        across, error = float(drag[:2].mean()), 0.5 * float(np.ptp(drag[:2]))
+        error += 2.0 * max(axis.linear.error for axis in self.axes[:2] if axis.linear is not None)
+        upright = self.axes[2].linear
+        vertical = (across, error) if upright is None else (float(drag[2]), 2.0 * upright.error)
+        return {"drag": (across, vertical[0]), "drag_error": (error, vertical[1]), "lead": self.lead}
+
     def vehicle(self, base: Quadrotor | None = None, mass: float | None = None, name: str | None = None) -> Quadrotor:
         """Return a vehicle with this drag and delay; all else is that of a base, or of PX4's simulated one of 1 kg.
 
         Raises
         ------
         FitError
-            If no horizontal axis is told.
+            If no horizontal axis is told, or a coefficient is not physical.
         VehicleError
             If the mass is not positive.
         """

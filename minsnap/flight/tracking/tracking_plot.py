@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
 from html import escape
 from typing import Any
 
@@ -16,6 +15,7 @@ from minsnap.corridors.keep_out import Avoided
 from minsnap.errors import InputError, MinsnapError
 from minsnap.flight.tracking.comparison import position_at
 from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight, told
+from minsnap.flight.tracking.flown_tube import FlownTube
 from minsnap.flight.tracking.log_comparison import ComparedFlight
 from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.geometry import draw_surroundings, finish_place, view_coordinates
@@ -66,6 +66,7 @@ def plot_comparison(
     corridor: Any = None,
     waypoints: Any = None,
     avoid: Sequence[Avoided] = (),
+    tubes: Mapping[str, FlownTube] | None = None,
 ) -> Figure:
     """Draw flights and their reference, with the tracking errors against time.
 
@@ -77,6 +78,8 @@ def plot_comparison(
         ``"xy"``, ``"xz"``, ``"yz"`` or ``"3d"``.
     corridor, waypoints, avoid
         Of the plan that was to be flown, as :func:`minsnap.plot.plot_path` takes them; a corridor needs waypoints.
+    tubes : mapping of str to FlownTube, optional
+        Of the flights of these names: where the vehicle could be, drawn around where its loop flies in still air.
 
     Returns
     -------
@@ -87,13 +90,38 @@ def plot_comparison(
     dim = reference.dim
     points, gates = (None, {}) if waypoints is None else without_gates(waypoints)
     kept = corridor, None if points is None else np.asarray(points, dtype=np.float64), gates, avoid
-    around = partial(draw_surroundings, places=reference.position, chosen=view_coordinates(view, dim), kept=kept)
-    figure, rows = _panels(pairs, view, dim + 1, (11.5, 2.0 + 1.6 * (dim + 1)), "to be flown", around)
+    chosen = view_coordinates(view, dim)
+
+    def around(ax: Axes) -> None:
+        draw_surroundings(ax, places=reference.position, chosen=chosen, kept=kept)
+        for index, tube in enumerate((tubes or {}).values()):
+            if len(chosen) == 2 and np.isfinite(tube.reach):
+                _draw_tube(ax, tube.expected[:, chosen], tube.reach, None if index else "tube")
+
+    figure, rows = _panels(pairs, view, dim + 1, (11.5, 2.0 + 1.8 * dim), "to be flown", around, below=True)
     for axis, ax in enumerate(rows[:-1]):
         _draw(ax, pairs, _against_time(0, axis))
         ax.set_ylabel(f"{coordinate_name(axis, dim)} [m]")
     _draw_error(rows[-1], flights)
+    for index, tube in enumerate((tubes or {}).values()):
+        if np.isfinite(tube.tube.error):
+            for side in (-1.0, 1.0):
+                rows[-1].axhline(side * tube.tube.error, color=_style(index)["color"], linestyle="--", linewidth=0.8)
     return figure
+
+
+def _draw_tube(ax: Axes, places: FloatArray, reach: float, label: str | None) -> None:
+    """Draw a band of half-width ``reach`` around places (m, 2): a disk around each of some of them."""
+    from matplotlib.collections import EllipseCollection
+
+    step = np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=1).cumsum()
+    some = places[np.unique(np.searchsorted(step, np.arange(0.0, step[-1] + 1e-9, 0.1 * reach + 1e-9)))[:-1]]
+    size = np.full(len(some), 2.0 * reach)
+    disks = EllipseCollection(size, size, np.zeros(len(some)), offsets=some, units="xy", transOffset=ax.transData)
+    disks.set(facecolor="#d9e6d3", edgecolor="none", zorder=0.5)
+    ax.add_collection(disks)
+    ax.update_datalim(np.concatenate((some - reach, some + reach)))
+    ax.plot([], [], color="#d9e6d3", linewidth=8.0, label=label)  # legends know no disks
 
 
 def _panels(
@@ -103,10 +131,11 @@ def _panels(
     size: tuple[float, float],
     wanted: str,
     around: Callable[[Axes], None] = lambda ax: None,
+    below: bool = False,
 ) -> tuple[Figure, list[Axes]]:
     """Draw the curves in a view, at equal scales, and return the figure with panels against time to the right.
 
-    ``around`` draws first what is around them.
+    ``around`` draws first what is around them; with ``below`` the last panel is below the view.
     """
     from minsnap.plot.shown_figure import ShownFigure
 
@@ -115,16 +144,23 @@ def _panels(
     dim = next(iter(pairs.values()))[0].dim
     chosen = view_coordinates(view, dim)
     figure = ShownFigure(figsize=size, layout="constrained")
-    grid = figure.add_gridspec(rows, 2, width_ratios=(1.0, 1.3))
-    plane = figure.add_subplot(grid[:, 0], projection="3d" if len(chosen) == 3 else None)
+    beside = rows - 1 if below else rows
+    grid = figure.add_gridspec(beside, 2, width_ratios=(1.0, 1.3))
+    place = grid[:-1, 0] if below else grid[:, 0]
+    plane = figure.add_subplot(place, projection="3d" if len(chosen) == 3 else None)
     around(plane)
     _draw(plane, pairs, lambda samples: tuple(samples.position[:, chosen].T), wanted)
     finish_place(plane, chosen, dim)
-    panels = [figure.add_subplot(grid[row, 1]) for row in range(rows)]
+    panels = [figure.add_subplot(grid[row, 1]) for row in range(beside)]
+    lowest = panels[-1:]
+    if below:
+        panels.append(figure.add_subplot(grid[-1, 0]))
+        lowest.append(panels[-1])
     for ax in panels:
         ax.sharex(panels[-1])
-        ax.tick_params(labelbottom=ax is panels[-1])
-    panels[-1].set_xlabel("time [s]")
+        ax.tick_params(labelbottom=ax in lowest)
+    for ax in lowest:
+        ax.set_xlabel("time [s]")
     figure.legend(*plane.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure, panels
 
@@ -220,6 +256,7 @@ def write_flight_page(
     title: str = "Flights compared",
     logs: Mapping[str, FileName] | None = None,
     waypoints: ArrayLike | None = None,
+    tubes: Mapping[str, FlownTube] | None = None,
     clobber: bool = True,
 ) -> None:
     """Write the page in one atomic step.
@@ -235,12 +272,15 @@ def write_flight_page(
         Of which drag, wind and delay are fitted.
     waypoints : array_like, shape (n, dim), optional
         Where legs begin and end; by default where the plan slows down.
+    tubes : mapping of str to FlownTube, optional
+        Of the flights of these names, for the figure and the remarks.
     clobber : bool
         False: a file that is there is an error.
     """
-    pictures = [picture(plot_comparison(flights)), picture(plot_misses(flights))]
+    pictures = [picture(plot_comparison(flights, tubes=tubes)), picture(plot_misses(flights))]
     fits, untold = _fitted(logs or {})
     remarks = [*untold, *(f"{name}: {remark}" for name, one in flights.items() for remark in one.remarks())]
+    remarks += [f"{name}: {tube.sentence}" for name, tube in (tubes or {}).items()]
     notes = "".join(f"<p>{escape(sentence)}.</p>" for sentence in remarks)
     legs = leg_instants(next(iter(flights.values())).reference, waypoints)
     parts = [_verdict(flights), notes, _flights(flights), *pictures, _legs(flights, legs), _fits(fits)]

@@ -218,3 +218,21 @@ def test_the_vehicle_and_the_figures_can_be_stored(tmp_path, windy):
     assert read_vehicle(tmp_path / "v.yaml").drag.linear == pytest.approx(found.drag(1.0).linear, rel=1e-15)
     told = json.loads(json.dumps(found.as_dict()))
     assert told["drag per mass"]["x"]["linear"]["value"] == found.axes[0].linear.value
+
+
+def test_the_command_writes_no_vehicle_with_a_negative_drag(tmp_path, calm, monkeypatch, capsys):
+    """The accelerometer of this flight is pushed forwards by its speed, as that of no vehicle is."""
+    from minsnap.cli import main
+
+    vehicle, flight = calm
+    pushed = replace(vehicle, drag=BodyDrag((0.0, 0.7, 0.5)))
+    measured = Measured(pushed, flight)
+    turned = flight.velocity[:, :1] * measured.rotation[:, 1, :1]
+    measured.force[:, 0] += 0.7 * turned[:, 0]
+    (tmp_path / "odd.ulg").write_bytes(ulog_of(measured))
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as left:
+        main(["fit", "odd.ulg", "-o", "odd.yaml"])
+    assert left.value.code == 2
+    assert "no vehicle has a negative one" in capsys.readouterr().err
+    assert not (tmp_path / "odd.yaml").exists()

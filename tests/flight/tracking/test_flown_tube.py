@@ -1,0 +1,116 @@
+"""Flights beside the tube of their loop: recorded ones, simulated ones, and what the command says."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.cli import main
+from minsnap.errors import FitError, VehicleError
+from minsnap.files.convert import read_samples
+from minsnap.files.flights import load_log
+from minsnap.flight import fit_flight, plot_flight_fit
+from minsnap.flight.tracking.body_drag_fit import AxisDrag, FittedNumber, fitted
+from minsnap.flight.tracking.flight_fit import FlightFit
+from minsnap.flight.tracking.flown_tube import hold_in_tube
+from minsnap.flight.tracking.log_comparison import compare_in_log
+from minsnap.flight.tracking.tracking_plot import plot_comparison
+from minsnap.plot import save_figure
+
+RECORDED = Path(__file__).parents[2] / "recorded"
+TRANSPORT = 0.125
+"""Of the recorded flights: 0.1 s, and half the period of their setpoints [s]."""
+
+
+def compared(name, ending="ulg"):
+    log = load_log(RECORDED / f"{name}.{ending}")
+    return compare_in_log(read_samples(RECORDED / f"{name}.json"), log.reference, log.flight)[0]
+
+
+@pytest.mark.parametrize("name", ["mission", "led", "stopped"])
+def test_recorded_flights_stay_in_the_tube_of_their_fitted_loop(name, tmp_path):
+    loop = minsnap.Loop.from_fit(fit_flight(RECORDED / f"{name}.ulg"), minsnap.Loop.px4(latency=TRANSPORT))
+    assert loop.drag_error[0] > 0.1
+    held = hold_in_tube(compared(name), loop, 0.0)
+    assert held.inside
+    assert held.error <= held.tube.error
+    assert "stayed in its tube" in held.sentence
+    save_figure(plot_comparison({name: compared(name)}, tubes={name: held}), tmp_path / "held.png")
+
+
+def test_a_flight_that_leaves_its_tube_is_told_and_one_that_saturates_has_none():
+    held = hold_in_tube(compared("mission"), minsnap.Loop.px4(), 0.5)
+    assert not held.inside
+    assert "it left its tube" in held.sentence
+    none = hold_in_tube(compared("mission"), minsnap.Loop.px4(tilt=0.05), 0.5)
+    assert not none.inside
+    assert "no tube" in none.sentence
+    with pytest.raises(VehicleError):
+        hold_in_tube(compared("mission"), minsnap.Loop.px4(), -1.0)
+
+
+@pytest.fixture
+def command(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words):
+        with pytest.raises(SystemExit) as left:
+            main([str(word) for word in words])
+        printed = capsys.readouterr()
+        return SimpleNamespace(code=left.value.code, out=printed.out, err=printed.err)
+
+    return run
+
+
+def test_the_command_holds_logs_against_their_tube(command, tmp_path):
+    known = "compare", RECORDED / "mission.json", RECORDED / "mission.ulg"
+    (tmp_path / "mine.yaml").write_text("autopilot: px4\ndrag: 0.92\ndrag_error: 0.2\nlatency: 0.125\n")
+    held = command(*known, "--tube", "mine.yaml", "--report", "page.html", "--plot", "held.png")
+    assert held.code == 0
+    assert "stayed in its tube" in held.out
+    assert "stayed in its tube" in (tmp_path / "page.html").read_text()
+    left = command(*known, "--tube", "px4", "--wind", 0.5, "--json")
+    assert left.code == 1
+    assert json.loads(left.out)["mission.ulg"]["tube"]["inside"] is False
+    assert "give --tube" in command(*known, "--wind", 2).err
+
+
+def test_stated_errors_cover_the_truth_where_residuals_wander():
+    """Sixty flights of a minute with residuals that wander for five seconds."""
+    from scipy.signal import lfilter
+
+    rate, truth, share = 50.0, 0.8, []
+    t = np.arange(0.0, 60.0, 1.0 / rate)
+    for seed in range(60):
+        draw = np.random.default_rng(seed)
+        kept = np.exp(-1.0 / (5.0 * rate))
+        wander = 0.3 * np.sqrt(1.0 - kept**2) * lfilter([1.0], [1.0, -kept], draw.normal(size=len(t)))
+        speed = 2.0 * np.sin(2.0 * np.pi * t / 20.0 + draw.uniform(0.0, 6.0))
+        force = truth * speed + wander
+        numbers, _ = fitted(
+            lambda values, known=(speed, force): (known[1] - values[0] * known[0] - values[1])[:, None],
+            np.zeros(2),
+            rate,
+        )
+        share.append((numbers[0].value - truth) / numbers[0].error)
+    assert 0.6 < np.sqrt(np.mean(np.square(share))) < 1.5
+    assert np.mean(np.abs(share) < 2.0) > 0.85
+
+
+def fit_with(linear, quadratic=None):
+    axes = tuple(AxisDrag(1.0, FittedNumber(*linear), quadratic and FittedNumber(*quadratic)) for _ in range(3))
+    return FlightFit(axes, None, None, (), np.zeros((4, 3)), np.zeros((4, 3)), np.zeros((4, 3)))
+
+
+def test_coefficients_that_no_vehicle_has_are_refused_in_one_sentence(tmp_path):
+    for fit in (fit_with((-0.71, 0.1)), fit_with((0.5, 0.01), (-0.2, 0.05))):
+        for call in (lambda fit=fit: fit.vehicle(), lambda fit=fit: minsnap.Loop.from_fit(fit)):
+            with pytest.raises(FitError, match=r"no vehicle has a negative one"):
+                call()
+    near = fit_with((-0.05, 0.1))
+    assert (near.vehicle().drag.linear == 0.0).all()
+    assert minsnap.Loop.from_fit(near).drag_error[0] == pytest.approx(0.2)
+    assert plot_flight_fit(near)
