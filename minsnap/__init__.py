@@ -12,9 +12,6 @@ _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 _HOMES = ("plot", "routes", "errors", "corridors", "replanning", "fleet", "shows", "paths.missions")
 """Where the names are that the root does not have."""
 
-_PACKAGES = ("batch", "corridors", "flight", "vehicle")
-"""Packages that are loaded when they are first used, and are no names of the root."""
-
 
 def __getattr__(name: str) -> Any:
     try:
@@ -22,8 +19,6 @@ def __getattr__(name: str) -> Any:
     except AttributeError:
         from importlib import import_module
 
-        if name in _PACKAGES:
-            return import_module(f"minsnap.{name}")
         for home in () if name.startswith("_") else _HOMES:
             module = import_module("minsnap.paths.routes" if home == "routes" else f"minsnap.{home}")
             if name in getattr(module, "__all__", dir(module)):

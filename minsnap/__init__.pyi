@@ -1,8 +1,13 @@
+from . import batch as batch
+from . import corridors as corridors
 from . import errors as errors
+from . import files as files
 from . import fleet as fleet
+from . import flight as flight
 from . import plot as plot
 from . import shows as shows
 from . import studio as studio
+from . import vehicle as vehicle
 from .basics.version import __version__ as __version__
 from .bounds.least_time import TimeBound as TimeBound
 from .bounds.least_time import least_time as least_time

@@ -111,6 +111,32 @@ def test_type_checkers_see_the_public_names():
     assert set(minsnap.__all__) == seen
 
 
+STRICT = """
+import numpy as np
+import minsnap
+
+corners = [(0, 0, 1), (8, 0, 1), (8, 4, 1)]
+plan = minsnap.plan(corners, durations=[4, 2], corridor=0.3, yaw="velocity", solver="clarabel")
+cost: float = plan.report.cost
+speed: float = minsnap.certify(plan, corridor=0.3).max_speed
+position: np.ndarray = plan.position(1.0)
+minsnap.plan(np.array(corners), limits=minsnap.Limits(speed=3.0), pieces="auto", yaw=[0.0, 1.0, 2.0])
+walls: type[minsnap.corridors.Walls] = minsnap.corridors.Walls
+"""
+WRONG = {"yaw": '"north"', "solver": '"clarabell"', "pieces": '"many"'}
+
+
+@pytest.mark.slow
+def test_a_users_script_passes_a_strict_type_checker_and_wrong_words_do_not(tmp_path):
+    asked = [f"minsnap.plan(corners, [4, 2], {name}={word})" for name, word in WRONG.items()]
+    (tmp_path / "script.py").write_text("\n".join([STRICT, *asked]) + "\n")
+    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), "script.py"]
+    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout
+    lines = {int(line.split(":")[1]) for line in told.splitlines() if ": error: " in line}
+    first = len(STRICT.splitlines()) + 2
+    assert lines == set(range(first, first + len(asked))), told
+
+
 def test_type_checkers_let_lists_be_given_where_the_pages_say_array_like():
     """A dataclass whose field is an array takes nothing else for them, whatever its ``__post_init__`` converts."""
     page = (ROOT / "docs" / "api.rst").read_text()

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from math import ceil, inf
 from time import monotonic
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -37,7 +37,7 @@ def plan_fleet(
     room: Room | Sequence[ArrayLike] | None = None,
     avoid: Obstacle | Sequence[Obstacle] | None = None,
     total_time: float | None = None,
-    pieces: int | str = "auto",
+    pieces: int | Literal["auto"] = "auto",
     start: Sequence[Mapping[str, ArrayLike] | None] | None = None,
     fixed: Sequence[Path] | Fleet | None = None,
     corridors: Sequence[Boxes | None] | None = None,

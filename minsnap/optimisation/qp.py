@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -15,6 +15,12 @@ from minsnap.errors import UnknownSolverError
 
 if TYPE_CHECKING:
     from qpsolvers import Problem, Solution
+
+Solver = Literal[
+    "auto", "clarabel", "cvxopt", "daqp", "ecos", "gurobi", "highs", "hpipm", "kvxopt", "mosek", "osqp", "piqp",
+    "proxqp", "qpalm", "qpoases", "qpswift", "quadprog", "scs",
+]  # fmt: skip
+"""A QP solver by its qpsolvers name, or the choice of the library."""
 
 ACCURACY = 1e-6
 """Duality gap as a share of the cost, and a tenth of it the violation of a normalised row, that count as solved."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -76,7 +76,7 @@ def phase_law(
     return PhaseLaw(2.0 * math.pi / seconds, angle, float(ramp))
 
 
-def with_yaw(path: Shape, yaw: float | str | LookAt) -> Shape:
+def with_yaw(path: Shape, yaw: float | Literal["velocity", "tilt"] | LookAt) -> Shape:
     """Return the path with a constant yaw [rad], with the yaw ``"velocity"`` or ``"tilt"``, or towards a point."""
     if isinstance(yaw, LookAt) or (isinstance(yaw, str) and yaw in ("velocity", "tilt")):
         return replace(path, yaw=chosen_heading(yaw, 0, False)(path))
@@ -129,7 +129,7 @@ def circle(
     altitude: float = 1.5,
     start_angle: float = 0.0,
     clockwise: bool = False,
-    yaw: float | str | LookAt = 0.0,
+    yaw: float | Literal["velocity", "tilt"] | LookAt = 0.0,
     limits: Limits | None = None,
 ) -> Shape:
     r"""Level circle, from rest to rest unless ``ramp=0``.
@@ -202,7 +202,7 @@ def helix(
     altitude: float = 1.0,
     start_angle: float = 0.0,
     clockwise: bool = False,
-    yaw: float | str | LookAt = 0.0,
+    yaw: float | Literal["velocity", "tilt"] | LookAt = 0.0,
     limits: Limits | None = None,
 ) -> Shape:
     r"""Circle with constant climb per turn.
@@ -251,7 +251,7 @@ def lemniscate(
     center: Sequence[float] = (0.0, 0.0),
     altitude: float = 1.5,
     clockwise: bool = False,
-    yaw: float | str | LookAt = 0.0,
+    yaw: float | Literal["velocity", "tilt"] | LookAt = 0.0,
     limits: Limits | None = None,
 ) -> Shape:
     r"""Level figure of eight (the lemniscate of Gerono where the length is twice the width), from its crossing.
@@ -289,7 +289,7 @@ def lemniscate(
     return _paced(Shape(law, _center(center, altitude), np.zeros(3), harmonics), yaw, limits)
 
 
-def _paced(path: Shape, yaw: float | str | LookAt, limits: Limits | None) -> Shape:
+def _paced(path: Shape, yaw: float | Literal["velocity", "tilt"] | LookAt, limits: Limits | None) -> Shape:
     """Give a shape its heading, and its pace."""
     turned = with_yaw(path, yaw)
     return turned if limits is None else turned.within(limits)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
 from time import monotonic, perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -46,6 +46,7 @@ from minsnap.trajectory.trajectory import Plan, Trajectory, as_plan
 if TYPE_CHECKING:
     from minsnap.bounds.least_time import TimeQuestion
     from minsnap.limits.limits import Limits
+    from minsnap.optimisation.qp import Solver
     from minsnap.planning.leg_table import TimedCourse
     from minsnap.planning.request import PlanRequest
     from minsnap.vehicle.loop import Loop
@@ -87,10 +88,10 @@ def plan(
     start: Mapping[str, ArrayLike] | None = None,
     end: Mapping[str, ArrayLike] | None = None,
     closed: bool = False,
-    solver: str = "auto",
+    solver: Solver = "auto",
     *,
     pins: Mapping[int, Mapping[str, ArrayLike]] | None = None,
-    pieces: int | str | None = None,
+    pieces: int | Literal["auto"] | None = None,
     waypoint_tolerance: ArrayLike | Ball | None = None,
     search: Search | None = None,
     progress: Progress | bool | None = None,
@@ -200,11 +201,31 @@ def plan(
             return quick
     from minsnap.planning.request import PlanRequest
 
-    question: tuple[Any, ...] = (waypoints, durations, total_time, limits, corridor, continuity, degree, yaw, start)
-    question += (end, closed, _named_solver(solver), pins, pieces, waypoint_tolerance, how, as_obstacles(avoid))
     with progress_line(progress, "searching", partial(_steps_in, how.on_interrupt)) as watch:
-        request = replace(PlanRequest(*question), tracking=tracking, wind=wind)
-        return _planned(request, watch) if quick is None else _shown(quick, watch, how.on_interrupt)
+        if quick is not None:
+            return _shown(quick, watch, how.on_interrupt)
+        request = PlanRequest(
+            waypoints=waypoints,
+            durations=durations,
+            total_time=total_time,
+            limits=limits,
+            corridor=corridor,
+            continuity=continuity,
+            degree=degree,
+            yaw=yaw,
+            start=start,
+            end=end,
+            closed=closed,
+            solver=_named_solver(solver),
+            pins=pins,
+            pieces=pieces,
+            waypoint_tolerance=waypoint_tolerance,
+            search=how,
+            avoid=as_obstacles(avoid),
+            tracking=tracking,
+            wind=wind,
+        )
+        return _planned(request, watch)
 
 
 def _planned(request: PlanRequest, watch: Progress | None, said: tuple[str, ...] = ()) -> Plan:

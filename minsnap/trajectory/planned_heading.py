@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray, bounded, numbers
+from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.basics.warn import warn_caller
@@ -45,7 +45,10 @@ class YawSettings:
 
 YAW = YawSettings()
 
-Yaw = float | str | ArrayLike | Velocity | LookAt | Callable[[Any], Any] | None
+Angles = float | Sequence[float] | NDArray[Any]
+"""One angle, or one for each waypoint [rad]."""
+
+Yaw = Angles | Literal["velocity", "tilt", "free"] | Velocity | LookAt | Callable[[Any], Any] | None
 """What a plan takes as its yaw."""
 
 ChosenHeading = Callable[[Any], Heading]
