@@ -125,7 +125,7 @@ def test_a_corridor_kept_at_samples_only_is_cheaper_and_leaves_it():
         ({"duration": 12.0}, "did you mean durations?"),
         ({"max_speed": 3.0}, "write limits=Limits(speed=3)"),
         ({"time": 12.0}, "write total_time=10"),
-        ({"wind": 12.0}, "it takes avoid, closed, continuity, corridor"),
+        ({"payload": 12.0}, "it takes avoid, closed, continuity, corridor"),
     ],
 )
 def test_a_name_that_plan_does_not_have_is_answered_with_the_one_that_was_meant(old, new):
