@@ -58,6 +58,9 @@ from .paths.shapes import helix as helix
 from .paths.shapes import lemniscate as lemniscate
 from .paths.shapes import line as line
 from .paths.shapes import rectangle as rectangle
+from .paths.surveys import Survey as Survey
+from .paths.surveys import plan_facade as plan_facade
+from .paths.surveys import plan_survey as plan_survey
 from .planning.plan_many import plan_many as plan_many
 from .planning.planner import plan as plan
 from .replanning.replanner import Replanner as Replanner

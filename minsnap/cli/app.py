@@ -25,6 +25,7 @@ from minsnap import errors
 COMMANDS = {
     **dict.fromkeys(("rect", "line", "circle", "helix", "eight"), "shape_commands"),
     **dict.fromkeys(("plan", "route"), "plan_commands"),
+    "survey": "survey_commands",
     **dict.fromkeys(("check", "plot", "convert"), "file_commands"),
     "stream": "flight_commands",
     "tune": "tune_commands",

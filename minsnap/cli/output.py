@@ -41,6 +41,7 @@ _LINES = (
     ("strongest_wind", "strongest wind", "{:.3g} m/s of change, in which the vehicle keeps all that is asked"),
     ("altitude", "altitude", "{:g} m in files of setpoints: give --start X Y Z to choose it"),
     ("parts", "parts", "{}"),
+    ("lines", "lines", "{}"),
     ("solver", "solver", "{}"),
     ("rounds", "rounds", "{}"),
     ("milliseconds", "planned in", "{:.1f} ms"),

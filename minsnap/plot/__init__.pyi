@@ -8,6 +8,7 @@ from .geometry import plot_path as plot_path
 from .leg_figures import plot_limits as plot_limits
 from .overviews import plot_mission as plot_mission
 from .overviews import plot_route as plot_route
+from .overviews import plot_survey as plot_survey
 from .profiles import plot_convergence as plot_convergence
 from .profiles import plot_heading as plot_heading
 from .profiles import plot_profiles as plot_profiles

@@ -12,6 +12,7 @@ from minsnap.corridors.gates import Ball
 from minsnap.paths.missions.mission import Mission
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.plan_route import Route
+from minsnap.paths.surveys import Survey
 from minsnap.plot.figures import plot_overview
 from minsnap.plot.style import LIMIT_COLOUR, Axes, Figure, dense_samples, legend_beside, styled
 
@@ -156,3 +157,49 @@ def _draw_nearest(ax: Axes, route: Route, grid: GridMap) -> None:
     there = np.clip(place, low, low + grid.resolution[:2])
     line = np.stack((place, there), axis=1)
     ax.plot(*line, color=LIMIT_COLOUR, linewidth=1.5, label="nearest", zorder=7)
+
+
+@styled
+def plot_survey(
+    survey: Survey, figure: Figure | None = None, *, view: str | None = None, title: str | None = None, **drawn: Any
+) -> Figure:
+    """Draw a survey: the area or wall, its lines and its turns, beside the profiles.
+
+    Parameters
+    ----------
+    survey : Survey
+    figure : matplotlib Figure, optional
+        Where to draw; by default a new one, that no window shows.
+    view : str, optional
+        As :func:`plot_path` takes it; by default from above, and from the side of a wall along an axis.
+    title : str, optional
+        Written above; by default the lines and the duration.
+    **drawn
+        What else :func:`plot_overview` takes, such as ``colour_by``.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    count = len(survey.lines)
+    name = title or f"{count} line{'s' * (count > 1)} at {survey.speed:g} m/s: {survey.trajectory.duration:.1f} s"
+    seen = view or "xy"
+    how: dict[str, Any] = {"waypoints": survey.lines.reshape(-1, 3), "limits": survey.limits}
+    overview = plot_overview(survey.trajectory, figure, view=seen, title=name, **how, **drawn)
+    if seen == "3d":
+        return overview
+    place, profiles = overview.subfigs
+    ax, axes = place.axes[0], ["xyz".index(letter) for letter in seen]
+    around = np.concatenate([survey.outline, survey.outline[:1]])[:, axes]
+    ax.plot(*around.T, color="#555555", linewidth=1.2, linestyle="--", zorder=1)
+    for line in survey.lines:
+        ax.plot(*line[:, axes].T, color="#0072b2", linewidth=4.0, alpha=0.35, zorder=1, solid_capstyle="butt")
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    room = 0.02 * max(right - left, high - low)
+    (least, lowest), (most, highest) = around.min(axis=0) - room, around.max(axis=0) + room
+    ax.set_xlim(min(left, least), max(right, most))
+    ax.set_ylim(min(low, lowest), max(high, highest))
+    for axis in profiles.axes:
+        for start, end in survey.spans:
+            axis.axvspan(start, end, color="#0072b2", alpha=0.08, linewidth=0.0)
+    return overview
