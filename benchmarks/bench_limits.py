@@ -36,7 +36,6 @@ SPANS = {
 }
 WAYS = {
     "limits": {},
-    "scaling": {"search": minsnap.Search(enforce="scaling")},
     "distance": {"search": minsnap.Search(split="distance")},
     "time_weight": {"search": minsnap.Search(time_weight=100.0)},
 }

@@ -66,9 +66,9 @@ def question(seed):
     if "limits" in timing or (timing == "price" and chance(0.5)):
         asked["limits"], known["drag"] = drawn_limits(draw, chance, dim, lengths.mean())
         if timing == "limits" and chance(0.2):
-            search["split"] = str(draw.choice(["distance", "optimal", "trapezoid"]))
+            search["split"] = str(draw.choice(["distance", "optimal", "optimal"]))  # of three, as kept seeds were drawn
         elif timing == "limits" and chance(0.15):
-            search["enforce"] = str(draw.choice(["qp", "scaling"]))
+            draw.choice([0, 1])
         if chance(0.3) and timing in ("limits", "durations limits"):
             search["time_limit"] = float(draw.choice([0.01, 0.1, 1.0]))
     ends = {}

@@ -25,7 +25,6 @@ TABLE = np.full((3, 3), np.nan)
         ("solver", np.zeros(0), "solver is .*: it is a word"),
         ("split", TABLE, "split is .*: it is a word"),
         ("on_interrupt", TABLE, "on_interrupt is .*: it is a word"),
-        ("enforce", TABLE, "enforce is"),
         ("closed", np.zeros(0), "closed is .*: it is True or False"),
         ("closed", 1, "closed is 1: it is True or False"),
         ("pins", [1, 2], "pins must be a mapping"),
@@ -34,7 +33,7 @@ TABLE = np.full((3, 3), np.nan)
     ids=lambda value: str(value).split("\n")[0][:30],
 )
 def test_an_argument_of_plan_of_another_kind(name, value, said):
-    searched = name in ("enforce", "on_interrupt")
+    searched = name == "on_interrupt"
     timed = {"limits": minsnap.Limits(speed=2.0)} if searched else {"durations": [2, 2]}
     free = {} if name in ("time_weight", "total_time") else timed
     with pytest.raises(InputError, match=said) as refused:

@@ -130,14 +130,9 @@ ALONE = {"durations": None} | LIMITS
 
 IGNORED = (
     ({"split": "distance"}, TimingError, "split='distance' does not go with durations"),
-    ({"split": "trapezoid"} | LIMITS, TimingError, "split='trapezoid' does not go with durations"),
+    ({"split": "trapezoid"} | ALONE, TimingError, "split is 'trapezoid': use 'optimal' or 'distance'"),
     ({"durations": None, "time_weight": 1.0, "split": "distance"}, TimingError, "does not go with time_weight"),
-    ({"enforce": "qp"}, TimingError, "enforce='qp' says how limits are kept: give limits="),
-    ({"durations": None, "total_time": 12, "enforce": "scaling"}, TimingError, "give limits="),
-    ({"enforce": "scaling"} | LIMITS, TimingError, "chooses the total time itself: leave out durations"),
-    ({"total_time": 12, "enforce": "scaling"} | ALONE, TimingError, "leave out total_time"),
-    ({"split": "distance", "enforce": "qp"} | ALONE, TimingError, "only scales time: leave out enforce='qp'"),
-    ({"enforce": "walls"} | ALONE, TimingError, "enforce is 'walls': use 'qp' or 'scaling'"),
+    ({"search": {"split": "distance"}}, minsnap.InputError, "search must be a Search.*not dict"),
     ({"corridor": minsnap.Sampled(0.3)} | ALONE, CorridorError, "does not go with limits"),
     ({"corridor": minsnap.Sampled(0.3)} | LIMITS, CorridorError, "does not go with limits"),
     ({"search": "distance"}, minsnap.InputError, "search must be a Search.*not str"),

@@ -48,8 +48,8 @@ OPTIONS = {
     ],
     "pieces": [1, 2, 3, 6, "auto", 0, 1.5, "many", 1000000],
     "waypoint_tolerance": [None, 0.1, [0, 0.2, 0], Ball(0.2), Ball(1e-13), -1.0, NAN, "near", [[1, 2], [3, 4]], 1e-12],
-    "search": [None, Search(split="distance"), Search(split="trapezoid"), Search(time_weight=2.0), Search(enforce="qp")]
-    + [Search(enforce="scaling"), Search(time_limit=0.01), Search(time_limit=1e-9), 3, "fast", {"split": "distance"}],
+    "search": [None, Search(split="distance"), Search(time_weight=2.0)]
+    + [Search(time_limit=0.01), Search(time_limit=1e-9), 3, "fast", {"split": "distance"}],
     "progress": [None, None, False, lambda step: None, 3],
 }
 """Values of every argument, those that make sense and those that do not."""

@@ -26,7 +26,7 @@ from minsnap.files.request_yaml import FURTHER, LIMIT_KEYS, PRESET
 DRAWN = ("corridor", "waypoint_tolerance", "total_time", "time_weight")
 """Fields of a request that a batch may draw, in the order in which it does."""
 
-FIXED = ("closed", "degree", "continuity", "split", "enforce", "pieces", "room", "solver")
+FIXED = ("closed", "degree", "continuity", "split", "pieces", "room", "solver")
 """Fields of a request that are the same for all problems of a batch."""
 
 COLUMNS = ("waypoints", "durations", *DRAWN, "limits", "start", "end", "pins", *FIXED)

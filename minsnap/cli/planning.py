@@ -115,7 +115,7 @@ class Span:
 class TimingOptions(LimitOptions, Span):
     """The duration of a plan: a total time, a weight on time, or the shortest time within limits."""
 
-    split: Annotated[str | None, "How --time is split over the legs: optimal, distance or trapezoid."] = None
+    split: Annotated[str | None, "How --time is split over the legs: optimal or distance."] = None
     pieces: Annotated[
         str | None, "N|auto", "Polynomials per leg; by default 1 with a time, else auto: as many as shorten the flight."
     ] = None

@@ -18,7 +18,7 @@ from minsnap.durations.least_cost import cheapest_durations, distance_split
 from minsnap.durations.refused_times import by_necessary_walls, explained_by_times, in_other_times, refuse_short
 from minsnap.durations.time_stretch import UnlimitedError
 from minsnap.durations.timing import Timed, Timing, nothing, solved_or_explained, timed
-from minsnap.errors import InfeasibleError, LimitError, SolverError, TimingError, UnprovedError
+from minsnap.errors import InfeasibleError, LimitError, SolverError, UnprovedError
 from minsnap.optimisation.task import Task
 
 if TYPE_CHECKING:
@@ -116,17 +116,14 @@ def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> Tim
     from minsnap.durations.ways import connect_ends
     from minsnap.limits.compliance import keeps
 
-    if timing.split != "trapezoid":
-        free = _timed(task, replace(timing, limits=None, enforce=None))
-        if keeps(limits, free.trajectory):
-            return free
+    free = _timed(task, replace(timing, limits=None))
+    if keeps(limits, free.trajectory):
+        return free
     return connect_ends(task, limits, start).in_time(_timed, timing)
 
 
 def _of_least_cost(task: Task, timing: Timing) -> Timed:
     """Plan a total time, or with a price of time, where nothing limits derivatives."""
-    if timing.split == "trapezoid":
-        raise TimingError("split='trapezoid' needs limits on speed or acceleration: give limits=")
     price, search = timing.time_weight, None
     durations = distance_split(task, timing.total) if price is None else priced_first_guess(task, price)
     if timing.split == "distance":

@@ -1,4 +1,4 @@
-"""How a total time is split over the legs: by distance, by a trapezoid of speed, or so that the cost is least."""
+"""How a total time is split over the legs: by distance, or so that the cost is least."""
 
 from __future__ import annotations
 
@@ -75,29 +75,6 @@ def distance_split(task: Task, total: float) -> FloatArray:
     """Leg durations (legs,) [s] in proportion to the straight lengths, of the shortest legs a least share of all."""
     lengths = np.maximum(task.lengths, SPLITS.least_length * task.lengths.sum())
     return np.asarray(total * lengths / lengths.sum())
-
-
-def trapezoid_times(lengths: FloatArray, speed: float, acceleration: float) -> FloatArray:
-    r"""Leg durations of a speed that rises, stays and falls on every leg, from rest to rest.
-
-    Parameters
-    ----------
-    lengths : ndarray, shape (legs,)
-        [m].
-    speed, acceleration : float
-        Limits [m/s], [m/s^2]; infinite for none, not both.
-
-    Returns
-    -------
-    ndarray, shape (legs,)
-        [s]; :math:`L / v + v / a` where the speed is reached, else :math:`2 \sqrt{L / a}`.
-    """
-    if np.isinf(acceleration):
-        return np.asarray(lengths / speed)
-    ramps = 2.0 * np.sqrt(lengths / acceleration)
-    if np.isinf(speed):
-        return np.asarray(ramps)
-    return np.where(lengths > speed**2 / acceleration, lengths / speed + speed / acceleration, ramps)
 
 
 class CostSearch:

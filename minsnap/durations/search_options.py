@@ -7,32 +7,32 @@ from dataclasses import dataclass
 
 from minsnap.basics.arrays import set_fields
 from minsnap.basics.checks import check_positive, check_words
-from minsnap.basics.messages import shown
+from minsnap.basics.messages import explains_names, shown
 from minsnap.errors import InputError, TimingError
 
 WORDS = {
-    "split": ("optimal", "distance", "trapezoid"),
-    "enforce": ("qp", "scaling"),
+    "split": ("optimal", "distance"),
     "on_interrupt": ("raise", "return"),
 }
 """The words that an option can have."""
 
+ENFORCE = "nothing in its place, since limits hold at every instant, or split='distance' to scale time alone"
+"""What was how limits are kept."""
 
+
+@explains_names({"enforce": ENFORCE})
 @dataclass(frozen=True)
 class Search:
     """How durations are searched for, where a plan chooses them.
 
     Parameters
     ----------
-    split : {"optimal", "distance", "trapezoid"}
-        How the time is divided among the legs: for the least cost (with limits alone: for the least time), in
-        proportion to their lengths, or by a trapezoidal speed profile per leg within the limits. Only ``"optimal"``
-        goes with given durations and with ``time_weight``.
+    split : {"optimal", "distance"}
+        How the time is divided among the legs: for the least cost (with limits alone: for the least time), or in
+        proportion to their lengths (with limits alone: a plan without them, flown as fast as they allow). Only
+        ``"optimal"`` goes with given durations and with ``time_weight``.
     time_weight : float, optional
         Minimise cost + time_weight * time over the durations (Richter et al. 2013), instead of fixing a total.
-    enforce : {"qp", "scaling"}, optional
-        How limits are kept: as walls of the QP (the default), so that long legs cruise at the limit; or, with limits
-        alone, by planning without them and stretching time (the default for the other splits).
     time_limit : float, optional
         Seconds after which planning ends: for given durations with a certified plan that may cost more than the least
         or with a SolverError (checked after every round of the exchange); for the shortest time within limits with
@@ -50,7 +50,6 @@ class Search:
 
     split: str = "optimal"
     time_weight: float | None = None
-    enforce: str | None = None
     time_limit: float | None = None
     on_interrupt: str = "raise"
 

@@ -10,8 +10,8 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, rounded, significant
 from minsnap.basics.deadline import LateError
 from minsnap.corridors.constraint import Walls
-from minsnap.durations.initial_guess import norm_limits, stop_and_go_times
-from minsnap.durations.least_cost import SPLITS, Log, distance_split, trapezoid_times
+from minsnap.durations.initial_guess import stop_and_go_times
+from minsnap.durations.least_cost import SPLITS, Log, distance_split
 from minsnap.durations.time_stretch import (
     kept_factor,
     measuring_work,
@@ -35,9 +35,9 @@ SCALED_LEGS = 20
 def scaled_plan(task: Task, timing: Timing) -> Timed:
     """Plan in given proportions, or the best ones, and scale to touch the limits."""
     if not task.still:
-        raise TimingError("derivatives that are pinned do not scale with time: use split='optimal' and enforce='qp'")
-    limits, split = timing.bounds, "distance" if timing.split == "optimal" else timing.split
-    first, shape = task.piece_durations(task.legs * proportions(task, split, limits)), without_derivative_walls(task)
+        raise TimingError("derivatives that are pinned do not scale with time: use split='optimal'")
+    limits, shape = timing.bounds, without_derivative_walls(task)
+    first = task.piece_durations(distance_split(task, float(task.legs)))
     search = None
     if timing.split == "optimal" and 1 < task.legs <= SCALED_LEGS:
         scaled = _ScaledSearch(task, timing, _by_stops(task, limits), 100)
@@ -148,14 +148,3 @@ class _ScaledSearch:
         total = float(np.exp(value))
         self.log.add(total, total)
         return value
-
-
-def proportions(task: Task, split: str, limits: Limits) -> FloatArray:
-    """Shares of the legs in the total, by their lengths or by a trapezoid of speed: shape (legs,), sum 1."""
-    if split == "distance":
-        return distance_split(task, 1.0)
-    speed, acceleration = norm_limits(limits)[:2]
-    if np.isinf(speed) and np.isinf(acceleration):
-        raise TimingError("split='trapezoid' needs a limit on speed or acceleration")
-    times = trapezoid_times(task.lengths, speed, acceleration)
-    return np.asarray(times / times.sum())

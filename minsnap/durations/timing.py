@@ -36,12 +36,9 @@ class Timing:
     total_time : float, optional
     limits : Limits, optional
     split : str
-        ``"optimal"``, ``"distance"`` or ``"trapezoid"``.
+        ``"optimal"`` or ``"distance"``.
     time_weight : float, optional
         Price of a second.
-    enforce : str
-        How limits are kept: ``"qp"`` as walls of the QP, ``"scaling"`` by the time scale alone; None for the way
-        that the split implies.
     progress : callable, optional
     refine : bool
         Whether such a search chooses the number of polynomials a leg.
@@ -56,7 +53,6 @@ class Timing:
     limits: Limits | None = None
     split: str = "optimal"
     time_weight: float | None = None
-    enforce: str | None = None
     progress: Progress | None = None
     refine: bool = False
     on_interrupt: str = "raise"
@@ -112,21 +108,8 @@ class Timing:
             raise TimingError("the plan has no times: give one of durations, total_time, time_weight, limits")
         if self.due < inf and self.durations is None and self.limits is None:
             raise TimingError("time_limit goes with durations or limits: end a search for a split with Ctrl-C")
-        self._check_ignored(chosen)
-
-    def _check_ignored(self, names: list[str]) -> None:
-        """Raise where ``split`` or ``enforce`` would have no effect; ``given`` names what else chooses durations."""
-        if self.split != "optimal" and names in (["durations"], ["time_weight"]):
-            raise TimingError(f"split={shown(self.split)} does not go with {names[0]}, which determines the split")
-        if self.enforce is not None and self.limits is None:
-            raise TimingError(f"enforce={shown(self.enforce)} says how limits are kept: give limits=, or leave it out")
-        if self.enforce == "scaling" and names:
-            raise TimingError(f"enforce='scaling' chooses the total time itself: leave out {names[0]}, or use 'qp'")
-        if self.enforce == "qp" and self.split != "optimal" and not names:
-            raise TimingError(
-                f"split={shown(self.split)} with limits alone only scales time: leave out enforce='qp', or use "
-                "split='optimal'"
-            )
+        if self.split != "optimal" and chosen in (["durations"], ["time_weight"]):
+            raise TimingError(f"split={shown(self.split)} does not go with {chosen[0]}, which determines the split")
 
 
 @dataclass(frozen=True, eq=False)

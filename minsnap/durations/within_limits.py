@@ -17,7 +17,7 @@ from minsnap.durations.longer_times import RESERVES, least_longer
 from minsnap.durations.refusal import explain
 from minsnap.durations.shortest_question import guess_of
 from minsnap.durations.strategy import Strategy, balanced_price
-from minsnap.durations.time_scaling import flown_fastest, proportions, scaled_plan, shortest_scaled
+from minsnap.durations.time_scaling import flown_fastest, scaled_plan, shortest_scaled
 from minsnap.durations.time_stretch import UnlimitedError, grained, measuring_work, touching_factor
 from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
 from minsnap.durations.ways import end_on_limit, shortest_from, shortest_of_starts
@@ -62,7 +62,7 @@ PRICES = PriceSettings()
 def shortest_plan(task: Task, timing: Timing) -> Timed:
     """Find the shortest plan within limits, whose walls the task does not have."""
     limits = timing.bounds
-    if timing.enforce == "scaling" or timing.split != "optimal" or not _searchable(task, limits):
+    if timing.split != "optimal" or not _searchable(task, limits):
         return scaled_plan(task, timing)
     if (0 in task.moving or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
         return shortest_from(task, timing)
@@ -146,7 +146,7 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
     """Plan for a total or a price, and limits besides, whose walls the task does not have."""
     limits, bounded = timing.bounds, timing.bounded(task)
     if timing.total_time is not None and timing.split != "optimal":
-        durations = timing.total * proportions(task, timing.split, limits)
+        durations = distance_split(task, timing.total)
         solved = solved_or_explained(bounded, task.piece_durations(durations))
         return require_limits_kept(timed(solved), task, timing)
     if _searchable(task, limits):

@@ -160,7 +160,6 @@ OPENING = mapping(
 SEARCHED = {
     "split": Key(word(*WORDS["split"]), "how a total time is divided among the legs"),
     "time_weight": Key(NUMBER, "price of a second"),
-    "enforce": Key(word(*WORDS["enforce"]), "how limits are kept"),
     "time_limit": Key(NUMBER, "after which the search ends with its best plan [s]"),
 }
 """Fields of ``Search``."""

@@ -36,7 +36,7 @@ from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
 from minsnap.durations.resting import resting_plan
-from minsnap.durations.search_options import USUAL, Search, check_search
+from minsnap.durations.search_options import ENFORCE, USUAL, Search, check_search
 from minsnap.durations.timing import Timed, Timing
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.planned_heading import Yaw, chosen_heading
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     {
         "split": 'search=Search(split="distance")',
         "time_weight": "search=Search(time_weight=100.0)",
-        "enforce": 'search=Search(enforce="scaling")',
+        "enforce": ENFORCE,
         "time_limit": "search=Search(time_limit=2.0)",
         "on_interrupt": 'search=Search(on_interrupt="return")',
         "room": "corridor=[0.3, Room(lower, upper)], since a room is a constraint",

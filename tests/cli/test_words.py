@@ -48,7 +48,7 @@ CALLS = [
     ["plan", "w.csv", "--yaw-rate", "2"],
     ["plan", "w.csv", "--hold-below", "2", "--yaw", "1"],
     ["plan", "w.csv", "--split", "distance"],
-    ["plan", "w.csv", "--split", "trapezoid", "--time", "9"],
+    ["plan", "w.csv", "--split", "trapezoid"],
     ["plan", "w.csv", "--time-weight", "-1"],
     ["line", "--time", "-1"],
 ]

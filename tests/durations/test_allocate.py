@@ -26,7 +26,6 @@ LIMITS = Limits(speed=3.0, acceleration=6.0)
         ({"total_time": float("inf")}, "must be positive"),
         ({"total_time": 0.0}, "must be positive"),
         ({"total_time": "12"}, "total"),
-        ({"limits": LIMITS, "enforce": "hope"}, "use 'qp' or 'scaling'"),
         ({"limits": LIMITS, "split": "equal"}, "split is 'equal'"),
     ],
 )
@@ -107,7 +106,7 @@ def test_a_state_at_its_limit_on_the_way_is_refused():
 
 def test_pinned_states_do_not_scale():
     with pytest.raises(TimingError, match="do not scale"):
-        minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (2, 0, 0)}, search=minsnap.Search(enforce="scaling"))
+        minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (2, 0, 0)}, search=minsnap.Search(split="distance"))
 
 
 OTHERS = {
@@ -250,7 +249,7 @@ class Patience:
         {"total_time": 12.0, "corridor": 0.3, "room": ((-1, -1, 0), (9, 5, 3))},
         {"time_weight": 10.0},
         {"limits": LIMITS, "corridor": 0.3},
-        {"limits": LIMITS, "enforce": "scaling"},
+        {"limits": Limits(yaw_rate=1.0), "yaw": (0.0, 1.5, 3.0, 4.5, 6.0)},
         {"limits": LIMITS, "total_time": 14.0},
     ],
 )
@@ -284,7 +283,7 @@ def test_a_search_by_one_call_is_the_same_whether_it_is_watched_or_not(asked):
         {"total_time": 12.0},
         {"time_weight": 10.0},
         {"limits": LIMITS},
-        {"limits": LIMITS, "enforce": "scaling"},
+        {"limits": Limits(yaw_rate=1.0), "yaw": (0.0, 1.5, 3.0, 4.5, 6.0)},
         {"limits": LIMITS, "total_time": 16.0},
     ],
 )

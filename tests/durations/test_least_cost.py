@@ -1,15 +1,13 @@
-"""Splits of a total time: by distance, by trapezoids of speed, and so that the cost is least."""
+"""Splits of a total time: by distance, and so that the cost is least."""
 
 import numpy as np
 import pytest
-from scipy.integrate import trapezoid
 from scipy.optimize import minimize
 from tasks import REFERENCE, random_legs, task_of
 
 import minsnap
-from minsnap.durations.least_cost import Log, trapezoid_times
+from minsnap.durations.least_cost import Log
 from minsnap.errors import TimingError
-from minsnap.limits.limits import Limits
 from minsnap.trajectory.report import Step
 
 
@@ -18,17 +16,6 @@ def test_distance_split_is_in_proportion_to_the_lengths():
     assert np.diff(path.leg_breaks) == pytest.approx([4.0, 2.0, 4.0, 2.0], abs=1e-12)
     assert path.cost() == pytest.approx(216.8955, abs=1e-3)
     assert path.report.steps == ()
-
-
-@pytest.mark.parametrize(
-    ("speed", "acceleration"), [(3.0, 6.0), (1.0, 0.5), (100.0, 1.0), (np.inf, 2.0), (2.0, np.inf)]
-)
-def test_trapezoid_covers_the_length_by_integration(speed, acceleration):
-    lengths = np.array([0.3, 1.5, 8.0])
-    for length, duration in zip(lengths, trapezoid_times(lengths, speed, acceleration), strict=True):
-        t = np.linspace(0.0, duration, 100001)
-        rising = np.full_like(t, np.inf) if np.isinf(acceleration) else acceleration * np.minimum(t, duration - t)
-        assert trapezoid(np.minimum(rising, speed), t) == pytest.approx(length, rel=1e-6)
 
 
 def test_best_split_of_the_reference_rectangle():
@@ -163,13 +150,9 @@ def test_log_keeps_the_best():
     assert log.steps[-1] == Step(3, 5.0, 2.0, 1.0)
 
 
-def test_a_split_of_unknown_name_or_without_limits_is_refused():
-    with pytest.raises(TimingError, match="'optimal', 'distance' or 'trapezoid'"):
+def test_a_split_of_unknown_name_is_refused():
+    with pytest.raises(TimingError, match="'optimal' or 'distance'"):
         minsnap.plan(REFERENCE, total_time=12.0, search=minsnap.Search(split="equal"))
-    with pytest.raises(TimingError, match="needs limits"):
-        minsnap.plan(REFERENCE, total_time=12.0, search=minsnap.Search(split="trapezoid"))
-    with pytest.raises(TimingError, match="needs a limit on speed or acceleration"):
-        minsnap.plan(REFERENCE, limits=Limits(snap=3.0), search=minsnap.Search(split="trapezoid"))
 
 
 def test_a_task_knows_the_lengths_that_splits_use():

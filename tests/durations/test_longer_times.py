@@ -25,7 +25,7 @@ CURLED = [
 
 
 @pytest.mark.parametrize(
-    "chosen", [{"limits": Limits(speed=3)}, {"limits": Limits(speed=3), "enforce": "scaling"}, {"time_weight": 9.0}]
+    "chosen", [{"limits": Limits(speed=3)}, {"limits": Limits(speed=3), "split": "distance"}, {"time_weight": 9.0}]
 )
 def test_times_that_a_plan_chooses_keep_a_wall_on_the_velocity(chosen):
     path = minsnap.plan(TWO, corridor=SLOW, **plan_arguments(chosen))

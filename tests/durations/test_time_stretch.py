@@ -81,7 +81,7 @@ def test_walls_on_derivatives_are_kept_without_a_look_at_the_yaw(monkeypatch):
     limits, walls = Limits(speed=3.0), minsnap.HalfSpaces((1, 0, 0), 0.9, order=1)
     looked, on = [], LookAtHeading.on
     monkeypatch.setattr(LookAtHeading, "on", lambda own, *asked: looked.append(own) or on(own, *asked))
-    points, search = [(0, 0, 1), (5, 0, 1), (5, 3, 1), (8, 4, 1)], minsnap.Search(enforce="scaling")
+    points, search = [(0, 0, 1), (5, 0, 1), (5, 3, 1), (8, 4, 1)], minsnap.Search(split="distance")
     planned = minsnap.plan(points, limits=limits, corridor=walls, yaw=minsnap.LookAt((4, 20)), search=search)
     assert planned.extent((1.0, 0.0, 0.0), 1)[1] == pytest.approx(0.9, abs=1e-6) and len(looked) <= 300
 
@@ -89,7 +89,7 @@ def test_walls_on_derivatives_are_kept_without_a_look_at_the_yaw(monkeypatch):
 def test_a_yaw_in_time_that_turns_too_fast_is_refused_where_a_path_is_only_scaled():
     """No speed of the path slows a yaw that is a function of time."""
     limits = Limits(speed=2.0, yaw_rate=0.5)
-    search = minsnap.Search(enforce="scaling")
+    search = minsnap.Search(split="distance")
     with pytest.raises(minsnap.errors.LimitError, match="however slow the plan"):
         minsnap.plan([(0, 0, 0), (4, 0, 0), (4, 3, 0)], limits=limits, yaw=np.sin, search=search)
     slow = minsnap.plan([(0, 0, 0), (4, 0, 0), (4, 3, 0)], limits=limits, yaw=lambda t: 0.4 * np.sin(t), search=search)

@@ -119,8 +119,7 @@ SEARCHED = {
         durations=None, search=minsnap.Search(time_weight=30.0), closed=True, pins={2: {"velocity": (0.1, 1.0, 0.0)}}
     ),
     "price, continuity 4": fast(corridor=0.5, continuity=4, pieces=2, search=minsnap.Search(time_weight=100.0)),
-    "scaled": fast(corridor=0.3, search=minsnap.Search(enforce="scaling")),
-    "scaled, trapezoid": fast(SOFT, search=minsnap.Search(split="trapezoid")),
+    "scaled": fast(corridor=0.3, search=minsnap.Search(split="distance")),
     "jerk from a moving start": fast(SOFT, start={"velocity": (1.5, 0.2, 0.1)}, pieces=2),
 }
 """Plans for whose times Python searches, in part or whole: with numbers rounded so that no library decides them."""

@@ -113,7 +113,7 @@ def test_a_corridor_kept_at_samples_only_is_cheaper_and_leaves_it():
         ({"room": ((-1, -1, 0), (9, 5, 3))}, "Room(lower, upper)"),
         ({"split": "distance"}, "search=Search(split="),
         ({"time_weight": 2.0}, "search=Search(time_weight="),
-        ({"enforce": "qp"}, "search=Search(enforce="),
+        ({"enforce": "qp"}, "write nothing in its place, since limits hold"),
         ({"time_limit": 2.0}, "search=Search(time_limit="),
         ({"on_interrupt": "return"}, "search=Search(on_interrupt="),
         ({"corridor_method": "sampled"}, "corridor=Sampled("),

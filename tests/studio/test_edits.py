@@ -91,9 +91,9 @@ def test_modes_of_time_exclude_each_other():
 
 
 def test_a_mode_of_time_takes_what_contradicts_it_out_of_the_search():
-    asked = replace(FULL, search=Search(time_weight=5.0, enforce="scaling"))
+    asked = replace(FULL, search=Search(time_weight=5.0, on_interrupt="return"))
     for mode in ("total time", "durations"):
-        assert edits.with_time(asked, mode, (1.0, 2.0, 3.0), {}).search == Search(enforce="scaling")
+        assert edits.with_time(asked, mode, (1.0, 2.0, 3.0), {}).search == Search(on_interrupt="return")
     timed = replace(FULL, search=Search(split="distance", time_limit=3.0))
     assert edits.with_time(timed, "total time", (1.0, 2.0, 3.0), {}).search == Search(split="distance")
     assert edits.with_time(timed, "durations", (1.0, 2.0, 3.0), {}).search == Search(time_limit=3.0)

@@ -52,11 +52,11 @@ def test_where_it_follows_it_is_the_angle_of_the_velocity_and_elsewhere_the_path
 @pytest.mark.slow
 def test_a_path_that_turns_back_turns_half_a_turn_within_the_limit():
     limits = Limits(speed=3.0, acceleration=5.0, yaw_rate=2.0)
-    traj = minsnap.plan(BACK, limits=limits, yaw="velocity", search=minsnap.Search(enforce="scaling"))
+    traj = minsnap.plan(BACK, limits=limits, yaw="velocity", search=minsnap.Search(split="distance"))
     assert abs(traj.yaw(traj.duration) - traj.yaw(0.0)) == pytest.approx(np.pi)
     _, rates = differences(traj.yaw, traj.duration)
     assert 1.0 < np.abs(rates).max() <= 2.0
-    free = minsnap.plan(BACK, limits=Limits(speed=3.0, acceleration=5.0), search=minsnap.Search(enforce="scaling"))
+    free = minsnap.plan(BACK, limits=Limits(speed=3.0, acceleration=5.0), search=minsnap.Search(split="distance"))
     assert traj.duration == pytest.approx(free.duration, rel=1e-6)
 
 
