@@ -1,13 +1,14 @@
 """Convex sets in which limits keep acceleration and velocity, as a bound of the flight time takes them.
 
 Every flight within the limits stays in all of them. What a bound cannot use is left out and named: jerk, snap, body and
-yaw rate, a least thrust, single rotors, thrust and tilt with drag, a climb or a descent that is bounded one way alone.
+yaw rate, a least thrust, single rotors, tilt with drag, thrust with drag where no speed is bounded, a climb or a
+descent that is bounded one way alone.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf, tan
+from math import hypot, inf, sqrt, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -102,7 +103,7 @@ def bounding_sets(limits: Limits, dim: int) -> BoundingSets:
     used |= names
     for sets in of_order.values():
         sets.sort(key=lambda one: -len(one.covered))
-    left_out = [_named(name) for name in given if name not in used]
+    left_out = [_named(name, limits.medium.drags) for name in given if name not in used]
     left_out += ["single rotors"] if isinstance(limits, VehicleLimits) else []
     return BoundingSets(tuple(of_order[2]), tuple(of_order[1]), tuple(left_out))
 
@@ -128,7 +129,7 @@ def _of_thrust(
 ) -> tuple[list[DerivativeSet], set[str]]:
     """Return the sets of thrust and tilt around free fall; a cone is cut where another limit bounds its height."""
     if limits.medium.drags:
-        return [], set()
+        return _of_dragged_thrust(limits, given)
     sets, used, fall = [], set[str](), (0.0, 0.0, -limits.gravity)
     height = min((radius for one in others for axes, radius in one.balls if 2 in axes), default=inf) + limits.gravity
     if "max_thrust" in given:
@@ -141,5 +142,25 @@ def _of_thrust(
     return sets, used
 
 
-def _named(name: str) -> str:
-    return "the least thrust" if name == "min_thrust" else KIND[name].label
+def _of_dragged_thrust(limits: Limits, given: dict[str, float]) -> tuple[list[DerivativeSet], set[str]]:
+    r"""Return the set of a thrust that drag helps: :math:`\|a + g e_z\| \le f + \|D(v)\|`, v being the top speed."""
+    speed = _top_speed(limits, given)
+    if not isinstance(limits, VehicleLimits) or "max_thrust" not in given or not speed < inf:
+        return [], set()
+    drag, mass = limits.vehicle.flat_drag, float(limits.vehicle.mass)
+    linear, quadratic = (max(map(float, values)) / mass for values in (drag.linear, drag.quadratic))
+    most = given["max_thrust"] * limits.gravity + (linear + quadratic * speed) * speed
+    return [DerivativeSet((((0, 1, 2), most * BESIDE),), (0.0, 0.0, -limits.gravity))], {"max_thrust"}
+
+
+def _top_speed(limits: Limits, given: dict[str, float]) -> float:
+    """Return the greatest speed that limits allow [m/s]; infinity where they bound none."""
+    whole = given.get("speed", inf) * (sqrt(3.0) if limits.norm == "axis" else 1.0)
+    both = given.get("vertical_speed", inf)
+    upright = max(min(given.get("climb_speed", inf), both), min(given.get("descent_speed", inf), both))
+    return min(whole, hypot(given.get("horizontal_speed", inf), upright)) * BESIDE
+
+
+def _named(name: str, drags: bool) -> str:
+    label = "the least thrust" if name == "min_thrust" else KIND[name].label
+    return f"{label} with drag" if drags and name in ("max_thrust", "tilt") else label

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import minsnap
 from minsnap import Limits
 from minsnap.bounds.derivative_sets import bounding_sets
 from minsnap.vehicle import BodyDrag, Quadrotor
@@ -79,13 +80,13 @@ def test_limits_are_used_or_named(limits, left_out):
     assert bounding_sets(limits, 3).left_out == left_out
 
 
-def test_drag_leaves_out_thrust():
+def test_drag_leaves_out_thrust_where_no_speed_is_bounded():
     """Thrust then depends on the velocity, too."""
     dragged = Quadrotor.dji_f330()
     assert dragged.drag != BodyDrag()
     sets = bounding_sets(Limits.of(dragged), 3)
     assert not sets.accelerations
-    assert "max thrust" in sets.left_out
+    assert "max thrust with drag" in sets.left_out
     without = bounding_sets(Limits.of(replace(dragged, drag=BodyDrag())), 3)
     assert without.accelerations[0].center == (0.0, 0.0, -dragged.gravity)
     assert without.left_out == ("the least thrust", "single rotors")
@@ -96,3 +97,42 @@ def test_the_first_set_covers_what_any_covers():
     assert [len(one.covered) for one in sets.accelerations] == [3, 2]
     plane = bounding_sets(Limits(speed=3, acceleration=2), 2)
     assert plane.velocities[0].covered == {0, 1}
+
+
+@pytest.mark.parametrize(
+    ("speeds", "top"),
+    [
+        ({"speed": 6.0}, 6.0),
+        ({"speed": 4.0, "norm": "axis"}, 4.0 * 3.0**0.5),
+        ({"horizontal_speed": 4.0, "vertical_speed": 3.0}, 5.0),
+        ({"horizontal_speed": 4.0, "climb_speed": 2.0, "descent_speed": 3.0}, 5.0),
+    ],
+)
+def test_drag_widens_thrust_by_what_it_is_at_the_top_speed(speeds, top):
+    """Any acceleration that a thrust within its limit makes at any allowed velocity is in the set, from the forces."""
+    vehicle = replace(Quadrotor.dji_f330(), drag=BodyDrag((0.3, 0.4, 0.2), (0.02, 0.01, 0.05)))
+    limits = Limits.of(vehicle, reserve=0.2, **speeds)
+    sets = bounding_sets(limits, 3)
+    (thrust,) = [one for one in sets.accelerations if one.center[2] < 0.0]
+    assert not any("drag" in name for name in sets.left_out)
+    random, (_, radius) = np.random.default_rng(1), thrust.balls[0]
+    nearest = np.inf
+    for _ in range(2000):
+        velocity = random.normal(size=3)
+        velocity *= top / np.linalg.norm(velocity)
+        axes = np.linalg.qr(random.normal(size=(3, 3)))[0]
+        along = axes.T @ velocity
+        drag = -axes @ ((vehicle.drag.linear + np.linalg.norm(velocity) * vehicle.drag.quadratic) * along)
+        pushed = limits.max_thrust * vehicle.weight * axes[:, 2] + drag
+        nearest = min(nearest, radius - np.linalg.norm(pushed / vehicle.mass))
+    assert 0.0 <= nearest < 0.6 * radius
+
+
+def test_a_bound_with_drag_is_proved_and_above_that_of_the_speed_alone():
+    points = [(0, 0, 1), (4, 1, 1), (2, 5, 2), (-1, 2, 1)]
+    limits = Limits.of(Quadrotor.dji_f330(), reserve=0.2, speed=6.0)
+    path = minsnap.plan(points, limits=limits, pieces=1)
+    bound, speed = minsnap.least_time(points, limits), minsnap.least_time(points, Limits(speed=6.0))
+    assert bound.verify() and speed.seconds < bound.seconds < path.duration
+    assert bound.left_out == ("the least thrust", "single rotors")
+    assert "max thrust with drag" in minsnap.least_time(points, Limits.of(Quadrotor.dji_f330(), tilt=0.5)).left_out
