@@ -239,6 +239,10 @@ def _new_axes(size: tuple[float, float]) -> Axes:
     return figure.add_subplot()
 
 
+ABOVE_LEGEND = 24.0
+"""Distance of the title from the axes [points]: the legend is between them."""
+
+
 class FilmScene:
     """Points that move over a figure, with trails behind them and lines between those that are near.
 
@@ -279,7 +283,7 @@ class FilmScene:
         for lines in (self.trails, self.lines):
             axes.add_collection(lines, autolim=False)
         self.points = axes.scatter(curves[:, 0, 0], curves[:, 0, 1], s=16 if many else 81, c=self.colours, zorder=10)
-        self.clock = axes.set_title(f"{self.title}0.0 s", loc="left")
+        self.clock = axes.set_title(f"{self.title}0.0 s", loc="left", pad=ABOVE_LEGEND)
         self.artists: list[Any] = [self.trails, self.lines, self.points, self.clock]
         self.axes = axes
 
