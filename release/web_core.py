@@ -20,7 +20,7 @@ from minsnap.native.build import INCLUDE, SOURCES
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "play"
 TARGET = PAGE / "minsnap.wasm"
-LEFT_OUT = ("sender", "fleet", "maps", "stopping", "vehicle")
+LEFT_OUT = ("sender", "fleet", "maps", "stopping")
 """Folders that the planner of the public header does not call."""
 
 SEARCHES = ("search_other.cpp", "search_many.cpp")

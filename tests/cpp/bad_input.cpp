@@ -118,6 +118,25 @@ void each_fault_has_its_sentence(minsnap_planner *planner) {
     refused(planner, "the degree is 7", [&](P &problem, L &limits) { within(problem, limits), problem.degree = 9; });
 }
 
+void each_fault_of_a_vehicle_has_its_sentence(minsnap_planner *planner) {
+    auto wrong_vehicle = [&](const char *part, auto change) {
+        refused(planner, part, [&](minsnap_problem &problem, minsnap_limits &limits) {
+            static minsnap_vehicle vehicle;
+            vehicle = minsnap_vehicle_new();
+            vehicle.mass = 0.5, vehicle.least = 0.1, vehicle.most = 2.5;
+            for (int axis = 0; axis < 3; ++axis) vehicle.inertia[4 * axis] = 0.002;
+            change(vehicle);
+            problem.durations = nullptr, problem.limits = &limits, limits.vehicle = &vehicle;
+        });
+    };
+    wrong_vehicle("vehicle has size 4", [](minsnap_vehicle &vehicle) { vehicle.size = 4; });
+    wrong_vehicle("mass is 0", [](minsnap_vehicle &vehicle) { vehicle.mass = 0.0; });
+    wrong_vehicle("not finite", [](minsnap_vehicle &vehicle) { vehicle.mixer[3] = none; });
+    wrong_vehicle("inertia about axis 1 is -1", [](minsnap_vehicle &vehicle) { vehicle.inertia[4] = -1.0; });
+    wrong_vehicle("reserve is 1", [](minsnap_vehicle &vehicle) { vehicle.reserve = 1.0; });
+    wrong_vehicle("cannot hold altitude", [](minsnap_vehicle &vehicle) { vehicle.most = 1.0; });
+}
+
 void null_pointers(minsnap_planner *planner) {
     minsnap_problem problem = good();
     minsnap_curve curve = minsnap_curve_new(), other = curve;
@@ -217,6 +236,12 @@ void random_bytes(minsnap_planner *planner, std::uint64_t seed, int rounds) {
         const double usual[] = {3.0, 4.0, 30.0, 2.0, 0.5};
         for (int k = 0; k < 5; ++k)
             if (!sometimes(3)) *bound[k] = number(usual[k]);
+        minsnap_vehicle vehicle = minsnap_vehicle_new();
+        vehicle.mass = number(0.5), vehicle.least = number(0.1), vehicle.most = number(2.5), vehicle.reserve = number(0.1),
+        vehicle.yaw = number(1.0);
+        for (double &value : vehicle.mixer) value = number(0.25);
+        for (int axis = 0; axis < 3; ++axis) vehicle.inertia[4 * axis] = number(0.002);
+        if (sometimes(5)) limits.vehicle = &vehicle;
         if (sometimes(3)) problem.widths = wide;
         if (sometimes(3)) problem.box_lower = corners[0], problem.box_upper = corners[1];
         if (sometimes(3))
@@ -281,6 +306,7 @@ int main(int count, char **arguments) {
     minsnap_planner *planner = nullptr;
     EXPECT(minsnap_open(MINSNAP_ABI, &planner) == MINSNAP_DONE);
     each_fault_has_its_sentence(planner);
+    each_fault_of_a_vehicle_has_its_sentence(planner);
     null_pointers(planner);
     short_vectors();
     random_bytes(planner, seed + 1, rounds);

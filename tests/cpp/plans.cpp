@@ -131,6 +131,31 @@ void replans() {
     EXPECT(planner.replan(ahead, first.curve, first.curve.duration(), 0.1).status == MINSNAP_BAD_NUMBER);
 }
 
+// Rotors keep their range: 0.5 kg with four rotors of 0.15 to 2.6 N on arms of 0.12 m.
+void rotors() {
+    minsnap::Vehicle vehicle;
+    vehicle.mass = 0.5, vehicle.least = 0.15, vehicle.most = 2.6, vehicle.reserve = 0.1;
+    vehicle.inertia[0] = 0.0021, vehicle.inertia[4] = 0.0023, vehicle.inertia[8] = 0.004;
+    const double across = 0.25 / (0.12 * std::sqrt(0.5)), about = 0.25 / 0.015;
+    const double signs[4][3] = {{1, -1, 1}, {1, 1, -1}, {-1, 1, 1}, {-1, -1, -1}};
+    for (int rotor = 0; rotor < 4; ++rotor) {
+        vehicle.mixer[4 * rotor] = 0.25;
+        for (int axis = 0; axis < 3; ++axis) vehicle.mixer[4 * rotor + 1 + axis] = signs[rotor][axis] * (axis < 2 ? across : about);
+    }
+    minsnap::Limits limits;
+    limits.vehicle = &vehicle, limits.speed = 6.0, limits.jerk = 60.0;
+    minsnap::Planner planner;
+    minsnap::Problem problem = rectangle();
+    problem.within(limits);
+    const minsnap::Plan plan = planner.plan(problem);
+    EXPECT(plan.status == MINSNAP_DONE);
+    EXPECT(planner.certify(problem, plan.curve).kept == 1);
+    vehicle.most = 2.2;
+    EXPECT(planner.certify(problem, plan.curve).kept == 0 && std::string(planner.message()) == "the curve exceeds a limit");
+    const minsnap::Plan slower = planner.plan(problem);
+    EXPECT(slower.status == MINSNAP_DONE && slower.curve.duration() > plan.curve.duration());
+}
+
 // A search that is ended gives the best curve there is, or none, and says so.
 void stops() {
     minsnap::Planner planner;
@@ -183,6 +208,7 @@ int main(int count, char **arguments) {
             EXPECT(least > 0.5 * plan.curve.duration() && least <= plan.curve.duration());
     }
     replans();
+    rotors();
     stops();
     certifies();
     return wrong;

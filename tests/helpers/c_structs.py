@@ -22,5 +22,11 @@ def _fields(line: str) -> list[tuple[str, type]]:
     if function:
         return [(function[1], ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p))]
     kind, names = re.fullmatch(r"(?:const )?(\w+) (.+)", line, flags=re.DOTALL).groups()
-    split = [name.strip() for name in names.split(",")]
-    return [(n.lstrip("*"), ctypes.c_void_p if n.startswith("*") else NUMBERS[kind]) for n in split]
+    return [_field(kind, name.strip()) for name in names.split(",")]
+
+
+def _field(kind: str, name: str) -> tuple[str, type]:
+    if name.startswith("*"):
+        return name[1:], ctypes.c_void_p
+    name, *count = re.split(r"[\[\]]", name)[:2]
+    return name, NUMBERS[kind] * int(count[0]) if count else NUMBERS[kind]

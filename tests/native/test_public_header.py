@@ -3,6 +3,7 @@
 import ctypes
 import re
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,10 +16,13 @@ from minsnap.native import library
 from minsnap.native.build import INCLUDE
 from minsnap.native.library import core
 from minsnap.native.status import Status
+from minsnap.vehicle import BodyDrag
+from minsnap.vehicle.quadrotor import named_vehicle
 
 pytestmark = pytest.mark.skipif(core().library is None, reason="there is no native core")
 
 HEADER = INCLUDE / "minsnap.h"
+KINDS = ("vehicle", "limits", "problem", "curve")
 RECTANGLE = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 LINE = [(0, 0, 1), (4, 1, 1.5), (7, -1, 2)]
 BOXES = minsnap.Boxes([(-1, -1, 0), (3, -2, 0)], [(5, 1.02, 3), (8, 1.02, 3)])
@@ -79,6 +83,30 @@ def test_python_plans_have_the_bits_of_those_from_cpp(name):
 
 def array(values):
     return np.ascontiguousarray(values, dtype=np.float64)
+
+
+@pytest.mark.parametrize("name", ["crazyflie", "dji_f330"])
+def test_the_certificate_of_python_confirms_what_rotors_keep(name):
+    structs, native = structs_of(HEADER), core().library
+    made = {kind: structs[f"minsnap_{kind}"](size=ctypes.sizeof(structs[f"minsnap_{kind}"])) for kind in KINDS}
+    vehicle = replace(named_vehicle(name), drag=BodyDrag())
+    body = made["vehicle"]
+    body.mass, body.reserve, (body.least, body.most) = vehicle.mass, 0.1, vehicle.rotor_thrust_limits
+    body.inertia[:], body.mixer[:] = vehicle.inertia.reshape(-1), vehicle.inverse_mixer.reshape(-1)
+    made["limits"].vehicle, made["limits"].jerk = ctypes.addressof(body), 60.0
+    points, planner, problem, curve = array(LINE), ctypes.c_void_p(), made["problem"], made["curve"]
+    problem.dim, problem.waypoints, problem.points = 3, len(LINE), points.ctypes.data
+    problem.limits = ctypes.addressof(made["limits"])
+    assert native.minsnap_open(library.ABI, ctypes.byref(planner)) == 0
+    assert native.minsnap_plan(planner, ctypes.byref(problem), ctypes.byref(curve)) == 0
+    count = curve.legs * curve.pieces
+    durations = np.array((ctypes.c_double * count).from_address(curve.durations))
+    controls = np.array((ctypes.c_double * (24 * count)).from_address(curve.points)).reshape(-1, 8, 3)
+    native.minsnap_close(planner)
+    flown = minsnap.Trajectory(controls, durations, pieces=curve.pieces)
+    limits = minsnap.Limits.of(vehicle, 0.1, jerk=60.0)
+    assert minsnap.certify(flown, LINE, limits=limits).ok
+    assert flown.duration < 1.2 * minsnap.plan(LINE, limits=limits).duration
 
 
 @pytest.mark.parametrize(

@@ -42,6 +42,17 @@ enum {
     MINSNAP_SPENT = 9        /* time, work or the caller ended the search: the best curve so far is there where it has pieces */
 };
 
+/* A quadrotor whose rotors keep their range of thrust, at a constant heading and without drag. Body axes forward, left, up. */
+typedef struct minsnap_vehicle {
+    int64_t size;       /* sizeof(minsnap_vehicle), as minsnap_vehicle_new sets it */
+    double mass;        /* [kg] */
+    double inertia[9];  /* (3, 3) [kg m^2] */
+    double mixer[16];   /* (4, 4) the thrusts of the rotors [N], from their sum [N] and the torques about the body's axes [N m] */
+    double least, most; /* thrust of a rotor [N] */
+    double reserve;     /* share of its room around hover that is left to feedback, at least 0 and below 1 */
+    double yaw;         /* heading [rad] */
+} minsnap_vehicle;
+
 /* Limits that a curve keeps at every instant; zero is no limit. The last four need three coordinates. */
 typedef struct minsnap_limits {
     int64_t size;                             /* sizeof(minsnap_limits), as minsnap_limits_new sets it */
@@ -50,6 +61,7 @@ typedef struct minsnap_limits {
     double tilt;                              /* largest angle between thrust and the vertical, below pi/2 [rad] */
     double body_rate;                         /* roll and pitch rate together [rad/s] */
     double gravity;                           /* [m/s^2]; 9.80665 unless given */
+    const minsnap_vehicle *vehicle;           /* whose rotors keep their range, and with them the sum of thrusts; or null */
 } minsnap_limits;
 
 /* What is asked for. With durations, or a total time, the curve costs least: the integral of the squared k-th derivative, for degree 2k - 1. With
@@ -109,6 +121,12 @@ typedef struct minsnap_certificate {
 
 typedef struct minsnap_planner minsnap_planner; /* memory for plans, and the last message */
 
+static inline minsnap_vehicle minsnap_vehicle_new(void) {
+    minsnap_vehicle made;
+    memset(&made, 0, sizeof made);
+    made.size = (int64_t)sizeof made;
+    return made;
+}
 static inline minsnap_limits minsnap_limits_new(void) {
     minsnap_limits made;
     memset(&made, 0, sizeof made);

@@ -91,6 +91,11 @@ private:
     std::vector<double> points_, durations_, breaks_;
 };
 
+// A vehicle whose rotors are to keep their range; all zero to begin with.
+struct Vehicle : minsnap_vehicle {
+    Vehicle() : minsnap_vehicle(minsnap_vehicle_new()) {}
+};
+
 // Limits, none to begin with.
 struct Limits : minsnap_limits {
     Limits() : minsnap_limits(minsnap_limits_new()) {}

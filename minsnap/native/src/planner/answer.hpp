@@ -80,6 +80,9 @@ Status measure(const CurveView &curve, double gravity, bool thrust, Reached &rea
 // The share of the most used limit; 1 is fully used. Infinite where it cannot be measured.
 double largest_use(const CurveView &curve, const Bounds &bounds);
 
+// Whether bounds prove that no rotor leaves its room, less a share of hover; where there is a vehicle.
+bool rotors_kept(const CurveView &curve, const Bounds &bounds, double share = 0.0);
+
 // A proved bound of the excess over walls on positions [m], negative inside; infinite where there is no proof.
 double wall_excess(const CurveView &curve, const WallSets &walls);
 

@@ -10,6 +10,7 @@ std::int32_t minsnap_largest_norms(std::int64_t count, std::int64_t degree, std:
 std::int32_t minsnap_thrust_axis(std::int64_t pieces, std::int64_t degree, const double *points, const double *durations, double gravity,
                                  std::int64_t count, const std::int64_t *measures, double *found);
 std::int32_t minsnap_excess(const minsnap::WallsRecord *walls, minsnap::ExcessRecord *asked);
+std::int32_t minsnap_vehicle_bounds(const minsnap::VehicleRecord *asked);
 }
 
 namespace minsnap {
@@ -69,6 +70,77 @@ bool same_times(const CurveView &curve, const Course &course) {
     return course.total == 0.0 || std::fabs(total - course.total) <= exact * course.total;
 }
 
+// Bounds of the rotors' thrusts on parts of a curve, which are divided until they are inside.
+class RotorProof {
+public:
+    RotorProof(const CurveView &curve, const Bounds &bounds, double share)
+        : curve_(curve), heading_{std::cos(bounds.vehicle->yaw), std::sin(bounds.vehicle->yaw), 0.0, 0.0},
+          medium_{bounds.gravity, 0.0, 0.0, 0.0, 0.0},
+          most_((1.0 + kept) * (bounds.hover() + bounds.room_above()) - share * bounds.hover()),
+          least_((1.0 - kept) * (bounds.hover() - bounds.room_below()) + share * bounds.hover()) {
+        record_.parts = 1, record_.count = curve.degree, record_.mass = bounds.vehicle->mass, record_.medium = medium_;
+        record_.inertia = bounds.vehicle->inertia, record_.mixer = bounds.vehicle->mixer, record_.points = motion_, record_.half = &half_;
+        record_.yaw = heading_, record_.bounds = found_;
+    }
+
+    bool holds() {
+        for (std::int64_t piece = 0; piece < curve_.legs * curve_.pieces; ++piece) {
+            const double *const points = curve_.points + piece * (curve_.degree + 1) * 3;
+            if (!inside(points, curve_.durations[piece], 0)) return false;
+        }
+        return true;
+    }
+
+private:
+    static constexpr int deepest = 14, most_points = 12;
+
+    // Of a part that takes so long, control points (degree + 1, 3).
+    bool inside(const double *points, double duration, int depth) {
+        const int count = curve_.degree + 1;
+        if (depth >= 2) {
+            make_motion(points, duration);
+            half_ = 0.5 * duration;
+            if (minsnap_vehicle_bounds(&record_) != 0) return false;
+            if (found_[4] <= most_ && -found_[5] >= least_) return true;
+        }
+        if (depth == deepest) return false;
+        double left[3 * most_points], right[3 * most_points];
+        std::copy(points, points + 3 * count, right);
+        for (int j = 0; j < count; ++j) {
+            for (int d = 0; d < 3; ++d) left[3 * j + d] = right[d];
+            for (int i = 0; i + 1 < count - j; ++i)
+                for (int d = 0; d < 3; ++d) right[3 * i + d] = 0.5 * (right[3 * i + d] + right[3 * (i + 1) + d]);
+        }
+        return inside(left, 0.5 * duration, depth + 1) && inside(right, 0.5 * duration, depth + 1);
+    }
+
+    // Velocity to snap, all of the degree of the velocity: (4, 3, degree).
+    void make_motion(const double *points, double duration) {
+        const int degree = curve_.degree;
+        for (int d = 0; d < 3; ++d) {
+            double row[most_points];
+            for (int j = 0; j <= degree; ++j) row[j] = points[3 * j + d];
+            for (int order = 1, size = degree; order <= 4; ++order, --size) {
+                for (int j = 0; j < size; ++j) row[j] = size > 0 ? size / duration * (row[j + 1] - row[j]) : 0.0;
+                double raised[most_points];
+                std::copy(row, row + std::max(size, 1), raised);
+                if (size < 1) raised[0] = 0.0;
+                for (int have = std::max(size, 1); have < degree; ++have)
+                    for (int j = have; j >= 0; --j) {
+                        const double share = double(j) / have, before = j > 0 ? raised[j - 1] : 0.0, here = j < have ? raised[j] : 0.0;
+                        raised[j] = share * before + (1.0 - share) * here;
+                    }
+                std::copy(raised, raised + degree, motion_ + ((order - 1) * 3 + d) * degree);
+            }
+        }
+    }
+
+    const CurveView curve_;
+    const double heading_[4], medium_[5], most_, least_;
+    double motion_[4 * 3 * most_points], half_ = 0.0, found_[6];
+    VehicleRecord record_ = {};
+};
+
 }  // namespace
 
 Status measure(const CurveView &curve, double gravity, bool thrust, Reached &reached) {
@@ -104,6 +176,10 @@ double largest_use(const CurveView &curve, const Bounds &bounds) {
     if (bounds.least_thrust > 0.0)
         used = std::max(used, reached.least_thrust > 0.0 ? bounds.least_thrust / reached.least_thrust : infinite);
     return used == used ? used : infinite;
+}
+
+bool rotors_kept(const CurveView &curve, const Bounds &bounds, double share) {
+    return bounds.vehicle == nullptr || RotorProof(curve, bounds, share).holds();
 }
 
 double wall_excess(const CurveView &curve, const WallSets &walls) {
@@ -164,8 +240,8 @@ Status certify(const CurveView &curve, const Course &course, minsnap_certificate
                         : !same_state(curve, course)   ? "does not begin and end in the states that were asked for"
                         : !same_times(curve, course)   ? "has other times than were asked for"
                         : excess > 0.0                 ? "leaves its walls"
-                        : !(used <= 1.0 + kept)        ? "exceeds a limit"
-                                                       : nullptr;
+                        : !(used <= 1.0 + kept) || (course.limited && !rotors_kept(curve, course.bounds)) ? "exceeds a limit"
+                                                                                                          : nullptr;
     proved.kept = wrong == nullptr;
     if (wrong != nullptr) says(Status::done, "the curve %s", wrong);
     return Status::done;

@@ -100,9 +100,35 @@ Status Course::take_limits(const minsnap_problem &given, Says &says) {
                         kind.value, kind.above, kind.below);
         *kind.to = kind.value;
     }
+    if (limits.vehicle != nullptr)
+        if (const Status status = take_vehicle(limits, says); status != Status::done) return status;
     if (!bounds.any()) return says(Status::bad_number, "the limits are empty: set at least one");
     if (bounds.lifts() && dim != 3)
         return says(Status::bad_size, "limits of thrust, tilt and body rate need three coordinates; there are %d", dim);
+    return Status::done;
+}
+
+// Whatever was not given of the sum of the thrusts is what the rotors can do.
+Status Course::take_vehicle(const minsnap_limits &given, Says &says) {
+    const minsnap_vehicle &vehicle = *given.vehicle;
+    if (vehicle.size != std::int64_t(sizeof(minsnap_vehicle)))
+        return says(Status::bad_size,
+                    "the vehicle has size %lld and this library's has %lld: make it by minsnap_vehicle_new of the same version",
+                    Long(vehicle.size), Long(sizeof(minsnap_vehicle)));
+    bounds.vehicle = given.vehicle;
+    if (!positive(vehicle.mass)) return says(Status::bad_number, "the mass is %g kg: it must be positive", vehicle.mass);
+    if (!finite(vehicle.inertia, 9) || !finite(vehicle.mixer, 16) || !finite(&vehicle.yaw, 1))
+        return says(Status::bad_number, "the vehicle has an inertia, a mixer or a yaw that is not finite");
+    for (int axis = 0; axis < 3; ++axis)
+        if (!positive(vehicle.inertia[4 * axis]))
+            return says(Status::bad_number, "the inertia about axis %d is %g kg m^2: it must be positive", axis, vehicle.inertia[4 * axis]);
+    if (!(vehicle.reserve >= 0.0 && vehicle.reserve < 1.0))
+        return says(Status::bad_number, "the reserve is %g: it must be at least 0 and below 1", vehicle.reserve);
+    if (!(vehicle.least >= 0.0 && vehicle.least < bounds.hover() && bounds.hover() < vehicle.most && vehicle.most <= largest_number))
+        return says(Status::bad_number, "a rotor lifts from %g to %g N, and hovers at %g N: it cannot hold altitude", vehicle.least,
+                    vehicle.most, bounds.hover());
+    if (given.max_thrust == 0.0) bounds.most_thrust = 1.0 + bounds.room_above() / bounds.hover();
+    if (given.min_thrust == 0.0 && vehicle.least > 0.0) bounds.least_thrust = 1.0 - bounds.room_below() / bounds.hover();
     return Status::done;
 }
 

@@ -23,10 +23,14 @@ constexpr double earth = 9.80665;                                              /
 struct Bounds {
     double norm[4] = {infinite, infinite, infinite, infinite};  // speed, acceleration, jerk, snap
     double most_thrust = infinite, least_thrust = 0.0, tilt = infinite, body_rate = infinite, gravity = earth;
+    const minsnap_vehicle *vehicle = nullptr;
 
-    bool turns() const { return body_rate < infinite; }
+    bool turns() const { return body_rate < infinite || vehicle != nullptr; }  // whether slower flight may turn faster, in free fall
     bool lifts() const { return most_thrust < infinite || least_thrust > 0.0 || tilt < infinite || turns(); }
     bool any() const { return lifts() || norm[0] < infinite || norm[1] < infinite || norm[2] < infinite || norm[3] < infinite; }
+    double hover() const { return 0.25 * vehicle->mass * gravity; }  // of a rotor [N]
+    double room_above() const { return (1.0 - vehicle->reserve) * (vehicle->most - hover()); }
+    double room_below() const { return (1.0 - vehicle->reserve) * (hover() - vehicle->least); }
 };
 
 class Course {
@@ -58,6 +62,7 @@ public:
 private:
     Status take_sizes(const minsnap_problem &given, Says &says);
     Status take_limits(const minsnap_problem &given, Says &says);
+    Status take_vehicle(const minsnap_limits &given, Says &says);
     Status take_times(const minsnap_problem &given, Says &says);
     Status take_places(const minsnap_problem &given, const double *first, Says &says);
     Status take_tube(const minsnap_problem &given, Says &says);

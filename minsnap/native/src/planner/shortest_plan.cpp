@@ -26,11 +26,18 @@ struct PlanSettings {
     static constexpr double softer = 2.0, slower = 1.3;  // factor on the body rate of a first search, and on the time of its curve
     static constexpr double reserves[] = {5e-4, 3e-3, 0.02,
                                           0.1,  0.2,  0.5};  // by which durations are lengthened until a plan for them succeeds
-    static constexpr int tries = 3;                          // searches until a curve can be certified
-    static constexpr double farther = 10.0;     // factor on the share by which walls are moved inwards, where a curve is outside
-    static constexpr double not_longer = 1e-3;  // share by which a certified curve may be slower than that of its search
-    static constexpr double seen = 0.05;        // excess beyond which a search has not seen a limit
-    static constexpr double enough = 2.0;       // by how many excesses limits are tightened
+    static constexpr double rotor_margin = 1e-4, rotor_excess = 1e-4,
+                            more_room = 10.0;  // share of hover that is left to the proof of rotors; where they are not kept
+    static constexpr double slower_whole = 1.4, slower_divided = 1.05;  // factor on the time of a plan whose legs are divided
+    static constexpr double hastened = 0.9;                             // least factor on time at which limits of rotors are touched
+    static constexpr int rotor_halvings = 20;
+    static constexpr double rotor_work = 2.5e-4;  // as row_work
+    static constexpr double aside = 0.1;          // least share of the thrust that is not along the heading
+    static constexpr int tries = 3;               // searches until a curve can be certified
+    static constexpr double farther = 10.0;       // factor on the share by which walls are moved inwards, where a curve is outside
+    static constexpr double not_longer = 1e-3;    // share by which a certified curve may be slower than that of its search
+    static constexpr double seen = 0.05;          // excess beyond which a search has not seen a limit
+    static constexpr double enough = 2.0;         // by how many excesses limits are tightened
     static constexpr double row_work = 6e-5, block_work = 5e-6, question_work = 2000.0;  // milliseconds of a processor, about
     static constexpr double vanishing = 1e-6;  // share of the longest total below which nothing limits the time
     static constexpr double idle = 0.8;        // factor on time below which nothing limits it
@@ -200,6 +207,7 @@ bool ShortestPlan::on_limit() const {
 Status ShortestPlan::solve(CurveMemory &curve) {
     Guess guess;
     Question question = question_;
+    if (course_.bounds.vehicle != nullptr && per_leg_ == 0) return divided(curve);
     if (softer(guess) || (!course_.still && !end_.ended && coasting(guess))) {
         question.guess = &guess;
         const Status status = certified(question, curve);
@@ -252,9 +260,27 @@ bool ShortestPlan::guess_of(const CurveMemory &curve, Guess &guess) {
     return true;
 }
 
+// Within rotors fewer pieces first, then more from that curve: more of them take long. The shorter flight of the two.
+Status ShortestPlan::divided(CurveMemory &curve) {
+    const bool eases = course_.still;
+    per_leg_ = eases ? P::divided[0] : 1;
+    Guess guess;
+    CurveMemory finer;
+    const Status status = solve(curve);
+    per_leg_ = 0;
+    if (status != Status::done || end_.over() || !guess_of(curve, guess)) return status;
+    Question question = question_;
+    guess.slower = eases ? P::slower_divided : P::slower_whole;
+    question.guess = &guess, question.first = eases ? 1 : 0;
+    if (certified(question, finer) == Status::done && finer.total() < curve.total()) curve.swap(finer);
+    return Status::done;
+}
+
 // Search with a higher body rate first: from rest the way around free fall is hard to find. Where a thrust is kept at fixed waypoints, it is not.
 bool ShortestPlan::softer(Guess &guess) {
-    if (!course_.bounds.turns() || (course_.bounds.least_thrust > 0.0 && !course_.balls())) return false;
+    const Bounds &bounds = course_.bounds;
+    if (!(bounds.body_rate < infinite) || (bounds.vehicle != nullptr && course_.still)) return false;
+    if (bounds.least_thrust > 0.0 && bounds.vehicle == nullptr && !course_.balls()) return false;
     Question question = question_;
     question.body_rate *= P::softer, question.divided = false, question.rough = true;
     if (search(question, scaled_) != Status::done || stopped_) return false;
@@ -297,15 +323,38 @@ bool ShortestPlan::coasting(Guess &guess) {
 
 Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     const std::int64_t legs = course_.legs, state = std::int64_t(course_.half) * course_.dim;
-    const std::int64_t *const parts = per_leg_ > 0 ? &per_leg_ : legs > 1 ? P::divided : P::alone;
-    const std::int64_t divisions = !question.divided || per_leg_ == 1 ? 0 : per_leg_ > 0 ? 1 : 2;
+    const std::int64_t *const parts = per_leg_ > 0 ? &per_leg_ : (legs > 1 ? P::divided : P::alone) + question.first;
+    const std::int64_t divisions = !question.divided || per_leg_ == 1 ? 0 : per_leg_ > 0 ? 1 : 2 - question.first;
     std::int64_t pieces = question.guess == nullptr ? 1 : question.guess->pieces;
     for (std::int64_t k = 0; k < divisions; ++k) pieces *= parts[k];
     if (!curve.allocate(course_, pieces) || !knots_.allocate(std::size_t((legs * pieces + 1) * state))) return Status::no_memory;
     const double norms[4] = {norm(1, question.body_rate), norm(2, question.body_rate), norm(3, question.body_rate),
                              norm(4, question.body_rate)};
     const double turning[6] = {course_.bounds.gravity, 0.0, 0.0, 0.0, 0.0, question.body_rate};
-    const MomentaryLimit momentary = {std::int64_t(LimitKind::body_rate), turning};
+    MomentaryLimit momentary[2];
+    std::int64_t limits = 0;
+    if (course_.bounds.body_rate < infinite) momentary[limits++] = {std::int64_t(LimitKind::body_rate), turning};
+    double rotors[5 + 3 + 2 + 9 + 16 + 1];
+    if (course_.bounds.vehicle != nullptr) {
+        const Bounds &bounds = course_.bounds;
+        const minsnap_vehicle &vehicle = *bounds.vehicle;
+        const double hover = bounds.hover(), kept = P::rotor_margin * hover;
+        const double first[10] = {bounds.gravity,
+                                  0.0,
+                                  0.0,
+                                  0.0,
+                                  0.0,
+                                  vehicle.mass,
+                                  hover - (bounds.room_below() - kept),
+                                  hover + (bounds.room_above() - kept),
+                                  std::cos(vehicle.yaw),
+                                  std::sin(vehicle.yaw)};
+        std::copy(first, first + 10, rotors);
+        std::copy(vehicle.inertia, vehicle.inertia + 9, rotors + 10);
+        std::copy(vehicle.mixer, vehicle.mixer + 16, rotors + 19);
+        rotors[35] = P::aside;
+        momentary[limits++] = {std::int64_t(LimitKind::yawed_rotors), rotors};
+    }
     const double size = double(std::max<std::int64_t>(1, course_.pieces) * legs) / 30.0, more = std::max({1.0, double(legs) / 5.0, size});
     answer_ = {};
     answer_.work = work_, answer_.longest = longest_, answer_.totals = totals_.data(), answer_.durations = curve.durations.data();
@@ -313,16 +362,17 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     Told told = {&end_, &answer_};
     ShortestRequest asked = {};
     asked.half = course_.half, asked.dim = course_.dim, asked.legs = legs, asked.closed = course_.closed;
-    asked.groups = sets_.count(), asked.limits = course_.bounds.turns(), asked.divisions = divisions, asked.moving = moving_;
+    asked.groups = sets_.count(), asked.limits = limits, asked.divisions = divisions, asked.moving = moving_;
     asked.rough = question.rough, asked.parts = parts, asked.worthwhile = legs > 1 ? P::worthwhile : 0.0;
     asked.inwards = question.inwards, asked.tightened = question.tightened, asked.pinned = course_.pinned.data(), asked.free = free_.data();
-    asked.lengths = lengths_.data(), asked.norms = norms, asked.slower = 1.0, asked.cones = sets_.data(), asked.momentary = &momentary;
+    asked.lengths = lengths_.data(), asked.norms = norms, asked.slower = 1.0, asked.cones = sets_.data(), asked.momentary = momentary;
     if (question.guess != nullptr) {
         asked.guessed = question.guess->pieces, asked.slower = question.guess->slower;
         asked.guess_durations = question.guess->durations, asked.guess_knots = question.guess->knots;
     }
     const double block = double(course_.half - 1) * course_.dim;
-    asked.row_work = P::row_work, asked.iteration_work = P::block_work * double(legs * pieces) * block * block * block;
+    asked.row_work = course_.bounds.vehicle != nullptr ? P::rotor_work : P::row_work,
+    asked.iteration_work = P::block_work * double(legs * pieces) * block * block * block;
     asked.worth = 0.5 * P::question_work * more * more, asked.vanishing = P::vanishing, asked.room = P::room_for_totals;
     asked.live = end_.timed(), asked.poll = poll, asked.context = &told;
     const Status status = Status(minsnap_shortest_time(&asked, &answer_));
@@ -368,8 +418,9 @@ bool ShortestPlan::inside(const CurveMemory &curve) const {
 bool ShortestPlan::within(const Question &question, CurveMemory &curve, double &excess) {
     if (moving_) {
         const double used = largest_use(view(curve), course_.bounds);
-        if (used <= 1.0 + P::kept) return true;
-        excess = used - 1.0;
+        const double beyond = rotor_excess(curve);
+        if (used <= 1.0 + P::kept && beyond == 0.0) return hasten(curve), true;
+        excess = std::max(used - 1.0, beyond);
         if (!course_.still || !stopped_) return false;
     }
     double factor = touching(curve);
@@ -385,11 +436,32 @@ bool ShortestPlan::within(const Question &question, CurveMemory &curve, double &
     return keeps(curve);
 }
 
+// Touch limits of rotors that the last barrier has kept away from.
+void ShortestPlan::hasten(CurveMemory &curve) {
+    if (course_.bounds.vehicle == nullptr || !course_.still || stopped_) return;
+    double low = P::hastened, high = 1.0;
+    for (int k = 0; k < P::rotor_halvings / 2; ++k) {
+        const double middle = grained(0.5 * (low + high));
+        (keeps(curve, middle) ? high : low) = middle;
+    }
+    if (high < 1.0) curve.slow(high);
+}
+
+// By how much of its room a rotor goes beyond it at most, up to a factor of two; 0 where all are kept, infinite where it is far.
+double ShortestPlan::rotor_excess(const CurveMemory &curve) const {
+    const Bounds &bounds = course_.bounds;
+    if (rotors_kept(view(curve), bounds)) return 0.0;
+    const double room = std::min(bounds.room_above(), bounds.room_below()) / bounds.hover();
+    for (double share = P::rotor_margin; share <= P::seen * room; share *= 2.0)
+        if (rotors_kept(view(curve), bounds, -share)) return share / room;
+    return infinite;
+}
+
 bool ShortestPlan::keeps(const CurveMemory &curve, double factor) {
-    if (factor == 1.0) return largest_use(view(curve), course_.bounds) <= 1.0 + P::kept;
+    if (factor == 1.0) return largest_use(view(curve), course_.bounds) <= 1.0 + P::kept && rotors_kept(view(curve), course_.bounds);
     if (!scaled_.copy(curve)) return false;
     scaled_.slow(factor);
-    return largest_use(view(scaled_), course_.bounds) <= 1.0 + P::kept;
+    return largest_use(view(scaled_), course_.bounds) <= 1.0 + P::kept && rotors_kept(view(scaled_), course_.bounds);
 }
 
 // The factor on time at which the most used limit is just reached, none exceeded; infinite where there is none.
@@ -404,13 +476,13 @@ double ShortestPlan::touching(const CurveMemory &curve) {
                 factor = std::max(factor, std::pow(std::max(reached.norm[k] / bounds.norm[k], 0.0), 1.0 / (k + 1)));
         return factor;
     }
-    const double near = nearby(curve);
+    const double near = bounds.vehicle == nullptr ? nearby(curve) : infinite;
     if (near < infinite) return near;
     double low = 1.0, high = 1.0, step = P::first_step;
     int doubled = 0;
     for (; !keeps(curve, high == 1.0 ? 1.0 : grained(high)); low = high, high *= 1.0 + step, step *= 2.0)
         if (++doubled > P::doublings || !(high < 1e12)) return infinite;
-    for (int k = 0; k < P::halvings && high - low > 1e-12 * high; ++k) {
+    for (int k = 0; k < (bounds.vehicle == nullptr ? P::halvings : P::rotor_halvings) && high - low > 1e-12 * high; ++k) {
         const double middle = grained(0.5 * (low + high));
         (keeps(curve, middle) ? high : low) = middle;
     }

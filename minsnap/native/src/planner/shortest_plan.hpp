@@ -48,6 +48,7 @@ private:
         const Guess *guess = nullptr;
         bool divided = true, rough = false;
         double inwards, tightened, body_rate;
+        int first = 0;  // of the divisions
     };
 
     void make_question();
@@ -59,6 +60,9 @@ private:
     bool on_limit() const;
     Status certified(Question question, CurveMemory &curve);
     Status search(const Question &question, CurveMemory &curve);
+    Status divided(CurveMemory &curve);
+    void hasten(CurveMemory &curve);
+    double rotor_excess(const CurveMemory &curve) const;
     bool softer(Guess &guess);
     bool planned(CurveMemory &curve);
     Status improved(CurveMemory &curve);
