@@ -11,6 +11,8 @@ namespace minsnap {
 namespace {
 
 constexpr std::int64_t most_waypoints = 100'000, most_planes = 1'000'000, most_per_leg = 1'000;
+constexpr double farthest = 1e12;       // of coordinates and of given derivatives: beyond, squares of what is computed from them overflow
+constexpr double nearest = 1e-9;        // of two waypoints [m]
 constexpr double far = 1e3;             // radius of the largest ball in a set, over 1 m and its largest bound
 constexpr double across = 1e-12;        // a component of a row that is shorter is rounding: the leg is along that axis
 constexpr double least_length = 1e-12;  // share of all legs below which two waypoints count as equal
@@ -20,7 +22,7 @@ using Long = long long;
 
 bool finite(const double *values, std::int64_t count) {
     for (std::int64_t i = 0; i < count; ++i)
-        if (!(std::fabs(values[i]) <= largest_number)) return false;
+        if (!(std::fabs(values[i]) <= farthest)) return false;
     return true;
 }
 
@@ -154,11 +156,12 @@ Status Course::take_places(const minsnap_problem &given, const double *first, Sa
     if (!points.allocate(std::size_t(count)) || !pinned.allocate(std::size_t(count * half)) || !lengths.allocate(std::size_t(legs)))
         return says(Status::no_memory, "there is no memory for %lld waypoints", Long(legs + 1));
     for (std::int64_t i = 0; i <= legs; ++i)
-        if (!finite(given.points + i * dim, dim)) return says(Status::bad_number, "waypoint %lld is not finite", Long(i));
+        if (!finite(given.points + i * dim, dim))
+            return says(Status::bad_number, "waypoint %lld is not finite, or farther away than %g m", Long(i), farthest);
     const double *const ends[2] = {given.start, given.end};
     for (int end = 0; end < 2; ++end)
         if (ends[end] != nullptr && !finite(ends[end], orders * dim))
-            return says(Status::bad_number, "a derivative at the %s is not finite", end == 0 ? "start" : "end");
+            return says(Status::bad_number, "a derivative at the %s is not finite, or beyond %g", end == 0 ? "start" : "end", farthest);
     if (closed && !std::equal(given.points, given.points + dim, given.points + legs * dim))
         return says(Status::bad_number, "the last waypoint of a lap is the first one, and differs");
     std::copy(given.points, given.points + count, points.data());
@@ -185,7 +188,7 @@ Status Course::take_places(const minsnap_problem &given, const double *first, Sa
     }
     const double sum = summed(lengths.data(), legs);
     for (std::int64_t leg = 0; leg < legs; ++leg)
-        if (!(lengths[std::size_t(leg)] > least_length * sum))
+        if (!(lengths[std::size_t(leg)] > std::max(least_length * sum, nearest)))
             return says(Status::bad_number, "waypoints %lld and %lld are at one place: leave one of them out", Long(leg), Long(leg + 1));
     length = sum / double(legs);
     radii = given.radii, widths = given.widths;
