@@ -43,16 +43,23 @@ def leg_text(figures: Mapping[str, Any]) -> str:
         rows.append((str(use["leg"]), *numbers, bound))
     tables = [_aligned(rows)]
     if figures["sensitivities"]:
-        tables.append(_aligned([("one unit more of", "now", "flight time"), *map(_row, figures["sensitivities"])]))
+        seconds = sum(use["duration"] for use in figures["leg_table"])
+        known = [_row(one, seconds) for one in figures["sensitivities"]]
+        tables.append(_aligned([("one unit more of", "now", "flight time"), *known]))
     return "\n\n".join(tables)
 
 
-def _row(figures: Mapping[str, Any]) -> tuple[str, str, str]:
+LITTLE = 5e-3
+"""Share of the flight time per share of a limit, below which a difference is that of two searches, not of the limit."""
+
+
+def _row(figures: Mapping[str, Any], duration: float) -> tuple[str, str, str]:
     one = Sensitivity(**{name: figures[name] for name in ("name", "waypoint", "value", "seconds")})
     value, seconds, unit = one.value, one.seconds, one.unit
     if one.waypoint is None and KIND[one.name].degrees:
         value, seconds, unit = degrees(value), seconds * radians(1.0), "degree"
-    return one.label, f"{value:.4g} {unit}", f"{seconds:+.3g} s per {unit}"
+    change = f"{seconds:+.3g} s per {'weight' if unit == 'of the weight' else unit}"
+    return one.label, f"{value:.4g} {unit}", change if abs(seconds * value) > LITTLE * duration else "none"
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> str:
