@@ -125,20 +125,20 @@ def frozen(fixed: Path, time: float, pieces: int) -> FloatArray:
 
 
 PIECES = 5
-"""Polynomials of one curve unless the caller says otherwise: more than that fly hardly shorter from rest to rest."""
+"""Polynomials of the profile of straight lines unless the caller says otherwise: more fly hardly shorter."""
 
 
-def one_curve(task: FleetTask, polish: float, pieces: int) -> tuple[list[Trajectory], str] | None:
+def one_curve(task: FleetTask, polish: float, pieces: int | str) -> tuple[list[Trajectory], str] | None:
     """Return the trajectories of a fleet that one curve decides, and by which method; None for another fleet."""
     if any(task.holds_of(vehicle).any() for vehicle in range(len(task))):
         return None
     if len(task) + len(task.fixed) == 1:
         return [_single(task, polish, pieces)], "single"
-    lines = _straight(task, polish, pieces)
+    lines = _straight(task, polish, pieces if isinstance(pieces, int) else PIECES)
     return None if lines is None else (lines, "straight")
 
 
-def _single(task: FleetTask, polish: float, pieces: int) -> Trajectory:
+def _single(task: FleetTask, polish: float, pieces: int | str) -> Trajectory:
     """Return the plan of the only vehicle."""
     walls = [each for each in (*task.corridors, task.room) if each is not None]
     start = {DERIVATIVES[order]: value for order, value in task.states[0].items()} or None

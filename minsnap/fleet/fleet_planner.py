@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from math import ceil, inf
@@ -18,7 +19,7 @@ from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.common_clock import Fleet, FleetReport, Separation, checked_names
-from minsnap.fleet.first_guess import PIECES, one_curve
+from minsnap.fleet.first_guess import one_curve
 from minsnap.fleet.fleet_certificate import fleet_fault
 from minsnap.fleet.fleet_task import FleetTask, check_task, refuse_meetings, way_of
 from minsnap.fleet.time_search import LAST, TIMES, WARM, Certified, TimeSearch, flown, unproved_fleet
@@ -28,6 +29,12 @@ from minsnap.trajectory.planned_heading import ChosenHeading, Yaw, chosen_headin
 from minsnap.trajectory.trajectory import Trajectory
 
 Told = Callable[[float, float], None]
+
+MOST_KNOTS = 40
+"""Most pieces that are tried so that waypoints are passed when it is best."""
+
+PIECE_COST = 0.002
+"""Share of the time that one piece more is worth."""
 
 
 def plan_fleet(
@@ -58,8 +65,8 @@ def plan_fleet(
     Parameters
     ----------
     waypoints : array_like, shape (m, n, 3), or sequence of array_like, shape (n_i, 3)
-        Waypoints of each vehicle: start and goal, or more [m]. The instants of inner waypoints are in proportion to the
-        length of the path.
+        Waypoints of each vehicle: start and goal, or more [m]. Inner ones are passed about when the vehicle alone would
+        pass them, in proportion to the time of all.
     limits : Limits or sequence of Limits, optional
         Limits of all vehicles, or of each. The search minimises the time within them.
     separation : Separation or float, optional
@@ -152,8 +159,7 @@ def _finished(
 def _searched(search: TimeSearch, finished: Callable[..., Fleet], polish: float, seed: int, pieces: Any) -> Fleet:
     """Return the best fleet: by one curve where that decides it, or by a joint search."""
     stopped = ""
-    count = PIECES * (max(len(points) for points in search.task.waypoints) == 2) or 3
-    quick = one_curve(search.task, polish, count if pieces == "auto" else pieces)
+    quick = one_curve(search.task, polish, pieces)
     if quick is not None:
         try:
             return finished(*quick)
@@ -248,10 +254,21 @@ def _pieces_of(task: FleetTask, pieces: Any) -> int:
         count = 6 if len(task) >= 150 else 8 + 2 * sum(length >= far * task.length for far in (20.0, 40.0))
         count = max(count, 4 * legs if legs > 1 else 0)
         waiting = max(float(task.holds_of(i).sum()) for i in range(len(task))) / max(float(task.bounds.max()), 1e-12)
-        return count if waiting == 0.0 else ceil(count / max(1.0 - waiting, 0.25)) + 2
+        count = count if waiting == 0.0 else ceil(count / max(1.0 - waiting, 0.25)) + 2
+        return count if legs == 1 else _knots_that_suit(task, count)
     least = max(2, legs)
     give = f"give 'auto' or a whole number from {least} to 200"
     return int(check_number("pieces", pieces, least, 200, give, FleetError, whole=True))
+
+
+def _knots_that_suit(task: FleetTask, least: int) -> int:
+    """Return how many pieces let all vehicles pass their waypoints about when each does alone, and no more."""
+    stretches = {}
+    for count in range(least, MOST_KNOTS + 1):
+        with suppress(FleetError):  # the holds leave too few pieces, or two pass places too near at one knot
+            refuse_meetings(task, count)
+            stretches[count] = task.stretch_of(count) * (1.0 + PIECE_COST * count)
+    return min(stretches, key=stretches.__getitem__) if stretches else least
 
 
 def _check_time(task: FleetTask, total_time: Any) -> None:

@@ -6,6 +6,7 @@ Every refusal is one sentence that names the vehicle or the pair.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
 from math import cos, inf, sin
@@ -21,10 +22,11 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_simple, clearance_of
 from minsnap.durations.recovery import RECOVERY
-from minsnap.errors import FleetError, WaypointError
+from minsnap.errors import FleetError, InfeasibleError, SolverError, TimingError, WaypointError
 from minsnap.fleet.common_clock import Fleet, Separation, as_separation
 from minsnap.limits.limits import Limits, check_limits
 from minsnap.native.joint_fleet import KINDS, ORDERS
+from minsnap.planning.planner import plan
 from minsnap.trajectory.path import Path
 
 INWARDS = 0.004
@@ -32,6 +34,9 @@ INWARDS = 0.004
 
 CROWDED = 0.85
 """How much shorter pieces at the ends are than those between: 0 for equal ones, below 1."""
+
+ALONE = 3
+"""Polynomials of a leg in the plan of a vehicle alone that says when it passes its waypoints."""
 
 PLAIN = ("speed", "acceleration", "jerk", "snap")
 
@@ -140,13 +145,13 @@ class FleetTask:
     def knots_of(self, vehicle: int, pieces: int) -> IntArray:
         """Return the knots at which a vehicle arrives at each waypoint and leaves it, shape (n_i, 2).
 
-        Arrivals go by the length of the way, and each leg has at least one piece. Holds last their seconds in the least
-        time that the fleet can take, and longer in longer ones.
+        Arrivals are nearest to those of the vehicle alone, and each leg has at least one piece. Holds last their
+        seconds in the least time that the fleet can take, and longer in longer ones.
         """
         points, holds = self.waypoints[vehicle], self.holds_of(vehicle)
         holds = holds / max(self.total_time or float(self.bounds.max()), 1e-12) if holds.any() else holds
-        steps = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-        way = np.concatenate(([0.0], np.cumsum(steps))) / max(way_of(points), 1e-12) * (1.0 - holds.sum())
+        legs = self.legs_alone[vehicle]
+        way = np.concatenate(([0.0], np.cumsum(legs))) / max(legs.sum(), 1e-12) * (1.0 - holds.sum())
         instants, knots = knot_shares(pieces), [(0, int(np.searchsorted(knot_shares(pieces), holds[0] - 1e-12)))]
         for index in range(1, len(points)):
             least, most = knots[-1][1] + 1, pieces - (len(points) - 1 - index)
@@ -159,6 +164,28 @@ class FleetTask:
         if (indices[1:, 0] <= indices[:-1, 1]).any():
             raise FleetError(f"the holds of vehicle {vehicle} leave too few pieces to fly: give pieces={2 * pieces}")
         return indices
+
+    @cached_property
+    def legs_alone(self) -> tuple[FloatArray, ...]:
+        """How long each leg of each vehicle lasts that flies alone [s]; where nothing says it, its length [m]."""
+        return tuple(self._legs_alone(vehicle) for vehicle in range(len(self)))
+
+    def _legs_alone(self, vehicle: int) -> FloatArray:
+        points = self.waypoints[vehicle]
+        if len(points) > 2 and self.limits is not None:
+            with suppress(InfeasibleError, SolverError, TimingError):
+                alone = plan(points, limits=self.limits[vehicle], pieces=ALONE)
+                return np.asarray(alone.durations.reshape(len(points) - 1, -1).sum(axis=1))
+        return np.asarray(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)))
+
+    def stretch_of(self, pieces: int) -> float:
+        """Return by how much the longest flight alone lasts longer if all pass their waypoints at knots, about."""
+        longest, stretch = max(float(legs.sum()) for legs in self.legs_alone), 1.0
+        for vehicle, legs in enumerate(self.legs_alone):
+            if len(legs) > 1:
+                arrives, leaves = knot_shares(pieces)[self.knots_of(vehicle, pieces)].T
+                stretch = max(stretch, float((legs / (arrives[1:] - leaves[:-1])).max()) / max(longest, 1e-12))
+        return stretch
 
     @cached_property
     def limit_table(self) -> FloatArray:

@@ -68,9 +68,32 @@ def test_a_turned_mission_takes_the_same_time():
 
 def test_the_fleet_of_one_vehicle_is_its_plan():
     fleet = minsnap.plan_fleet([LINE], AXIS, APART)
-    assert (fleet[0].control_points == minsnap.plan(LINE, limits=AXIS, pieces=5).control_points).all()
+    assert (fleet[0].control_points == minsnap.plan(LINE, limits=AXIS).control_points).all()
+    bend = [*LINE, (4.0, 3.0, 2.0)]
+    assert minsnap.plan_fleet([bend], AXIS)[0].durations == pytest.approx(minsnap.plan(bend, limits=AXIS).durations)
     slow = minsnap.plan_fleet([LINE], total_time=9.0, room=((-1, -1, 0), (5, 1, 2)))
     assert slow.duration == pytest.approx(9.0)
+
+
+@pytest.mark.slow
+def test_waypoints_are_passed_when_it_is_best():
+    """Two vehicles 50 m apart took up to 1.70 times as long as the slower one alone, and 1.17 in the median."""
+    limits, shares = minsnap.Limits(speed=3.0, acceleration=5.0), []
+    for seed in range(8):
+        draw = np.random.default_rng(seed)
+        count = int(draw.integers(3, 6))
+        ways = [draw.uniform((-4, -4, 0), (4, 4, 4), (count, 3)) + [50 * i, 0, 0] for i in range(2)]
+        alone = max(minsnap.plan(way, limits=limits, pieces=3).duration for way in ways)
+        fleet = minsnap.plan_fleet(ways, limits, 0.4)
+        shares.append(fleet.duration / alone)
+        for way, curve in zip(ways, fleet, strict=True):
+            assert all(min(np.linalg.norm(curve(curve.breaks) - point, axis=1)) < 1e-9 for point in way)
+    assert max(shares) < 1.1 and np.median(shares) < 1.03, shares
+
+
+def test_vehicles_whose_waypoints_are_near_pass_them_at_different_instants():
+    fleet = minsnap.plan_fleet([np.array(way) + (0.0, 0.0, 0.3 * i) for i, way in enumerate(MEETING)], AXIS, 0.5)
+    assert minsnap.certify_fleet(fleet, 0.5, AXIS).ok
 
 
 def test_straight_lines_are_taken_where_they_are_apart():
@@ -216,6 +239,9 @@ def test_the_oracle_sees_what_a_fleet_does_not_keep():
 
 
 LINE = [(0.0, 0.0, 1.0), (4.0, 0.0, 1.0)]
+
+MEETING = [[*LINE, (4.0, 4.0, 1.0)], [(8.0, 0.1, 1.0), (4.0, 0.1, 1.0), (4.0, -4.0, 1.0)]]
+"""Two that pass places 0.1 m apart in the middle of their ways."""
 NEAR = [(0.0, 0.1, 1.0), (4.0, 2.0, 1.0)]
 
 
@@ -240,7 +266,7 @@ NEAR = [(0.0, 0.1, 1.0), (4.0, 2.0, 1.0)]
         ({"start": {"velocity": (1, 0, 0)}}, FleetError, "list of 1 states"),
         ({"fixed": [3]}, FleetError, "fixed vehicle"),
         (
-            {"waypoints": [[*LINE, (4.0, 4.0, 1.0)], [(8.0, 0.1, 1.0), (4.0, 0.1, 1.0), (4.0, -4.0, 1.0)]]},
+            {"waypoints": MEETING, "pieces": 8},
             FleetError,
             "waypoint 1 of vehicle 0 and waypoint 1 of vehicle 1 are passed at one instant, 0.1 m apart",
         ),
