@@ -119,6 +119,8 @@ def without_contradictions(asked, known):
         single = asked["pieces"] == 1 and not {"waypoint_tolerance"} & set(asked)
         single &= asked["waypoints"] is known["points"]
         asked["continuity"] = max(asked["continuity"], half - 2 if single else half - 1)
+        if "durations" not in asked:
+            asked["continuity"] = min(asked["continuity"], half - 1)
     if isinstance(yaw, np.ndarray):
         yaw[-1] = yaw[0] if asked["closed"] else yaw[-1]
     elif (dim not in (2, 3) and yaw == "tilt") or (dim == 1 and (yaw == "velocity" or isinstance(yaw, LookAt))):

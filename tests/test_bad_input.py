@@ -98,6 +98,8 @@ DEGREES = (
     ({"continuity": 7}, DegreeError, "continuity is 7.*0 to 6"),
     ({"continuity": -1}, DegreeError, "continuity is -1"),
     ({"continuity": 2.5}, DegreeError, "continuity is 2.5"),
+    ({"durations": None, "total_time": 9.0, "continuity": 4}, DegreeError, "take degree=9, or give durations"),
+    ({"limits": minsnap.Limits(speed=1), "durations": None, "continuity": 6}, DegreeError, "=6 was asked for: give"),
     ({"degree": 5, "continuity": 5}, DegreeError, "continuity is 5.*0 to 4"),
     ({"pieces": 0}, DegreeError, "pieces is 0"),
     ({"pieces": -2}, DegreeError, "pieces is -2"),

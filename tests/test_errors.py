@@ -80,7 +80,7 @@ def test_attributes_are_none_unless_given():
 REFUSED = {
     "walls": {"durations": [2.0, 2.0], "corridor": 0.01, "continuity": 6, "pieces": 1},
     "lengths": {"total_time": 0.1, "limits": minsnap.Limits(speed=3.0)},
-    "pins": {"total_time": 4.0, "degree": 3, "continuity": 2, "pins": {1: {"velocity": (0.0, 0.0, 1.0)}}},
+    "pins": {"durations": [2.0, 2.0], "degree": 3, "continuity": 2, "pins": {1: {"velocity": (0.0, 0.0, 1.0)}}},
 }
 
 

@@ -237,6 +237,18 @@ def check_jumps(continuity: int, half: int, between_waypoints: bool) -> None:
         )
 
 
+def refuse_smoother(continuity: int, half: int) -> None:
+    """Raise DegreeError for a continuity above k - 1, with the degree that has it."""
+    if continuity <= half - 1:
+        return
+    degree = 2 * continuity + 1
+    higher = f"take degree={degree}, or give durations" if degree in DEGREES else "give durations"
+    raise DegreeError(
+        f"where a plan chooses its times, degree {2 * half - 1} joins derivatives up to {half - 1}, and "
+        f"continuity={continuity} was asked for: {higher}"
+    )
+
+
 def check_pieces(pieces: Any) -> tuple[int, bool]:
     """Return the number of polynomials per leg, a whole number of at least 1, and whether a search may choose it."""
     if isinstance(pieces, str) and pieces == "auto":

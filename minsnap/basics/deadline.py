@@ -58,8 +58,6 @@ class WorkPrices:
         Further work of an iteration: for each piece, times the cube of the number of values that are free at a knot.
     free_curve : float
         A curve without walls, and how far it is outside.
-    joined : float
-        The same for each coordinate, and the cube of the unknowns, where more derivatives join than a piece shares.
     active_set, interior_point : float
         A QP by either method, for each entry of its rows and each unknown.
     slacks : float
@@ -81,7 +79,6 @@ class WorkPrices:
     yaw_rate_used: float = 2.0
     limits_used: float = 0.3
     free_curve: float = 1.0
-    joined: float = 1.2e-5
     active_set: float = 1e-5
     interior_point: float = 6e-5
     slacks: float = 4e-6

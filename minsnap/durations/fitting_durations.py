@@ -1,8 +1,8 @@
 """Durations for which a curve fits between all walls, where those that a search chose leave none.
 
 A search without gradients (J. A. Nelder and R. Mead, "A simplex method for function minimization", The Computer Journal
-7, 1965) changes them until the least slack of all walls is gone.  Where that is not known, and where all derivatives up
-to 2k - 2 join, so that durations leave one curve or few, it is the largest excess of the curve of least cost.
+7, 1965) changes them until the least slack of all walls is gone.  Where that is not known, it is the largest excess of
+the curve of least cost.
 """
 
 from __future__ import annotations
@@ -44,9 +44,6 @@ class FittingSettings:
         Iterations for each leg in which the excess must fall to that share.
     near : float
         Excess beyond the room that is wanted, from which it may fall slowly, in widths.
-    shorter : float
-        Factor on a total from which the shortest plan that was found is far, where more derivatives join than a piece
-        of its search shares.
     """
 
     room: float = 0.01
@@ -56,7 +53,6 @@ class FittingSettings:
     patience: int = 5
     falls: float = 0.7
     near: float = 0.05
-    shorter: float = 1.1
 
 
 FITTING = FittingSettings()
@@ -133,8 +129,6 @@ class _LeastExcess:
             return float(known.slacks.max())
         if known is not None and known.status is Status.SPENT and known.slacks.max() > FITTING.far:
             raise SolverError("the least slack is far from gone, and its work is spent")
-        unknowns = self.free.legs * self.free.pieces * (self.free.half - 1) * bool(self.free.jumps)
-        self.deadline.spend(WORK.joined * self.free.dim * unknowns**3)
         return _largest_excess(self.task.walls, solve(self.free, durations).trajectory)
 
     def run(self) -> None:

@@ -13,7 +13,6 @@ from minsnap.optimisation.contradiction import Contradiction, contradicting_join
 from minsnap.optimisation.infeasibility import UNPROVED, Pressed, explain_corridor
 from minsnap.optimisation.linear_rows import DENSE
 from minsnap.optimisation.rows import Curve
-from minsnap.optimisation.still_direction import StillDirection
 from minsnap.optimisation.stop_and_go import leg_on_wall
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.task_walls import all_walls, normalised_walls
@@ -55,10 +54,10 @@ def _joined_by_nothing(task: Task, durations: FloatArray, exactly: bool = False)
     return None if broken is None else overdetermined(task, broken)
 
 
-def overdetermined(task: Task, proof: Contradiction | StillDirection, when: str = "") -> InfeasibleError:
+def overdetermined(task: Task, proof: Contradiction) -> InfeasibleError:
     """Return the error where pins and continuity contradict each other."""
     return InfeasibleError(
-        f"pins and continuity ask for more than the polynomials have free{when}: lower "
+        f"pins and continuity ask for more than the polynomials have free: lower "
         f"continuity={task.continuity}, or pin fewer derivatives",
         contradiction=proof,
     )

@@ -14,12 +14,12 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import LateError
-from minsnap.durations.fitting_durations import FITTING, fitting_durations
+from minsnap.durations.fitting_durations import fitting_durations
 from minsnap.durations.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
 from minsnap.durations.least_cost import cheapest_durations, distance_split, leg_sums
 from minsnap.durations.longer_times import least_longer
 from minsnap.durations.recovery import pinned_use
-from minsnap.durations.refusal import explain, overdetermined
+from minsnap.durations.refusal import explain
 from minsnap.durations.time_scaling import shortest_scaled
 from minsnap.durations.timing import NO_RUN, Timed, Timing, solved_or_explained, timed
 from minsnap.durations.ways import least_of, start_on_limit
@@ -27,7 +27,6 @@ from minsnap.durations.within_limits import plans_for, searched_in_time
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.optimisation.solve import Effort, solve
-from minsnap.optimisation.still_direction import still_direction
 from minsnap.optimisation.task import Task
 
 if TYPE_CHECKING:
@@ -61,16 +60,15 @@ def in_other_times(task: Task, timing: Timing, refused: Refused) -> Timed | None
         for durations in _proportions(task, timing, refused)
     )
     planned = next((one for one in tried if one is not None), None)
-    if planned is not None or _searched_in_vain(task, timing, refused):
+    if planned is not None or _searched_in_vain(timing, refused):
         return planned
     return _where_free_curves_fit(task, bounded, timing, refused)
 
 
-def _searched_in_vain(task: Task, timing: Timing, refused: Refused) -> bool:
-    """Whether the shortest plan of a search takes longer than a total, by far where more derivatives join."""
+def _searched_in_vain(timing: Timing, refused: Refused) -> bool:
+    """Whether the shortest plan of a search takes longer than a total."""
     shortest = getattr(refused, "shortest", None)
-    near = 1.0 if task.continuity < task.half else FITTING.shorter
-    return timing.total_time is not None and shortest is not None and shortest > near * timing.total
+    return timing.total_time is not None and shortest is not None and shortest > timing.total
 
 
 def _where_free_curves_fit(task: Task, bounded: Task, timing: Timing, refused: Refused) -> Timed | None:
@@ -206,9 +204,6 @@ def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> N
 
     ``shortest`` is the shortest total found [s], if any.
     """
-    still = still_direction(task) if task.explained and not timing.refine else None
-    if still is not None:
-        raise overdetermined(task, still, " in any time")
     if not task.explained or _starts_beyond(task, timing):
         return
     from minsnap.durations.short_total import short_leg, short_total

@@ -269,8 +269,7 @@ class Strategy:
     @property
     def _fewer_first(self) -> bool:
         """Whether fewer pieces come first: within rotors more take long, and are lost where time or work end."""
-        alike = self.task.continuity <= self.task.half - 1
-        return self.timing.refine and alike and isinstance(self.limits, VehicleLimits) and self._known
+        return self.timing.refine and isinstance(self.limits, VehicleLimits) and self._known
 
     @property
     def _yawed(self) -> bool:
@@ -574,8 +573,7 @@ class Strategy:
             alone = self._alike(1)
             first = alone.solve(None)
             self.ended, self.quickest = alone.ended, alone.quickest
-            smoother = refine and task.continuity > task.half - 1  # which takes longer from a search with more pieces
-            if first is None or alone.interrupted or smoother:
+            if first is None or alone.interrupted:
                 return first
             guess = None if refine else guess_of(first.trajectory, alone.task)
         several = self._alike(QUESTION.divisions[0]) if refine else self

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, significant
 from minsnap.basics.limit_kinds import KIND
 from minsnap.durations.initial_guess import guessed_lengths, priced_first_guess, stop_and_go_times
-from minsnap.durations.least_cost import cheapest_durations, distance_split, leg_sums
-from minsnap.durations.longer_times import RESERVES, least_longer
+from minsnap.durations.least_cost import cheapest_durations, distance_split
+from minsnap.durations.longer_times import RESERVES
 from minsnap.durations.refusal import explain
 from minsnap.durations.shortest_question import guess_of
 from minsnap.durations.strategy import Strategy, balanced_price
-from minsnap.durations.time_scaling import flown_fastest, scaled_plan, shortest_scaled
+from minsnap.durations.time_scaling import flown_fastest, scaled_plan
 from minsnap.durations.time_stretch import UnlimitedError, grained, measuring_work, touching_factor
 from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
 from minsnap.durations.ways import end_on_limit, shortest_from, shortest_of_starts
@@ -64,46 +63,14 @@ def shortest_plan(task: Task, timing: Timing) -> Timed:
     limits = timing.bounds
     if timing.split != "optimal" or not _searchable(task, limits):
         return scaled_plan(task, timing)
-    if (0 in task.moving or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
+    if 0 in task.moving or end_on_limit(task, limits):
         return shortest_from(task, timing)
-    if task.continuity <= task.half - 1:
-        return shortest_of_starts(task, timing)
-    first: tuple[SolvedTask | None, Run] = None, NO_RUN
-    with suppress(UnlimitedError):  # what joins less smoothly may fly at any speed
-        first = Strategy(task, timing).run()
-    return _smoother(task, timing, *first)
+    return shortest_of_starts(task, timing)
 
 
 def _searchable(task: Task, limits: Limits) -> bool:
     """Whether any limit is part of the search for the shortest time; the rate of a yaw is not."""
     return any(KIND[name].measure in MEASURES for name in limits.given()) or any(wall.order for wall in task.walls)
-
-
-def _leg_durations(solved: SolvedTask) -> FloatArray:
-    return leg_sums(solved.trajectory.durations, solved.trajectory.pieces)
-
-
-def _smoother(task: Task, timing: Timing, fastest: SolvedTask | None = None, search: Run = NO_RUN) -> Timed:
-    """Plan with more derivatives continuous than a piece of the search shares, at its durations and longer ones."""
-    pieces = task.pieces if fastest is None else fastest.trajectory.pieces
-    bounded = timing.in_time(replace(timing.bounded(task), pieces=pieces))
-    attempt, deadline = partial(plans_for(bounded, task, timing, search), effort=Effort.TRY), bounded.deadline
-    firsts = [bounded.piece_durations(stop_and_go_times(guessed_lengths(task), timing.bounds))]
-    if fastest is not None:
-        firsts.insert(0, fastest.trajectory.durations)
-    tried = [least_longer(attempt, durations, False, deadline) for durations in firsts]
-    interrupted = search.interrupted
-    if task.still and not (any(tried) and (interrupted or deadline.passed)):
-        tried.append(shortest_scaled(replace(task, pieces=pieces), timing, firsts[0]))
-    shortest = _shortest(tried)
-    if shortest is None:
-        deadline.require()
-        raise explain(bounded, firsts[0])
-    return replace(shortest, interrupted=shortest.interrupted or interrupted)
-
-
-def _shortest(plans: Iterable[Timed | None]) -> Timed | None:
-    return min(filter(None, plans), key=lambda one: one.trajectory.duration, default=None)
 
 
 def plans_for(
@@ -161,35 +128,17 @@ def limited_plan(task: Task, timing: Timing) -> Timed:
 
 def _searched_plan(task: Task, timing: Timing) -> Timed:
     """Search a plan for a total or a price; UnlimitedError where it needs the shortest, and there is none."""
-    limits, bounded = timing.bounds, timing.bounded(task)
-    if task.continuity <= task.half - 1:
-        try:
-            return _joint_plan(task, timing)
-        except InfeasibleRowsError:
-            durations = task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))
-            refused = explain(timing.in_time(task), durations)
-            if not isinstance(refused, SolverError):
-                raise refused from None
-            joint = LeastPriced(task, timing)  # these durations have a curve
-            if timing.time_weight is None:
-                return _at_total(timing, joint, None, NO_RUN)
-            return require_limits_kept(timed(*joint.priced_from_shortest(timing.time_weight)), task, timing, True)
-    fastest, search = Strategy(task, timing).run()
-    price, durations = _wished(task, timing, _leg_durations(fastest))
-    planned = None if search.interrupted else _cheapest(bounded, timing, price, durations, search)
-    if planned is not None and price is not None:
-        return require_limits_kept(planned, task, timing, True)
-    if planned is not None and keeps(limits, planned.trajectory):
-        return planned
-    smooth = _smoother(task, timing, fastest, search)
-    if price is not None:
-        return smooth
-    if not task.still and timing.total < smooth.trajectory.duration:  # solves at shorter times gave up
-        shorter = _lengthened(task, fastest, timing, search)
-        if shorter is not None:
-            return shorter
-    _check_total(timing.total, smooth.solved)
-    return _stretched(task, smooth.solved, timing, search)
+    try:
+        return _joint_plan(task, timing)
+    except InfeasibleRowsError:
+        durations = task.piece_durations(stop_and_go_times(guessed_lengths(task), timing.bounds))
+        refused = explain(timing.in_time(task), durations)
+        if not isinstance(refused, SolverError):
+            raise refused from None
+        joint = LeastPriced(task, timing)  # these durations have a curve
+        if timing.time_weight is None:
+            return _at_total(timing, joint, None, NO_RUN)
+        return require_limits_kept(timed(*joint.priced_from_shortest(timing.time_weight)), task, timing, True)
 
 
 def _joint_plan(task: Task, timing: Timing) -> Timed:

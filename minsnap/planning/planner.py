@@ -123,8 +123,7 @@ def plan(
         such as ``[0.3, Room(lower, upper)]``. All but ``Sampled`` hold at every instant.
     continuity : int, optional
         Derivatives continuous at the knots: k - 1 by default (3 for degree 7), at most 2k - 2. The least is k - 1, or
-        k - 2 with one polynomial per leg between fixed waypoints. Above k - 1 the plan takes the durations of the
-        shortest time for k - 1, or longer ones; where none fits, others are searched for.
+        k - 2 with one polynomial per leg between fixed waypoints. Above k - 1 it takes durations.
     degree : int
         2k - 1: 3, 5, 7, 9 or 11.
     yaw : float, array_like of shape (n,), "velocity", "tilt", "free", Velocity, LookAt, callable, optional
@@ -240,6 +239,7 @@ def _planned(request: PlanRequest, watch: Progress | None, said: tuple[str, ...]
     began = perf_counter()
     task, times = task_of(request), request.durations
     if times is None:
+        checks.refuse_smoother(task.continuity, task.half)
         checks.refuse_repeated(task.waypoints, "give every leg a duration, which makes it a hold; a course says hold")
     else:
         times = checks.check_durations(times, task.legs)

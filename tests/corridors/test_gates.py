@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull
 
 import minsnap
 from minsnap import Ball, Boxes, Gate
-from minsnap.basics.arrays import SMALLEST
+from minsnap.basics.arrays import SMALLEST, lengths_of
 from minsnap.corridors.knot_regions import ball_region, gate_region
 from minsnap.errors import CorridorError, WaypointError
 
@@ -93,13 +93,13 @@ def test_sides_of_a_gate_hold_two_corners_each_and_no_corner_is_outside(gate):
 @pytest.mark.parametrize("how", [{}, {"corridor": 0.6}, {"pieces": 2}, {"continuity": 4}])
 def test_a_curve_passes_through_its_gate(gate, how):
     waypoints = [POINTS[0], gate, *POINTS[2:]]
-    traj = minsnap.plan(waypoints, total_time=6, search=minsnap.Search(split="distance"), **how)
+    times = 6.0 * lengths_of(np.array([POINTS[0], gate.center, *POINTS[2:]]))
+    times /= times.sum() / 6.0
+    traj = minsnap.plan(waypoints, times, **how)
     knot = traj(traj.leg_breaks[1])
     assert inside_hull(knot[None], gate.corners, gate.normal) <= 1e-9
     assert minsnap.certify(traj, waypoints, corridor=how.get("corridor")).ok
-    centered = minsnap.plan(
-        POINTS[:1] + [gate.center] + POINTS[2:], total_time=6, search=minsnap.Search(split="distance"), **how
-    )
+    centered = minsnap.plan(POINTS[:1] + [gate.center] + POINTS[2:], times, **how)
     assert traj.cost() < centered.cost() * (1 + 1e-9)
 
 

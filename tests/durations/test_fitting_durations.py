@@ -37,26 +37,3 @@ def test_no_other_start_is_tried_after_two_that_lead_to_the_same_excess():
     starts = iter([np.ones(4)] * 4)
     assert fitting_durations(task(1e-3), starts, 10.0, NEVER) is None
     assert len(list(starts)) == 2
-
-
-@pytest.mark.parametrize(
-    "asked",
-    (
-        {"total_time": 10.0},
-        {"search": minsnap.Search(time_weight=100.0)},
-        {"limits": minsnap.Limits(speed=3.0, acceleration=6.0)},
-        {"limits": minsnap.Limits(speed=3.0, acceleration=6.0), "total_time": 10.0},
-        {"limits": minsnap.Limits(speed=3.0, acceleration=6.0), "search": minsnap.Search(time_weight=100.0)},
-    ),
-)
-def test_smooth_plans_of_free_times_are_found_in_tubes(asked):
-    smooth = minsnap.plan(POINTS, corridor=0.2, continuity=6, **asked)
-    proved = minsnap.certify(smooth, corridor=0.2, waypoints=POINTS, limits=asked.get("limits"))
-    assert proved.ok and proved.continuity >= 6
-    usual = minsnap.plan(POINTS, corridor=0.2, **asked)
-    if "search" in asked:
-        assert smooth.cost() + 100.0 * smooth.duration < 1.01 * (usual.cost() + 100.0 * usual.duration)
-    elif "total_time" in asked:
-        assert smooth.duration == pytest.approx(10.0) and smooth.cost() < 1.05 * usual.cost()
-    else:
-        assert smooth.duration < 1.5 * usual.duration

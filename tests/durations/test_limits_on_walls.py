@@ -30,12 +30,6 @@ def test_a_total_within_limits_on_the_floor_is_certified():
     assert traj.duration == pytest.approx(30.0) and minsnap.certify(traj, points, FLOOR, limits=LIMITS).ok
 
 
-def test_a_price_of_time_where_no_curve_fits_is_refused_with_the_reason():
-    points = [(0, 0), (4, 0), (4, 1), (9, 2)]
-    with pytest.raises(minsnap.InfeasibleError, match="too narrow"):
-        minsnap.plan(points, corridor=1e-3, continuity=6, search=minsnap.Search(time_weight=100.0))
-
-
 def test_a_start_across_a_tube_is_stopped_in_times_as_short_as_that_takes():
     state = {"velocity": (0.0, 30.0)}
     traj = minsnap.plan([(0, 0), (5, 0)], corridor=0.1, start=state, search=minsnap.Search(time_weight=100.0))

@@ -9,7 +9,6 @@ import minsnap
 from minsnap import HalfSpaces, InfeasibleError, Limits, UnprovedError
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.durations.longer_times import LONGER, least_longer
-from minsnap.optimisation import reference_core
 from minsnap.planning.request import plan_arguments
 
 SLOW = HalfSpaces((1, 0, 0), 0.9, order=1)
@@ -31,29 +30,6 @@ def test_times_that_a_plan_chooses_keep_a_wall_on_the_velocity(chosen):
     path = minsnap.plan(TWO, corridor=SLOW, **plan_arguments(chosen))
     assert minsnap.certify(path, TWO, SLOW, chosen.get("limits")).ok
     assert path.duration <= 1.01 * 35.0 / 16.0 * 5.0 / 0.9
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("time_limit", [None, 0.02, 1.0])
-def test_more_time_never_makes_a_question_infeasible(time_limit):
-    limits, width = Limits(jerk=480.9034999071065, snap=2060.768224988668), 0.38631098363006355
-    path = minsnap.plan(
-        CURLED, degree=3, continuity=2, limits=limits, corridor=width, search=minsnap.Search(time_limit=time_limit)
-    )
-    assert minsnap.certify(path, CURLED, width, limits).ok
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("pieces", [1, 2])
-def test_more_time_never_gives_a_longer_flight(pieces):
-    """With more derivatives continuous than the search shares; 1.92 s where an interrupted search led to 1.44 s."""
-    limits, width = Limits(jerk=480.9034999071065, snap=2060.768224988668), 0.38631098363006355
-    asked = {"degree": 3, "continuity": 2, "pieces": pieces, "limits": limits, "corridor": width}
-    hurried, patient = (
-        minsnap.plan(CURLED, **asked, search=minsnap.Search(time_limit=allowed)) for allowed in (0.005, None)
-    )
-    assert minsnap.certify(patient, CURLED, width, limits).ok
-    assert patient.duration <= 1.0001 * min(hurried.duration, 1.32)
 
 
 def test_a_start_that_leads_past_the_goal_comes_back():
@@ -104,12 +80,3 @@ def test_a_plan_that_was_found_is_not_shortened_after_the_time_limit():
     tried.clear()
     assert least_longer(attempt, np.ones(1), False, Deadline(0.0)).trajectory.duration == tried[-1] == 2.5
     assert len(tried) < min(unlimited, len(LONGER))
-
-
-def test_more_derivatives_are_made_continuous_in_longer_times_by_the_native_core_alone(monkeypatch):
-    points, limits = [(0, 0, 1), (5, 0, 1), (5, 3, 1)], Limits(acceleration=3)
-    monkeypatch.setattr(reference_core, "ReferenceCore", lambda *given: pytest.fail("the reference was asked"))
-    path = minsnap.plan(points, limits=limits, pieces=3, continuity=4)
-    assert minsnap.certify(path, points, limits=limits).ok
-    knots = path.derivative(4).control_points
-    assert knots[:-1, -1] == pytest.approx(knots[1:, 0], abs=1e-6 * np.abs(knots).max())

@@ -101,7 +101,7 @@ WITHIN_LIMITS = {
     ),
     "yaw at waypoints": fast(minsnap.Limits(speed=3.0, yaw_rate=0.8), yaw=np.linspace(0.0, 2.0 * np.pi, 5)),
     **{f"fastest, degree {n}": fast(degree=n) for n in (3, 5, 9, 11)},
-    "fastest, continuity 4": fast(continuity=4, pieces=3),
+    "fastest, three pieces of degree 9": fast(degree=9, pieces=3),
     "fastest, five coordinates": lambda: minsnap.plan(WIDE, limits=SPEEDY, degree=9, pieces=1),
     "slanted gate": lambda: minsnap.plan(
         [(0, 0, 1), minsnap.Gate((4, 0, 1), (1.0, 1.0, 0.3), 1.2, 0.8), (8, 2, 1)], limits=SPEEDY, pieces=1
@@ -118,7 +118,7 @@ SEARCHED = {
     "priced lap through a pin": rectangle(
         durations=None, search=minsnap.Search(time_weight=30.0), closed=True, pins={2: {"velocity": (0.1, 1.0, 0.0)}}
     ),
-    "price, continuity 4": fast(corridor=0.5, continuity=4, pieces=2, search=minsnap.Search(time_weight=100.0)),
+    "price, degree 9": fast(corridor=0.5, degree=9, pieces=2, search=minsnap.Search(time_weight=100.0)),
     "scaled": fast(corridor=0.3, search=minsnap.Search(split="distance")),
     "jerk from a moving start": fast(SOFT, start={"velocity": (1.5, 0.2, 0.1)}, pieces=2),
 }

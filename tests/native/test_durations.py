@@ -87,7 +87,7 @@ KINDS = (
     {"pieces": 2},
     {"pins": {2: {"velocity": (-1.0, 0.0, 0.0)}}},
     {"start": {"velocity": (0.5, 0.0, 0.0)}},
-    {"continuity": 4},
+    {"degree": 9},
     {"corridor": 0.3},
     {"corridor": 0.3, "closed": True},
     {"corridor": 0.3, "pieces": 2},

@@ -107,16 +107,6 @@ def test_boxes_and_polytopes_cost_the_same_as_in_python():
     compare([(0, 0), (4, 0), (4, 4), (8, 4)], (4.0, 4.0, 4.0), corridor=minsnap.Polytopes(sets))
 
 
-@pytest.mark.slow
-def test_the_best_split_of_a_spline_costs_the_same_as_in_python():
-    asked = {"total_time": 12.0, "corridor": 0.5, "continuity": 4, "pieces": 2}
-    native = minsnap.plan(REFERENCE, **asked)
-    with using("python"):
-        python = minsnap.plan(REFERENCE, **asked)
-    assert native.report.core == "native"
-    assert native.report.cost <= 1.0001 * python.report.cost
-
-
 def test_a_start_on_the_floor_is_planned_natively():
     points = np.array([(0.0, 0.0, 0.0), (4.0, 0.0, 1.0), (4.0, 4.0, 0.0)])
     compare(points, (4.0, 4.0), corridor=[minsnap.Room((-1.0, -1.0, 0.0), (5.0, 5.0, 2.0))])

@@ -128,7 +128,6 @@ def test_sensitivities_are_known_of_every_search_for_the_shortest_time(asked):
     [
         {"search": Search(time_weight=100.0)},
         {"total_time": 9.0},
-        {"continuity": 4, "pieces": 1},
         {"avoid": [minsnap.Cylinder((2, 0.1), 0.3)]},
     ],
 )

@@ -53,18 +53,3 @@ def test_a_lap_begins_where_both_of_its_ends_allow(ball, last):
     reach = np.linalg.norm(path(0.0) - corners[0]) if ball else np.abs(path(0.0) - corners[0]).max()
     assert reach <= min(0.1, last) + 1e-9
     assert path(0.0) == pytest.approx(path(path.duration), abs=1e-9)
-
-
-@pytest.mark.slow
-def test_the_shortest_total_that_a_refusal_names_has_a_plan_of_that_continuity():
-    """It was that of fewer continuous derivatives; given exactly, it ended in "please report this question"."""
-    asked = {"degree": 5, "pieces": 3, "continuity": 4, "corridor": 0.5, "limits": Limits(speed=3, jerk=20)}
-    points = [(0, 0), (5, 0), (5, 3), (9, 3)]
-    with pytest.raises(minsnap.errors.InfeasibleError) as refused:
-        minsnap.plan(points, total_time=2.5, **asked)
-    path = minsnap.plan(points, total_time=refused.value.shortest, **asked)
-    assert path.duration == pytest.approx(refused.value.shortest, rel=1e-9)
-    at = path.breaks[1:-1]
-    for order in range(5):
-        jump = np.abs(path(at, order) - path(np.nextafter(at, 0.0), order)).max()
-        assert jump <= 1e-6 * max(path.max_norm(order)[0], 1.0), order

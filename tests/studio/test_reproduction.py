@@ -23,7 +23,7 @@ SCENES = {
     "durations": replace(insert_waypoint(with_time(EXAMPLE, "durations", (4, 2, 4, 2), {}), 2), frame="ned"),
     "limits": with_time(EXAMPLE, "limits", (), {"speed": 3.0, "acceleration": 6.0}),
     "searched": replace(EXAMPLE, search=Search(split="distance"), waypoint_tolerance=0.1, solver="clarabel"),
-    "closed": replace(EXAMPLE, closed=True, continuity=4, yaw=0.5),
+    "closed": replace(EXAMPLE, closed=True, degree=9, yaw=0.5),
 }
 
 

@@ -49,7 +49,11 @@ def test_an_edit_is_planned_as_the_library_plans_it(watched):
 def test_what_cannot_be_done_keeps_the_last_good_plan_and_says_why(watched):
     bench, _ = watched
     good = bench.state.planned
-    bench.edit(lambda request: replace(request, continuity=6, corridor=(0.3, 1e-7, 0.3, 0.3)))
+    bench.edit(
+        lambda request: replace(
+            request, continuity=6, total_time=None, durations=(3.0,) * 4, corridor=(0.3, 1e-7, 0.3, 0.3)
+        )
+    )
     assert bench.wait(60.0)
     state = bench.state
     with pytest.raises(minsnap.InfeasibleError) as refused:
