@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from math import inf
 from typing import Any
 
@@ -13,15 +15,18 @@ from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, nu
 from minsnap.basics.checks import check_array, check_distance, check_positive, point_text
 from minsnap.basics.deadline import Clock, checked_clock
 from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.half_spaces import Polytopes
 from minsnap.corridors.keep_out import Avoided
 from minsnap.corridors.tangent_polytopes import polytopes_along, without_needless
+from minsnap.corridors.way_around import Kept
 from minsnap.errors import InputError, TimingError, UnprovedError, WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.paths.routes.frontiers import Window
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.known_map import OCCUPIED, UNKNOWN, KnownMap, edge
-from minsnap.paths.routes.surroundings import bars, flown_box
+from minsnap.paths.routes.nearness import nearest_kept
+from minsnap.paths.routes.surroundings import flown_box
 from minsnap.planning.planner import plan
 from minsnap.replanning.memory import Change
 from minsnap.replanning.replanner import Replanner
@@ -97,6 +102,7 @@ class Explorer:
         self._position: FloatArray | None = None
         self._asked: tuple[Trajectory | None, float] = (None, -inf)
         self._places: list[FloatArray] = []
+        self._certified: tuple[Trajectory | None, Trajectory | None] = (None, None)
 
     def observe(self, position: ArrayLike, points: ArrayLike, rays: ArrayLike | None = None) -> None:
         """Take what a sensor saw.
@@ -170,18 +176,23 @@ class Explorer:
         if self._position is None:
             raise InputError("nothing was observed yet: call observe with the position before the first replan")
         if flown is None:
-            way, walls = self._corridor(self._position)
+            way, walls, _ = self._corridor(self._position)
             start, end = ({"position": point} for point in way[[0, -1]])
             limits, pieces = self._replanner.limits, self._pieces
             first = plan(None, corridor=walls, limits=limits, pieces=pieces, start=start, end=end, avoid=avoid)
+            self._certified = (first, None)
             return Change(first, 0.0, None, False, no_stop="the plan begins at rest")
         splice = splice_of(flown, now, budget, HALF)
         if flown is self._asked[0] and now < self._asked[1]:
             raise TimingError(f"the time is {now:g} s after {self._asked[1]:g} s: give the clock of what is flown")
         self._asked = flown, float(now)
-        way, walls = self._corridor(splice.state[0])
+        way, walls, window = self._corridor(splice.state[0])
         known: dict[str, Any] = {"boxes": walls, "goal": way[-1], "avoid": avoid}
-        return self._replanner.replan(flown, now, None, budget, began=began - float(now), **known)
+        change = self._replanner.replan(flown, now, None, budget, began=began - float(now), **known)
+        if not change.certified and avoid is None and flown in self._certified and self._is_clear(change, window):
+            change = replace(change, certified=True, stop=change.stop or change.trajectory, no_stop="")
+        self._certified = (change.trajectory if change.certified else None, change.stop)
+        return change
 
     def _listed(self, name: str, given: ArrayLike | None) -> FloatArray:
         """Return points (k, dim), none of them for None and empty lists."""
@@ -192,18 +203,35 @@ class Explorer:
             raise InputError(f"the {name} are {shown(given)}: give rows of {dim} finite numbers [m]")
         return points
 
-    def _corridor(self, start: FloatArray) -> tuple[FloatArray, Polytopes]:
-        """Return a way from the start towards the goal, and polytopes around it."""
+    def _is_clear(self, change: Change, window: Window) -> bool:
+        """Whether what is left of a plan that was certified keeps the clearance to what was seen, and to unknown cells.
+
+        New polytopes lie around another way, which it need not take.
+        """
+        curve, far = change.trajectory, 2.0 * self.clearance
+        points = curve.control_points
+        boxes = window.seen(points.min(axis=(0, 1)) - far, points.max(axis=(0, 1)) + far)
+        near = nearest_kept(curve, Kept(boxes, np.zeros((0, len(self.goal))), 0.0))
+        return near.distance >= self.clearance - EXACT * (1.0 + self.clearance)
+
+    def _corridor(self, start: FloatArray) -> tuple[FloatArray, Polytopes, Window]:
+        """Return a way from the start towards the goal, polytopes around it, and the cells that it leads through."""
         if np.linalg.norm(start - self.goal) <= REACHED:
             raise TimingError("the goal is reached by then: what is flown ends there at rest")
-        grid, way = self._way(start)
+        window, way = self._way(start)
         if len(way) < 2:
             raise UnprovedError(f"{point_text(start)} m is where more may be seen next: fly there, and observe")
         way = _within(way, start, self.sensing)
-        sets = polytopes_along(way, bars(grid), way[:0], self.clearance, box=flown_box(grid))
-        return way, Polytopes([sets[index] for index in without_needless(sets)])
+        box, beside = flown_box(window.grid), window.room_at(start)
+        if beside < self.clearance:  # the first line leads away from what was seen too late
+            boxes, room = window.near(*way[:2])
+            sets = polytopes_along(way[:2], boxes, way[:0], room * (1.0 - EXACT), box=box)
+            sets += polytopes_along(way[1:], window.edges, way[:0], self.clearance, box=box) if len(way) > 2 else []
+        else:
+            sets = polytopes_along(way, window.edges, way[:0], self.clearance, box=box)
+        return way, Polytopes([sets[index] for index in without_needless(sets)]), window
 
-    def _way(self, start: FloatArray) -> tuple[GridMap, FloatArray]:
+    def _way(self, start: FloatArray) -> tuple[Window, FloatArray]:
         """Look for a way in the block around the vehicle, then in all that is known."""
         size, known = self.known.size, self.known
         here, reach = known.cells(start), int(np.ceil(WINDOW * self.sensing / size))
@@ -216,7 +244,7 @@ class Explorer:
             window, visited = self._window(*corners, beyond)
             way = window.way(start, self.goal, visited)
             if way is not None:
-                return window.grid, way
+                return window, way
         raise UnprovedError(
             f"from {point_text(start)} m no more is seen of a way to the goal at {point_text(self.goal)} m: the "
             "vehicle rests at the end of its plan; observe from elsewhere, or lower the clearance"
@@ -234,7 +262,8 @@ class Explorer:
         cells = self.known.cells(np.array(self._places)) - low
         visited[tuple(cells[((cells >= 0) & (cells < visited.shape)).all(axis=1)].T)] = True
         grid = GridMap(closed, size, low * size, "what was seen")
-        return Window(grid, occupied, self.clearance, beyond), binary_dilation(visited, np.ones((3,) * grid.dim))
+        seen = partial(self.known.boxes, unknown=self._avoids_unknown)
+        return Window(grid, occupied, self.clearance, beyond, seen), binary_dilation(visited, np.ones((3,) * grid.dim))
 
 
 def _within(way: FloatArray, start: FloatArray, reach: float) -> FloatArray:

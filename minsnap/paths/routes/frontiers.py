@@ -6,11 +6,14 @@ autonomous exploration", CIRA 1997). The one with the least length of the way th
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.occupancy_grid import grown
@@ -39,12 +42,30 @@ class Window:
         [m].
     beyond : bool
         Whether there may be a way beyond its border.
+    seen : callable
+        Returns boxes (m, 13) around what was seen, and what is avoided besides, between two corners [m].
     """
 
     grid: GridMap
     occupied: BoolArray
     clearance: float
     beyond: bool
+    seen: Callable[[FloatArray, FloatArray], FloatArray]
+
+    @cached_property
+    def edges(self) -> FloatArray:
+        """What is kept away from as boxes, (m, 13)."""
+        return bars(self.grid)
+
+    def room_at(self, place: FloatArray) -> float:
+        """Return the clearance, or how far a place is from cells that are to be avoided, if that is less [m]."""
+        return min(self.clearance, self._distance(self.edges, place, place))
+
+    def near(self, start: FloatArray, end: FloatArray) -> tuple[FloatArray, float]:
+        """Return boxes around what was seen beside a line, and the clearance, or the room at its start if less."""
+        line, far = np.stack((start, end)), 2.0 * self.clearance + 1e-9
+        boxes = self.seen(line.min(axis=0) - far, line.max(axis=0) + far)
+        return boxes, min(self.clearance, self._distance(boxes, start, start))
 
     def way(self, start: FloatArray, goal: FloatArray, visited: BoolArray) -> FloatArray | None:
         """Return the corners of a way towards the goal (m, dim) [m]; None where nothing in the block leads on.
@@ -61,7 +82,7 @@ class Window:
         UnprovedError
             If the start is too near to what must be avoided, or no way to the goal can be left.
         """
-        size, edges = self.grid.resolution, bars(self.grid)
+        size, edges = self.grid.resolution, self.edges
         free = ~grown(self.grid.occupied, self.clearance, size)
         leading = self._leading(goal)
         first = self._beside(start, free & leading, edges)
@@ -72,7 +93,9 @@ class Window:
         cells = grid_way(free, size, first, last) if inside and free[tuple(last)] else None
         if cells is not None:
             return self._line(edges, start, self.grid.center(cells), goal)
-        target = self._frontier(free, leading, visited, first, goal)
+        target = self._ahead(free, leading, visited, first, goal)
+        if target is None:
+            target = self._frontier(free, leading, visited, first, goal)
         cells = None if target is None else grid_way(free, size, first, target)
         return None if cells is None else self._line(edges, start, self.grid.center(cells))
 
@@ -84,6 +107,27 @@ class Window:
         cells = np.argwhere(free)
         near = cells[np.argsort(((self.grid.center(cells) - start) ** 2).sum(axis=1), kind="stable")[:TRIED]]
         return next((cell for cell in near if self._clear(edges, start, self.grid.center(cell))), None)
+
+    def _ahead(
+        self, free: BoolArray, leading: BoolArray, visited: BoolArray, first: IntArray, goal: FloatArray
+    ) -> IntArray | None:
+        """Return the cell where a way through what may prove free is not known any more; None without one.
+
+        It leads to the goal, or to the cell at the border of the block nearest to it: as if all that may be free
+        were (S. Koenig, C. Tovey and Y. Smirnov, "Performance bounds for planning in unknown terrain", 2003).
+        """
+        if self.grid.holds(goal):
+            last = self.grid.cell(goal)
+        else:
+            inner = np.zeros_like(leading)
+            inner[tuple(slice(1, -1) for _ in leading.shape)] = True
+            cells = np.argwhere(leading & inner & binary_dilation_of(~inner))
+            if not len(cells):
+                return None
+            last = cells[int(((self.grid.center(cells) - goal) ** 2).sum(axis=1).argmin())]
+        open_ = leading | free
+        way = grid_way(open_, self.grid.resolution, first, last) if open_[tuple(last)] else None
+        return None if way is None else _last_known(way, free, visited)
 
     def _frontier(
         self, free: BoolArray, leading: BoolArray, visited: BoolArray, first: IntArray, goal: FloatArray
@@ -143,8 +187,39 @@ class Window:
         return points
 
     def _clear(self, edges: FloatArray, start: FloatArray, end: FloatArray) -> bool:
-        """Whether a straight line has the clearance."""
+        """Whether a straight line has the clearance; or to what was seen, as much as its start."""
+        slack = EXACT * (1.0 + self.clearance)
+        if self._distance(edges, start, end) >= self.clearance - slack:
+            return True
+        if self.room_at(start) >= self.clearance:
+            return False
+        boxes, room = self.near(start, end)
+        return room > 0.0 and self._distance(boxes, start, end) >= room - slack
+
+    def _distance(self, edges: FloatArray, start: FloatArray, end: FloatArray) -> float:
+        """Return how far a line is from boxes, if it is less than its length and twice the clearance [m]."""
         line, nowhere = np.stack((start, end)), np.zeros((0, len(start)))
-        far = float(np.linalg.norm(end - start)) + self.clearance + 1e-9
-        distance = tangent_planes(line, edges, nowhere, self.clearance, far).distance[0]
-        return bool(distance >= self.clearance - EXACT * (1.0 + self.clearance))
+        far = float(np.linalg.norm(end - start)) + 2.0 * self.clearance + 1e-9
+        dim = len(start)
+        low, high = line.min(axis=0) - far, line.max(axis=0) + far
+        near = ((edges[:, 7 : 7 + dim] <= high) & (edges[:, 10 : 10 + dim] >= low)).all(axis=1)
+        return float(tangent_planes(line, edges[near], nowhere, self.clearance, far).distance[0])
+
+
+def binary_dilation_of(cells: BoolArray) -> BoolArray:
+    """Return cells and those beside them."""
+    from scipy.ndimage import binary_dilation
+
+    return np.asarray(binary_dilation(cells))
+
+
+def _last_known(way: IntArray, free: BoolArray, visited: BoolArray) -> IntArray | None:
+    """Return the cell before a way (m, dim) leaves the free ones; None if it never does, or more was not seen there."""
+    for begin, end in pairwise(way):
+        count = 2 * int(np.abs(end - begin).max())
+        passed = np.round(begin + np.arange(count + 1)[:, None] * ((end - begin) / count)).astype(np.intp)
+        known = free[tuple(passed.T)]
+        if not known.all():
+            last = passed[max(int(np.argmin(known)) - 1, 0)]
+            return None if visited[tuple(last)] or not free[tuple(last)] else np.asarray(last)
+    return None

@@ -13,6 +13,9 @@ from minsnap.paths.routes.grid_map import LARGEST_MAP
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 """States of a cell; of two that are seen, the larger one stays."""
 
+PARTS = 255
+"""Parts of the side of a cell in which it is kept where points were seen."""
+
 GROWTH = 16
 """Cells added beyond what is seen when the array grows."""
 
@@ -31,6 +34,7 @@ class KnownMap:
     def __init__(self, dim: int, size: float) -> None:
         self.size, self.first = size, np.zeros(dim, dtype=np.int64)
         self.states = np.zeros((0,) * dim, dtype=np.uint8)
+        self.spans = np.zeros((0,) * dim + (2, dim), dtype=np.uint8)
 
     def cells(self, points: FloatArray) -> IntArray:
         """Return the cells that points (..., dim) are in, counted from the origin."""
@@ -48,6 +52,27 @@ class KnownMap:
         taken = self.cells(points)
         self._mark(self._along(position, np.vstack((points, ends))), FREE)
         self._mark(taken, OCCUPIED)
+        index, share = tuple((taken - self.first).T), (points / self.size - taken) * PARTS
+        np.minimum.at(self.spans[..., 0, :], index, np.floor(share).clip(0, PARTS).astype(np.uint8))
+        np.maximum.at(self.spans[..., 1, :], index, np.ceil(share).clip(0, PARTS).astype(np.uint8))
+
+    def boxes(self, low: FloatArray, high: FloatArray, unknown: bool) -> FloatArray:
+        """Return boxes around what was seen of obstacles between two corners [m], and unknown cells there, (m, 13).
+
+        Of an occupied cell the box holds the points that were seen in it.
+        """
+        first, behind = self.cells(low), self.cells(high) + 1
+        states, dim = self.window(first, behind), len(first)
+        taken = np.argwhere(states == OCCUPIED) + first
+        inside = self.spans[tuple((taken - self.first).T)] / PARTS
+        corners = [self.size * (taken + inside[:, end]) for end in (0, 1)]
+        if unknown:
+            other = np.argwhere(states == UNKNOWN) + first
+            corners = [np.vstack((corners[end], self.size * (other + end))) for end in (0, 1)]
+        result = np.zeros((len(corners[0]), 13))
+        result[:, 6], result[:, 7:10], result[:, 10:] = -1.0, -np.inf, np.inf
+        result[:, 7 : 7 + dim], result[:, 10 : 10 + dim] = corners
+        return result
 
     def window(self, low: IntArray, behind: IntArray) -> IntArray:
         """Return the states of a block of cells; what was never seen is unknown."""
@@ -59,22 +84,25 @@ class KnownMap:
         return result
 
     def _along(self, start: FloatArray, ends: FloatArray) -> IntArray:
-        """Return the cells that lines from a point to ends (k, dim) pass, some more than once."""
-        begin, stop = start / self.size, ends / self.size
-        span = stop - begin
-        cuts = [np.zeros((len(ends), 1)), np.ones((len(ends), 1))]
+        """Return the cells that lines from a point to ends (k, dim) pass, some more than once.
+
+        They are the first ones, and those entered where a line crosses a side of the grid.
+        """
+        begin, span = start / self.size, (ends - start) / self.size
+        entered = [np.floor(begin)[None].astype(np.int64)]
         for axis in range(len(start)):
-            most = int(np.ceil(np.abs(span[:, axis]).max(initial=0.0))) + 1
             forth = span[:, axis] > 0.0
             border = np.where(forth, np.floor(begin[axis]) + 1.0, np.ceil(begin[axis]) - 1.0)
-            lines = border[:, None] + np.where(forth, 1.0, -1.0)[:, None] * np.arange(most)
-            slope = np.where(span[:, axis] == 0.0, np.inf, span[:, axis])[:, None]
-            share = np.where(np.isinf(slope), 1.0, (lines - begin[axis]) / slope)
-            cuts.append(np.clip(share, 0.0, 1.0))
-        shares = np.sort(np.hstack(cuts), axis=1)
-        middle = 0.5 * (shares[:, 1:] + shares[:, :-1])
-        which, at = np.nonzero(shares[:, 1:] > shares[:, :-1])
-        return np.floor(begin + middle[which, at][:, None] * span[which]).astype(np.int64)
+            reach = np.where(forth, begin[axis] + span[:, axis] - border, border - begin[axis] - span[:, axis])
+            counts = np.where(span[:, axis] == 0.0, 0, np.maximum(np.floor(reach) + 1.0, 0.0)).astype(np.int64)
+            which = np.repeat(np.arange(len(ends)), counts)
+            steps = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
+            lines = border[which] + np.where(forth, 1.0, -1.0)[which] * steps
+            share = (lines - begin[axis]) / span[which, axis]
+            cells = np.floor(begin + share[:, None] * span[which]).astype(np.int64)
+            cells[:, axis] = lines - np.where(forth[which], 0.0, 1.0)
+            entered.append(cells)
+        return np.concatenate(entered)
 
     def _mark(self, cells: IntArray, state: int) -> None:
         if not len(cells):
@@ -95,8 +123,12 @@ class KnownMap:
             raise CorridorError(
                 f"what was observed spans more than {LARGEST_MAP} cells of {self.size:g} m: make the resolution coarser"
             )
-        states = self.window(low, behind)
-        self.first, self.states = low, states.astype(np.uint8)
+        states, dim = self.window(low, behind), len(low)
+        spans = np.empty((*states.shape, 2, dim), dtype=np.uint8)
+        spans[..., 0, :], spans[..., 1, :] = PARTS, 0
+        if self.states.size:
+            spans[_part(here - low, end - low)] = self.spans
+        self.first, self.states, self.spans = low, states.astype(np.uint8), spans
 
 
 def edge(shape: tuple[int, ...]) -> BoolArray:

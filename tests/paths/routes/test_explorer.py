@@ -47,30 +47,34 @@ def explorer(**other) -> minsnap.routes.Explorer:
     return minsnap.routes.Explorer(options.pop("goal", GOAL), **options)
 
 
-def assert_inside_known(found: minsnap.routes.Explorer, curve: minsnap.Trajectory) -> None:
-    """All samples of a curve, and a circle of nearly the clearance around each, are in cells that are known as free."""
+def assert_inside_known(found: minsnap.routes.Explorer, curve: minsnap.Trajectory, hits: np.ndarray) -> None:
+    """Samples of a curve are away from all points seen, and circles around them in cells that are known."""
     angle = np.linspace(0.0, 2.0 * np.pi, 24)
     circle = (CLEARANCE - 1e-6) * np.stack((np.cos(angle), np.sin(angle)), axis=1)
-    points = (curve(np.linspace(0.0, curve.duration, 300))[:, None] + circle).reshape(-1, 2)
-    cells = np.unique(np.floor(points / found.known.size).astype(int), axis=0)
-    assert (found.known.states[tuple((cells - found.known.first).T)] == 1).all()
+    places = curve(np.linspace(0.0, curve.duration, 300))
+    cells = np.unique(np.floor((places[:, None] + circle).reshape(-1, 2) / found.known.size).astype(int), axis=0)
+    assert (found.known.states[tuple((cells - found.known.first).T)] > 0).all()
+    assert np.linalg.norm(places[:, None] - hits, axis=2).min(initial=np.inf) > CLEARANCE - 1e-6
 
 
 def fly(found: minsnap.routes.Explorer, scene: np.ndarray, observe=lambda step: True):
     """Fly until the goal is reached or the vehicle is at rest with an error: the path, and the last error."""
-    found.observe((0.0, 0.0), *cast(np.zeros(2), scene))
+    hits, ends = cast(np.zeros(2), scene)
+    found.observe((0.0, 0.0), hits, ends)
     flown, now, path, last = found.replan(None, 0.0).trajectory, 0.0, [], None
     for step in range(150):
         place = flown(min(now, flown.duration))
         if observe(step):
-            found.observe(place, *cast(place, scene))
+            more, ends = cast(place, scene)
+            found.observe(place, more, ends)
+            hits = np.concatenate((hits, more))
         until, change = now + STEP, None
         try:
             change = found.replan(flown, now, BUDGET)
             until = change.splice
             for curve in (change.trajectory,) if change.stop is None else (change.trajectory, change.stop):
                 if change.certified or curve is change.stop:
-                    assert_inside_known(found, curve)
+                    assert_inside_known(found, curve, hits)
         except MinsnapError as error:
             last = error
         path.append(flown(np.minimum(np.linspace(now, until, 20), flown.duration)))
@@ -179,7 +183,7 @@ def test_a_false_observation_ahead_is_flown_around():
         np.linalg.norm(change.trajectory(np.linspace(0, change.trajectory.duration, 500)) - (3.0, 0.0), axis=1).min()
         > CLEARANCE
     )
-    assert_inside_known(found, change.stop)
+    assert_inside_known(found, change.stop, np.array([(3.0, 0.0)]))
 
 
 @pytest.mark.parametrize(
@@ -220,3 +224,33 @@ def test_time_that_goes_back_is_refused():
 def test_malformed_arguments_are_refused(wrong, error):
     with pytest.raises(error):
         explorer(**wrong)
+
+
+def test_a_vehicle_that_rests_too_near_to_what_it_sees_flies_on():
+    """A point is seen late beside the place where the plan ended, nearer than the clearance to its cell."""
+    found = explorer(clearance=0.3, sensing=8.0)
+    angle = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+    around = 8.0 * np.stack((np.cos(angle), np.sin(angle)), axis=1)
+    found.observe((0.1, 0.1), [(0.28, 0.1)], (0.1, 0.1) + around)
+    first = found.replan(None, 0.0).trajectory
+    away = np.linalg.norm(first(np.linspace(0.0, first.duration, 500)) - (0.28, 0.1), axis=1)
+    assert away.min() >= 0.18 - 1e-6 and away[-1] > 0.3
+    with pytest.raises(InfeasibleError, match="nothing is known to be free by"):
+        found.observe((0.1, 0.1), [(0.1, 0.1)], [])
+        found.replan(None, 0.0)
+
+
+def test_what_is_kept_is_certified_by_its_distance_to_what_was_seen():
+    found = explorer(clearance=0.3, sensing=8.0)
+    angle = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+    around = 8.0 * np.stack((np.cos(angle), np.sin(angle)), axis=1)
+    found.observe((0.0, 0.0), [], around)
+    first = found.replan(None, 0.0).trajectory
+    place = first(2.0)
+    for beside, certified in ((0.45, True), (0.2, False)):
+        found.observe(first(0.2), [place + (0.0, beside)], first(0.2) + around)
+        with_points = found.known.boxes(place - 1.0, place + 1.0, True)
+        assert len(with_points)
+        change = found.replan(first, 0.2, BUDGET)
+        kept = minsnap.certify(change.trajectory, avoid=[minsnap.Cylinder(place + (0.0, beside), 0.3 - 1e-6)])
+        assert change.certified and (kept.ok or not certified)
