@@ -40,6 +40,7 @@ def fleet(
     to: Annotated[str, "csv, crazyswarm2, skyb, traj (compressed) or skyc."] = "csv",
     report: Annotated[Path | None, "FILE", "HTML page of what was proved, to print and sign."] = None,
     animate: Annotated[Path | None, "FILE", "Seen from above: .gif; .mp4, .webm with ffmpeg."] = None,
+    without: Annotated[str | None, "N,...", "Vehicles that are missing: all others fly as they do."] = None,
     returns: Annotated[bool, "Prove a way home of all from every second; skyb files hold them."] = False,
     no_clobber: options.NoClobber = False,
 ) -> int:
@@ -75,6 +76,8 @@ def fleet(
         check_destination(place if to == "skyc" else place / MANIFEST, clobber=not no_clobber)
     progress, title = on_terminal(quiet=False), name_as_text(show.stem)
     flown = fly(described, output / "flights", tell, progress, to)
+    if without is not None:
+        flown = flown.without(_missing(without))
     sheet = flown.sheet(described, title)
     home = _home(described, flown.fleet, to) if returns else (None, None)
     written = write_fleet(
@@ -97,6 +100,15 @@ def fleet(
         animate_fleet(certificates[0].fleet, animate, clobber=not no_clobber, progress=progress)
     print("\n".join([_summary(safety, place), *(f"note: {sentence}" for sentence in written.notes)]))
     return 0 if safety.ok else 1
+
+
+def _missing(without: str) -> list[int]:
+    try:
+        return [int(word) for word in without.split(",")]
+    except ValueError:
+        raise typer.BadParameter(
+            f"{without!r} are no numbers of vehicles: give such as 17,18", param_hint="--without"
+        ) from None
 
 
 def _home(show: Show, planned: minsnap.Fleet, to: str) -> tuple[Returns, Failures | None]:

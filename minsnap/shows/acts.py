@@ -33,11 +33,11 @@ class Act:
     Parameters
     ----------
     name : str
-    points : ndarray, shape (vehicles, 3)
-        [m].
+    points : ndarray, shape (points, 3)
+        One for each vehicle, or fewer: the others wait above their homes [m].
     hold : float
         How long it stands [s].
-    colour : tuple of int, ndarray of shape (vehicles, 3), or None
+    colour : tuple of int, ndarray of shape (points, 3), or None
         Red, green, blue of all lamps, or of the lamp at each point, from 0 to 255; None: as before.
     fade : bool
         The colour is reached during the flight there, else on arrival.
@@ -47,7 +47,7 @@ class Act:
         When all have arrived, since the start of the show [s].
     seconds : float or None
         How long the flight there lasts [s]; with ``at``, all wait where they are until it must begin.
-    delays : ndarray, shape (vehicles,), or None
+    delays : ndarray, shape (points,), or None
         How long after the first the vehicle leaves that flies to each point [s].
     """
 
@@ -69,7 +69,8 @@ class Show:
     Parameters
     ----------
     home : ndarray, shape (vehicles, 3)
-        Where each stands and lands [m].
+        Where each stands and lands [m]. Those beyond the most points of any act, the last ones, are reserves and stay
+        on the ground.
     acts : tuple of Act
     separation : Separation
     limits : Limits
@@ -128,6 +129,11 @@ class Show:
         return np.asarray(places)
 
     @property
+    def flying(self) -> int:
+        """How many vehicles leave the ground."""
+        return max((len(act.points) for act in self.acts), default=len(self.home))
+
+    @property
     def reach(self) -> float:
         """Largest coordinate of any formation [m]."""
         points = [self.above, *(act.points for act in self.acts)]
@@ -145,8 +151,9 @@ class Show:
             raise FleetError(f"home has the shape {self.home.shape}: give (vehicles, 3)")
         places = [("home", self.home), *((f"act {act.name!r}", act.points) for act in self.acts)]
         for name, points in places:
-            if points.shape != self.home.shape:
-                raise FleetError(f"{name} has {len(points)} points, and home has {len(self.home)}: give as many")
+            if points.ndim != 2 or points.shape[1:] != (3,) or not 1 <= len(points) <= len(self.home):
+                text = f"{name} has {len(points)} points, and home has {len(self.home)}"
+                raise FleetError(f"{text}: give as many or fewer, each x, y and z")
             if not np.isfinite(points).all():
                 raise FleetError(f"{name} has a point that is not finite")
             below = float(self.home[:, 2].min() - points[:, 2].min())
@@ -161,6 +168,26 @@ class Show:
                 give = "spread it, or give it fewer vehicles"
                 raise FleetError(f"{text} than the separation of {apart:g} m: {give}", pair=pair)
         self.check_inside()
+        self._check_reserves()
+
+    def _check_reserves(self) -> None:
+        """Refuse what is flown too low over vehicles that stay on the ground."""
+        reserves, apart = self.home[self.flying :], self.separation.distance or 0.0
+        if not len(reserves):
+            return
+        lowest = apart * self.separation.downwash
+        if self.take_off < lowest:
+            raise FleetError(
+                f"take_off is {self.take_off:g} m, over {len(reserves)} vehicles that stay on the ground: climb to "
+                f"{lowest:g} m or more"
+            )
+        for act in self.acts:
+            both = self.separation.flat(np.concatenate((act.points, reserves)))
+            away = np.linalg.norm(both[: len(act.points), None] - both[None, len(act.points) :], axis=2)
+            if away.min() < apart:
+                point, reserve = (int(i) for i in np.unravel_index(int(away.argmin()), away.shape))
+                text = f"point {point} of act {act.name!r} is {away.min():.3f} m from vehicle {self.flying + reserve}"
+                raise FleetError(f"{text}, which stays on the ground: raise the act")
 
     def check_inside(self) -> None:
         """Refuse homes and points of acts that are beyond the margins of the fence."""
@@ -181,8 +208,8 @@ class Show:
             if act.seconds == 0.0:
                 raise FleetError(f"the flight to act {act.name!r} lasts 0 s: give it some")
             if act.delays is not None:
-                if act.delays.shape != (len(self.home),):
-                    text = f"act {act.name!r} has {len(act.delays)} delays for {len(self.home)} vehicles"
+                if act.delays.shape != (len(act.points),):
+                    text = f"act {act.name!r} has {len(act.delays)} delays for {len(act.points)} vehicles"
                     raise FleetError(f"{text}: give one for each, or how long after each the next leaves")
                 times += [(f"a delay of act {act.name!r}", float(delay)) for delay in act.delays]
             if act.at is None:

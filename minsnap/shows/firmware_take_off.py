@@ -28,10 +28,12 @@ LOOKED_AT = 129
 def late_by(curves: Iterable[Trajectory]) -> float:
     """Return how long before the start of the clock the first vehicle would have to take off, at most [s].
 
-    Negative where the show waits longer than it must; infinite where a vehicle never rises so far.
+    Negative where the show waits longer than it must; infinite where a vehicle never rises so far. Those that stay
+    where they are do not count.
     """
-    instants = [rises_at(curve) for curve in curves]
-    return max(_travel_time(*each) for each in CLIMBS) - min(instants) if max(instants) < inf else inf
+    instants = [rises_at(curve) for curve in curves if np.ptp(curve.control_points.reshape(-1, 3), axis=0).any()]
+    late = max(_travel_time(*each) for each in CLIMBS) - min(instants, default=inf)
+    return late if max(instants, default=0.0) < inf else inf
 
 
 def take_off_note(curves: Iterable[Trajectory]) -> str | None:

@@ -9,6 +9,7 @@ flights slowed until the files keep the limits.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -38,6 +39,10 @@ GENTLE = 1.0
 """Speed of take-off and landing in Skybrush's files unless a show says another: its firmware takes off at it [m/s]."""
 
 
+DARK = Lights(np.zeros(1), np.zeros((1, 3)), np.zeros(1, dtype=bool))
+"""Lights of a vehicle that stays on the ground."""
+
+
 @dataclass(frozen=True, eq=False)
 class FlownShow:
     """A show as trajectories.
@@ -53,6 +58,25 @@ class FlownShow:
     fleet: Fleet
     lights: tuple[Lights, ...]
     stages: tuple[Stage, ...]
+
+    def without(self, missing: Sequence[int]) -> FlownShow:
+        """Return the show without some vehicles: all others fly as they do, with their names.
+
+        Raises
+        ------
+        FleetError
+            If there is no such vehicle, or none is left.
+        """
+        count = len(self.fleet)
+        for vehicle in missing:
+            if not 0 <= vehicle < count:
+                raise FleetError(f"there is no vehicle {vehicle}: they are 0 to {count - 1}")
+        left = [i for i in range(count) if i not in missing]
+        if not left:
+            raise FleetError(f"all {count} vehicles are missing: leave some")
+        names = tuple(self.fleet.name(i) for i in left)
+        fleet = Fleet(tuple(self.fleet[i] for i in left), names, self.fleet.separation)
+        return FlownShow(fleet, tuple(self.lights[i] for i in left), self.stages)
 
     def sheet(self, show: Show, title: str) -> ShowSheet:
         """Return what a Skybrush show says of itself: a cue for each act, take-off, show and landing."""
@@ -98,27 +122,66 @@ def fly(
     """
     show.check()
     asked, show = show, _prepared(show, to)
+    reserves = show.home[show.flying :]
+    show = replace(show, home=show.home[: show.flying])
     course = ShowCourse(show, kept, progress, told, show.home, to)
     course.refuse_long(show.acts)
     course.fly("take-off", show.above, show.climb_speed)
     shown = []
     for number, act in enumerate(show.acts):
         course.refuse_long(show.acts[number:])
-        order = assign(course.now, act.points)
-        delays = None if act.delays is None else act.delays[order]
-        course.fly(act.name, act.points[order], None, act.hold, GivenTime(act.at, act.seconds), delays)
+        order, goals = _places(show, course.now, act)
+        delays = None if act.delays is None else np.where(order >= 0, act.delays[order], 0.0)
+        course.fly(act.name, goals, None, act.hold, GivenTime(act.at, act.seconds), delays)
         shown.append((order, len(course.flights) - 1))
         for move in act.moves:
             limits = show.limits if move.seconds is not None else show.flown_limits
-            course.add(f"{act.name} moves", _checked(moved(move, course.now, limits), show, act.name), "move")
+            curves = _beside(moved(move, course.now[order >= 0], limits), order, course.now)
+            course.add(f"{act.name} moves", _checked(curves, show, act.name), "move")
     course.refuse_long(())
     order = _return(show, course.now)
     course.fly("return", show.above[order])
     course.fly("landing", show.home[order], show.descent_speed)
     curves, stages = course.timeline()
     at = [(order, stages[number]) for order, number in shown]
-    lights = tuple(_lights(show, at, stages[-1].end, vehicle) for vehicle in range(len(show.home)))
-    return FlownShow(Fleet(tuple(curves), None, asked.separation), lights, tuple(stages))
+    lights = [_lights(show, at, stages[-1].end, vehicle) for vehicle in range(len(show.home))]
+    end = max(curve.duration for curve in curves)
+    curves += [Trajectory(np.tile(place, (1, 8, 1)), np.array([end])) for place in reserves]
+    lights += [DARK] * len(reserves)
+    return FlownShow(Fleet(tuple(curves), None, asked.separation), tuple(lights), tuple(stages))
+
+
+def _places(show: Show, now: FloatArray, act: Act) -> tuple[IntArray, FloatArray]:
+    """Return which point of an act each vehicle flies to, -1 for none, and its goal: else above its own home."""
+    from scipy.optimize import linear_sum_assignment
+    from scipy.spatial.distance import cdist
+
+    count, points = len(act.points), np.concatenate((act.points, show.above))
+    if count == len(now):
+        order = np.asarray(assign(now, act.points))
+        return order, act.points[order]
+    flat = show.separation.flat(points)
+    free = cdist(flat[count:], flat[:count]).min(axis=1) >= (show.separation.distance or 0.0)
+    if free.sum() < len(now) - count:
+        raise FleetError(
+            f"{len(now) - count} vehicles wait above their homes during act {act.name!r}, and {int(free.sum())} can, "
+            "which are apart from its points: raise the act"
+        )
+    ways = cdist(now, points, "sqeuclidean")
+    worst = float(ways.max()) * len(now) + 1.0
+    own = np.full((len(now), len(now)), worst**2)
+    own[free, free] = ways[:, count:][free, free] + worst  # as few wait as must
+    _, chosen = linear_sum_assignment(np.concatenate((ways[:, :count], own), axis=1))
+    return np.where(chosen < count, chosen, -1), points[chosen]
+
+
+def _beside(curves: list[Trajectory], order: IntArray, now: FloatArray) -> list[Trajectory]:
+    """Return the curves of all, of whom those without a point of the act stay where they are."""
+    if not curves or (order >= 0).all():
+        return curves
+    moving, durations = iter(curves), curves[0].durations
+    still = (Trajectory(np.tile(place, (len(durations), 8, 1)), durations) for place in now[order < 0])
+    return [next(moving) if point >= 0 else next(still) for point in order.tolist()]
 
 
 def _prepared(show: Show, to: str) -> Show:
@@ -174,6 +237,7 @@ def _lights(show: Show, shown: list[tuple[IntArray, Stage]], end: float, vehicle
         if act.fade:
             keys.append((stage.start, keys[-1][1], False))
         own = np.asarray(act.colour)
-        keys.append((stage.arrival, own if own.ndim == 1 else own[order[vehicle]], act.fade))
+        lit = own if own.ndim == 1 else own[order[vehicle]]
+        keys.append((stage.arrival, lit if order[vehicle] >= 0 else (0, 0, 0), act.fade))
     instants, colours, fades = zip(*keys, (end, (0, 0, 0), False), strict=True)
     return Lights(np.array(instants), np.array(colours, dtype=np.float64), np.array(fades))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,19 @@ KINDS: dict[str, Callable[..., FloatArray]] = {"grid": grid, "circle": circle, "
 
 METRES = Key(NUMBER, "[m]")
 IN_SPACE = several(NUMBER, "three numbers [m]", 3, 3)
-COLOUR = several(NUMBER, "red, green and blue from 0 to 255", 3, 3)
+RGB = several(NUMBER, "red, green and blue from 0 to 255", 3, 3)
+COLOUR = either(
+    TEXT, replace(RGB, fits=lambda value: RGB.fits(value) and not any(isinstance(each, str | list) for each in value))
+)
+GRADIENT = mapping(
+    {
+        "from": Key(COLOUR, "of the points that are lowest along the axis", needed=True),
+        "to": Key(COLOUR, "of those that are highest", needed=True),
+        "along": Key(word("x", "y", "z"), "an axis; z unless given"),
+    },
+    "a mapping from one colour to another",
+    ("from",),
+)
 DRAWN = {"file": Key(TEXT, "beside the show", needed=True), "size": Key(NUMBER, "[m]", needed=True), "height": METRES}
 FORMATION = mapping(
     {
@@ -55,8 +68,11 @@ ACT = mapping(
     {
         "name": Key(TEXT),
         "formation": Key(FORMATION, needed=True),
+        "vehicles": Key(WHOLE, "how many are in it; all unless given"),
         "hold": Key(NUMBER, "[s]"),
-        "colour": Key(either(COLOUR, several(COLOUR, "a colour for each point")), "one, or one for each point"),
+        "colour": Key(
+            either(GRADIENT, COLOUR, several(COLOUR, "a colour for each point")), "one, or one for each point"
+        ),
         "fade": Key(FLAG, "the colour is reached on the way there"),
         "shift": Key(IN_SPACE),
         "turn": Key(NUMBER, "about the vertical [degrees]"),
@@ -200,15 +216,18 @@ def _named(content: dict[str, Any], *names: str) -> dict[str, Any]:
 
 
 def _act(content: dict[str, Any], where: str, vehicles: int, place: Path) -> Act:
+    vehicles = min(content.get("vehicles", vehicles), vehicles)
+    if vehicles < 1:
+        raise FileError(f"{where} has {vehicles} vehicles: give 1 or more")
     points = _formation(content["formation"], vehicles, place, where)
     angle = np.radians(content.get("turn", 0.0))
     turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
     points = points @ turn.T + np.array(content.get("shift", (0.0, 0.0, 0.0)))
     moves = tuple(_move(entry, where) for entry in content.get("moves", ()))
-    colour = _colour(content.get("colour"), vehicles, where)
+    colour = _colour(content.get("colour"), points, where)
     given = _named(content, "hold", "fade", "at", "seconds")
     return Act(
-        content.get("name", where), points, colour=colour, moves=moves, delays=_delays(content, vehicles), **given
+        content.get("name", where), points, colour=colour, moves=moves, delays=_delays(content, len(points)), **given
     )
 
 
@@ -221,14 +240,35 @@ def _delays(content: dict[str, Any], vehicles: int) -> FloatArray | None:
     return np.array(each, dtype=np.float64)
 
 
-def _colour(content: Any, vehicles: int, where: str) -> FloatArray | None:
-    """Return one colour, or one for each point of the formation."""
+def _colour(content: Any, points: FloatArray, where: str) -> FloatArray | None:
+    """Return one colour, or one for each point of the formation, shape (points, 3)."""
     if content is None:
         return None
+    if isinstance(content, dict):
+        along = points[:, "xyz".index(content.get("along", "z"))]
+        ends = [_rgb(content[end], where) for end in ("from", "to")]
+        share = (along - along.min()) / max(float(np.ptp(along)), 1e-12)
+        return np.asarray(ends[0] + share[:, None] * (ends[1] - ends[0]))
+    if isinstance(content, str) or not any(isinstance(each, str | tuple) for each in content):
+        return _rgb(content, where)
+    if len(content) != len(points):
+        raise FileError(f"{where} has {len(content)} colours for {len(points)} points: give one, or one for each")
+    return np.stack([_rgb(each, where) for each in content])
+
+
+def _rgb(content: Any, where: str) -> FloatArray:
+    """Return red, green and blue of a colour: three numbers, or a name or code of matplotlib's."""
+    from matplotlib.colors import to_rgb
+
+    if isinstance(content, str):
+        try:
+            return np.round(255.0 * np.array(to_rgb(content)))
+        except ValueError:
+            give = "give a name such as orange, a code such as '#ff8000', or red, green and blue"
+            raise FileError(f"the colour of {where} is {shown(content)}, which is not known: {give}") from None
     colour = np.array(content)
-    if colour.shape not in ((3,), (vehicles, 3)) or not ((colour >= 0) & (colour <= 255)).all():
-        text = f"the colour of {where} is {shown(content)}: give red, green and blue from 0 to 255"
-        raise FileError(f"{text}, once or for each of {vehicles} points")
+    if not ((colour >= 0) & (colour <= 255)).all():
+        raise FileError(f"the colour of {where} is {shown(content)}: give red, green and blue from 0 to 255")
     return colour
 
 

@@ -126,8 +126,8 @@ def test_acts_that_stand_too_close_or_are_unknown_are_refused(show_file):
             FleetError, match="how fast vehicles climb: give limits such as {speed: 4, acceleration: 3}"
         ):
             fly(read_show(show_file))
-    show_file.write_text(SHOW.replace("circle: {radius: 3, height: 5}", "points: [[0, 0, 3], [2, 0, 3]]"))
-    with pytest.raises(FleetError, match="has 2 points, and home has 6"):
+    show_file.write_text(SHOW.replace("circle: {radius: 3, height: 5}", f"points: {[[i, 0, 3] for i in range(7)]}"))
+    with pytest.raises(FleetError, match="has 7 points, and home has 6: give as many or fewer"):
         fly(read_show(show_file))
 
 
