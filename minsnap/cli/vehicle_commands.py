@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from functools import partial
 from math import sqrt
@@ -105,6 +105,7 @@ def limits(
     drag: Annotated[float, "K", "Drag over mass of the vehicle [1/s]."] = 0.0,
     vehicle: options.OffsetVehicle = None,
     output: Annotated[Path | None, "--output", "-o", "FILE", "YAML to add waypoints to, for plan."] = None,
+    loop: Annotated[Path | None, "FILE", "Control loop from the vehicle's gains, for --tracking and --tube."] = None,
     autopilot: Annotated[str, "auto, px4 or ardupilot."] = "auto",
     wait: Annotated[float, "S", "For the vehicle's heartbeat."] = 30.0,
     json: options.Json = False,
@@ -112,21 +113,41 @@ def limits(
     """Read limits for a plan from the vehicle's own parameters.
 
     A tenth of each is reserved for the controller. The tilt that drag needs (--drag, or --vehicle as fit writes it)
-    reduces the acceleration and the speed.
+    reduces the acceleration and the speed. A plan of the file keeps these limits, and no others of ordinary flight.
     """
     from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.parameters import PARAMETERS, Parameters, autopilot_limits
+    from minsnap.limits.ordinary import written_in_file
+    from minsnap.vehicle.autopilot_gains import AUTOPILOTS, loop_parameters
 
     given, clock = minsnap.flight.FeedForward(drag, None if vehicle is None else vehicle_of(vehicle)), Clock()
     with closing(open_link(connect, clock)) as link:
         stack = get_autopilot(autopilot, link.wait_for_vehicle(wait)).name
         parameters = Parameters(link, clock).read_known(PARAMETERS.get(stack, ()))
+        asked = loop_parameters(stack) if loop is not None and stack in AUTOPILOTS else []
+        gains = {name: each.value for name, each in Parameters(link, clock).read(asked).items()}
     within = partial(autopilot_limits, stack, {name: each.value for name, each in parameters.items()})
     values = (within(drag) if given.vehicle is None else _with_drag_of(given.vehicle, within)).given()
-    text = "limits:\n" + "".join(f"  {name}: {value:g}\n" for name, value in values.items())
     if output is not None:
-        write_file(output, text)
-    print(as_json(values) if json else text.rstrip())
+        write_file(output, _limits_text(written_in_file(values)))
+    if loop is not None:
+        own = given.drag if given.vehicle is None else 0.0
+        write_file(loop, _loop_text(stack, gains, own))
+    print(as_json(values) if json else _limits_text(values).rstrip())
+
+
+def _limits_text(values: Mapping[str, float | None]) -> str:
+    """Return limits as YAML; none is said as null, so that no ordinary one holds in its place."""
+    said = {name: "null" if value is None else f"{value:g}" for name, value in values.items()}
+    return "limits:\n" + "".join(f"  {name}: {value}\n" for name, value in said.items())
+
+
+def _loop_text(stack: str, gains: Mapping[str, float], drag: float) -> str:
+    """Return the control loop of an autopilot with these gains as YAML."""
+    import yaml
+
+    values: dict[str, object] = {"autopilot": stack, "parameters": dict(gains)}
+    return str(yaml.safe_dump(values | ({"drag": drag} if drag else {}), sort_keys=False))
 
 
 def _with_drag_of(craft: Quadrotor, within: Callable[[float], minsnap.Limits]) -> minsnap.Limits:

@@ -21,6 +21,7 @@ from minsnap.errors import LinkError
 from minsnap.flight.mavlink.link import Clock, Link
 from minsnap.flight.mavlink.vehicle_messages import PX4, Message, load_dialect
 from minsnap.limits.limits import Limits
+from minsnap.limits.ordinary import ORDINARY
 
 _REAL32 = 9  # MAV_PARAM_TYPE_REAL32
 _FORMATS = {1: "B", 2: "b", 3: "H", 4: "h", 5: "I", 6: "i"}  # MAV_PARAM_TYPE of integers, up to INT32
@@ -220,6 +221,8 @@ _MEANINGS = {
         ("MPC_XY_VEL_MAX", "horizontal_speed", _SI),
         ("MPC_Z_VEL_MAX_UP", "climb_speed", _SI),
         ("MPC_Z_VEL_MAX_DN", "descent_speed", _SI),
+        ("MPC_ACC_UP_MAX", "vertical_acceleration", _SI),
+        ("MPC_ACC_DOWN_MAX", "vertical_acceleration", _SI),
         ("MPC_TILTMAX_AIR", "tilt", _DEGREES),
         ("MC_YAWRATE_MAX", "yaw_rate", _DEGREES),
         ("MC_ROLLRATE_MAX", "body_rate", _DEGREES),
@@ -284,7 +287,10 @@ def _limits_of(rows: Iterable[tuple[str, str, float]], values: Mapping[str, floa
 
 
 def _with_drag(values: dict[str, float], drag: float) -> dict[str, Any]:
-    """Return limits with the reserve of feedback taken off, and with room in the tilt for drag."""
+    """Return limits with the reserve of feedback taken off, and with room in the tilt for drag.
+
+    A vehicle that tells no vertical speeds or acceleration has those of ordinary flight: its tilt bounds none.
+    """
     level = GRAVITY * math.tan(min(values["tilt"], math.radians(85.0)))
     limits = {name: ASKED.feedback * value for name, value in values.items()}
     if drag > 0.0:
@@ -292,6 +298,10 @@ def _with_drag(values: dict[str, float], drag: float) -> dict[str, Any]:
     left = ASKED.feedback * level - drag * limits["horizontal_speed"]
     limits["horizontal_acceleration"] = min(limits.get("horizontal_acceleration", math.inf), left)
     limits["tilt"] = min(limits["tilt"], math.atan(left / GRAVITY))
+    if "jerk" not in limits and "body_rate" in limits:  # what turns the thrust of a hovering vehicle as quickly
+        limits["jerk"] = GRAVITY * limits["body_rate"]
+    for name in ("climb_speed", "descent_speed", "vertical_acceleration"):
+        limits.setdefault(name, ORDINARY["acceleration" if name == "vertical_acceleration" else "speed"])
     return limits
 
 
