@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import select
 import signal
 import sys
@@ -117,6 +118,11 @@ def fly(
                 return streamer.run()
 
 
+def _plain(name: str) -> str:
+    """Return the name of a vehicle as a part of a file's name, without spaces and separators of folders."""
+    return re.sub(r"[^\w.+-]+", "_", name)
+
+
 def fly_fleet(
     folder: Path, connect: str, settings: StreamOptions, system: str | None, key: Path | None, preflight: bool
 ) -> dict[str, StreamReport | FlightError]:
@@ -130,7 +136,7 @@ def fly_fleet(
     if preflight:
         check_apart(fleet)
     log = None if settings.log is None else Path(settings.log)
-    each = [replace(settings, log=log and log.with_name(f"{log.stem}-{name}{log.suffix}")) for name in names]
+    each = [replace(settings, log=log and log.with_name(f"{log.stem}-{_plain(name)}{log.suffix}")) for name in names]
     tables = [prepare(curve, how) for curve, how in zip(fleet, each, strict=True)]
     links: list[Link] = []
     with ExitStack() as opened:

@@ -32,6 +32,8 @@ class Matching:
     lead: options.FlownLead = None
     sent: Annotated[list[Path] | None, "FILE", "What was sent for REFERENCE, as tune wrote it; once a flight."] = None
     frame: options.ReadFrame = None
+    columns: options.Columns = None
+    flight: Annotated[int | None, "N", "Which flight of a log with several, counted from 1."] = None
 
     def compared(self, reference: Path, paths: list[Path]) -> dict[str, ComparedFlight]:
         """Read and compare all files; damage in a log is reported on standard error."""
@@ -48,10 +50,20 @@ class Matching:
                 raise InputError(f"--sent stands {count}: write it once a flight, in their order")
             for index, path in enumerate(paths):
                 commanded = read_samples(sent[index], frame_for(sent[index], self.frame)) if sent else None
-                flights = self._flights(wanted, commanded, path, reference)
+                flights = self._chosen(self._flights(wanted, commanded, path, reference), path)
                 for number, one in enumerate(flights, 1):
                     flights_by_name[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
         return flights_by_name
+
+    def _chosen(self, flights: list[ComparedFlight], path: Path) -> list[ComparedFlight]:
+        """Return the flight of a file that ``--flight`` names, or all of them."""
+        if self.flight is None:
+            return flights
+        if not 1 <= self.flight <= len(flights):
+            began = [f"#{k} at {one.place.start:.1f} s" for k, one in enumerate(flights, 1) if one.place is not None]
+            listed = f" ({', '.join(began)})" if began else ""
+            raise InputError(f"--flight is {self.flight}: {path} holds {len(flights)} of the file{listed}")
+        return [flights[self.flight - 1]]
 
     def _flights(
         self, wanted: minsnap.Samples, sent: minsnap.Samples | None, path: Path, reference: Path
@@ -70,7 +82,7 @@ class Matching:
                 f"{path} holds no setpoints, so when the flight began is not known: log them, or give --align, "
                 "which counts the vehicle's delay as part of the clocks' offset"
             )
-        flight = load_flight(path, self.frame)
+        flight = load_flight(path, self.frame, options.parse_named(self.columns))
         comparison = minsnap.flight.compare(wanted, flight, align=self.align, max_delay=self.max_delay)
         return [ComparedFlight(comparison, wanted, moved(flight, comparison.offset))]
 
@@ -95,10 +107,12 @@ def compare(
 
     Errors are per axis, along and across the path. In a log, a flight begins where its setpoints follow the reference:
     climb and landing do not count, and the vehicle's delay counts as an error. Setpoints that were sent ahead (--lead,
-    or as the file or the log of the stream says) are compared at their planned instants. With --tube, exit status 1 if
+    or as the file or the log of the stream says) are compared at their planned instants. Of a plan in .json or .yaml
+    the report has laps and gates, and figures what the plan keeps to. With --tube, exit status 1 if
     a flight left its tube.
     """
     from minsnap.basics.checks import check_positive
+    from minsnap.files.formats.polynomials import is_polynomials, read_polynomials
     from minsnap.flight.tracking.flown_tube import hold_in_tube
     from minsnap.flight.tracking.tracking_plot import plot_comparison, write_flight_page
 
@@ -109,15 +123,17 @@ def compare(
     if tube is None and wind:
         raise InputError(f"--wind {wind:g} is of a vehicle in its loop: give --tube px4 or another with it")
     loop = options.loop_of(tube, wind)
+    stored = read_polynomials(reference) if matching.frame is None and is_polynomials(reference) else None
     compared = matching.compared(reference, flights)
     tubes = {} if loop is None else {name: hold_in_tube(one, loop, wind) for name, one in compared.items()}
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in compared.items()}
     if plot is not None:
-        minsnap.plot.save_figure(plot_comparison(compared, view or "xy", tubes=tubes), plot)
+        around = {} if stored is None else {name: part for name, part in stored.drawn.items() if name != "tolerance"}
+        minsnap.plot.save_figure(plot_comparison(compared, view or "xy", tubes=tubes, **around), plot)
     if report is not None:
         legs = None if waypoints is None else minsnap.read_waypoints(waypoints).points
         logs = {_name(path, flights): path for path in flights}
-        write_flight_page(compared, report, logs=logs, waypoints=legs, tubes=tubes)
+        write_flight_page(compared, report, logs=logs, waypoints=legs, tubes=tubes, plan=stored)
     _say(compared, kept, tubes, json)
     return 0 if all(each.inside for each in tubes.values()) else 1
 

@@ -146,7 +146,12 @@ def _loop_text(stack: str, gains: Mapping[str, float], drag: float) -> str:
     """Return the control loop of an autopilot with these gains as YAML."""
     import yaml
 
-    values: dict[str, object] = {"autopilot": stack, "parameters": dict(gains)}
+    from minsnap.basics.arrays import significant
+
+    values: dict[str, object] = {
+        "autopilot": stack,
+        "parameters": {name: significant(value, 7) for name, value in gains.items()},
+    }
     return str(yaml.safe_dump(values | ({"drag": drag} if drag else {}), sort_keys=False))
 
 

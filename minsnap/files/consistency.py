@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray
 from minsnap.corridors.constraint import walls_of
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import WaypointError
@@ -296,13 +296,33 @@ def _axes(samples: Samples, resolution: float, problems: list[str]) -> Iterator[
         if place is not None:
             fastest = np.abs(speed if speed is not None else np.diff(place) / np.diff(t)).max()
             hardest = None if acceleration is None else float(np.abs(acceleration).max())
-            mismatches = [_mismatch(*pair, columns, t, resolution, problems) for pair in pairwise(names)]
+            turns = _thrust_turns(samples) if names[0] == "yaw" else 0.0
+            mismatches = [_mismatch(*pair, columns, t, resolution + turns, problems) for pair in pairwise(names)]
             lowest, highest = float(place.min()), float(place.max())
             yield AxisFigures(names[0], lowest, highest, float(fastest), hardest, *mismatches)
 
 
+def _thrust_turns(samples: Samples) -> float | FloatArray:
+    """Return by what angle the thrust turns in each step, (m - 1,) [rad]: a heading from the tilt may turn with it.
+
+    Where a plan has no limit on its jerk the thrust tilts, and such a heading turns, between two samples.
+    """
+    pull = samples.acceleration
+    if pull is None or samples.dim != 3:
+        return 0.0
+    thrust = pull + np.array([0.0, 0.0, GRAVITY])
+    size = np.linalg.norm(thrust, axis=1)
+    along = np.einsum("md,md->m", thrust[1:], thrust[:-1]) / np.maximum(size[1:] * size[:-1], 1e-9)
+    return np.asarray(np.arccos(np.clip(along, -1.0, 1.0)))
+
+
 def _mismatch(
-    name: str, derivative: str, columns: Mapping[str, FloatArray], t: FloatArray, resolution: float, problems: list[str]
+    name: str,
+    derivative: str,
+    columns: Mapping[str, FloatArray],
+    t: FloatArray,
+    resolution: float | FloatArray,
+    problems: list[str],
 ) -> float | None:
     """Return by how much slopes are outside the range that the derivative's column allows, and record the worst."""
     values, slopes = columns.get(name), columns.get(derivative)
@@ -319,7 +339,7 @@ def _mismatch(
             f"{derivative} there goes from {slopes[worst]:.4g} to {slopes[worst + 1]:.4g}"
         )
         return float(excess[worst])
-    astray = _astray(slopes, slope) - (resolution + 1e-12 * np.abs(values).max()) / steps.min()
+    astray = _astray(slopes, slope) - (np.max(resolution) + 1e-12 * np.abs(values).max()) / steps.min()
     worst = int(astray.argmax())
     if astray[worst] > 0:
         problems.append(
@@ -339,13 +359,15 @@ def _astray(slopes: FloatArray, slope: FloatArray) -> FloatArray:
 def allowed_slopes(slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Bounds on the mean slope of each step, shapes (m-1,), from the derivative's column of shape (m,).
 
-    The range of the six samples nearest to the step, widened by its own length on either side. The last step may cover
-    less time than its column says, since a file ends with the last state of its path; its bounds include zero.
+    The range of the six samples nearest to the step, widened by its own length on either side, or by a quarter of the
+    greatest change over a step of the file: so much a mean differs that rises and falls again at that rate between two
+    samples. The last step may cover less time than its column says, since a file ends with the last state of its path;
+    its bounds include zero.
     """
     padded = np.pad(slopes, 2, "edge")
     around = np.lib.stride_tricks.sliding_window_view(padded, 6)
     low, high = around.min(axis=1), around.max(axis=1)
-    span = high - low
+    span = np.maximum(high - low, 0.25 * np.abs(np.diff(slopes)).max(initial=0.0))
     low, high = low - span, high + span
     low[-1], high[-1] = min(low[-1], 0.0), max(high[-1], 0.0)
     return low, high

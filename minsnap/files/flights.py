@@ -80,7 +80,7 @@ ENDINGS = (".csv", ".ulg", ".bin")
 """Endings of the files that hold a flight."""
 
 
-def load_flight(path: FileName, frame: str | None = None) -> Samples:
+def load_flight(path: FileName, frame: str | None = None, columns: Mapping[str, str] | None = None) -> Samples:
     """Read a flight.
 
     Parameters
@@ -90,6 +90,8 @@ def load_flight(path: FileName, frame: str | None = None) -> Samples:
         as ArduPilot does.
     frame : str or None
         Axes of a CSV, None for what it says itself; logs have theirs.
+    columns : mapping of str to str, optional
+        Of a CSV of another program, such as the logs of a Crazyflie, as :func:`minsnap.read_csv` takes them.
 
     Returns
     -------
@@ -107,7 +109,7 @@ def load_flight(path: FileName, frame: str | None = None) -> Samples:
     ImportError
         If a log needs an extra that is not installed.
     """
-    return _load(path, "flight", frame)
+    return _load(path, "flight", frame, columns)
 
 
 def load_reference(path: FileName, frame: str | None = None) -> Samples:
@@ -136,9 +138,11 @@ def read_log(path: FileName, inertial: bool = False) -> FlightLog | None:
     return read_stream_log(path) if is_stream_log(path) else None
 
 
-def _load(path: FileName, part: str, frame: str | None) -> Samples:
+def _load(path: FileName, part: str, frame: str | None, columns: Mapping[str, str] | None = None) -> Samples:
     log = load_log(path)
-    samples: Samples | None = read_csv(path, frame) if log is None else getattr(log, part)
+    if columns is not None and log is not None:
+        raise FileError(f"{path} is a log, whose columns are known: leave the names of columns out")
+    samples: Samples | None = read_csv(path, frame, columns=columns) if log is None else getattr(log, part)
     if samples is None:
         missing = "setpoints" if part == "reference" else "position"
         raise FileError(f"{path} holds no {missing}: log them, or give a CSV")

@@ -172,3 +172,10 @@ def test_instants_that_do_not_go_on_are_a_problem_of_their_own(apart):
 def test_a_path_whose_time_stands_still_is_told():
     report = check_samples(Samples(np.zeros(4), np.zeros((4, 3))))
     assert report.problems == ("time goes from 0.0 s to 0.0 s at sample 1: it must increase (3 such samples)",)
+
+
+@pytest.mark.parametrize("rate", [20.0, 50.0, 100.0])
+def test_a_heading_from_the_tilt_passes_where_the_thrust_tilts_between_two_samples(rate):
+    """A plan without a limit on its jerk leans at once, and its heading turns with it: stream refused it."""
+    plan = minsnap.plan([(0, 0, 1), (8, 0, 1), (8, 4, 1)], limits=minsnap.Limits(speed=8, acceleration=20), yaw="tilt")
+    assert check_samples(plan.sample(rate)).problems == ()

@@ -13,6 +13,8 @@ from minsnap.basics.storage.text import FileName
 from minsnap.corridors.given_waypoints import without_gates
 from minsnap.corridors.keep_out import Avoided
 from minsnap.errors import InputError, MinsnapError
+from minsnap.files.flown_margins import flown_margins
+from minsnap.files.plan_file import PlanFile
 from minsnap.flight.tracking.comparison import position_at
 from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight, told
 from minsnap.flight.tracking.flown_tube import FlownTube
@@ -257,6 +259,7 @@ def write_flight_page(
     logs: Mapping[str, FileName] | None = None,
     waypoints: ArrayLike | None = None,
     tubes: Mapping[str, FlownTube] | None = None,
+    plan: PlanFile | None = None,
     clobber: bool = True,
 ) -> None:
     """Write the page in one atomic step.
@@ -271,19 +274,26 @@ def write_flight_page(
     logs : mapping of str to path, optional
         Of which drag, wind and delay are fitted.
     waypoints : array_like, shape (n, dim), optional
-        Where legs begin and end; by default where the plan slows down.
+        Where legs begin and end; by default where those of ``plan`` do, or where it slows down.
     tubes : mapping of str to FlownTube, optional
         Of the flights of these names, for the figure and the remarks.
+    plan : PlanFile, optional
+        What was to be flown, with its laps, gates, corridor and obstacles.
     clobber : bool
         False: a file that is there is an error.
     """
-    pictures = [picture(plot_comparison(flights, tubes=tubes)), picture(plot_misses(flights))]
+    around = {} if plan is None else {name: part for name, part in plan.drawn.items() if name != "tolerance"}
+    pictures = [picture(plot_comparison(flights, tubes=tubes, **around)), picture(plot_misses(flights))]
     fits, untold = _fitted(logs or {})
     remarks = [*untold, *(f"{name}: {remark}" for name, one in flights.items() for remark in one.remarks())]
     remarks += [f"{name}: {tube.sentence}" for name, tube in (tubes or {}).items()]
     notes = "".join(f"<p>{escape(sentence)}.</p>" for sentence in remarks)
-    legs = leg_instants(next(iter(flights.values())).reference, waypoints)
-    parts = [_verdict(flights), notes, _flights(flights), *pictures, _legs(flights, legs), _fits(fits)]
+    if plan is not None and waypoints is None:
+        legs = plan.trajectory.leg_breaks
+    else:
+        legs = leg_instants(next(iter(flights.values())).reference, waypoints)
+    laps = [] if plan is None else [_legs(flights, lap_instants(plan), "Laps", "lap"), gate_table(plan, flights)]
+    parts = [_verdict(flights), notes, _flights(flights), *pictures, *laps, _legs(flights, legs), _fits(fits)]
     write_page(path, title, parts, clobber=clobber)
 
 
@@ -379,8 +389,44 @@ def _flights(flights: Mapping[str, ComparedFlight]) -> str:
     return table("Flights", columns, rows)
 
 
-def _legs(flights: Mapping[str, ComparedFlight], instants: FloatArray) -> str:
-    """Return root mean square and greatest distance of each leg that a flight has."""
+def lap_instants(plan: PlanFile) -> FloatArray:
+    """Return when a plan begins each lap, and ends the last, (laps + 1,) [s]; none of a plan without two.
+
+    A lap begins at the first gate, or stop, of a course.
+    """
+    if plan.gates:
+        first = min(plan.gates)
+        instants = np.array([passed.instant for passed in plan.passages if passed.gate == first])
+    else:
+        breaks = plan.trajectory.leg_breaks
+        place = plan.stops[0].position if plan.stops else plan.points[0]
+        away = np.linalg.norm(plan.trajectory(breaks) - place, axis=1)
+        instants = breaks[away <= max(1e-6, plan.stops[0].ball if plan.stops else 0.0)]
+    return instants if len(instants) > 2 else np.zeros(0)
+
+
+def gate_table(plan: PlanFile, flights: Mapping[str, ComparedFlight]) -> str:
+    """Return when, how late and how far from its edges each flight crossed each gate; nothing without gates."""
+    rows = []
+    columns = ["gate", "planned at [s]", "from its edge [m]"]
+    flown = {name: flown_margins(plan, one.flight).gates for name, one in flights.items()}
+    for index, planned in enumerate(plan.passages):
+        cells = [str(planned.gate), f"{planned.instant:.2f}", f"{planned.clearance:.3f}"]
+        for name, one in flights.items():
+            passed, start = flown[name][index], float(one.flight.t[0])
+            off = np.interp(planned.instant, one.comparison.t, np.linalg.norm(one.comparison.error, axis=1))
+            missed = "missed by " if passed.clearance < 0.0 else ""
+            cells += [f"{passed.instant + start - planned.instant:+.2f}", f"{missed}{abs(passed.clearance):.3f}"]
+            cells.append(f"{off:.3f}")
+        rows.append(cells)
+    columns += [f"{name}, {what}" for name in flights for what in ("late [s]", "from its edge [m]", "error then [m]")]
+    return table("Gates", columns, rows) if rows else ""
+
+
+def _legs(flights: Mapping[str, ComparedFlight], instants: FloatArray, title: str = "Legs", what: str = "leg") -> str:
+    """Return root mean square and greatest distance of each leg that a flight has; nothing without legs."""
+    if not len(instants):
+        return ""
     rows = []
     for leg, (start, end) in enumerate(zip(instants[:-1], instants[1:], strict=True)):
         cells = []
@@ -389,8 +435,8 @@ def _legs(flights: Mapping[str, ComparedFlight], instants: FloatArray) -> str:
             away = np.linalg.norm(one.comparison.error[inside], axis=1)
             cells += [f"{np.sqrt(np.mean(away**2)):.3f}", f"{away.max():.3f}"] if len(away) else ["–", "–"]
         rows.append([f"{leg}: {start:.2f} to {end:.2f} s", *cells])
-    columns = [f"{name}, {what} [m]" for name in flights for what in ("rms", "greatest")]
-    return table("Legs", ["leg", *columns], rows)
+    columns = [f"{name}, {figure} [m]" for name in flights for figure in ("rms", "greatest")]
+    return table(title, [what, *columns], rows)
 
 
 def _fits(fits: Mapping[str, FlightFit]) -> str:

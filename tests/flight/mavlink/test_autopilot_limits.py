@@ -47,7 +47,7 @@ def test_ardupilot_counts_in_centimetres():
     values = {"WPNAV_SPEED": 500.0, "WPNAV_ACCEL": 250.0, "PSC_JERK_XY": 5.0, "ANGLE_MAX": 3000.0, "PSC_ANGLE_MAX": 0.0}
     found = autopilot_limits("ardupilot", values)
     assert (found.horizontal_speed, found.horizontal_acceleration, found.jerk) == (4.5, 2.25, 4.5)
-    assert found.climb_speed is None
+    assert found.climb_speed == 3.0, "that of ordinary flight, where a vehicle tells none"
     newer = {"WP_SPD": 5.0, "WP_ACC": 2.5, "PSC_JERK_NE": 5.0, "ATC_ANGLE_MAX": 30.0, "PSC_ANGLE_MAX": 0.0}
     assert autopilot_limits("ardupilot", newer) == found
     assert autopilot_limits("ardupilot", newer | {"ATC_RATE_WPY_MAX": 60.0}).yaw_rate == pytest.approx(0.9424)
