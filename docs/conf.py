@@ -11,7 +11,14 @@ author = "the minsnap maintainers"
 copyright = "2026, the minsnap maintainers"
 version = release = installed("minsnap")
 
-extensions = ["sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "mathml", "example_pages"]
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "mathml",
+    "example_pages",
+    "command_pages",
+]
 templates_path = ["_templates"]
 exclude_patterns = ["_build"]
 html_math_renderer = "mathml"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import inspect
 import pkgutil
 import re
@@ -189,3 +190,14 @@ def test_names_that_left_the_root_say_where_they_are():
     ):
         with pytest.raises(AttributeError, match=f"it is minsnap.{home}.{name}"):
             getattr(minsnap, name)
+
+
+def test_every_command_has_an_example_that_it_takes(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    pages = importlib.import_module("command_pages")
+    found = pages.commands()
+    assert set(pages.EXAMPLES) == set(found)
+    for name, command in found.items():
+        asked = pages.EXAMPLES[name]
+        assert asked.startswith(f"minsnap {name}")
+        command.make_context(name, pages.arguments(asked))

@@ -56,7 +56,7 @@ def write_pages(app: Sphinx) -> None:
     figures = {s: f for s in scripts if (f := source / "images" / f"{s.stem}.png").exists()}
     (source / "examples").mkdir(exist_ok=True)
     for script in scripts:
-        _write(source / "examples" / f"{script.stem}.rst", page(script, figures.get(script)))
+        write_page(source / "examples" / f"{script.stem}.rst", page(script, figures.get(script)))
     jobs = (FOLDER / "README.md").read_text(encoding="utf-8").split("## More")[0]
     first = sorted((script for script in scripts if script.name in jobs), key=lambda script: jobs.index(script.name))
     more = [script for script in scripts if script not in first]
@@ -66,7 +66,7 @@ def write_pages(app: Sphinx) -> None:
         "Without a figure": [script for script in more if script not in figures],
     }
     listed = "".join(f"   examples/{script.stem}\n" for script in scripts)
-    _write(
+    write_page(
         source / "examples.rst",
         "Examples\n========\n\nEach is one short story with a figure or a file.\n\n"
         + "".join(gallery(name, group, figures) for name, group in groups.items())
@@ -74,7 +74,7 @@ def write_pages(app: Sphinx) -> None:
     )
 
 
-def _write(path: Path, text: str) -> None:
+def write_page(path: Path, text: str) -> None:
     """Write a page unless it is the same, so that nothing is built again for nothing."""
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         path.write_text(text, encoding="utf-8")
