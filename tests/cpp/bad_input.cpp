@@ -154,6 +154,7 @@ void null_pointers(minsnap_planner *planner) {
     EXPECT(minsnap_certify(planner, &problem, &curve, &proved) == MINSNAP_BAD_SIZE);
     EXPECT(minsnap_certify(planner, &problem, &curve, nullptr) == MINSNAP_BAD_SIZE);
     EXPECT(minsnap_replan(planner, &problem, nullptr, 0.0, 0.1, &curve) == MINSNAP_BAD_SIZE);
+    EXPECT(minsnap_brake(planner, &problem, nullptr, 0.0, &curve) == MINSNAP_BAD_SIZE && minsnap_message(planner)[0] != 0);
     EXPECT(minsnap_plan(planner, &problem, &curve) == MINSNAP_DONE && curve.legs == 2 && minsnap_message(planner)[0] == 0);
     EXPECT(minsnap_certify(planner, nullptr, &curve, &proved) == MINSNAP_BAD_SIZE && proved.kept == 0);
     EXPECT(minsnap_replan(planner, nullptr, &curve, 0.0, 0.1, &other) == MINSNAP_BAD_SIZE);
@@ -266,6 +267,7 @@ void random_bytes(minsnap_planner *planner, std::uint64_t seed, int rounds) {
         EXPECT(minsnap_certify(planner, &problem, &curve, &proved) == MINSNAP_DONE && proved.kept == 1);
         minsnap_curve again = minsnap_curve_new();
         const double now = number(0.1);
+        if (problem.limits != nullptr) minsnap_brake(planner, &problem, &curve, now, &again);
         if (problem.limits != nullptr) minsnap_replan(planner, &problem, &curve, now, number(0.003), &again);
     }
 }

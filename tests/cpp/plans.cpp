@@ -128,6 +128,22 @@ void replans() {
             const std::vector<double> old = first.curve(splice, order), fresh = next.curve(0.0, order);
             for (int d = 0; d < 3; ++d) EXPECT(std::abs(old[d] - fresh[d]) <= 1e-6);
         }
+    for (const double instant : {0.4, 1.5, 3.0}) {
+        const minsnap::Plan rest = planner.brake(problem, first.curve, instant);
+        EXPECT(rest.status == MINSNAP_DONE && rest.curve.duration() < 4.0);
+        for (std::int64_t order = 0; order < 4 && rest.status == MINSNAP_DONE; ++order) {
+            const std::vector<double> old = first.curve(instant, order), fresh = rest.curve(0.0, order),
+                                      end = rest.curve(rest.curve.duration(), order);
+            for (int d = 0; d < 3; ++d) EXPECT(std::abs(old[d] - fresh[d]) <= 1e-6 && (order == 0 || std::abs(end[d]) <= 1e-6));
+        }
+        for (int k = 0; k <= 100; ++k) {
+            const double t = rest.curve.duration() * k / 100;
+            const std::vector<double> speed = rest.curve(t, 1), place = rest.curve(t);
+            EXPECT(std::hypot(speed[0], speed[1], speed[2]) <= 3.0 + 1e-6 && place[1] >= -0.5 - 1e-9 &&
+                   (place[1] <= 0.5 + 1e-9 || place[0] >= 7.5 - 1e-9));
+        }
+    }
+    EXPECT(planner.brake(problem, first.curve, -1.0).status == MINSNAP_BAD_NUMBER);
     EXPECT(planner.replan(ahead, first.curve, first.curve.duration(), 0.1).status == MINSNAP_BAD_NUMBER);
 }
 

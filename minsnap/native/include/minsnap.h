@@ -183,6 +183,11 @@ MINSNAP_API minsnap_status minsnap_plan(minsnap_planner *planner, const minsnap_
 MINSNAP_API minsnap_status minsnap_replan(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown, double now,
                                           double budget, minsnap_curve *curve);
 
+/* Come to rest from the state that a curve flown has at an instant, within the walls of the leg that is flown, or of that and the next one, and
+ * within limits: the shortest of a family of polynomials that is proved to. The first waypoint of the problem is the one that was passed last. */
+MINSNAP_API minsnap_status minsnap_brake(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown, double instant,
+                                         minsnap_curve *curve);
+
 /* A time that every flight of a problem within limits takes at least, whatever its curve, rounded down [s]. Speed, acceleration, thrust and tilt
  * bound it; other limits and the walls are left out. */
 MINSNAP_API minsnap_status minsnap_least_time(minsnap_planner *planner, const minsnap_problem *problem, double *seconds);

@@ -192,6 +192,15 @@ public:
         return made(minsnap_replan(planner_.get(), &asked, &old, now, budget, &found), found);
     }
 
+    // See minsnap_brake.
+    Plan brake(const Problem &problem, const Curve &flown, double instant) {
+        minsnap_problem asked;
+        minsnap_curve found = minsnap_curve_new();
+        const minsnap_curve old = flown.view();
+        if (!view(problem, asked)) return {};
+        return made(minsnap_brake(planner_.get(), &asked, &old, instant, &found), found);
+    }
+
     // The time that every flight takes at least [s]; 0 where none is known.
     double least_time(const Problem &problem) {
         minsnap_problem asked;

@@ -76,6 +76,33 @@ SearchEnd end_of(const minsnap_problem &problem, double seconds) {
     return end;
 }
 
+bool is_problem(const minsnap_problem *problem) { return problem != nullptr && problem->size == std::int64_t(sizeof(minsnap_problem)); }
+
+// Take a problem that goes on, from the state that a curve flown has at an instant.
+Status go_on(minsnap_planner &planner, const minsnap_problem *problem, const minsnap_curve *flown, double instant,
+             const minsnap_curve *room) {
+    Says &says = planner.says;
+    Status status = check_room(room, says);
+    if (status == Status::done) status = check_given(flown, "the curve flown", says);
+    if (status != Status::done) return status;
+    if (!is_problem(problem)) return planner.course.take(problem, says);
+    const std::int64_t pieces = flown->legs * flown->pieces;
+    const double last = flown->breaks[pieces];
+    if (!(instant >= 0.0 && instant <= last))
+        return says(Status::bad_number, "the plan goes on at %g s, and the curve flown lasts from 0 to %g s", instant, last);
+    if (problem->limits == nullptr || problem->closed != 0) return says(Status::unsupported, "a plan goes on within limits, and is no lap");
+    if (problem->dim != flown->dim || (problem->degree != 0 && problem->degree != 7) || flown->degree < 3)
+        return says(Status::bad_size, "the curve flown has %lld coordinates and degree %lld, and the problem %lld and 7", Long(flown->dim),
+                    Long(flown->degree), Long(problem->dim));
+    double state[4 * 3];
+    const PiecewiseCurve whole = {flown->points,           flown->durations, flown->breaks, pieces, std::int32_t(flown->degree),
+                                  std::int32_t(flown->dim)};
+    for (int order = 0; order < 4 && status == Status::done; ++order)
+        status = evaluate_curve(whole, order, &instant, 1, state + order * flown->dim);
+    if (status != Status::done) return says(status, "the curve flown has no state at %g s", instant);
+    return planner.course.take(problem, says, state);
+}
+
 }  // namespace
 }  // namespace minsnap
 
@@ -113,43 +140,31 @@ MINSNAP_EXPORT minsnap_status minsnap_plan(minsnap_planner *planner, const minsn
 MINSNAP_EXPORT minsnap_status minsnap_replan(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown,
                                              double now, double budget, minsnap_curve *curve) {
     if (planner == nullptr) return MINSNAP_BAD_SIZE;
-    minsnap::Says &says = planner->says;
-    says.nothing();
-    Status status = minsnap::check_room(curve, says);
-    if (status == Status::done) status = minsnap::check_given(flown, "the curve flown", says);
-    if (status != Status::done) return minsnap_status(status);
     minsnap::SearchEnd end;
-    if (problem != nullptr && problem->size == std::int64_t(sizeof(minsnap_problem))) {
-        if (!(budget > 0.0 && budget < 1e9))
-            return minsnap_status(says(Status::bad_number, "the budget is %g s: it must be positive", budget));
-        end = minsnap::end_of(*problem, budget);
-        const double splice = now + budget, last = flown->breaks[flown->legs * flown->pieces];
-        if (!(now >= 0.0 && splice <= last))
-            return minsnap_status(
-                says(Status::bad_number, "the plan goes on at %g s, and the curve flown lasts from 0 to %g s", splice, last));
-        if (problem->limits == nullptr || problem->closed != 0)
-            return minsnap_status(says(Status::unsupported, "a plan is made anew within limits, and is no lap"));
-        if (problem->dim != flown->dim || (problem->degree != 0 && problem->degree != 7) || flown->degree < 3)
-            return minsnap_status(says(Status::bad_size, "the curve flown has %lld coordinates and degree %lld, and the problem %lld and 7",
-                                       minsnap::Long(flown->dim), minsnap::Long(flown->degree), minsnap::Long(problem->dim)));
-        double state[4 * 3];
-        const minsnap::PiecewiseCurve whole = {
-            flown->points,           flown->durations, flown->breaks, flown->legs * flown->pieces, std::int32_t(flown->degree),
-            std::int32_t(flown->dim)};
-        for (int order = 0; order < 4 && status == Status::done; ++order)
-            status = minsnap::evaluate_curve(whole, order, &splice, 1, state + order * flown->dim);
-        if (status != Status::done) return minsnap_status(says(status, "the curve flown has no state at %g s", splice));
-        status = planner->course.take(problem, says, state);
-    } else {
-        status = planner->course.take(problem, says);
-    }
+    if (minsnap::is_problem(problem)) end = minsnap::end_of(*problem, budget);
+    planner->says.nothing();
+    if (!(budget > 0.0 && budget < 1e9))
+        return minsnap_status(planner->says(Status::bad_number, "the budget is %g s: it must be positive", budget));
+    if (!(now >= 0.0))
+        return minsnap_status(planner->says(Status::bad_number, "it is %g s on the clock of the curve flown, which begins at 0", now));
+    Status status = minsnap::go_on(*planner, problem, flown, now + budget, curve);
     if (status != Status::done) return minsnap_status(status);
     bool seen = false;
     status = minsnap::plan(*planner, end, seen);
     if (status == Status::spent && planner->next.legs == 0)
-        return minsnap_status(says(status, "no new curve was certified within the budget: the old one stands"));
+        return minsnap_status(planner->says(status, "no new curve was certified within the budget: the old one stands"));
     status = minsnap::give(*planner, status, seen, *curve);
     return minsnap_status(status == Status::spent ? Status::done : status);
+}
+
+MINSNAP_EXPORT minsnap_status minsnap_brake(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown,
+                                            double instant, minsnap_curve *curve) {
+    if (planner == nullptr) return MINSNAP_BAD_SIZE;
+    minsnap::SearchEnd end;
+    planner->says.nothing();
+    Status status = minsnap::go_on(*planner, problem, flown, instant, curve);
+    if (status == Status::done) status = minsnap::ShortestPlan(planner->course, end, planner->says).brake(planner->next);
+    return minsnap_status(minsnap::give(*planner, status, true, *curve));
 }
 
 MINSNAP_EXPORT minsnap_status minsnap_at(const minsnap_curve *curve, std::int64_t order, const double *t, std::int64_t count, double *out) {

@@ -9,6 +9,7 @@
 
 extern "C" {
 std::int32_t minsnap_shortest_time(const minsnap::ShortestRequest *request, minsnap::ShortestAnswer *answer);
+std::int32_t minsnap_stop(minsnap::StopRecord *asked);
 std::int32_t minsnap_unconstrained_pinned(const minsnap::ChainRecord *given, double *out, double *states);
 }
 
@@ -42,6 +43,7 @@ struct PlanSettings {
     static constexpr double vanishing = 1e-6;  // share of the longest total below which nothing limits the time
     static constexpr double idle = 0.8;        // factor on time below which nothing limits it
     static constexpr double on_limit = 0.999;  // use of a state that leaves no room
+    static constexpr double briefest = 0.15;   // time that stopping takes at least [s]
     static constexpr double kept = 1e-9;       // how far above 1 a use may be
     static constexpr double met = 2e-7;        // how near to 1 a use is brought
     static constexpr int secants = 6, halvings = 60, doublings = 60;
@@ -544,6 +546,41 @@ bool ShortestPlan::resting(CurveMemory &curve) {
         }
     }
     return inside(curve) && slowed(curve);
+}
+
+// The shortest member of the family that is inside: by the proof that it has, or where what it reaches is within the limits.
+Status ShortestPlan::brake(CurveMemory &curve) {
+    const Bounds &bounds = course_.bounds;
+    const int dim = course_.dim, half = course_.half;
+    const std::int64_t legs = std::min<std::int64_t>(course_.legs, 2), count = 2 * half * dim;
+    double waypoints[3 * 3], caps[2], moving = 0.0, acceleration = norm(2, bounds.body_rate);
+    for (std::int64_t i = 0; i <= legs; ++i) std::copy(course_.state(i), course_.state(i) + dim, waypoints + i * dim);
+    for (int order = 1; order <= 2; ++order) {
+        double square = 0.0;
+        for (int d = 0; d < dim; ++d) square += course_.state(0)[order * dim + d] * course_.state(0)[order * dim + d];
+        moving += (order == 1 ? 1.0 : 0.3) * std::sqrt(square);
+    }
+    if (!(acceleration < infinite)) acceleration = 0.5 * bounds.gravity;
+    limits_.clear(dim), sets_.clear(dim);
+    Buffer<double> points;
+    bool room = points.allocate(std::size_t(2 * count)) && curve.allocate(course_, 2);
+    for (int g = 0; room && g < course_.walls.count(); ++g) room = sets_.add_cut(course_.walls[g], 1);
+    const int walls = sets_.count();
+    if (!room || !make_limits(true, sets_)) return says_(Status::no_memory, "there is no memory for a way to come to rest");
+    StopRecord asked = {};
+    asked.half = half, asked.dim = dim, asked.walls = walls, asked.limits = sets_.count() - walls, asked.legs = legs;
+    asked.unit = std::max(moving / acceleration, P::briefest), asked.state = course_.state(0), asked.waypoints = waypoints,
+    asked.cones = sets_.data();
+    asked.caps = caps, asked.points = points.data();
+    for (; minsnap_stop(&asked) == 0; ++asked.member) {
+        const std::int64_t pieces = asked.change > 0.0 ? 2 : 1;
+        curve.legs = pieces, curve.pieces = 1;
+        std::copy(points.data(), points.data() + pieces * count, curve.points.data());
+        curve.durations[0] = pieces == 2 ? asked.change * asked.duration : asked.duration;
+        if (pieces == 2) curve.durations[1] = (1.0 - asked.change) * asked.duration;
+        if ((asked.limited != 0 && !bounds.turns()) || keeps(curve)) return Status::done;
+    }
+    return says_(Status::no_progress, "no way to come to rest inside the walls of the leg and within the limits was found: brake earlier");
 }
 
 }  // namespace minsnap

@@ -35,6 +35,9 @@ public:
     // Done, or spent where the search was ended from outside: then the curve has no legs where there is none.
     Status run(CurveMemory &curve);
 
+    // Rest, from the state at the start, within the first leg or two.
+    Status brake(CurveMemory &curve);
+
 private:
     // A curve that a search begins from.
     struct Guess {
