@@ -189,7 +189,7 @@ def studio(
 
     from minsnap.studio.fleet_studio import FleetStudio
 
-    fleet = None if file is None else _fleet(file, separation, downwash)
+    fleet = None if file is None else _fleet(file, separation, downwash, folder)
     if fleet is not None and obstacles is not None:
         raise InputError(f"{file} is a fleet, whose page shows no --obstacles: leave them out")
     ended = threading.Event()
@@ -209,6 +209,25 @@ def studio(
         page.close()
 
 
+def _flown_of(file: Path, folder: Path) -> tuple[minsnap.Fleet, Sequence[Lights | None]]:
+    """Return what flies of a show: the files that a folder holds of it, else the flights planned for a ``.skyc``."""
+    from minsnap.shows.fleet_files import MANIFEST, read_fleet, read_lights
+    from minsnap.shows.show import fly
+    from minsnap.shows.show_yaml import read_show
+
+    show, kept = read_show(file), folder / "flights"
+    written = folder.is_dir() and ((folder / MANIFEST).is_file() or (folder / "show.skyc").is_file())
+    if written and kept.is_dir():
+        place = folder if (folder / MANIFEST).is_file() else folder / "show.skyc"
+        held, lights = read_fleet(place), read_lights(place)
+        if len(held) == len(show.home):
+            tell(f"{place} is what is shown")
+            named = replace(held, separation=show.separation)
+            return named, fly(show, kept).lights if lights is None else lights
+    flown = fly(show, kept if kept.is_dir() else None, tell, to="skyc")
+    return flown.fleet, flown.lights
+
+
 def _page(
     file: Path | None, folder: Path, host: str, port: int, obstacles: Path | None, clearance: float | None = None
 ) -> Page:
@@ -224,23 +243,17 @@ def _page(
 
 
 def _fleet(
-    file: Path, separation: float | None, downwash: float | None
+    file: Path, separation: float | None, downwash: float | None, folder: Path
 ) -> tuple[minsnap.Fleet, Sequence[Lights | None] | None] | None:
-    """Return the fleet of a folder or a ``.skyc``, or of a show, which is planned, and its lights; None for a scene."""
-    from minsnap.shows.fleet_files import is_fleet, read_fleet, show_at
-    from minsnap.shows.show import fly
-    from minsnap.shows.show_yaml import is_show, read_show
-    from minsnap.shows.skyc import read_skyc
+    """Return the fleet of a folder, a ``.skyc`` or a show, and its lights; None for a scene."""
+    from minsnap.shows.fleet_files import is_fleet, read_fleet, read_lights
+    from minsnap.shows.show_yaml import is_show
 
     lights: Sequence[Lights | None] | None = None
-    if (skybrush := show_at(file)) is not None:
-        held = read_skyc(skybrush)
-        fleet, lights = held.fleet, held.lights
-    elif is_fleet(file):
-        fleet = read_fleet(file)
+    if is_fleet(file):
+        fleet, lights = read_fleet(file), read_lights(file)
     elif is_show(file):
-        flown = fly(read_show(file), None, tell)
-        fleet, lights = flown.fleet, flown.lights
+        fleet, lights = _flown_of(file, folder)
     elif separation is not None or downwash is not None:
         raise InputError(f"{file} is one vehicle: --separation and --downwash are for a fleet")
     else:

@@ -24,6 +24,12 @@ NEAR_FACTOR = 1.25
 LARGEST = (7.0, 4.8)
 """Most that the paths take of a figure, width and height [in]."""
 
+MANY = 30
+"""Vehicles above which their paths are drawn as pixels in files of lines, which would be large."""
+
+NUMBERED = 400
+"""Vehicles above which homes have no numbers, which would not be readable."""
+
 VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
@@ -57,6 +63,7 @@ def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None, *, avoid:
     draw_obstacles(axes, avoid, VIEWS[view], places.reshape(-1, 2))
     steps = np.stack([places[:, :-1], places[:, 1:]], axis=2).reshape(-1, 2, 2)
     lines = LineCollection(list(steps), array=np.tile(t[:-1], len(fleet)), cmap="viridis", linewidths=0.8)
+    lines.set_rasterized(len(fleet) > MANY)
     axes.add_collection(lines)
     axes.plot(*places[:, 0].T, "o", color="0.2", markersize=3, label="start")
     axes.plot(*places[:, -1].T, "x", color="tab:red", markersize=4, label="end")
@@ -65,6 +72,29 @@ def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None, *, avoid:
     axes.set(xlabel=f"{view[0]} [m]", ylabel=f"{view[1]} [m]")
     axes.figure.colorbar(lines, ax=axes, label="time [s]", fraction=0.046, pad=0.03, aspect=30)
     legend_above(axes)
+    return axes
+
+
+@styled
+def plot_homes(fleet: Fleet, ax: Axes | None = None) -> Axes:
+    """Draw where the vehicles stand, from above, with their numbers.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        Named vehicles have the last word of their names in place of numbers.
+    ax : Axes, optional
+        By default new ones.
+    """
+    axes = new_axes() if ax is None else ax
+    places = fleet(0.0)[:, :2]
+    axes.plot(*places.T, "o", color="0.88", markersize=12 if len(fleet) <= MANY else 5)
+    for vehicle, place in enumerate(places if len(fleet) <= NUMBERED else []):
+        text = fleet.name(vehicle).rpartition(" ")[2]
+        axes.annotate(text, place, ha="center", va="center", fontsize=7 if len(fleet) <= 4 * MANY else 4)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.1)
+    axes.set(xlabel="x [m]", ylabel="y [m]", title="homes")
     return axes
 
 

@@ -273,6 +273,15 @@ def _waiting(samples: Samples, start: float) -> Trajectory:
     return Trajectory(np.concatenate([held, curve.control_points]), np.concatenate([[wait], curve.durations]))
 
 
+def read_lights(path: FileName) -> tuple[Lamp, ...] | None:
+    """Return the lights of each vehicle of a fleet in Skybrush's files; None where its format holds none."""
+    place = Path(path)
+    if (show := show_at(place)) is not None:
+        return read_skyc(show).lights
+    files = sorted((file for file in place.iterdir() if file.suffix.lower() == ".skyb"), key=_counted)
+    return tuple(skybrush.read_skybrush(file).lights for file in files) or None
+
+
 def _counted(file: Path) -> list[str | int]:
     """Return a key by which traj2 comes before traj10: vehicles are told apart by this order."""
     return [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", file.name)]

@@ -18,13 +18,14 @@ from minsnap.fleet.common_clock import Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, extent_of
 from minsnap.limits.limits import Limits
 from minsnap.plot.figures import picture, table, verdict, write_page
-from minsnap.plot.fleet_figures import plot_fleet, plot_separation
+from minsnap.plot.fleet_figures import plot_fleet, plot_homes, plot_separation
 from minsnap.shows.failures import SINKS, Failures
 from minsnap.shows.file_limits import largest_step
 from minsnap.shows.return_figure import return_figure, spans_text
 from minsnap.shows.returns import Returns
 from minsnap.shows.site import Fence, ShowOrigin
 from minsnap.shows.timeline import Stage
+from minsnap.trajectory.trajectory import Trajectory
 
 PAIRS = 20
 """Pairs in the table of those that come nearest."""
@@ -157,11 +158,15 @@ def _range(values: FloatArray) -> str:
 def _figures(held: FleetCertificate) -> str:
     from minsnap.plot.shown_figure import ShownFigure
 
-    figure = ShownFigure(figsize=(9.5, 3.8), layout="constrained")
-    axes = figure.subplots(1, 2)
-    plot_fleet(held.fleet, ax=axes[0])
+    figure = ShownFigure(figsize=(9.5, 7.8), layout="constrained")
+    above, aside, homes, apart = figure.subplots(2, 2).ravel()
+    plot_fleet(held.fleet, ax=above)
+    plot_fleet(held.fleet, "xz", ax=aside)
+    plot_homes(held.fleet, ax=homes)
     if held.pair is not None:
-        plot_separation(held, ax=axes[1])
+        plot_separation(held, ax=apart)
+    else:
+        apart.set_axis_off()
     return picture(figure)
 
 
@@ -266,9 +271,16 @@ def _vehicles(held: FleetCertificate) -> str:
     for i, curve in enumerate(held.fleet):
         speeds = (f"{curve.max_norm(1)[0]:.2f}", f"{curve.max_norm(2)[0]:.2f}")
         near_by = f"{least[i]:.3f}" if i in least else "beyond the list"
-        rows.append((held.fleet.name(i), *speeds, _range(curve.control_points[..., 2]), near_by))
-    columns = ["vehicle", "top speed [m/s]", "top acceleration [m/s²]", "altitude within [m]", "nearest other [m]"]
+        rows.append((held.fleet.name(i), _aloft(curve), *speeds, _range(curve.control_points[..., 2]), near_by))
+    columns = ["vehicle", "flies [s]", "top speed [m/s]", "top acceleration [m/s²]", "altitude within [m]"]
+    columns.append("nearest other [m]")
     return table("Vehicles", columns, rows)
+
+
+def _aloft(curve: Trajectory) -> str:
+    """Say how long a vehicle is away from its start, until its last motion."""
+    moves = np.flatnonzero(np.ptp(curve.control_points, axis=1).any(axis=1))
+    return f"{curve.breaks[moves[-1] + 1] - curve.breaks[moves[0]]:.1f}" if len(moves) else "stays"
 
 
 def _files(files: Sequence[Path]) -> str:
