@@ -123,6 +123,16 @@ def test_a_plan_leaves_room_for_the_loop():
         {"waypoints": CORNERS, "corridor": 0.6, "total_time": 40.0},
         {"waypoints": CORNERS[:2], "avoid": [minsnap.Cylinder((4, 0.1), 0.5)], "limits": CALM},
         {"waypoints": [(0, 0, 1), Gate((4, 0, 1), (1, 0, 0), 2.0, 2.0), (8, 0, 1)], "limits": CALM},
+        {
+            "waypoints": CORNERS[:2],
+            "avoid": [minsnap.Prism([(3, -2), (5, -2), (5, 0.4), (4, 0.8), (3, 0.4)])],
+            "limits": CALM,
+        },
+        {
+            "waypoints": CORNERS[:2],
+            "avoid": [minsnap.Prism([(-2, -2), (10, -2), (10, 2), (-2, 2)], inclusion=True)],
+            "limits": CALM,
+        },
         {"waypoints": CORNERS[:2], "corridor": Room((-2, -2, 0), (10, 2, 2)), "limits": CALM},
     ):
         path = minsnap.plan(**request, tracking=LOOP, wind=1.0)

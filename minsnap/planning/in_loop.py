@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,10 @@ from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.given_waypoints import without_gates
 from minsnap.corridors.half_spaces import Polytopes
-from minsnap.corridors.keep_out import Obstacle
+from minsnap.corridors.keep_out import Avoided, Cylinder, Obstacle
 from minsnap.corridors.knot_regions import knot_positions
 from minsnap.corridors.moving import Moving
+from minsnap.corridors.prism import Prism
 from minsnap.corridors.tubes import RoundTube, Sampled, Tube, as_constraints
 from minsnap.errors import CorridorError, InfeasibleError, LimitError, UnprovedError, VehicleError, WaypointError
 from minsnap.limits.limits import Limits
@@ -86,6 +88,30 @@ def narrower(constraint: Constraint, distance: float) -> Constraint:
     return _Narrower(constraint, distance)
 
 
+def larger(obstacle: Avoided, distance: float) -> list[Avoided]:
+    """Return obstacles that keep a curve out of all that is within a distance [m] of one, or of a fence's outside.
+
+    Of a prism that is itself, the strips along its edges and the disks around its corners, which together are all that
+    is so near to its side.
+    """
+    if distance <= 0.0:
+        return [obstacle]
+    if isinstance(obstacle, Moving):
+        return [obstacle.wider(distance)]
+    if not isinstance(obstacle, Prism):
+        return [_Larger(obstacle, distance)]
+    grow = -distance if obstacle.inclusion else distance
+    low, high = obstacle.low - grow, obstacle.high + grow
+    itself = Prism(obstacle.polygon, low, high, inclusion=obstacle.inclusion)
+    ends = (-inf, inf) if obstacle.inclusion else (low, high)
+    parts: list[Avoided] = [itself]
+    for one, two in zip(obstacle.polygon, np.roll(obstacle.polygon, -1, axis=0), strict=True):
+        along = (two - one) / np.linalg.norm(two - one)
+        aside = distance * np.array([-along[1], along[0]])
+        parts += [Prism([one - aside, two - aside, two + aside, one + aside], *ends), Cylinder(one, distance, *ends)]
+    return parts
+
+
 def narrowed(request: PlanRequest, distance: float) -> PlanRequest:
     """Return a request with corridor, gates and obstacles that leave a distance [m]."""
     corridor = request.corridor
@@ -97,9 +123,7 @@ def narrowed(request: PlanRequest, distance: float) -> PlanRequest:
     places = request.waypoints
     if without_gates(places)[1]:
         places = [place.within(distance) if isinstance(place, Gate) else place for place in places]
-    avoid = tuple(
-        each.wider(distance) if isinstance(each, Moving) else _Larger(each, distance) for each in request.avoid
-    )
+    avoid = tuple(part for each in request.avoid for part in larger(each, distance))
     return replace(request, corridor=corridor, waypoints=places, avoid=avoid)
 
 

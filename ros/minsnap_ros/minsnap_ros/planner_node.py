@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from threading import Lock
 from typing import Any
 
@@ -22,8 +22,10 @@ import minsnap
 from minsnap.files.formats.robot_messages import offboard_control_mode, px4_setpoints
 from minsnap.paths.missions.course import is_course
 from minsnap_ros.flown_plan import FlownPlan
+from minsnap_ros.mavros_vehicle import ODOMETRY, SETPOINT, STATE, MavrosVehicle, position_target
 from minsnap_ros.messages import path_message, position_of, px4_topic, setpoint_message, trajectory_message
-from minsnap_ros.px4_vehicle import RULES, Px4Vehicle
+from minsnap_ros.px4_vehicle import Px4Vehicle
+from minsnap_ros.vehicle import RULES, Vehicle
 
 PARAMETERS = {
     "course": "",
@@ -34,12 +36,18 @@ PARAMETERS = {
     "budget": 0.1,
     "frame_id": "map",
     "px4": True,
+    "mavros": False,
 }
 SLOWEST = 2.0
 """Rate of setpoints below which PX4 leaves the offboard mode [Hz]."""
 
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE)
+SENSOR = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 PX4 = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+Send = Callable[[minsnap.Samples, float], None]
+"""Sends what is to be flown now, one sample, at an instant of the node's clock [s]."""
 
 
 class PlannerNode(Node):
@@ -53,13 +61,14 @@ class PlannerNode(Node):
         for name, value in PARAMETERS.items():
             self.declare_parameter(name, value)
         self.flown: FlownPlan | None = None
-        self._lock, self._vehicle = Lock(), Px4Vehicle()
+        self._lock, self._vehicle = Lock(), Vehicle()
         self._trajectories = self.create_publisher(MultiDOFJointTrajectory, "~/trajectory", KEPT)
         self._paths = self.create_publisher(Path, "~/path", KEPT)
         self.create_subscription(Path, "~/waypoints", self.take_waypoints, 1)
         self.create_service(Trigger, "~/plan", self.plan_course)
         self.create_service(GetPlan, "~/replan", self.replan)
-        self._px4 = self._value("px4") and self._connect_px4()
+        connect = self._connect_mavros if self._value("mavros") else self._connect_px4
+        self._followed = bool(self._value("mavros") or self._value("px4")) and connect()
         if self._value("course"):
             self.plan_course(Trigger.Request(), Trigger.Response())
 
@@ -80,16 +89,43 @@ class PlannerNode(Node):
         except ImportError:
             self.get_logger().info("px4_msgs is not installed: the plan is published, and no setpoints for PX4")
             return False
-        rate = self._value("rate")
-        if not rate >= SLOWEST:
-            raise minsnap.InputError(f"rate is {rate:g} Hz: PX4 leaves the offboard mode below {SLOWEST:g} Hz")
-        self._mode, self._setpoint = OffboardControlMode, TrajectorySetpoint
         mode, setpoint = (px4_topic("in", kind) for kind in (OffboardControlMode, TrajectorySetpoint))
         self._modes = self.create_publisher(OffboardControlMode, mode, PX4)
         self._setpoints = self.create_publisher(TrajectorySetpoint, setpoint, PX4)
+
+        def send(state: minsnap.Samples, now: float) -> None:
+            microseconds = round(now * 1e6)
+            self._modes.publish(OffboardControlMode(**offboard_control_mode(microseconds)))
+            self._setpoints.publish(setpoint_message(TrajectorySetpoint(), px4_setpoints(state)[0], microseconds))
+
+        told = ((kind, px4_topic("out", kind)) for kind in (VehicleStatus, VehicleLocalPosition))
+        return self._follow(Px4Vehicle(), send, told, PX4)
+
+    def _connect_mavros(self) -> bool:
+        """Publish setpoints where mavros_msgs is installed; return whether it is."""
+        try:
+            from mavros_msgs.msg import PositionTarget, State
+            from nav_msgs.msg import Odometry
+        except ImportError:
+            self.get_logger().error("mavros_msgs is not installed: the plan is published, and no setpoints for MAVROS")
+            return False
+        self._setpoints = self.create_publisher(PositionTarget, SETPOINT, SENSOR)
+
+        def send(state: minsnap.Samples, now: float) -> None:
+            stamp = Time(sec=int(now), nanosec=round(now % 1.0 * 1e9) % 10**9)
+            self._setpoints.publish(position_target(PositionTarget(), state, self._value("frame_id"), stamp))
+
+        return self._follow(MavrosVehicle(), send, ((State, STATE), (Odometry, ODOMETRY)), SENSOR)
+
+    def _follow(self, vehicle: Vehicle, send: Send, told: Iterable[tuple[type, str]], quality: QoSProfile) -> bool:
+        """Listen to a vehicle's status and position, in this order, and send it setpoints by ``send``."""
+        rate = self._value("rate")
+        if not rate >= SLOWEST:
+            raise minsnap.InputError(f"rate is {rate:g} Hz: PX4 leaves the offboard mode below {SLOWEST:g} Hz")
+        self._vehicle, self._send = vehicle, send
         own = MutuallyExclusiveCallbackGroup()
-        for kind, take in ((VehicleStatus, self.take_status), (VehicleLocalPosition, self.take_position)):
-            self.create_subscription(kind, px4_topic("out", kind), take, PX4, callback_group=own)
+        for (kind, topic), take in zip(told, (self.take_status, self.take_position), strict=True):
+            self.create_subscription(kind, topic, take, quality, callback_group=own)
         self.create_timer(1.0 / rate, self.send_setpoint, callback_group=own)
         return True
 
@@ -145,7 +181,7 @@ class PlannerNode(Node):
         if plan.dim != 3:
             raise minsnap.InputError(f"the plan has {plan.dim} coordinates: give x, y and z")
         before, now = self.flown, self._now()
-        if self._px4 and before is not None and before.began is not None:
+        if self._followed and before is not None and before.began is not None:
             held = before.at(now)
             if not (
                 held.over(now) and np.linalg.norm(plan(0.0) - held.state(now).position[0]) <= RULES.settled_distance
@@ -153,7 +189,7 @@ class PlannerNode(Node):
                 raise minsnap.InputError(
                     "the vehicle flies a plan: change it by the service replan, or plan from its end once it is there"
                 )
-        self._take(before, FlownPlan(plan, None if self._px4 else now, own=own or {}, fixed=fixed))
+        self._take(before, FlownPlan(plan, None if self._followed else now, own=own or {}, fixed=fixed))
 
     def _change(self, goal: Any) -> Path:
         before = self.flown
@@ -197,7 +233,7 @@ class PlannerNode(Node):
         if flown is None or flown.began is None or self._vehicle.follows:
             return
         if self._swap(flown, None):
-            self.get_logger().info("the vehicle left offboard mode or was disarmed: the flight is over, plan again")
+            self.get_logger().info("the vehicle does not follow setpoints any more: the flight is over, plan again")
 
     def take_position(self, message: Any) -> None:
         """Begin the plan when the vehicle is armed, in offboard mode, and at rest where the plan begins."""
@@ -207,7 +243,7 @@ class PlannerNode(Node):
             self._swap(flown, flown.begun(now))
 
     def send_setpoint(self) -> None:
-        """Send PX4 what is to be flown now."""
+        """Send the vehicle what is to be flown now."""
         flown = self.flown
         if flown is None:
             return
@@ -217,10 +253,7 @@ class PlannerNode(Node):
                 self.get_logger().info(far, throttle_duration_sec=5.0)
                 return
         now = self._now()
-        row = px4_setpoints(flown.at(now).state(now))[0]
-        microseconds = round(now * 1e6)
-        self._modes.publish(self._mode(**offboard_control_mode(microseconds)))
-        self._setpoints.publish(setpoint_message(self._setpoint(), row, microseconds))
+        self._send(flown.at(now).state(now), now)
 
 
 def main() -> None:

@@ -41,6 +41,24 @@ FIELDS: dict[str, dict[str, Any]] = {
         "time_from_start": "builtin_interfaces.msg.Duration",
     },
     "trajectory_msgs.msg.MultiDOFJointTrajectory": {"header": "std_msgs.msg.Header", "joint_names": [], "points": []},
+    "mavros_msgs.msg.State": {"connected": False, "armed": False, "guided": False, "mode": ""},
+    "mavros_msgs.msg.PositionTarget": {
+        "header": "std_msgs.msg.Header",
+        "coordinate_frame": 0,
+        "type_mask": 0,
+        "position": "geometry_msgs.msg.Point",
+        "velocity": "geometry_msgs.msg.Vector3",
+        "acceleration_or_force": "geometry_msgs.msg.Vector3",
+        "yaw": 0.0,
+        "yaw_rate": 0.0,
+    },
+    "geometry_msgs.msg.PoseWithCovariance": {"pose": "geometry_msgs.msg.Pose"},
+    "geometry_msgs.msg.TwistWithCovariance": {"twist": "geometry_msgs.msg.Twist"},
+    "nav_msgs.msg.Odometry": {
+        "header": "std_msgs.msg.Header",
+        "pose": "geometry_msgs.msg.PoseWithCovariance",
+        "twist": "geometry_msgs.msg.TwistWithCovariance",
+    },
     "px4_msgs.msg.OffboardControlMode": dict.fromkeys(
         ("position", "velocity", "acceleration", "attitude", "body_rate", "thrust_and_torque", "direct_actuator"), False
     )

@@ -322,3 +322,53 @@ def test_a_change_that_comes_after_the_pilot_took_over_is_not_flown(started, mon
     request = GetPlan.Request()
     request.goal = pose((-1.0, 4.0, 2.0))
     assert node.replan(request, GetPlan.Response()).plan.poses == [] and node.flown is None
+
+
+@STOOD_IN
+@pytest.mark.parametrize("mode", ["OFFBOARD", "GUIDED"])
+def test_mavros_flies_the_plan_of_px4_and_of_ardupilot(started, mode):
+    """What is sent is in ENU, as MAVROS takes it, and begins where the armed vehicle is at the plan's start."""
+    from mavros_msgs.msg import PositionTarget, State
+    from nav_msgs.msg import Odometry
+
+    node = started(mavros=True, rate=50.0, frame_id="map")
+    other, sent = Node("mavros"), []
+    other.create_subscription(PositionTarget, "/mavros/setpoint_raw/local", sent.append, 1)
+    states = other.create_publisher(State, "/mavros/state", 1)
+    odometry = other.create_publisher(Odometry, "/mavros/local_position/odom", 1)
+    ((period, send),) = node.timers
+    assert period == pytest.approx(0.02)
+
+    def at(place, speed=0.0):
+        message = Odometry()
+        point, velocity = message.pose.pose.position, message.twist.twist.linear
+        point.x, point.y, point.z = map(float, place)
+        velocity.x = speed
+        odometry.publish(message)
+
+    node.take_waypoints(path_of(WAYPOINTS))
+    send()
+    assert sent == []
+    start = node.flown.trajectory(0.0)
+    at(start + 3.0)
+    send()
+    assert sent == [], "it would fly three metres to the start"
+    at(start)
+    send()
+    assert vector(sent[-1].position) == start.tolist()
+    states.publish(State(connected=True, armed=True, mode="LOITER"))
+    states.publish(State(connected=True, armed=True, mode=mode))
+    for _ in range(2):
+        Node.seconds += 1.1
+        at(start)
+    Node.seconds += 2.0
+    send()
+    plan, last = node.flown.trajectory, sent[-1]
+    t = Node.seconds - node.flown.began
+    assert (last.coordinate_frame, last.type_mask, last.header.frame_id) == (1, 0, "map")
+    assert vector(last.position) == pytest.approx(plan(t))
+    assert vector(last.velocity) == pytest.approx(plan(t, 1))
+    assert vector(last.acceleration_or_force) == pytest.approx(plan(t, 2))
+    assert last.header.stamp.sec + 1e-9 * last.header.stamp.nanosec == pytest.approx(Node.seconds)
+    states.publish(State(connected=True, armed=True, mode="LAND"))
+    assert node.flown is None, "the pilot took over"
