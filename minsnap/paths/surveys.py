@@ -24,6 +24,7 @@ from minsnap.limits.ordinary import ordinary_limits
 from minsnap.planning.planner import plan
 from minsnap.trajectory.norm_maxima import extent_along
 from minsnap.trajectory.planned_heading import Yaw, chosen_heading
+from minsnap.trajectory.planned_path import PlannedPath
 from minsnap.trajectory.trajectory import Trajectory, concatenate
 
 
@@ -53,8 +54,8 @@ SURVEY = SurveySettings()
 
 
 @dataclass(frozen=True, eq=False)
-class Survey(ReadOnly):
-    """A planned survey.
+class Survey(ReadOnly, PlannedPath):
+    """A planned survey; a path like any other.
 
     Parameters
     ----------

@@ -32,10 +32,9 @@ from minsnap.planning.free_heading import best_headed, headings_for
 from minsnap.planning.near_notes import near_notes
 from minsnap.planning.planner import plan
 from minsnap.replanning.horizon import grouped
-from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.leg_uses import LegUse, Sensitivity
-from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import chosen_heading
+from minsnap.trajectory.planned_path import PlannedPath
 from minsnap.trajectory.report import unlimited_notes
 from minsnap.trajectory.trajectory import Plan, Trajectory, concatenate
 
@@ -99,7 +98,7 @@ class PlannedPart(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Mission(Path):
+class Mission(PlannedPath):
     """A course as it is flown; a path like any other.
 
     Parameters
@@ -130,28 +129,6 @@ class Mission(Path):
     interrupted: bool = False
     said: tuple[str, ...] = ()
     planned: tuple[PlannedPart, ...] = field(default=(), repr=False)
-
-    @property
-    def duration(self) -> float:
-        """Length of the interval [s]."""
-        return self.trajectory.duration
-
-    @property
-    def dim(self) -> int:
-        """Number of coordinates."""
-        return self.trajectory.dim
-
-    @property
-    def yaw(self) -> Heading:  # type: ignore[override]
-        """Heading of the plan."""
-        return self.trajectory.yaw
-
-    def as_trajectory(self) -> Trajectory:
-        """Return the curve of all parts."""
-        return self.trajectory
-
-    def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
-        return self.trajectory._evaluate(t, order)
 
     @property
     def legs(self) -> tuple[LegUse, ...]:

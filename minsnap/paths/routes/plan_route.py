@@ -30,8 +30,7 @@ from minsnap.paths.routes.passage import end_point, find_passage
 from minsnap.paths.routes.surroundings import bars, flown_box, listed_obstacles, taken, with_obstacles
 from minsnap.paths.shapes import timed
 from minsnap.planning.planner import plan
-from minsnap.trajectory.heading import Heading
-from minsnap.trajectory.path import Path
+from minsnap.trajectory.planned_path import PlannedPath
 from minsnap.trajectory.trajectory import Trajectory
 
 FREE_HEIGHT = 1.0
@@ -39,7 +38,7 @@ FREE_HEIGHT = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Route(Path):
+class Route(PlannedPath):
     """A plan through a map, or around obstacles or points; a path like any other.
 
     Parameters
@@ -74,31 +73,9 @@ class Route(Path):
         return self.around if isinstance(self.around, GridMap) else None
 
     @property
-    def duration(self) -> float:
-        """Length of the interval [s]."""
-        return self.trajectory.duration
-
-    @property
-    def dim(self) -> int:
-        """Number of coordinates."""
-        return self.trajectory.dim
-
-    @property
-    def yaw(self) -> Heading:  # type: ignore[override]
-        """Heading of the plan."""
-        return self.trajectory.yaw
-
-    @property
     def distance(self) -> float:
         """Least distance to what is occupied over all time [m]."""
         return self.approach.distance
-
-    def as_trajectory(self) -> Trajectory:
-        """Return the plan."""
-        return self.trajectory
-
-    def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
-        return self.trajectory._evaluate(t, order)
 
 
 def plan_through(
