@@ -25,6 +25,7 @@ demo: $(VENV)/installed ## plan a rectangle in a corridor into out/: CSV, pictur
 	$(BIN)/minsnap --version
 	$(BIN)/minsnap rect --corridor 0.3 -o out/rectangle.csv --plot out/rectangle.png
 	$(BIN)/minsnap check out/rectangle.csv
+	@echo; echo "Look at out/rectangle.png. Next: $(BIN)/minsnap studio, $(BIN)/minsnap --help, docs/tour.rst"
 
 test: $(VENV)/developing ## every test, example and page of documentation, warnings as errors
 	$(CORE)

@@ -12,6 +12,24 @@ _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 _HOMES = ("plot", "routes", "errors", "corridors", "replanning", "fleet", "shows", "paths.missions")
 """Where the names are that the root does not have."""
 
+_ELSEWHERE = {
+    "simulate": "minsnap.flight.simulate",
+    "Quadrotor": "minsnap.vehicle.Quadrotor",
+    **dict.fromkeys(("write_json", "write_yaml", "save", "write"), "plan.save('file.json')"),
+    **dict.fromkeys(("read_json", "read_plan", "load", "read"), "minsnap.files.convert.read_any('file.json')"),
+    "Sphere": "minsnap.Ellipsoid(center, (r, r, r))",
+    "Box": "minsnap.Cuboid(lower, upper) to avoid, minsnap.Room(lower, upper) to stay in",
+    "Obstacle": "minsnap.Cylinder, minsnap.Ellipsoid or minsnap.Cuboid",
+    "rect": "minsnap.rectangle",
+    "eight": "minsnap.lemniscate",
+    "generate": "minsnap.plan",
+    **dict.fromkeys(("optimize", "optimise", "solve", "minimum_snap", "MinSnap"), "minsnap.plan"),
+    "Waypoint": "a row of numbers: minsnap.plan([(0, 0, 1), (4, 0, 1)], …)",
+    "check": "minsnap.certify",
+    "validate": "minsnap.certify",
+}
+"""Names that one may look for, and what they are here."""
+
 
 def __getattr__(name: str) -> Any:
     try:
@@ -19,6 +37,8 @@ def __getattr__(name: str) -> Any:
     except AttributeError:
         from importlib import import_module
 
+        if name in _ELSEWHERE:
+            raise AttributeError(f"minsnap has no {name}: it is {_ELSEWHERE[name]}") from None
         for home in () if name.startswith("_") else _HOMES:
             module = import_module("minsnap.paths.routes" if home == "routes" else f"minsnap.{home}")
             if name in getattr(module, "__all__", dir(module)):

@@ -195,8 +195,37 @@ def _usage(error: Exception, words: list[str]) -> str:
     """Return typer's message in one line, with a hint on the help option."""
     sentence = " ".join(error.format_message().split())  # type: ignore[attr-defined]
     context = getattr(error, "ctx", None)
+    sentence = _hinted(sentence, getattr(error, "option_name", None), words)
     command = context.command_path if context else " ".join(["minsnap", *words[:1]])
     return f"{sentence} (see {command} --help)"
+
+
+SOUGHT = {
+    "--max-speed": ("--speed", "--vmax", "--velocity", "--max-velocity", "--v"),
+    "--max-acceleration": ("--acceleration", "--amax", "--accel", "--max-accel"),
+    "--period": ("--time", "--duration"),
+    "--time": ("--duration", "--total-time"),
+    "--output": ("--out", "--file", "--save"),
+    "--plot": ("--figure", "--png", "--draw"),
+    "--avoid": ("--obstacle", "--obstacles"),
+    "--from-frame": ("--ned", "--frame"),
+    "--altitude": ("--height", "--z"),
+}
+"""Options, and the names by which others are looked for."""
+
+
+def _hinted(sentence: str, option: str | None, words: list[str]) -> str:
+    """Return the sentence of a usage error with what is meant: another option, or numbers with commas."""
+    number = re.compile(r"-?\.?\d")
+    meant = next(
+        (real for real, others in SOUGHT.items() if option in others and real in (_options_of(words) or ())), None
+    )
+    if meant is not None:
+        return f"No such option: {option}: did you mean {meant}?"
+    extra = re.search(r"extra argument(?:\(s\)|s)? \((?P<first>[^)\s]+)", sentence)
+    if (option and number.match(option)) or (extra and number.match(extra["first"])):
+        return f"{sentence}: several numbers of one option are joined by commas, as in --corridor=0.3,0.5"
+    return sentence
 
 
 def in_options(sentence: str, words: Sequence[str] = ()) -> str:

@@ -61,7 +61,7 @@ def check(
     """
     from minsnap.cli.kept import course_figures, course_lines, kept_figures, kept_lines, tube_figures, tube_lines
     from minsnap.files.consistency import check_samples
-    from minsnap.files.convert import read_to_check, resolution_of
+    from minsnap.files.convert import read_to_check, resolution_of, torn
     from minsnap.files.frames import map_samples
     from minsnap.files.setpoint_csv import frame_of, origin_of
     from minsnap.shows.fleet_files import is_fleet
@@ -87,7 +87,8 @@ def check(
     if proved is not None and not proved["holds"]:
         faults.insert(0, "the figures of the certificate are not proved in exact arithmetic")
     faults += [tube.fault] if tube is not None and tube.fault is not None else []
-    problems = [*report.problems, *_escape(inside), *faults]
+    tear = torn(file)
+    problems = [*([tear] if tear else report.problems), *_escape(inside), *faults]
     named_rows = map_samples(samples, "enu", axes) if named or origin is not None else None
     flown = None if course is None else _against(course, file, frame, named_rows)
     problems += [] if flown is None else flown.problems

@@ -48,6 +48,7 @@ _LINES = (
     ("interrupted", "interrupted", "{} (the best plan until then)"),
     ("note", "note", "{}"),
     ("output", "written", "{}"),
+    ("unwritten", "written", "{}"),
     ("beside", "beside it", "{}"),
     ("frame", "frame", "{}"),
     ("plot", "drawn", "{}"),
@@ -95,7 +96,7 @@ def summarise(
         most; binding: those used up; tube [m], wind and strongest_wind [m/s] of a vehicle in its loop;
         obstacle_distance [m], obstacle: which one, obstacle_instant [s], obstacle_place.
     """
-    known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-4])
+    known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-5])
     asked = {"waypoints": waypoints, "corridor": corridor, "limits": limits, "avoid": avoid}
     certificate = minsnap.certify(path, **asked, tracking=tracking, wind=wind)
     known |= {"tube": certificate.tube, "strongest_wind": certificate.wind, "wind": tracking and wind}
@@ -344,6 +345,8 @@ class Destination:
         named = {"output": self.output, "plot": self.plot}
         figures |= {name: None if file is None else str(file) for name, file in named.items()}
         figures |= {"frame": frame, "beside": beside}
+        if self.output is None and not self.json:
+            figures["unwritten"] = "nothing: give -o FILE, such as path.csv, .json or .traj"
         if self.legs:
             from minsnap.cli.leg_text import figures_of_legs, leg_text
 

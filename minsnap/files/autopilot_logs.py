@@ -92,6 +92,12 @@ def read_ulog(path: FileName, inertial: bool = False) -> FlightLog:
         reference = next((_setpoints(topics[name]) for name in SETPOINTS if name in topics), None)
         result = flight_log(reference, _positions(topics.get(POSITION)), _damage(path, raw, log.file_corruption))
         if result.reference is None and result.flight is None:
+            logged = topics.get(POSITION)
+            if logged is not None and len(logged["timestamp"]):
+                what = f"{len(logged['timestamp'])} rows of {POSITION}"
+                raise FileError(
+                    f"{path} holds {what}, none with a valid horizontal position: the vehicle never had one"
+                )
             raise FileError(f"{path} holds neither {POSITION} nor {SETPOINTS[0]}: log them")
         return replace(result, inertial=_inertial(topics, result.start))
 

@@ -22,7 +22,7 @@ from minsnap.files.sample_fit import fit_to
 from minsnap.trajectory.path import Path as Curve
 from minsnap.trajectory.phase import PhasePath
 from minsnap.trajectory.samples import Samples
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Trajectory, widest_step
 
 Content = Trajectory | Samples
 """What a file holds, in z-up world axes."""
@@ -31,6 +31,9 @@ RATE = 20.0
 """Samples a second of a trajectory where a format or a command wants samples [Hz]."""
 
 ORIGIN = "give the origin, latitude and longitude [degrees] and altitude [m] of (0, 0, 0) (--origin LAT LON ALT)"
+
+TORN = 1e-3
+"""Step between two pieces that is no rounding [m]."""
 
 RESOLUTION = 1e-3
 """What rounding to three decimals does to a difference [m, m/s, rad]."""
@@ -159,6 +162,15 @@ def read_to_check(
     if columns or origin is not None:
         raise FileError(f"{path} is no table: names of columns and an origin are for tables of samples; leave them out")
     return read_samples(path, frame)
+
+
+def torn(path: FileName) -> str | None:
+    """Return a sentence on a step of a millimetre or more between two pieces of a file of polynomials, or None."""
+    if _reader(path).read_rows is not None:
+        return None
+    content = read_any(path)
+    step, instant, piece = widest_step(content) if isinstance(content, Trajectory) else (0.0, 0.0, 0)
+    return None if step < TORN else f"piece {piece} ends {step:.3g} m from piece {piece + 1}, at {instant:.4g} s"
 
 
 def frame_for(path: FileName, frame: str | None) -> str | None:

@@ -136,11 +136,18 @@ def vehicle_of(content: Any, folder: Path, name: str = "vehicle") -> Quadrotor:
 
 WIDTHS = either(NUMBER, several(NUMBER, "one number per leg"))
 
+CORNERS = BOX.then(lambda corners: [number for corner in corners for number in corner])
+"""A cuboid by two corners, as a room is."""
+
+
+def _obstacle_form(name: str) -> Form:
+    _, what, counts = NAMED[name]
+    numbers = several(NUMBER, what, min(counts, default=5), max(counts, default=None))
+    return either(numbers, CORNERS) if name == "cuboid" else numbers
+
+
 OBSTACLE = mapping(
-    {
-        name: Key(several(NUMBER, what, min(counts, default=5), max(counts, default=None)), f"{what} [m]")
-        for name, (_, what, counts) in NAMED.items()
-    },
+    {name: Key(_obstacle_form(name), f"{what} [m]") for name, (_, what, _) in NAMED.items()},
     f"a mapping of {', '.join(NAMED)} to numbers",
 )
 OBSTACLES = several(OBSTACLE, "a list of obstacles").then(

@@ -17,7 +17,7 @@ from minsnap.fleet.common_clock import Fleet
 from minsnap.flight.crtp_link import CrtpLink, act_on_each, ask, open_link
 from minsnap.flight.high_level import GROUP, SLOT, command
 from minsnap.flight.swarm_flight import FlightTimes, Place, Say, fly_swarm
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Trajectory, widest_step
 
 MEMORY_PORT, INFO, READ, WRITE = 4, 0, 1, 2
 TRAJECTORIES = 0x12
@@ -68,6 +68,11 @@ def upload_of(trajectory: Trajectory, farthest: float = 0.01) -> Upload:
         held = curve_of_bytes(content)
     distance = float(distance_bounds(trajectory, held)[0])
     if distance > farthest:
+        step, instant, piece = widest_step(trajectory)
+        if step > farthest:
+            raise FileError(
+                f"piece {piece} ends {step:.3g} m from piece {piece + 1}, at {instant:.4g} s: mend the curve"
+            )
         text = f"the vehicle would hold a curve up to {distance:.2g} m from the planned one, rounded to its numbers"
         raise FileError(f"{text}: fly slower, or plan legs of more even durations")
     return Upload(content, kind, len(held.durations), distance)

@@ -100,7 +100,7 @@ class Limits:
             )
 
     @classmethod
-    def of(cls, vehicle: Quadrotor, reserve: float = 0.1, **others: Any) -> Limits:
+    def of(cls, vehicle: Quadrotor | str, reserve: float = 0.1, **others: Any) -> Limits:
         """Return the limits of a vehicle's rotors, combined with other limits.
 
         Total thrust becomes a limit of its own, and each rotor's thrust is kept within its limits, torques and a
@@ -109,7 +109,8 @@ class Limits:
 
         Parameters
         ----------
-        vehicle : Quadrotor
+        vehicle : Quadrotor or str
+            A vehicle, or the name of a preset: ``"crazyflie"``, ``"f330"``, ``"px4-sih"``.
         reserve : float
             Share of the rotors' room above and below hover that is left to feedback, in [0, 1).
         **others
@@ -120,6 +121,10 @@ class Limits:
         LimitError
             If the vehicle cannot hover, the reserve is out of its range, or another limit is malformed.
         """
+        if isinstance(vehicle, str):
+            from minsnap.vehicle.quadrotor import named_vehicle
+
+            vehicle = named_vehicle(vehicle)
         if not has_method(vehicle, "max_thrust_to_weight"):
             raise LimitError(f"Limits.of takes a Quadrotor, not {type(vehicle).__name__}")
         if not (is_number(reserve) and 0.0 <= reserve < 1.0):

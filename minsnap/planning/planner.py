@@ -72,6 +72,15 @@ if TYPE_CHECKING:
         "acceleration": "limits=Limits(acceleration=6)",
         "vehicle": "limits=Limits.of(vehicle)",
         "time": "total_time=10",
+        **dict.fromkeys(("vmax", "v_max", "max_velocity", "max_vel", "velocity"), "limits=Limits(speed=3)"),
+        **dict.fromkeys(("amax", "a_max", "max_acc", "max_accel"), "limits=Limits(acceleration=6)"),
+        **dict.fromkeys(
+            ("times", "segment_times", "time_allocation", "T"), "durations=[2, 3], the seconds of each leg"
+        ),
+        **dict.fromkeys(("obstacles", "obstacle", "keep_out"), "avoid=[Cylinder((x, y), radius)]"),
+        **dict.fromkeys(("cost", "objective", "order"), "degree=7 for snap, 5 for jerk"),
+        **dict.fromkeys(("points", "path"), "waypoints="),
+        "dt": "nothing: sample the plan, plan.sample(rate=20)",
         "gates": "each gate among the waypoints, in the order of the flight",
     }
 )

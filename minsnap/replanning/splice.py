@@ -118,7 +118,10 @@ def splice_of(flown: Trajectory, now: float, budget: float, half: int) -> Splice
         check_number(name, value, -inf, inf, "give a number of seconds")
     check_positive("the budget", budget, "s", TimingError)
     if now < 0.0:
-        raise TimingError(f"now is {now:.6g} s, before the start of the flown plan of {flown.duration:.6g} s")
+        raise TimingError(
+            f"now is {now:.6g} s, before the start of the flown plan of {flown.duration:.6g} s: a change begins at its "
+            "splice; fly the former plan until change.splice, and give its clock until then"
+        )
     splice = Splice(flown, float(now) + float(budget), half)
     if splice.over and not ends_at_rest(flown):
         raise TimingError(

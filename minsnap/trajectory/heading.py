@@ -336,6 +336,17 @@ def shortest_turns(angles: ArrayLike) -> FloatArray:
     return np.unwrap(np.asarray(angles, dtype=np.float64))
 
 
+def turns_of(angles: ArrayLike) -> FloatArray:
+    """Return yaw angles so that every step is the shortest way round, but those of a whole turn or more: (n,) [rad].
+
+    Angles that come from a function of two coordinates never differ by a whole turn: one that is given is meant.
+    """
+    given = np.asarray(angles, dtype=np.float64)
+    steps = np.diff(given)
+    meant = np.abs(steps) >= 2.0 * np.pi * (1.0 - EXACT)
+    return np.concatenate((given[:1], given[0] + np.cumsum(np.where(meant, steps, np.diff(shortest_turns(given))))))
+
+
 def wrap(angle: ArrayLike) -> FloatArray:
     """Bring angles of any shape into [-pi, pi) [rad], for the formats that want it."""
     return np.asarray((np.asarray(angle, dtype=np.float64) + np.pi) % (2.0 * np.pi) - np.pi)

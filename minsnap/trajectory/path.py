@@ -21,6 +21,24 @@ MOST_SAMPLES = 20_000_000
 """Instants on which a path is sampled at most: 6 hours at 1 kHz, 2 GB."""
 
 
+ELSEWHERE = {
+    **{f"max_{kind}": f"minsnap.certify(path).max_{kind}" for kind in ("speed", "acceleration", "jerk")},
+    **dict.fromkeys(("time", "total_time", "T"), "path.duration"),
+    **dict.fromkeys(("pos", "evaluate", "eval"), "path(t), or path.position(t)"),
+    **dict.fromkeys(("vel", "speed"), "path.velocity(t), or path(t, 1)"),
+    **dict.fromkeys(("acc", "accel"), "path.acceleration(t), or path(t, 2)"),
+    "jerk": "path(t, 3)",
+    "snap": "path(t, 4)",
+    "yaw_rate": "path.yaw(t, 1)",
+    **dict.fromkeys(("times", "knots", "timestamps"), "path.breaks, or path.leg_breaks at the waypoints"),
+    **dict.fromkeys(("coefficients", "coeffs", "coefs", "polynomials"), "path.control_points, or path.to_ppoly().c"),
+    **dict.fromkeys(("length", "distance"), "path.arc_length()"),
+    **dict.fromkeys(("write", "write_csv", "export"), "path.save(file), or path.to_csv(file)"),
+    **dict.fromkeys(("certificate", "certify", "ok"), "minsnap.certify(path)"),
+}
+"""What others call what a path has, and what it is here."""
+
+
 class Path(ABC):
     """A curve over [0, duration] with all the derivatives its users need.
 
@@ -30,6 +48,11 @@ class Path(ABC):
     __slots__ = ("__weakref__",)
 
     yaw: Heading = ZERO_YAW
+
+    def __getattr__(self, name: str) -> Any:
+        """Raise AttributeError with what is meant by a name that others have for it."""
+        hint = f": it is {ELSEWHERE[name]}" if name in ELSEWHERE else ""
+        raise AttributeError(f"{type(self).__name__} has no {name}{hint}", name=name, obj=self)
 
     @property
     @abstractmethod

@@ -15,7 +15,7 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.basics.warn import warn_caller
 from minsnap.errors import MagnitudeWarning, YawError
 from minsnap.native.free_optimum import pinned_optimum
-from minsnap.trajectory.heading import ConstantHeading, Heading, Largest, shortest_turns, wrap
+from minsnap.trajectory.heading import ConstantHeading, Heading, Largest, shortest_turns, turns_of, wrap
 from minsnap.trajectory.look_at import LookAt, heading_at
 from minsnap.trajectory.medium import AIRLESS
 from minsnap.trajectory.tilt_heading import TiltHeading
@@ -151,7 +151,7 @@ def chosen_heading(yaw: Yaw, legs: int, closed: bool, limits: Any = None) -> Cho
             f"a closed lap begins at a yaw of {angles[0]:g} rad and ends at {angles[-1]:g} rad: give the same, but for "
             "whole turns"
         )
-    turned = shortest_turns(angles)
+    turned = turns_of(angles)
     return lambda curve: PlannedHeading.through(turned, np.diff(curve.leg_breaks), closed)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.cards import Facts, card, curve_svg, strip_svg
 from minsnap.basics.limit_kinds import KIND, KINDS
+from minsnap.basics.messages import labelled
 from minsnap.basics.tolerances import EXACT
 from minsnap.trajectory.leg_uses import LegUse, PlainLegs, Sensitivity
 
@@ -297,6 +298,10 @@ class Report:
             ("flight time", self.nearness),
             *(("note", note) for note in self.notes),
         ]
+
+    def __str__(self) -> str:
+        """Return the card as text: cost, limits, solver and notes, one per line."""
+        return labelled([("cost", f"{self.cost:.6g}"), *((name, text) for name, text in self.facts() if text)])
 
     def _repr_html_(self) -> str:
         """Return the card of a notebook: the facts, and the best value against the plans tried."""

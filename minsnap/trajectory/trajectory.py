@@ -511,3 +511,12 @@ def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
     for trajectory in trajectories[1:]:
         joined = joined.then(trajectory)
     return joined
+
+
+def widest_step(curve: Trajectory) -> tuple[float, float, int]:
+    """Return the widest step between the end of a piece and the start of the next [m], when [s], and after which."""
+    steps = np.linalg.norm(curve.control_points[1:, 0] - curve.control_points[:-1, -1], axis=1)
+    if not len(steps):
+        return 0.0, 0.0, 0
+    piece = int(steps.argmax())
+    return float(steps[piece]), float(curve.breaks[piece + 1]), piece

@@ -103,7 +103,7 @@ REFUSED = [
     (("convert", "s.csv", "again.json"), "again.json is the file that is read: choose another name"),
     (("tune", "s.csv", "late.csv", "-o", "late.csv"), "late.csv is the file that is read: choose another name"),
     (("fit", "late.csv", "-o", "late.csv"), "late.csv is the file that is read: choose another name"),
-    (("plan", "w.csv", "--yaw", "north"), "--yaw is 'north': it takes degrees, velocity or tilt"),
+    (("plan", "w.csv", "--yaw", "north"), "--yaw is 'north': it takes degrees, velocity, tilt or free"),
     (("plan", "w.csv", "--max-tilt", "120"), "--max-tilt is 120 degrees: it must be below 90"),
     (("plan", "w.csv", "-o", "w.traj", "--frame", "ned"), "crazyflie-compressed is written in enu, not in ned: leave"),
     (("convert", "s.csv", "s.json", "--to-frame", "frd"), "polynomials is written in enu, not in frd: leave the frame"),

@@ -303,7 +303,7 @@ GATE = mapping(
     }
     | PASSED,
     "a gate",
-    marks=("center", "corners"),
+    marks=("center", "corners", "centre"),
 )
 ENTRY = mapping(
     {
