@@ -201,3 +201,24 @@ def test_every_command_has_an_example_that_it_takes(monkeypatch):
         asked = pages.EXAMPLES[name]
         assert asked.startswith(f"minsnap {name}")
         command.make_context(name, pages.arguments(asked))
+
+
+def test_files_and_constants_that_pages_and_docstrings_name_are_there():
+    known = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False).stdout.split()
+    texts = [ROOT / name for name in known if name.endswith((".py", ".rst", ".md", ".hpp", ".cpp"))]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in texts if path.name != "CHANGELOG.md")
+    named = set(re.findall(r"``?((?:[\w-]+/)+[\w-]+\.(?:py|cpp|hpp|rst|md|ipynb))``?", text))
+    made = {"_datasheet/README.md", "docs/examples.rst", "docs/commands.rst"}
+    assert {name for name in named - made if not any(f"/{path}".endswith(f"/{name}") for path in known)} == set()
+    modules: dict[str, str] = {}
+    for path in texts:
+        if path.suffix == ".py" and path.is_relative_to(ROOT / "minsnap"):
+            modules[path.stem] = modules.get(path.stem, "") + path.read_text(encoding="utf-8")
+    pages = "\n".join(path.read_text(encoding="utf-8") for path in texts if path.suffix == ".rst")
+    constants = {
+        (module, name) for module, name in re.findall(r"``(\w+)\.([A-Z][A-Z_]+)``", pages) if module in modules
+    }
+    assert constants
+    assert {
+        (m, name) for m, name in constants if not re.search(rf"^[^\n=]*\b{name}\b[^\n=]*=", modules[m], re.M)
+    } == set()

@@ -6,10 +6,10 @@ one, such as one compiled with sanitizers.
 
 How to add an area ``xyz``:
 
-1. ``src/xyz.cpp`` holds its entry points, ``MINSNAP_EXPORT std::int32_t minsnap_xyz(...)``: plain integers, doubles
-   and pointers to contiguous arrays in, a ``Status`` out.  Sizes are checked against their bounds before anything is
-   allocated, memory comes from ``Buffer``, no exception is thrown, nothing global is kept.  The build takes every
-   ``src/*.cpp``; run ``python -m minsnap.native.build``.
+1. A source in a folder of ``src`` holds its entry points, ``MINSNAP_EXPORT std::int32_t minsnap_xyz(...)``: plain
+   integers, doubles and pointers to contiguous arrays in, a ``Status`` out.  Sizes are checked against their bounds
+   before anything is allocated, memory comes from ``Buffer``, no exception is thrown, nothing global is kept.
+   The build takes every source there; run ``python -m minsnap.native.build``.
 2. ``xyz.py`` beside this file wraps them.  It declares each entry point at module level and calls it::
 
        _SOLVE = Entry("minsnap_xyz", c_int64, c_void_p, c_void_p)

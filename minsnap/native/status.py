@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """The same numbers as in ``src/status.hpp``, and why a problem is handed over, in words that end a sentence."""
+    """The same numbers as in ``src/basics/status.hpp``; why a problem is handed over, in words that end a sentence."""
 
     reason: str
 
