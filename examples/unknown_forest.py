@@ -1,7 +1,7 @@
 """A flight through a forest that nobody knows: a sensor of 8 m sees the trunks, and what is behind them stays hidden.
 
 ``python examples/unknown_forest.py [FOLDER [SEED]]`` prints the flight time, the replans, and the least distance to a
-trunk, and writes the positions flown.
+trunk, and writes the positions flown, and a film of what was known.
 """
 
 import sys
@@ -39,7 +39,7 @@ def seen_from(place: np.ndarray, axes: np.ndarray, radii: np.ndarray) -> tuple[n
     return place + entry[hit, None] * ray[hit], place + RANGE * ray[~hit]
 
 
-def fly(seed: int) -> tuple[np.ndarray, float, str]:
+def fly(seed: int, film: list[minsnap.routes.SeenSoFar]) -> tuple[np.ndarray, float, str]:
     """Observe, replan and fly on, a fifth of a second at a time: return positions, the flight time, and a summary."""
     axes, radii = forest(seed)
     explorer = minsnap.routes.Explorer(GOAL, limits=LIMITS, clearance=0.3, sensing=RANGE, clock=time.process_time)
@@ -59,6 +59,7 @@ def fly(seed: int) -> tuple[np.ndarray, float, str]:
                 until = now if at_rest else change.splice
             except MinsnapError as error:  # what is flown ends at rest inside what was seen
                 why = str(error)
+        film.append(explorer.seen(flown if change is None else change.trajectory))
         waited = waited + 1 if change is None and now >= flown.duration else 0
         path.append(flown(np.minimum(np.linspace(now, until, 9), flown.duration)))
         clock, now = clock + until - now, until
@@ -75,12 +76,14 @@ def ends_at_goal(flown: minsnap.Trajectory) -> bool:
 
 def main(folder: Path, seed: int) -> None:
     """Fly, judge the flight by all trunks, and write it."""
-    path, seconds, summary = fly(seed)
+    film: list[minsnap.routes.SeenSoFar] = []
+    path, seconds, summary = fly(seed, film)
     left = np.linalg.norm(path[-1] - GOAL)
     print(f"{seconds:.2f} s, {left:.2f} m from the goal, {nearest(path, *forest(seed)):.3f} m from a trunk at least")
     print(summary)
     folder.mkdir(parents=True, exist_ok=True)
     np.savetxt(folder / "unknown_forest.csv", path, delimiter=",", header="x,y")
+    minsnap.plot.animate_exploration(film[::2], folder / "unknown_forest.gif", title="a forest seen 8 m far")
 
 
 def nearest(path: np.ndarray, axes: np.ndarray, radii: np.ndarray) -> float:

@@ -113,6 +113,12 @@ def way_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside |
     return None
 
 
+def cells_around(kept: Kept, start: FloatArray, goal: FloatArray) -> FreeCells:
+    """Return the cells in which a way is looked for first."""
+    straight = np.stack((start, goal))
+    return FreeCells(kept, straight, _first_size(kept, straight), None)
+
+
 class FreeCells:
     """Cells of one size around two ends, and which are free."""
 
@@ -137,6 +143,10 @@ class FreeCells:
         for within in (*fences, *([] if inside is None else [inside])):
             centers = self.center(np.indices(tuple(shape.tolist())).reshape(self.dim, -1).T)
             self.free &= within(centers).reshape(shape)
+
+    def cell(self, point: FloatArray) -> IntArray:
+        """Return the cell that a point (dim,) is in."""
+        return np.floor((point - self.lower) / self.size).astype(np.intp)
 
     def center(self, cells: IntArray) -> FloatArray:
         """Return centers of cells (..., dim) [m]."""

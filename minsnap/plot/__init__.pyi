@@ -1,5 +1,6 @@
 from .animation import animate_fleet as animate_fleet
 from .animation import animate_path as animate_path
+from .exploration import animate_exploration as animate_exploration
 from .figures import plot_overview as plot_overview
 from .figures import save_figure as save_figure
 from .fleet_figures import plot_fleet as plot_fleet

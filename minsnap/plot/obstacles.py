@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,16 @@ PARTS = 3, 6, 7, 10
 """Where the parts of the numbers of an obstacle begin."""
 
 OBSTACLE_COLOUR = "#868e96"
+
+
+class Numbered(NamedTuple):
+    """An obstacle of which the thirteen numbers are known."""
+
+    values: FloatArray
+
+    def numbers(self) -> FloatArray:
+        """Return its thirteen numbers; see ``Obstacle``."""
+        return self.values
 
 
 def standing(avoid: Sequence[Avoided]) -> list[Obstacle]:

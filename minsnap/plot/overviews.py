@@ -9,12 +9,18 @@ import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.corridors.gates import Ball
+from minsnap.corridors.keep_out import Avoided
+from minsnap.corridors.way_around import Kept
 from minsnap.paths.missions.mission import Mission
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.plan_route import Route
 from minsnap.paths.surveys import Survey
 from minsnap.plot.figures import plot_overview
+from minsnap.plot.obstacles import Numbered, draw_obstacles
 from minsnap.plot.style import LIMIT_COLOUR, Axes, Figure, dense_samples, legend_beside, styled
+
+MOST_POINTS = 20_000
+"""Points of a cloud that are drawn."""
 
 OCCUPIED = "#4d4d4d"
 """Colour of occupied cells."""
@@ -117,8 +123,22 @@ def plot_route(
         if route.grid is not None:
             draw_cells(plane, route.grid, route.clearance, dense_samples(route.trajectory).position)
             _draw_nearest(plane, route, route.grid)
+        elif isinstance(route.around, Kept):
+            _draw_kept(plane, route.around, dense_samples(route.trajectory).position)
         legend_beside(plane)
     return overview
+
+
+def _draw_kept(ax: Axes, kept: Kept, position: FloatArray) -> None:
+    """Draw obstacles, points and prisms from above, near the path."""
+    limits = ax.get_xlim(), ax.get_ylim()
+    prisms = () if kept.prisms is None else kept.prisms.prisms
+    shown: list[Avoided] = [*(Numbered(numbers) for numbers in kept.obstacles), *prisms]
+    draw_obstacles(ax, shown, (0, 1), position[:, :2])
+    points = kept.points[:: max(1, len(kept.points) // MOST_POINTS)]
+    if len(points):
+        ax.plot(*points[:, :2].T, ".", color=OCCUPIED, markersize=2.0, label="points", zorder=0.7)
+    ax.set(xlim=limits[0], ylim=limits[1])
 
 
 def draw_cells(ax: Axes, grid: GridMap, clearance: float, position: FloatArray) -> None:

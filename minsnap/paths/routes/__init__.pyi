@@ -1,4 +1,5 @@
 from .explorer import Explorer as Explorer
+from .explorer import SeenSoFar as SeenSoFar
 from .grid_map import GridMap as GridMap
 from .map_files import read_map as read_map
 from .plan_route import Route as Route

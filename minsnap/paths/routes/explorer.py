@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,6 +44,31 @@ REACHED = 1e-6
 
 HALF = 4
 """Derivatives that a change takes over."""
+
+
+class SeenSoFar(NamedTuple):
+    """What an explorer knows at an instant, for pictures.
+
+    Parameters
+    ----------
+    states : ndarray of int
+        0 for unknown cells, 1 for free and 2 for occupied ones, axes x, y[, z].
+    lower : ndarray, shape (dim,)
+        Where the first cell begins [m].
+    size : float
+        Side of a cell [m].
+    position, goal : ndarray, shape (dim,)
+        Of the last observation, and where it leads [m].
+    plan : Trajectory or None
+        What is to be flown.
+    """
+
+    states: IntArray
+    lower: FloatArray
+    size: float
+    position: FloatArray
+    goal: FloatArray
+    plan: Trajectory | None
 
 
 class Explorer:
@@ -128,11 +153,25 @@ class Explorer:
         ends = np.vstack((ends, seen[far])) - here
         reach = np.linalg.norm(ends, axis=1, keepdims=True)
         ends = here + ends * np.minimum(1.0, self.sensing / np.maximum(reach, self.sensing))
+        self.known.body(here, self.clearance + self.known.size)
+        self.known.see(here, seen[~far], ends)
         self._position = here
         if not self._places or np.linalg.norm(here - self._places[-1]) > 0.5 * self.known.size:
             self._places.append(here)
-        self.known.body(here, self.clearance + self.known.size)
-        self.known.see(here, seen[~far], ends)
+
+    def seen(self, plan: Trajectory | None = None) -> SeenSoFar:
+        """Return what is known by now, for :func:`minsnap.plot.animate_exploration`, with a plan to draw.
+
+        Raises
+        ------
+        InputError
+            Before the first observation.
+        """
+        if self._position is None:
+            raise InputError("nothing was observed yet: call observe first")
+        known = self.known
+        states, lower = known.states.astype(np.intp), np.asarray(known.first * known.size, dtype=np.float64)
+        return SeenSoFar(states, lower, known.size, self._position, self.goal, plan)
 
     def replan(
         self,

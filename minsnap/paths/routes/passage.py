@@ -274,7 +274,7 @@ def _check_inside(grid: GridMap, point: FloatArray, name: str) -> None:
 def _too_near(grid: GridMap, point: FloatArray, name: str, clearance: float) -> WaypointError:
     place = f"the {name} {point_text(point)} m, cell {point_text(grid.cell(point))},"
     if grid.occupied[tuple(grid.cell(point))]:
-        return WaypointError(f"{place} is in an occupied cell: move it to a free one")
+        return WaypointError(f"{place} is in an occupied cell: move it to a free one; unknown ones count as occupied")
     if not grid.flown(np.ones_like(grid.occupied))[tuple(grid.cell(point))]:
         return WaypointError(f"{place} is outside the altitudes to fly through: move it, or change them")
     distance, cell = _nearest(grid, point)

@@ -16,8 +16,9 @@ from minsnap.basics.storage.text import FileName
 from minsnap.corridors.half_spaces import Polytopes
 from minsnap.corridors.keep_out import Avoided, as_still, clearance_in
 from minsnap.corridors.obstacle_margins import in_space
+from minsnap.corridors.occupancy_grid import gaps
 from minsnap.corridors.tangent_polytopes import polytopes_along, without_needless
-from minsnap.corridors.way_around import Kept, way_around
+from minsnap.corridors.way_around import Kept, cells_around, way_around
 from minsnap.errors import CorridorError, UnprovedError, WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.native.half_space_sets import HalfSpaceRows
@@ -26,7 +27,7 @@ from minsnap.paths.routes.cell_values import Reading
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import array_map, read_map
 from minsnap.paths.routes.nearness import Approach, nearest_cell, nearest_kept
-from minsnap.paths.routes.passage import end_point, find_passage
+from minsnap.paths.routes.passage import end_point, find_passage, widest
 from minsnap.paths.routes.surroundings import bars, flown_box, listed_obstacles, taken, with_obstacles
 from minsnap.paths.shapes import timed
 from minsnap.planning.planner import plan
@@ -171,6 +172,8 @@ def _without_cells(grid: Any, resolution: float | None) -> bool:
     """Whether obstacles or points are given, rather than cells."""
     if isinstance(grid, (GridMap, str, os.PathLike)):
         return False
+    if isinstance(grid, list | tuple) and not len(grid):
+        raise CorridorError("there is nothing around: give a map, obstacles or points, or plan without them")
     if listed_obstacles(grid):
         return True
     listed = numbers(grid)
@@ -197,12 +200,28 @@ def _around(
     if way is None:
         raise UnprovedError(
             f"no way from {point_text(ends[0])} m to {point_text(ends[1])} m with a clearance of {clearance:g} m was "
-            "found: lower the clearance, or give a map, whose refusals say where it is too narrow"
+            f"found: {_widest_around(kept, ends)}"
         )
     sets = polytopes_along(way, kept.obstacles, kept.points, clearance, prisms=kept.prisms)
     curve, corridor, timing = _planned(sets, ends, planning)
     approach = nearest_kept(curve, kept)
     return Route(curve, corridor, read_only(way), kept, clearance, approach, timing.get("limits"))
+
+
+def _widest_around(kept: Kept, ends: list[FloatArray]) -> str:
+    """Say about how wide the widest way around obstacles or points is, and where, as far as a grid tells."""
+    cells = cells_around(kept._replace(clearance=0.0), *ends)
+    first, last = (np.clip(cells.cell(end), 0, np.array(cells.free.shape) - 1) for end in ends)
+    gap = gaps(~cells.free, np.full(len(ends[0]), cells.size)) + 0.5 * cells.size
+    most = widest(gap, cells.free, first, last) if cells.free[tuple(first)] and cells.free[tuple(last)] else None
+    if most is None:
+        return "none was found without any clearance either: they close it off, or more room around them is needed"
+    narrow = np.argwhere(cells.free & (gap <= most))
+    line = ends[1] - ends[0]
+    share = np.clip((cells.center(narrow) - ends[0]) @ line / max(float(line @ line), 1e-300), 0.0, 1.0)
+    beside = np.linalg.norm(cells.center(narrow) - ends[0] - share[:, None] * line, axis=1)
+    where = cells.center(narrow[int((beside + np.abs(gap[tuple(narrow.T)] - most)).argmin())])
+    return f"the widest one has about {most:.2g} m on each side, near {point_text(np.round(where, 2))} m"
 
 
 def _check_end(point: FloatArray, name: str, kept: Kept) -> None:

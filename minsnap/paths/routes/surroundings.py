@@ -85,6 +85,8 @@ def taken(around: Any, dim: int, clearance: float) -> tuple[Kept, Box | None]:
             raise CorridorError(f"the path has {dim} coordinates and {around.name} {around.dim} axes")
         return Kept(bars(around), nowhere, clearance), flown_box(around)
     listed = numbers(around)
+    if listed is not None and listed.shape == (0, dim):
+        return Kept(NOTHING, nowhere, clearance), None
     if listed is None or not listed.size:
         return Kept.of(as_still(around), dim, clearance), None
     if listed.ndim != 2 or listed.shape[1] != dim or not np.isfinite(listed).all():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.errors import InfeasibleError, InputError, MinsnapError, TimingError, WaypointError
+from minsnap.errors import CorridorError, InfeasibleError, InputError, MinsnapError, TimingError, WaypointError
 
 LIMITS = minsnap.Limits(speed=3.0, acceleration=6.0, jerk=30.0)
 CLEARANCE, RANGE, STEP, BUDGET = 0.35, 6.0, 0.2, 0.1
@@ -254,3 +254,13 @@ def test_what_is_kept_is_certified_by_its_distance_to_what_was_seen():
         change = found.replan(first, 0.2, BUDGET)
         kept = minsnap.certify(change.trajectory, avoid=[minsnap.Cylinder(place + (0.0, beside), 0.3 - 1e-6)])
         assert change.certified and (kept.ok or not certified)
+
+
+def test_an_observation_that_is_refused_leaves_all_as_it_was():
+    found = explorer()
+    found.observe((0.0, 0.0), *cast(np.zeros(2), trunks(0)[:0]))
+    known = found.known.states.copy()
+    with pytest.raises(CorridorError, match="what was observed spans more than"):
+        found.observe((1e8, 0.0), [], [(1e8 + 1.0, 0.0)])
+    assert (found.known.states == known).all()
+    assert found.replan(None, 0.0).trajectory(0.0) == pytest.approx([0.0, 0.0])

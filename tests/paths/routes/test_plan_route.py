@@ -216,3 +216,18 @@ def test_what_encloses_the_goal_leaves_no_way():
     ring = [minsnap.Cylinder((9 + 1.5 * np.cos(a), 7 + 1.5 * np.sin(a)), 0.3) for a in np.linspace(0, 6.1, 30)]
     with pytest.raises(minsnap.UnprovedError, match="no way from .* with a clearance of 0.2 m"):
         plan_through(ring, (1.0, 1.0), (9.0, 7.0), clearance=0.2)
+
+
+def test_nothing_around_and_ways_that_are_too_narrow_are_said():
+    walls = [minsnap.Cuboid((2, -50, -50), (3, -0.2, 50)), minsnap.Cuboid((2, 0.2, -50), (3, 50, 50))]
+    with pytest.raises(InfeasibleError, match=r"the widest one has about 0.1\d* m on each side, near"):
+        minsnap.routes.plan_through(walls, (0, 0), (5, 0), clearance=0.5)
+    ring = [minsnap.Cuboid((-9, -9, -9), (9, -2, 9)), minsnap.Cuboid((-9, 2, -9), (9, 9, 9))]
+    ring += [minsnap.Cuboid((-9, -9, -9), (-2, 9, 9)), minsnap.Cuboid((2, -9, -9), (3, 9, 9))]
+    with pytest.raises(InfeasibleError, match="none was found without any clearance either: they close it off"):
+        minsnap.routes.plan_through(ring, (0, 0), (5, 0), clearance=0.1)
+    with pytest.raises(CorridorError, match="there is nothing around: give a map, obstacles"):
+        minsnap.routes.plan_through([], (0, 0), (5, 0))
+    assert (
+        minsnap.routes.plan_through(np.zeros((0, 2)), (0, 0), (5, 0), limits=minsnap.Limits(speed=2)).distance == np.inf
+    )
