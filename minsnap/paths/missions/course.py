@@ -38,6 +38,7 @@ from minsnap.errors import FileError, WaypointError
 from minsnap.files import request_yaml
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ordinary_limits
+from minsnap.paths.missions.foreign_courses import translated
 from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.velocity_heading import Velocity
@@ -361,6 +362,8 @@ def is_course(path: FileName, wanted: bool = True) -> bool:
     if Path(path).suffix.lower() not in (".yaml", ".yml"):
         return False
     content = load_yaml(path)
+    if translated(f"{path}", content) is not None:
+        return True
     if request_yaml.is_request(content):
         _refuse_both(f"{path}", content)
         return False
@@ -388,7 +391,8 @@ def read_course(path: FileName) -> Course:
 
     The keys are those of :data:`COURSE`. ``waypoints`` are points, mappings with ``x``, ``y``, ``z``, or gates:
     mappings with ``center``, a direction (``heading``, ``heading_deg``, or ``normal`` and ``crossing``) and ``width``,
-    ``height`` or a ``radius``; or ``corners`` alone. ``gates`` alone is the same.
+    ``height`` or a ``radius``; or ``corners`` alone. ``gates`` alone is the same. The files of rpg_time_optimal,
+    pmm_uav_planner, TOGT-Planner and waypoint_navigator are read as they are.
 
     Raises
     ------
@@ -399,6 +403,7 @@ def read_course(path: FileName) -> Course:
     """
     content = load_yaml(path)
     content = content if isinstance(content, dict) else {"waypoints": content}
+    content = translated(f"{path}", content) or content
     with reading(path, "a course"):
         known = COURSE.json["properties"] | request_yaml.REQUEST.json["properties"]  # it may be either
         refuse_unknown(f"{path}", content, known)

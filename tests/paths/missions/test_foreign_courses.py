@@ -1,0 +1,81 @@
+"""Courses of other planners, as they write them."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.errors import FileError
+from minsnap.paths.missions.course import is_course
+
+RPG = "gates: [[1, 2, 3], [4, 5, 6]]\ninitial: {position: [0, 0, 1], attitude: [1, 0, 0, 0], velocity: [0, 0, 0]}\n"
+RPG += "end: {position: [9, 9, 2]}\n"
+PMM = "start: {position: [0, 0, 1], velocity: [1, 0, 0]}\nend: {position: [9, 9, 2], velocity: [0, 0, 0]}\n"
+PMM += "waypoints: [[1, 2, 3], [4, 5, 6]]\n"
+GATE = "{type: RectanglePrisma, position: [1, 2, 3], rpy: [0, -90, 30], width: 2.4, height: 2.4, "
+GATE += "marginW: 0.8, marginH: 0.8}"
+TOGT = "initState: {pos: [0, 0, 1], vel: [0, 0, 0]}\nendState: {pos: [9, 9, 2], vel: [0, 0, 0]}\n"
+TOGT += "orders: [Gate1, Ball]\n"
+TOGT += f"Gate1: {GATE}\nBall: {{type: SingleBall, position: [4, 5, 6], radius: 0.5, margin: 0.1}}\n"
+NAVIGATOR = "coordinate_type: {0}\nreference_speed: 0.5\nreference_acceleration: 1.0\nheading_mode: {1}\n"
+NAVIGATOR += "easting: [{2}]\nnorthing: [{3}]\nheight: [1, 1, 2]\nheading: [30, 80, 10]\n"
+ENU = NAVIGATOR.format("enu", "manual", "0, 3, 3", "-3, -3, 0")
+
+
+@pytest.fixture
+def read(tmp_path):
+    def _read(text):
+        (tmp_path / "course.yaml").write_text(text)
+        assert is_course(tmp_path / "course.yaml")
+        return minsnap.read_course(tmp_path / "course.yaml")
+
+    return _read
+
+
+def centers(course):
+    return [tuple(np.round(stop.center, 6)) for stop in course.stops]
+
+
+@pytest.mark.parametrize("text", [RPG, PMM, TOGT])
+def test_start_and_end_stand_beside_the_gates(read, text):
+    course = read(text)
+    assert centers(course) == [(0, 0, 1), (1, 2, 3), (4, 5, 6), (9, 9, 2)]
+    moving = course.start is not None and np.any(course.start.get("velocity", 0.0))
+    assert moving == (text == PMM)
+
+
+def test_a_gate_by_its_angles_and_a_ball(read):
+    stops = read(TOGT).stops
+    gate = stops[1].place
+    assert abs(gate.normal @ (np.cos(np.pi / 6), np.sin(np.pi / 6), 0.0)) == pytest.approx(1.0)
+    assert gate.margin == pytest.approx(0.8) and stops[2].ball == pytest.approx(0.4)
+
+
+def test_places_of_waypoint_navigator(read):
+    course = read(ENU)
+    assert centers(course) == [(0, -3, 1), (3, -3, 1), (3, 0, 2)]
+    assert (course.limits.speed, course.limits.acceleration) == (0.5, 1.0)
+    assert np.degrees(course.yaw) == pytest.approx([30, 80, 10])
+    places = read(NAVIGATOR.format("gps", "auto", "8.68, 8.681, 8.681", "47.45, 47.45, 47.451"))
+    assert places.stops[0].center == pytest.approx([0.0, 0.0, 1.0], abs=1e-6) and places.yaw == "velocity"
+    assert 70.0 < places.stops[1].center[0] < 80.0
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (RPG.replace("[9, 9, 2]", "[9, 9]"), "end: position is"),
+        (RPG.replace("end: {position: [9, 9, 2]}", ""), "has no position of its end"),
+        (TOGT.replace("RectanglePrisma", "Cone"), "RectanglePrisma and SingleBall are read"),
+        (TOGT.replace("orders: [Gate1, Ball]", "orders: [Gate7]"), "Gate7 is None: give its type"),
+        (ENU.replace("easting: [0, 3, 3]", "easting: [0, 3]"), "give as many of each"),
+    ],
+)
+def test_what_is_malformed_is_one_sentence(tmp_path, text, said):
+    (tmp_path / "course.yaml").write_text(text)
+    with pytest.raises(FileError, match=said):
+        minsnap.read_course(tmp_path / "course.yaml")
+
+
+def test_such_a_course_is_flown(read):
+    mission = minsnap.plan_mission(read(RPG).changed(limits=minsnap.Limits(speed=5, acceleration=8, jerk=60)))
+    assert minsnap.certify(mission.trajectory, limits=mission.limits).ok
