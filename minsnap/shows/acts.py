@@ -165,7 +165,7 @@ class Show:
             apart = self.separation.between(*pair)
             if least < apart:
                 text = f"points {pair[0]} and {pair[1]} of {name} are {least:.3f} m apart, {apart - least:.3f} m less"
-                give = "spread it, or give it fewer vehicles"
+                give = f"make it {1.001 * apart / max(least, 1e-9):.3g} times as large, or give it fewer vehicles"
                 raise FleetError(f"{text} than the separation of {apart:g} m: {give}", pair=pair)
         self.check_inside()
         self._check_reserves()
@@ -190,8 +190,13 @@ class Show:
                 raise FleetError(f"{text}, which stays on the ground: raise the act")
 
     def check_inside(self) -> None:
-        """Refuse homes and points of acts that are beyond the margins of the fence."""
+        """Refuse homes and points of acts that are outside of the room, or beyond the margins of the fence."""
         for name, points in (("home", self.home), *((f"act {act.name!r}", act.points) for act in self.acts)):
+            if self.room is not None:
+                out = np.maximum(self.room[0] - points, points - self.room[1]).max(axis=1)
+                if out.max() > EXACT:
+                    text = f"point {int(out.argmax())} of {name} is {out.max():.3g} m outside of the room"
+                    raise FleetError(f"{text}: move it, or give it more room")
             away = np.zeros((1, 1)) if self.fence is None else self.fence.walls_of(points)
             if away.min() < -EXACT:
                 point, wall = (int(i) for i in np.unravel_index(int(away.argmin()), away.shape))

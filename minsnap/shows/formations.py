@@ -15,6 +15,7 @@ from minsnap.basics.checks import check_number, check_positive
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import FileName, read_text, reading
 from minsnap.errors import FileError, FleetError
+from minsnap.fleet.common_clock import Separation
 from minsnap.polynomials.bernstein import basis
 
 CAPITALS = 0.72
@@ -22,6 +23,9 @@ CAPITALS = 0.72
 
 DRAWN = 40
 """Points drawn for each that is kept."""
+
+MOST_MOVES = 20
+"""How often each point of a drawing is moved on average, at most, so that they are apart."""
 
 
 def grid(vehicles: int, spacing: float, height: float = 0.0, columns: int | None = None) -> FloatArray:
@@ -53,17 +57,22 @@ def text(vehicles: int, words: str, size: float, height: float) -> FloatArray:
     height : float
         Of the line that letters stand on [m].
     """
+    return along(text_lines(words, size, height), _count(vehicles))
+
+
+def text_lines(words: str, size: float, height: float) -> list[FloatArray]:
+    """Return the outlines of letters, polylines of shape (n, 3); see ``text``."""
     from matplotlib.textpath import TextPath
 
-    count, size = _count(vehicles), check_positive("the size of a text", size, "m", FleetError)
+    size = check_positive("the size of a text", size, "m", FleetError)
     letters = str(words).strip()
     polygons = TextPath((0.0, 0.0), letters, size=size / CAPITALS).to_polygons() if letters else []
     outlines = [line for line in map(np.asarray, polygons) if len(line) > 1]
     if not outlines:
         raise FleetError(f"the text {shown(words)} has no outlines: give letters")
-    points = along(outlines, count)
-    points[:, 0] -= (points[:, 0].min() + points[:, 0].max()) / 2.0
-    return np.column_stack([points[:, 0], np.zeros(count), height + points[:, 1]])
+    across = np.concatenate(outlines)[:, 0]
+    middle = (across.min() + across.max()) / 2.0
+    return [np.column_stack((line[:, 0] - middle, np.zeros(len(line)), height + line[:, 1])) for line in outlines]
 
 
 def along(lines: list[FloatArray], count: int) -> FloatArray:
@@ -76,6 +85,42 @@ def along(lines: list[FloatArray], count: int) -> FloatArray:
     leg = np.minimum(np.searchsorted(ends, place), len(ends) - 1)
     share = 1.0 - (ends[leg] - place) / np.where(lengths[leg] > 0.0, lengths[leg], 1.0)
     return np.asarray(starts[leg] + share[:, None] * np.concatenate(steps)[leg])
+
+
+def relaxed(lines: list[FloatArray], points: FloatArray, separation: Separation) -> FloatArray:
+    """Return points moved along the lines that they lie on until they are apart, or no move brings the nearest further.
+
+    Of the two that are nearest, one goes to the place on the lines, no farther than three times the separation, that is
+    farthest from all others.
+
+    Parameters
+    ----------
+    lines : list of ndarray, shape (n, 3)
+    points : ndarray, shape (points, 3)
+        On the lines [m].
+    separation : Separation
+    """
+    from scipy.spatial import KDTree
+
+    places = along(lines, DRAWN * len(points))
+    flat, moved, asked = separation.flat(places), points.copy(), separation.distance or 0.0
+    for _ in range(MOST_MOVES * len(points)):
+        least, pair = spacing_of(separation.flat(moved))
+        if least >= asked:
+            break
+        best, gained = None, least
+        for which in pair:
+            others = KDTree(separation.flat(np.delete(moved, which, axis=0)))
+            near = np.flatnonzero(np.linalg.norm(places - moved[which], axis=1) <= 3.0 * asked)
+            if not len(near):
+                continue
+            away = others.query(flat[near])[0]
+            if away.max() > gained * (1.0 + 1e-9):
+                gained, best = float(away.max()), (which, places[near[away.argmax()]])
+        if best is None:
+            break
+        moved[best[0]] = best[1]
+    return moved
 
 
 def spacing_of(points: FloatArray) -> tuple[float, tuple[int, int]]:
@@ -184,12 +229,17 @@ def svg(vehicles: int, file: FileName, size: float, height: float = 0.0) -> Floa
     FileError
         If the file is no SVG, or has no lines.
     """
+    return along(svg_lines(file, size, height), vehicles)
+
+
+def svg_lines(file: FileName, size: float, height: float = 0.0) -> list[FloatArray]:
+    """Return the lines of a drawing, upright, polylines of shape (n, 3); see ``svg``."""
     size = check_positive("the size of a drawing", size, "m", FleetError)
     lines = read_lines(file)
-    points = along(lines, vehicles)
     low, high = np.concatenate(lines).min(axis=0), np.concatenate(lines).max(axis=0)
-    placed = (points - [(low[0] + high[0]) / 2.0, high[1]]) * (size / max(float((high - low).max()), 1e-300))
-    return np.column_stack((placed[:, 0], np.zeros(vehicles), height - placed[:, 1]))
+    scale = size / max(float((high - low).max()), 1e-300)
+    placed = [(line - [(low[0] + high[0]) / 2.0, high[1]]) * scale for line in lines]
+    return [np.column_stack((line[:, 0], np.zeros(len(line)), height - line[:, 1])) for line in placed]
 
 
 def read_lines(file: FileName) -> list[FloatArray]:

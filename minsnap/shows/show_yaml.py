@@ -18,7 +18,7 @@ from minsnap.files.request_yaml import LIMITS, limits_of
 from minsnap.files.waypoints import read_waypoints
 from minsnap.fleet.common_clock import Separation
 from minsnap.shows.acts import Act, Show
-from minsnap.shows.formations import circle, grid, mesh, svg, text
+from minsnap.shows.formations import circle, grid, mesh, relaxed, spacing_of, svg, svg_lines, text, text_lines
 from minsnap.shows.moves import Move
 from minsnap.shows.site import Fence, ShowOrigin, read_survey
 
@@ -169,10 +169,13 @@ def read_show(path: FileName) -> Show:
         room, limits = content.get("room"), content["limits"]
         up, down = (_mapped(content.get(name), key) for name, key in (("take_off", "height"), ("land", "place")))
         origin = None if content.get("origin") is None else ShowOrigin(**content["origin"])
+        apart = Separation(content["separation"], content.get("downwash", 1.0))
         return Show(
             _home(content["home"], content["vehicles"], place, origin),
-            tuple(_act(entry, f"act {i}", content["vehicles"], place) for i, entry in enumerate(content["acts"], 1)),
-            Separation(content["separation"], content.get("downwash", 1.0)),
+            tuple(
+                _act(entry, f"act {i}", content["vehicles"], place, apart) for i, entry in enumerate(content["acts"], 1)
+            ),
+            apart,
             limits_of("limits", limits, place),
             room=None if room is None else (np.array(room[0]), np.array(room[1])),
             smooth=limits.get("jerk", 0.0) is not None,
@@ -215,11 +218,11 @@ def _named(content: dict[str, Any], *names: str) -> dict[str, Any]:
     return {name: content[name] for name in names if content.get(name) is not None}
 
 
-def _act(content: dict[str, Any], where: str, vehicles: int, place: Path) -> Act:
+def _act(content: dict[str, Any], where: str, vehicles: int, place: Path, apart: Separation) -> Act:
     vehicles = min(content.get("vehicles", vehicles), vehicles)
     if vehicles < 1:
         raise FileError(f"{where} has {vehicles} vehicles: give 1 or more")
-    points = _formation(content["formation"], vehicles, place, where)
+    points = _apart(content["formation"], _formation(content["formation"], vehicles, place, where), place, apart)
     angle = np.radians(content.get("turn", 0.0))
     turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
     points = points @ turn.T + np.array(content.get("shift", (0.0, 0.0, 0.0)))
@@ -229,6 +232,18 @@ def _act(content: dict[str, Any], where: str, vehicles: int, place: Path) -> Act
     return Act(
         content.get("name", where), points, colour=colour, moves=moves, delays=_delays(content, len(points)), **given
     )
+
+
+def _apart(content: dict[str, Any], points: FloatArray, place: Path, apart: Separation) -> FloatArray:
+    """Return the points of a text or a drawing moved along its lines until they are apart; others as they are."""
+    if len(points) < 2 or spacing_of(apart.flat(points))[0] >= (apart.distance or 0.0):
+        return points
+    lines: list[FloatArray] = []
+    if "text" in content:
+        lines = text_lines(**content["text"])
+    elif "svg" in content:
+        lines = svg_lines(**{**content["svg"], "file": place / content["svg"]["file"]})
+    return relaxed(lines, points, apart) if lines else points
 
 
 def _delays(content: dict[str, Any], vehicles: int) -> FloatArray | None:

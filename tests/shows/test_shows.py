@@ -13,7 +13,18 @@ from minsnap.plot import plot_fleet, plot_separation
 from minsnap.plot.fleet_figures import least_distances
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.fleet_files import read_fleet
-from minsnap.shows.formations import circle, grid, mesh, read_lines, spacing_of, svg, text
+from minsnap.shows.formations import (
+    along,
+    circle,
+    grid,
+    mesh,
+    read_lines,
+    relaxed,
+    spacing_of,
+    svg,
+    text,
+    text_lines,
+)
 from minsnap.shows.moves import Move, moved
 from minsnap.shows.show import fly
 from minsnap.shows.show_yaml import read_show
@@ -243,7 +254,10 @@ def test_a_report_replaces_neither_the_show_nor_its_files(show_file, tmp_path, c
 
 def test_a_flight_that_is_refused_is_named(show_file):
     show_file.write_text(SHOW.replace("room: [[-6, -6, 0], [6, 6, 12]]", "room: [[-6, -6, 0], [6, 6, 4.5]]"))
-    with pytest.raises(FleetError, match=r"^the flight to ring: .*outside of the room"):
+    with pytest.raises(FleetError, match=r"^point 0 of act 'ring' is 0\.5 m outside of the room: move it"):
+        fly(read_show(show_file))
+    show_file.write_text(SHOW.replace("home: {grid", "take_off: 13\nhome: {grid"))
+    with pytest.raises(FleetError, match=r"^the flight to take-off: .*outside of the room"):
         fly(read_show(show_file))
 
 
@@ -275,6 +289,35 @@ def test_drawings_are_read_as_lines_of_their_lengths(tmp_path, name):
     (tmp_path / "a.svg").write_text(f'<svg xmlns="http://www.w3.org/2000/svg">{inside}</svg>')
     lines = read_lines(tmp_path / "a.svg")
     assert sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines) == pytest.approx(length, rel=1e-3)
+
+
+def test_points_of_a_drawing_move_along_its_lines_until_they_are_apart(tmp_path):
+    """A star of 200, a logo and a word were refused for one sharp corner, and what would fit was not said."""
+    apart = minsnap.Separation(1.5, 1.2)
+    lines = text_lines("FLY", 12.0, 5.0)
+    points = along(lines, 50)
+    assert spacing_of(apart.flat(points))[0] < 1.2
+    moved = relaxed(lines, points, apart)
+    assert spacing_of(apart.flat(moved))[0] >= 1.5
+    dense = np.concatenate(
+        [
+            one + (two - one) * np.linspace(0, 1, 400)[:, None]
+            for row in lines
+            for one, two in zip(row, row[1:], strict=False)
+        ]
+    )
+    away = np.linalg.norm(moved[:, None] - dense[None], axis=2).min(axis=1)
+    assert away.max() < 0.02, "on the lines"
+    show = "vehicles: 50\nseparation: 1.5\ndownwash: 1.2\nlimits: {speed: 4, acceleration: 3}\n"
+    show += "home: {grid: {spacing: 2}}\nacts: [{formation: {text: {words: FLY, size: 12, height: 5}}}]\n"
+    (tmp_path / "show.yaml").write_text(show)
+    assert read_show(tmp_path / "show.yaml").acts[0].points == pytest.approx(moved)
+    (tmp_path / "show.yaml").write_text(show.replace("size: 12", "size: 5"))
+    with pytest.raises(FleetError, match=r"make it [0-9.]+ times as large") as small:
+        read_show(tmp_path / "show.yaml").check()
+    larger = 5.0 * float(str(small.value).split("make it ")[1].split()[0])
+    (tmp_path / "show.yaml").write_text(show.replace("size: 12", f"size: {larger}"))
+    read_show(tmp_path / "show.yaml").check()
 
 
 def test_a_drawing_stands_upright_with_its_top_above(tmp_path):
