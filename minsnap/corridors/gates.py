@@ -200,7 +200,13 @@ class Gate(ReadOnly):
         WaypointError
             If that leaves nothing of the opening around its center.
         """
-        return self._of(self.center, self.normal, self.corners, self.crossing, self.margin + distance)
+        return self._of(
+            self.center,
+            self.normal,
+            self.corners,
+            self.crossing,
+            self.margin + check_distance("the distance", distance, WaypointError),
+        )
 
     @classmethod
     def _of(cls, *fields: Any) -> Gate:
