@@ -104,6 +104,7 @@ def bounding_sets(limits: Limits, dim: int) -> BoundingSets:
     for sets in of_order.values():
         sets.sort(key=lambda one: -len(one.covered))
     left_out = [_named(name, limits.medium.drags) for name in given if name not in used]
+    left_out += ["slower speeds of legs"] if limits.leg_speeds else []
     left_out += ["single rotors"] if isinstance(limits, VehicleLimits) else []
     return BoundingSets(tuple(of_order[2]), tuple(of_order[1]), tuple(left_out))
 

@@ -73,7 +73,7 @@ def plan(
     planning: Planning,
     ground: GroundOptions,
     destination: Destination,
-    file: Annotated[Path, "FILE", "x,y,z[,yaw][,duration] in CSV; YAML; a mission; a plan."],
+    file: Annotated[Path, "FILE", "x,y,z[,yaw][,speed][,duration] in CSV; YAML; a mission; a plan."],
     *,
     closed: Annotated[
         bool, "A closed lap without a stop; appends the first waypoint where the last is another."

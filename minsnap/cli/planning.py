@@ -87,6 +87,7 @@ class LimitOptions(LimitFields):
         from minsnap.limits.ordinary import ORDINARY
 
         named, off = options.limit_values(self), options.taken_off(self.no_limit)
+        own = replace(own, leg_speeds=()) if "speed" in named else own
         filled = {*(ORDINARY if timed else ()), *(["tilt"] if "acceleration" in off else [])}
         values: dict[str, Any] = {name: getattr(chosen, name) for name in filled if getattr(own, name) is None}
         values = {} if own.max_thrust is not None else values

@@ -16,7 +16,7 @@ from minsnap.corridors.gates import Ball, Gate, center_of
 from minsnap.errors import MagnitudeWarning, MinsnapError, WaypointError
 
 AXES = ("x", "y", "z")
-BESIDE = ("yaw", "duration", "t", "time")
+BESIDE = ("yaw", "speed", "duration", "t", "time")
 """Columns that a table of waypoints may have beside its coordinates."""
 
 LONG, HIGH = 1000.0, 500.0
@@ -38,11 +38,14 @@ class Waypoints(OwnsArrays):
         Heading at each [rad].
     durations : ndarray, shape (n - 1,), or None
         Seconds of each leg.
+    speeds : ndarray, shape (n - 1,), or None
+        Greatest speed on each leg [m/s]; a column has it at the waypoint where the leg begins.
     """
 
     points: FloatArray
     yaw: FloatArray | None = None
     durations: FloatArray | None = None
+    speeds: FloatArray | None = None
 
     @classmethod
     def of_columns(
@@ -59,7 +62,7 @@ class Waypoints(OwnsArrays):
         error : type
             What they are, if two columns say when waypoints are passed, or one says it wrongly.
         """
-        timed = [name for name in BESIDE[1:] if name in columns]
+        timed = [name for name in BESIDE[2:] if name in columns]
         if len(timed) > 1:
             raise error(f"{where}{' and '.join(timed)} both say when waypoints are passed: leave one out")
         points = np.stack([columns[axis] for axis in AXES if axis in columns], axis=-1)
@@ -67,7 +70,7 @@ class Waypoints(OwnsArrays):
             durations = _durations(columns[timed[0]], timed[0]) if timed else None
         except ValueError as wrong:
             raise error(f"{where}{wrong}") from None
-        return cls(points, columns.get("yaw"), durations)
+        return cls(points, columns.get("yaw"), durations, _speeds(columns.get("speed"), where, error))
 
     def closed(self) -> Waypoints:
         """Return the waypoints of a lap: those that do not end where they begin go on to the first one again.
@@ -80,6 +83,17 @@ class Waypoints(OwnsArrays):
         return Waypoints(np.concatenate((self.points, self.points[:1])), yaw)
 
 
+def _speeds(column: FloatArray | None, where: str, error: type[MinsnapError]) -> FloatArray | None:
+    """Return the speeds of legs from a column, of which the last waypoint's is not read."""
+    if column is None:
+        return None
+    wrong = np.flatnonzero(~(np.isfinite(column[:-1]) & (column[:-1] > 0.0)))
+    if wrong.size:
+        said = f"the speed of leg {wrong[0]} is {column[wrong[0]]:g}"
+        raise error(f"{where}{said}: give a positive number at each waypoint but the last [m/s]")
+    return column[:-1]
+
+
 def is_table(waypoints: Any) -> bool:
     """Whether waypoints have named columns: a data frame, a structured array, or a mapping of columns."""
     names = _names(waypoints)
@@ -87,7 +101,7 @@ def is_table(waypoints: Any) -> bool:
 
 
 def read_columns(waypoints: Any) -> Waypoints:
-    """Return waypoints by the names of their columns: x, y and z, with yaw [rad] and t, time or duration [s].
+    """Return waypoints by the names of their columns: x, y and z, yaw [rad], speed [m/s] and t, time or duration [s].
 
     Raises
     ------
@@ -100,7 +114,7 @@ def read_columns(waypoints: Any) -> Waypoints:
     if unknown or not {"x", "y"} <= set(lower) or len(set(lower)) < len(lower):
         what = f"the column {shown(unknown[0])}" if unknown else f"the columns {', '.join(names)}"
         raise WaypointError(
-            f"the table of waypoints has {what}: select x, y and z, and where they are meant yaw and t or duration"
+            f"the table of waypoints has {what}: select x, y and z, and where meant yaw, speed and t or duration"
         )
     return Waypoints.of_columns({name.lower(): _column(waypoints, name) for name in names})
 

@@ -39,7 +39,7 @@ def norm_limits(limits: Limits) -> tuple[float, float, float, float]:
 
 def stop_and_go_times(lengths: FloatArray, limits: Limits) -> FloatArray:
     """Leg durations at which the rest-to-rest profile of degree 7 along each leg keeps the limits on norms."""
-    longest = np.zeros(len(lengths))
+    longest = PEAKS[0] * lengths / limits.speeds_of(len(lengths)) if limits.leg_speeds else np.zeros(len(lengths))
     for order, (peak, limit) in enumerate(zip(PEAKS, norm_limits(limits), strict=True), 1):
         if limit < np.inf:
             least = (peak * lengths / limit) ** (1.0 / order)

@@ -58,8 +58,14 @@ ROTORS = mapping(
 
 OFF = Form("null, which takes a limit off", lambda value: value is None, lambda where, value: None, {"type": "null"})
 
-LIMIT_KEYS = {kind.name: Key(either(NUMBER, OFF), f"[{kind.typed_unit}]") for kind in KINDS if kind.measure != "rotors"}
-"""The limits that are numbers."""
+SPEED = either(NUMBER, several(NUMBER, "one of each leg", 1), OFF)
+
+LIMIT_KEYS = {
+    kind.name: Key(SPEED if kind.name == "speed" else either(NUMBER, OFF), f"[{kind.typed_unit}]")
+    for kind in KINDS
+    if kind.measure != "rotors"
+}
+"""The limits that are numbers, and the speed of each leg."""
 
 HOW = {"norm": Key(word("euclidean", "axis")), "gravity": Key(NUMBER, "[m/s^2]")}
 
@@ -113,10 +119,10 @@ def read_limits(path: FileName) -> Limits:
     return limits_of(f"{path}: limits", content["limits"], Path(path).parent)
 
 
-def besides_rotors(limits: VehicleLimits) -> dict[str, float]:
+def besides_rotors(limits: VehicleLimits) -> dict[str, Any]:
     """Return the limits that a vehicle's own were combined with, by name."""
     own = type(limits).of(limits.vehicle, limits.reserve).given()
-    return {name: value for name, value in limits.given().items() if own.get(name) != value}
+    return {name: value for name, value in limits.named().items() if own.get(name) != value}
 
 
 def vehicle_of(content: Any, folder: Path, name: str = "vehicle") -> Quadrotor:
@@ -311,7 +317,11 @@ def _described(request: PlanRequest) -> dict[str, Any]:
 def _from_waypoints(points: Waypoints) -> PlanRequest:
     rows = tuple(tuple(row) for row in points.points.tolist())
     durations = None if points.durations is None else tuple(points.durations.tolist())
-    return PlanRequest(rows, durations, yaw=None if points.yaw is None else tuple(points.yaw.tolist()))
+    yaw, limits = None if points.yaw is None else tuple(points.yaw.tolist()), dict[str, Any]()
+    if points.speeds is not None:
+        speeds: Any = tuple(points.speeds.tolist())
+        limits = {"speed": speeds} if durations is not None else completed({"speed": speeds})
+    return PlanRequest(rows, durations, yaw=yaw, limits=tuple(limits.items()))
 
 
 def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any]) -> PlanRequest:

@@ -16,7 +16,7 @@ from minsnap.corridors.given_waypoints import Waypoints
 from minsnap.errors import FileError
 from minsnap.files.geodetic_missions import is_mission, read_mission
 
-COLUMNS = ("x", "y", "z", "yaw", "duration")
+COLUMNS = ("x", "y", "z", "yaw", "duration", "speed")
 """Columns of a waypoint file; the first two must be there."""
 
 ENTRY = mapping(
@@ -25,12 +25,13 @@ ENTRY = mapping(
 )
 LISTED = several(NUMBER, "one list of numbers, or a value with each waypoint, not both")
 
-LENGTHS, TIMES, ANGLES = ("m",), ("s",), ("rad", "deg", "°")
+LENGTHS, TIMES, ANGLES, SPEEDS = ("m",), ("s",), ("rad", "deg", "°"), ("m/s",)
 """Units that a header may say."""
 
 TABLE = LooseColumns(
-    known={"x": LENGTHS, "y": LENGTHS, "z": LENGTHS, "yaw": ANGLES, "duration": TIMES, "t": TIMES, "time": TIMES},
-    blank=("duration",),
+    known={"x": LENGTHS, "y": LENGTHS, "z": LENGTHS, "yaw": ANGLES, "duration": TIMES, "t": TIMES, "time": TIMES}
+    | {"speed": SPEEDS},
+    blank=("duration", "speed"),
     headerless=(("x", "y"), ("x", "y", "z")),
     ambiguous=": two are x,y and three x,y,z, more could be times or headings; name the columns in a first line",
 )
@@ -48,8 +49,9 @@ def read_waypoints(path: FileName, origin: Sequence[float] | None = None) -> Way
     plain numbers without a header are x,y or x,y,z. Commas, semicolons, tabs or spaces separate them; capitals, empty
     lines and ``#`` comments do not matter. A duration is that of the leg to the next waypoint, with the last cell
     empty, or that of the leg from the previous waypoint, with the first cell empty; ``t`` is when each waypoint is
-    passed. YAML is a list of waypoints, each ``[x, y, z]`` or a
-    mapping of the same names; or a mapping with ``waypoints`` and optionally ``yaw`` and ``durations``. It is loaded
+    passed. A ``speed`` [m/s] is the greatest on the leg that begins there. YAML is a list of waypoints, each
+    ``[x, y, z]`` or a mapping of the same names; or a mapping with ``waypoints`` and optionally ``yaw`` and
+    ``durations``. It is loaded
     safely: tags that construct objects are refused.
 
     Parameters
@@ -112,12 +114,12 @@ def waypoints_of(path: str, content: Any) -> Waypoints:
     rows = [_waypoint(f"{path}, waypoint {i}", item) for i, item in enumerate(keys["waypoints"])]
     names = [name for name in COLUMNS if any(name in row for row in rows)]
     for i, row in enumerate(rows):
-        missing = [name for name in names if name not in row and name != "duration"]
+        missing = [name for name in names if name not in row and name not in TABLE.blank]
         if missing:
             raise FileError(f"{path}, waypoint {i}: {', '.join(missing)} is missing, which other waypoints have")
     waypoints = _from_columns(f"{path}", {name: np.array([row.get(name, np.nan) for row in rows]) for name in names})
     yaw = _listed(path, keys, "yaw", waypoints.yaw)
-    return Waypoints(waypoints.points, yaw, _listed(path, keys, "durations", waypoints.durations))
+    return Waypoints(waypoints.points, yaw, _listed(path, keys, "durations", waypoints.durations), waypoints.speeds)
 
 
 def _waypoint(where: str, item: Any) -> dict[str, float]:

@@ -24,7 +24,7 @@ from minsnap.corridors.keep_out import Obstacle, as_simple, clearance_of
 from minsnap.durations.recovery import RECOVERY
 from minsnap.errors import FleetError, InfeasibleError, SolverError, TimingError, WaypointError
 from minsnap.fleet.common_clock import Fleet, Separation, as_separation
-from minsnap.limits.limits import Limits, check_limits
+from minsnap.limits.limits import Limits, check_one_speed
 from minsnap.native.joint_fleet import KINDS, ORDERS
 from minsnap.planning.planner import plan
 from minsnap.trajectory.path import Path
@@ -264,7 +264,7 @@ def limits_of(limits: Any, vehicles: int) -> list[Limits]:
     if len(each) != vehicles:
         raise FleetError(f"{len(each)} limits for {vehicles} vehicles: give one for all, or one each")
     for one in {id(one): one for one in each}.values():
-        check_limits(one)
+        check_one_speed(one, "a vehicle of a fleet")
     return each
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees, pi, radians
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -18,7 +18,7 @@ from minsnap.basics.warn import warn_caller
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.measures import MEASURES, Extent, Motion
-from minsnap.limits.utilisation import at_instant, measured
+from minsnap.limits.utilisation import at_instant, measured, speed_of_legs
 from minsnap.limits.vehicle_use import measure_vehicle, medium_of
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
@@ -39,7 +39,8 @@ class Limits:
     Parameters
     ----------
     speed, acceleration, jerk, snap : float, optional
-        Greatest norms of the derivatives [m/s], [m/s^2], [m/s^3], [m/s^4].
+        Greatest norms of the derivatives [m/s], [m/s^2], [m/s^3], [m/s^4]. The speed may be a sequence, one of each
+        leg; ``speed`` is then the greatest of them.
     norm : {"euclidean", "axis"}
         Whether these four bound the Euclidean norm or each world axis.
     horizontal_speed, horizontal_acceleration : float, optional
@@ -58,6 +59,8 @@ class Limits:
         [rad/s].
     gravity : float
         [m/s^2].
+    leg_speeds : tuple of float
+        Of each leg, where speed was a sequence [m/s]. Another speed scales them all.
 
     Raises
     ------
@@ -65,7 +68,7 @@ class Limits:
         If a limit is not a positive number, or cannot hold altitude.
     """
 
-    speed: float | None = None
+    speed: Any = None
     acceleration: float | None = None
     jerk: float | None = None
     snap: float | None = None
@@ -82,10 +85,12 @@ class Limits:
     body_rate: float | None = None
     yaw_rate: float | None = None
     gravity: float = GRAVITY
+    leg_speeds: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.norm, str) or self.norm not in ("euclidean", "axis"):
             raise LimitError(f"the norm of the limits is {shown(self.norm)}: use 'euclidean' or 'axis'")
+        self._take_speeds()
         for kind in KINDS:
             value = getattr(self, kind.name, None)
             if value is not None:
@@ -98,6 +103,39 @@ class Limits:
                 f"max_thrust is {self.max_thrust:g} times the weight: if it is newtons, divide it by the weight",
                 MagnitudeWarning,
             )
+
+    def _take_speeds(self) -> None:
+        """Keep a speed of each leg, which may be given as the speed, and scale those that were known to another one."""
+        speeds, known = self.leg_speeds, self.speed
+        if known is not None and np.ndim(known) == 1 and not isinstance(known, (str, bytes)):
+            speeds = tuple(np.asarray(known).tolist())
+            if not speeds:
+                raise LimitError("the speed is an empty sequence: give one speed, or one of each leg")
+            for speed in speeds:
+                _check_limit(KIND["speed"], speed)
+            known = max(speeds)
+        elif speeds and known is not None and is_number(known) and known != max(speeds):
+            speeds = tuple(speed * float(known) / max(speeds) for speed in speeds)
+        set_fields(self, speed=known, leg_speeds=() if known is None else speeds)
+
+    def speeds_of(self, legs: int) -> FloatArray:
+        """Return the speed of each leg (legs,) [m/s], infinite without one; parts of legs that were divided alike too.
+
+        Raises
+        ------
+        LimitError
+            If there are as many legs as do not go with the speeds.
+        """
+        count = len(self.leg_speeds)
+        if not count:
+            return np.full(legs, np.inf if self.speed is None else self.speed)
+        if legs % count:
+            raise LimitError(f"the limits have {count} speeds, one of each leg, and there are {legs} legs")
+        return np.repeat(np.array(self.leg_speeds), legs // count)
+
+    def named(self) -> dict[str, Any]:
+        """Return the limits that are set, by name, as they were given: the speeds of all legs as a list."""
+        return self.given() | ({"speed": list(self.leg_speeds)} if self.leg_speeds else {})
 
     @classmethod
     def of(cls, vehicle: Quadrotor | str, reserve: float = 0.1, **others: Any) -> Limits:
@@ -173,7 +211,14 @@ class Limits:
 
     def _used(self, traj: Trajectory, proved: bool) -> tuple[Utilisation, ...]:
         self.check_dim(traj.dim)
-        return measured(self.given(), traj, self.norm, self.gravity)
+        return self._by_legs(traj, measured(self.given(), traj, self.norm, self.gravity))
+
+    def _by_legs(self, traj: Trajectory, used: tuple[Utilisation, ...]) -> tuple[Utilisation, ...]:
+        """Return the use of limits, that of the speed on the leg where it uses most of its own."""
+        if not self.leg_speeds:
+            return used
+        each = speed_of_legs(traj, self.speeds_of(traj.legs), self.norm, self.gravity)
+        return tuple(each if one.name == "speed" else one for one in used)
 
     def use_of_state(self, derivatives: Mapping[int, FloatArray], dim: int) -> tuple[Utilisation, ...]:
         """Return the utilisation of each limit by the state at a single instant.
@@ -215,13 +260,23 @@ class Limits:
             kind = KIND[name]
             if kind.measure in MEASURES:
                 measure = MEASURES[kind.measure]
-                walls += measure.walls(extent, limit, name, kind.order, self.norm, self.gravity)
+                bound: Any = self.speeds_of(extent.legs) if name == "speed" and self.leg_speeds else limit
+                walls += measure.walls(extent, bound, name, kind.order, self.norm, self.gravity)
         return tuple(walls)
 
     def necessary_walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return the walls that every curve within the limits keeps: what they refuse is refused with proof."""
         doubtful = ("max_thrust", "min_thrust", "tilt") if self.medium.drags else ("min_thrust",)
         return [wall for wall in self.walls(waypoints) if wall.name not in doubtful]
+
+
+def within_speeds(limits: Limits | None, speeds: FloatArray) -> Limits:
+    """Return limits with a speed of each leg besides, (legs,) [m/s]: the smaller one holds."""
+    if limits is None:
+        return Limits(speed=speeds)
+    check_limits(limits)
+    both: dict[str, Any] = {"speed": np.minimum(speeds, limits.speeds_of(len(speeds))), "leg_speeds": ()}
+    return replace(limits, **both)
 
 
 def check_limits(limits: Any) -> None:
@@ -231,6 +286,13 @@ def check_limits(limits: Any) -> None:
         if isinstance(limits, Mapping) and limits:
             hint = f": did you mean Limits({', '.join(f'{name}={shown(value)}' for name, value in limits.items())})?"
         raise LimitError(f"limits must be a Limits, not {type(limits).__name__}{hint}")
+
+
+def check_one_speed(limits: Any, what: str) -> None:
+    """Raise LimitError for what are no Limits, or have a speed of each leg where there is one for all."""
+    check_limits(limits)
+    if limits.leg_speeds:
+        raise LimitError(f"{what} has one speed for all legs, not {len(limits.leg_speeds)}: give Limits(speed=3)")
 
 
 def _check_limit(kind: Kind, limit: float) -> None:
@@ -280,7 +342,7 @@ class VehicleLimits(Limits):
         own = measure_vehicle(self.vehicle, self.reserve, bounds, traj, proved)
         others = {name: limit for name, limit in bounds.items() if name not in own}
         used = {entry.name: entry for entry in measured(others, traj, self.norm, self.gravity)} | own
-        return tuple(used[kind.name] for kind in KINDS if kind.name in used)
+        return self._by_legs(traj, tuple(used[kind.name] for kind in KINDS if kind.name in used))
 
     @cached_property
     def medium(self) -> Medium:

@@ -26,6 +26,9 @@ from minsnap.trajectory.medium import Medium, norm
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
+Bound = float | FloatArray
+"""Of all legs, or one of each, (legs,)."""
+
 Peak = tuple[float, int, float]
 """Largest value, its piece, and its place on [0, 1]."""
 
@@ -104,7 +107,7 @@ class Measure(Protocol):
         """Return the values at samples, shape (m,)."""
         ...
 
-    def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
+    def walls(self, extent: Extent, limit: Any, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
         """Return the limit as convex sets; none where it is not convex."""
         ...
 
@@ -130,7 +133,7 @@ class _Part:
             return np.maximum(self.sign * values[:, 0], 0.0)
         return np.asarray(np.abs(values).max(axis=1) if self._single(motion.norm) else np.linalg.norm(values, axis=1))
 
-    def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
+    def walls(self, extent: Extent, limit: Any, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
         axes = np.eye(extent.dim)[self.columns]
         if not self._single(norm):
             return [_ball(extent, axes, limit, order, name)]
@@ -258,18 +261,18 @@ def _largest_component(curve: Enclosure, sign: int) -> Peak:
 
 
 def _ball(
-    extent: Extent, matrix: FloatArray, radius: float, order: int, name: str, anchor: Any = None, slope: Any = None
+    extent: Extent, matrix: FloatArray, radius: Bound, order: int, name: str, anchor: Any = None, slope: Any = None
 ) -> Walls:
     rows = [np.zeros((extent.legs, extent.dim)) + (0.0 if each is None else each) for each in (anchor, slope)]
     matrices = np.zeros((extent.legs, *matrix.shape)) + matrix
-    radii = np.full(extent.legs, float(radius))
+    radii = np.zeros(extent.legs) + radius
     return Walls.unchecked(np.arange(extent.legs), matrices, *rows, radii, radii, order, name)
 
 
-def _faces(extent: Extent, normal: FloatArray, bounds: tuple[float, float], order: int, name: str) -> Walls:
+def _faces(extent: Extent, normal: FloatArray, bounds: tuple[Bound, Bound], order: int, name: str) -> Walls:
     zeros = np.zeros((extent.legs, extent.dim))
-    width = min(abs(bound) for bound in bounds if np.isfinite(bound))
-    lower, upper, widths = (np.full(extent.legs, value) for value in (*bounds, width))
+    lower, upper = (np.zeros(extent.legs) + bound for bound in bounds)
+    widths = np.minimum(np.abs(lower), np.abs(upper))
     return Walls.planes(np.arange(extent.legs), zeros + normal, zeros, lower, upper, widths, order, name)
 
 

@@ -66,6 +66,10 @@ def uses_at(path: Path, limits: Limits, t: FloatArray) -> dict[str, FloatArray]:
     if path.yaw.medium is not None:
         samples = replace(samples, yaw_rate=np.zeros(len(samples)))  # the spin about the thrust axis, which is limited
     uses = utilisation_curves(samples, limits) if limits.given() else {}
+    if isinstance(path, Trajectory) and limits.leg_speeds:
+        speeds = limits.speeds_of(path.legs)
+        leg = np.clip(np.searchsorted(path.leg_breaks, t, side="right") - 1, 0, path.legs - 1)
+        uses["speed"] = uses["speed"] * (max(limits.leg_speeds) / speeds[leg])
     return uses | (rotor_curves(path, limits, t) if isinstance(limits, VehicleLimits) else {})
 
 

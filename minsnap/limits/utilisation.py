@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.limit_kinds import KIND, Kind
 from minsnap.limits.measures import MEASURES, Motion, exact_motion
 from minsnap.native.thrust_axis import thrust_peaks
@@ -37,6 +39,17 @@ def measured(bounds: Mapping[str, float], traj: Trajectory, norm: str, gravity: 
             instant = float(traj.breaks[piece] + s * traj.durations[piece])
             used.append(Utilisation(name, value, limit, _share(kind, value, limit), piece // traj.pieces, instant))
     return tuple(used)
+
+
+def speed_of_legs(traj: Trajectory, speeds: FloatArray, norm: str, gravity: float) -> Utilisation:
+    """Return the use of the speed on the leg where most of its own limit is used; speeds are of each leg (legs,)."""
+    found: list[Utilisation] = []
+    for leg, (limit, start) in enumerate(zip(speeds.tolist(), traj.leg_breaks.tolist(), strict=False)):
+        own = slice(leg * traj.pieces, (leg + 1) * traj.pieces)
+        part = Trajectory(traj.control_points[own], traj.durations[own], pieces=traj.pieces)
+        (used,) = measured({"speed": limit}, part, norm, gravity)
+        found.append(replace(used, leg=leg, instant=start + used.instant))
+    return max(found, key=lambda used: used.fraction)
 
 
 def at_instant(bounds: Mapping[str, float], state: Motion) -> tuple[Utilisation, ...]:

@@ -103,9 +103,9 @@ class Shape(PhasePath):
             If a limit is exceeded at any pace.
         """
         from minsnap.durations.time_stretch import touching_factor
-        from minsnap.limits.limits import check_limits
+        from minsnap.limits.limits import check_one_speed
 
-        check_limits(limits)
+        check_one_speed(limits, "a shape")
         factor = touching_factor(limits, self.as_trajectory())
         slower = replace(self, law=replace(self.law, rate=self.law.rate / factor))
         return replace(slower, yaw=self.yaw.by_rule(slower))

@@ -167,7 +167,7 @@ def _with_limit(limits: Limits, name: str, value: float) -> Callable[[float], Li
 def _with_rotors(limits: VehicleLimits, most: float) -> Callable[[float], Limits]:
     """Return limits for rotors of more thrust, with the same other limits."""
     vehicle, own = limits.vehicle, of_rotors(limits)
-    others: dict[str, Any] = {name: value for name, value in limits.given().items() if name not in own}
+    others: dict[str, Any] = {name: value for name, value in limits.named().items() if name not in own}
 
     def changed(change: float) -> Limits:
         speed = vehicle.rotor_speed_max * float(np.sqrt((most + change) / most))

@@ -118,8 +118,9 @@ def plan(
     waypoints : array_like, shape (n, dim), sequence with Gates among them, or None
         Positions to pass through [m], n >= 2; a ``Gate`` is passed anywhere in its opening. A table (a data frame, a
         structured array or a mapping) has columns x, y and z. Its ``yaw`` [rad] and its ``t`` or ``duration`` [s] are
-        used unless ``yaw``, a time or limits are set. With None the corridor is ``Boxes`` or ``Polytopes``: the curve
-        passes from set to set through their overlaps, and ``start`` and ``end`` have positions.
+        used unless ``yaw``, a time or limits are set; its ``speed`` [m/s] bounds the leg that begins there, besides.
+        With None the corridor is ``Boxes`` or ``Polytopes``: the curve passes from set to set through their overlaps,
+        and ``start`` and ``end`` have positions.
     durations : array_like, shape (n - 1,), optional
         Duration of each leg [s]. Between equal waypoints it is a hold, at rest from one to the other.
     total_time : float, optional
@@ -195,6 +196,10 @@ def plan(
         waypoints, yaw = table.points, table.yaw if yaw is None else yaw
         if durations is None and total_time is None and limits is None and how.time_weight is None:
             durations = table.durations
+        if table.speeds is not None:
+            from minsnap.limits.limits import within_speeds
+
+            limits = within_speeds(limits, table.speeds)
     quick = None
     # The quick path takes a few microseconds: it runs before the imports and checks below, and knows their defaults.
     if (

@@ -19,7 +19,7 @@ from minsnap.corridors.given_waypoints import as_knots
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.errors import CorridorError, DegreeError, WaypointError, YawError
-from minsnap.limits.limits import Limits, VehicleLimits, check_limits
+from minsnap.limits.limits import Limits, VehicleLimits, check_one_speed
 from minsnap.optimisation.task import Task
 from minsnap.replanning.splice import Splice
 from minsnap.trajectory.planned_heading import ChosenHeading, chosen_heading
@@ -41,7 +41,7 @@ def check_half(degree: Any) -> int:
 def all_limits(limits: Limits | None, vehicle: Quadrotor | None) -> Limits | None:
     """Return limits with those of a vehicle; the reserve of its rotors is that of limits that have one."""
     if limits is not None:
-        check_limits(limits)
+        check_one_speed(limits, "a replanner")
     if vehicle is None:
         return limits
     others: dict[str, Any] = {} if limits is None else {**limits.given(), "norm": limits.norm}

@@ -26,7 +26,7 @@ from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, WaypointError, YawError
 from minsnap.files.convert import RATE, write_any
 from minsnap.files.request_yaml import besides_rotors, read_request, write_request
-from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.limits.limits import Limits, VehicleLimits, check_one_speed
 from minsnap.limits.ordinary import completed
 from minsnap.paths.missions.course import Course, is_course, read_course
 from minsnap.planning.request import Opening, PlanRequest
@@ -198,6 +198,8 @@ def open_scene(path: FileName) -> PlanRequest:
         request = _of_course(read_course(path))
     else:
         request = _of_plan(path) if is_polynomials(path) else read_request(path)
+        if request.limits:
+            check_one_speed(request.bounds, "a scene")
     if len(request.waypoints) > MOST:
         raise FileError(f"{Path(path).name} has {len(request.waypoints)} waypoints: the studio shows up to {MOST}")
     if len(request.waypoints[0]) != 3:
@@ -412,6 +414,7 @@ def bounds_of(limits: Limits | None) -> dict[str, Any]:
     """Return limits as fields of a scene; those of the rotors of a preset are its name and the reserve."""
     if limits is None:
         return {}
+    check_one_speed(limits, "a scene")
     if limits.norm != "euclidean" or limits.gravity != GRAVITY:
         raise LimitError("a scene holds limits of the Euclidean norm under standard gravity: leave these out")
     if not isinstance(limits, VehicleLimits):

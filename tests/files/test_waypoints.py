@@ -105,7 +105,7 @@ def test_what_is_read_cannot_be_written_to(write):
         ("a.csv", "", "is empty"),
         ("a.csv", "x,y,z\n", "no rows"),
         ("a.csv", "x,z\n0,1\n", "line 1: no column y"),
-        ("a.csv", "x,y,z,speed\n0,0,1,2\n", "line 1: column 'speed' is not known"),
+        ("a.csv", "x,y,z,pace\n0,0,1,2\n", "line 1: column 'pace' is not known"),
         ("a.csv", "t,x,y,z,vx,vy,vz\n0,0,0,1,2,0,0\n", "column 'vx' is not known.*; setpoints are planned already"),
         ("a.csv", "0,0,1,4\n8,0,1,2\n", "line 1: 4 numbers without a header"),
         ("a.csv", "x,y,z\n0,0,1\n8,0\n", "line 3: 2 numbers"),

@@ -267,7 +267,7 @@ def _constraint(content: Any) -> Any:
 
 def _limits(limits: Limits) -> dict[str, Any]:
     if not isinstance(limits, VehicleLimits):
-        return {"norm": limits.norm, "gravity": limits.gravity} | limits.given()
+        return {"norm": limits.norm, "gravity": limits.gravity} | limits.named()
     vehicle = preset_of(limits.vehicle) or description_of(limits.vehicle)
     return {"norm": limits.norm, "rotors": {"vehicle": vehicle, "reserve": limits.reserve}} | besides_rotors(limits)
 
