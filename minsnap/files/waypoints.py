@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.schema import NUMBER, Key, mapping, several
 from minsnap.basics.storage.table import LooseColumns, read_loose_table
-from minsnap.basics.storage.text import FileName, load_yaml
+from minsnap.basics.storage.text import FileName, beginning, load_yaml
 from minsnap.corridors.given_waypoints import Waypoints
 from minsnap.errors import FileError
 from minsnap.files.geodetic_missions import is_mission, read_mission
@@ -30,8 +31,8 @@ LENGTHS, TIMES, ANGLES, SPEEDS = ("m",), ("s",), ("rad", "deg", "°"), ("m/s",)
 
 TABLE = LooseColumns(
     known={"x": LENGTHS, "y": LENGTHS, "z": LENGTHS, "yaw": ANGLES, "duration": TIMES, "t": TIMES, "time": TIMES}
-    | {"speed": SPEEDS},
-    blank=("duration", "speed"),
+    | {"speed": SPEEDS, "hold": TIMES},
+    blank=("duration", "speed", "hold"),
     headerless=(("x", "y"), ("x", "y", "z")),
     ambiguous=": two are x,y and three x,y,z, more could be times or headings; name the columns in a first line",
 )
@@ -77,13 +78,54 @@ def read_waypoints(path: FileName, origin: Sequence[float] | None = None) -> Way
         raise FileError(f"{path} has no latitudes and longitudes: leave the origin out")
     if Path(path).suffix.lower() in (".yaml", ".yml"):
         return waypoints_of(f"{path}", load_yaml(path))
+    table = _table(path)
+    if "hold" in table:
+        raise FileError(f"{path} has a column hold: it is a course, which minsnap plan and minsnap.read_course take")
+    return _from_columns(f"{path}", table)
+
+
+class HeldWaypoints(NamedTuple):
+    """Waypoints (n, dim) [m], and how long the vehicle rests at each, (n,) [s]."""
+
+    points: FloatArray
+    holds: FloatArray
+
+
+def has_holds(path: FileName) -> bool:
+    """Whether the first line of a table of waypoints has a column ``hold``."""
+    if is_mission(path):
+        return False
+    header = re.split(r"[,;\t ]+", beginning(path).partition("\n")[0].lower().lstrip("#").strip())
+    return "hold" in [name.strip(" '\"") for name in header]
+
+
+def read_held(path: FileName) -> HeldWaypoints:
+    """Read waypoints with the time that the vehicle rests at each: ``x,y[,z],hold``, seconds, empty for none.
+
+    Raises
+    ------
+    FileError
+        As :func:`read_waypoints`, or if there is a yaw or a duration besides.
+    """
+    table = _table(path)
+    beside = [name for name in table if name not in ("x", "y", "z", "hold")]
+    if beside:
+        raise FileError(
+            f"{path} has a column {beside[0]} beside hold: a course goes by limits and one yaw; leave it out"
+        )
+    points = np.stack([table[axis] for axis in "xyz" if axis in table], axis=-1)
+    return HeldWaypoints(points, np.nan_to_num(table.get("hold", np.zeros(len(points)))))
+
+
+def _table(path: FileName) -> dict[str, FloatArray]:
+    """Return the columns of a table of waypoints, headings in radians."""
     table, units = read_loose_table(path, TABLE)
     missing = [name for name in COLUMNS[:2] if name not in table]
     if missing:
         raise FileError(f"{path}, line 1: no column {', '.join(missing)}; the columns are {','.join(table)}")
     if units.get("yaw", "rad") != "rad":
         table["yaw"] = np.deg2rad(table["yaw"])
-    return _from_columns(f"{path}", table)
+    return table
 
 
 def _from_columns(where: str, table: Mapping[str, FloatArray]) -> Waypoints:

@@ -11,7 +11,16 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, set_fields
-from minsnap.basics.checks import FREE, check_array, check_degree, check_distance, check_number, check_switch, is_number
+from minsnap.basics.checks import (
+    FREE,
+    check_array,
+    check_degree,
+    check_distance,
+    check_number,
+    check_positive,
+    check_switch,
+    is_number,
+)
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import (
     ANY,
@@ -36,6 +45,7 @@ from minsnap.corridors.keep_out import Avoided
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import FileError, WaypointError
 from minsnap.files import request_yaml
+from minsnap.files.waypoints import has_holds, read_held
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ordinary_limits
 from minsnap.paths.missions.foreign_courses import translated
@@ -136,6 +146,8 @@ class Course:
         What figures call it.
     degree, pieces
         Of the polynomials of the course, as :func:`minsnap.plan` takes them.
+    takeoff_speed, land_speed : float or None
+        Greatest speeds of take-off and landing [m/s]; by default 1 and 0.5.
     avoid : obstacles, or tuple of (name, numbers)
         What the course keeps out of, as :class:`~minsnap.PlanRequest` takes it.
     """
@@ -156,6 +168,8 @@ class Course:
     degree: int = 7
     pieces: int | str | None = None
     avoid: Any = ()
+    takeoff_speed: float | None = None
+    land_speed: float | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.stops, (tuple, list)) or not all(isinstance(stop, Stop) for stop in self.stops):
@@ -174,6 +188,14 @@ class Course:
             if not isinstance(getattr(self, name), bool):
                 give = "True, False, or where on the ground, (x, y, z)"
                 check_array(name, getattr(self, name), ((3,),), give, WaypointError)
+        for name, planned in (("takeoff_speed", self.takeoff), ("land_speed", self.land)):
+            speed = getattr(self, name)
+            if speed is not None:
+                check_positive(name, speed, "m/s", WaypointError)
+                if planned is False:
+                    raise WaypointError(
+                        f"{name} is {speed:g}, and {name.removesuffix('_speed')} is not planned: give both"
+                    )
         self._check_ends()
         check_degree(self.degree)
         if self.boxes is None and len(self.stops) < 2:
@@ -335,6 +357,8 @@ COURSE = mapping(
         "laps": Key(WHOLE, "how often it is flown"),
         "takeoff": Key(GROUND, "from the ground below the start, or from a point"),
         "land": Key(GROUND, "on the ground below the end, or at a point"),
+        "takeoff_speed": Key(NUMBER, "greatest speed of the take-off [m/s], by default 1"),
+        "land_speed": Key(NUMBER, "greatest speed of the landing [m/s], by default 0.5"),
         "tube": Key(NUMBER, "half-width around the legs [m]"),
         "ball": Key(either(NUMBER, LISTED), "of all waypoints, or of each [m]"),
         "margin": Key(NUMBER, "of all gates [m]"),
@@ -360,7 +384,7 @@ def is_course(path: FileName, wanted: bool = True) -> bool:
         If it cannot be read, or has keys that only a course has and others that only a request has.
     """
     if Path(path).suffix.lower() not in (".yaml", ".yml"):
-        return False
+        return has_holds(path)
     content = load_yaml(path)
     if translated(f"{path}", content) is not None:
         return True
@@ -387,7 +411,7 @@ def _refuse_both(where: str, content: Mapping[str, Any]) -> None:
 
 
 def read_course(path: FileName) -> Course:
-    """Read a course from YAML; all in SI units, angles in radians.
+    """Read a course from YAML, or waypoints of a table with a column ``hold``; all in SI units, angles in radians.
 
     The keys are those of :data:`COURSE`. ``waypoints`` are points, mappings with ``x``, ``y``, ``z``, or gates:
     mappings with ``center``, a direction (``heading``, ``heading_deg``, or ``normal`` and ``crossing``) and ``width``,
@@ -401,6 +425,10 @@ def read_course(path: FileName) -> Course:
     ImportError
         If PyYAML is not there.
     """
+    if Path(path).suffix.lower() not in (".yaml", ".yml"):
+        held = read_held(path)
+        stops = (Stop(point, hold=float(hold)) for point, hold in zip(held.points, held.holds, strict=True))
+        return Course(tuple(stops), name=Path(path).stem)
     content = load_yaml(path)
     content = content if isinstance(content, dict) else {"waypoints": content}
     content = translated(f"{path}", content) or content

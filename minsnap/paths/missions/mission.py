@@ -235,11 +235,11 @@ def _planned(course: Course, planning: dict[str, Any]) -> Mission:
     if course.takeoff is not False:
         first = flown[0].curve
         ground = _ground(first, 0.0, course.takeoff)
-        flown = [_vertical("take-off", ground, first(0.0), course, AROUND.climb), *flown]
+        flown = [_vertical("take-off", ground, first(0.0), course, course.takeoff_speed or AROUND.climb), *flown]
     if course.land is not False:
         last = flown[-1].curve
         ground, end = _ground(last, last.duration, course.land), last(last.duration)
-        flown.append(_vertical("landing", end, ground, course, AROUND.landing))
+        flown.append(_vertical("landing", end, ground, course, course.land_speed or AROUND.landing))
     flown, curve = _within_limits(course, flown, _headed(course, flown))
     walls = _corridor(curve, flown)
     _look_at(curve, walls, planning.get("continuity"), len(flown) > 1)

@@ -79,3 +79,26 @@ def test_what_is_malformed_is_one_sentence(tmp_path, text, said):
 def test_such_a_course_is_flown(read):
     mission = minsnap.plan_mission(read(RPG).changed(limits=minsnap.Limits(speed=5, acceleration=8, jerk=60)))
     assert minsnap.certify(mission.trajectory, limits=mission.limits).ok
+
+
+def test_a_table_with_holds_is_a_course(tmp_path):
+    (tmp_path / "held.csv").write_text("x,y,z,hold\n0,0,1,\n4,0,1,2.5\n4,3,1,0\n")
+    course = minsnap.read_course(tmp_path / "held.csv")
+    assert [stop.hold for stop in course.stops] == [0.0, 2.5, 0.0]
+    with pytest.raises(FileError, match="has a column hold: it is a course"):
+        minsnap.read_waypoints(tmp_path / "held.csv")
+    mission = minsnap.plan_mission(course)
+    assert [part.name for part in mission.parts] == ["course", "hold", "course"]
+    (tmp_path / "both.csv").write_text("x,y,hold,yaw\n0,0,,1\n4,0,2,1\n")
+    with pytest.raises(FileError, match="has a column yaw beside hold"):
+        minsnap.read_course(tmp_path / "both.csv")
+
+
+def test_take_off_and_landing_have_speeds_of_their_own():
+    stops = (minsnap.Stop((0, 0, 12)), minsnap.Stop((9, 0, 12)))
+    slow = minsnap.plan_mission(minsnap.Course(stops, takeoff=True, land=True))
+    quick = minsnap.plan_mission(minsnap.Course(stops, takeoff=True, land=True, takeoff_speed=2.5, land_speed=2.0))
+    lengths = [[part.duration for part in mission.parts] for mission in (slow, quick)]
+    assert lengths[1][0] < 0.6 * lengths[0][0] and lengths[1][2] < 0.4 * lengths[0][2]
+    with pytest.raises(minsnap.errors.WaypointError, match="and land is not planned: give both"):
+        minsnap.Course(stops, land_speed=1.0)
