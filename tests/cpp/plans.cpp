@@ -62,12 +62,17 @@ std::map<std::string, minsnap::Problem> problems() {
 
     problem = rectangle(), problem.closed = true, problem.durations = {4, 2, 4, 2};
     all.emplace("lap", problem);
+    problem.durations.clear(), problem.total_time = 12.0, problem.widths = {0.5, 0.5, 0.5, 0.5};
+    all.emplace("lap in a tube, total", problem);
 
     problem = rectangle(), problem.degree = 9, problem.durations = {4, 2, 4, 2}, problem.widths = {0.5, 0.5, 0.5, 0.5};
     all.emplace("degree 9", problem);
 
     problem = line(), problem.durations = {2, 2}, problem.start = {1, 0, 0, 0, 0.5, 0, 0, 0, 0};
     all.emplace("moving start", problem);
+    problem.durations.clear(), problem.total_time = 4.0, problem.radii = {0, 0.3, 0};
+    all.emplace("moving start, total and a ball", problem);
+    problem.durations = {2, 2}, problem.total_time = 0.0, problem.radii.clear();
     problem.widths = {0.6, 0.6};
     all.emplace("moving start in a tube", problem);
 

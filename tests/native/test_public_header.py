@@ -38,8 +38,13 @@ PLANS = {
     "total": (RECTANGLE, {"total_time": 12.0}),
     "total in a tube": (RECTANGLE, {"total_time": 12.0, "corridor": 0.3}),
     "lap": (RECTANGLE, {"durations": [4, 2, 4, 2], "closed": True}),
+    "lap in a tube, total": (RECTANGLE, {"total_time": 12.0, "corridor": 0.5, "closed": True}),
     "degree 9": (RECTANGLE, {"durations": [4, 2, 4, 2], "corridor": 0.5, "degree": 9}),
     "moving start": (LINE, {"durations": [2, 2], "start": START}),
+    "moving start, total and a ball": (
+        LINE,
+        {"total_time": 4.0, "start": START, "waypoint_tolerance": minsnap.Ball(0.3)},
+    ),
     "moving start in a tube": (LINE, {"durations": [2, 2], "start": START, "corridor": 0.6}),
     "boxes": (LINE, {"durations": [2, 2], "corridor": BOXES}),
     "boxes and a ball": (LINE, {"durations": [2, 2], "corridor": BOXES, "waypoint_tolerance": minsnap.Ball(0.4)}),

@@ -71,7 +71,7 @@ typedef struct minsnap_problem {
     int64_t dim;       /* coordinates: 1, 2 or 3 */
     int64_t waypoints; /* at least 2 */
     int64_t degree;    /* 3, 5, 7, 9 or 11; 7 unless given, and within limits */
-    int64_t pieces;    /* polynomials of each leg; 0 leaves it to the search within limits, and is 1 elsewhere */
+    int64_t pieces;    /* polynomials of each leg; 0 leaves it to the search within limits, and is 1 elsewhere; without walls and limits it is always 1 */
     int64_t closed;    /* 1 for a lap, whose last waypoint is the first, and whose state there is chosen; else 0 */
     const double *points;    /* (waypoints, dim) [m] */
     const double *durations; /* (waypoints - 1,) [s], or null */

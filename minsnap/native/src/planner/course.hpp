@@ -56,6 +56,14 @@ public:
 
     bool ball(std::int64_t waypoint) const { return radii != nullptr && radii[waypoint] > 0.0; }
     bool balls() const { return region.count() > 0; }
+
+    // Work that the problem is worth, in milliseconds of a processor, about.
+    double worth() const {
+        const double size = double(pieces > 1 ? pieces : 1) * double(legs),
+                     more = std::fmax(1.0, std::fmax(double(legs) / 5.0, size / 30.0));
+        return 2000.0 * more * more;
+    }
+
     const double *point(std::int64_t waypoint) const { return points.data() + waypoint * dim; }
     const double *state(std::int64_t waypoint) const { return pinned.data() + waypoint * half * dim; }
 

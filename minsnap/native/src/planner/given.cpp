@@ -19,7 +19,8 @@ std::int32_t minsnap_best_tube_split(const double *points, const double *first, 
 namespace minsnap {
 namespace {
 
-constexpr std::int64_t evaluations = 2000;               // of a split, after which it is given up
+constexpr double solve_work = 360.0;        // of a solve that does all that one is worth, in milliseconds of a processor, about
+constexpr std::int64_t evaluations = 2000;  // of a split, after which it is given up
 constexpr double whole_effort = 2.0, try_effort = 0.25;  // of what a problem of its size is worth
 
 }  // namespace
@@ -190,7 +191,7 @@ Status GivenTimes::split(CurveMemory &curve) {
     record.legs = legs, record.per_leg = 1, record.capacity = evaluations, record.seconds = record.effort = infinite;
     record.durations = best_.data(), record.history = history_.data();
     bool free = false;
-    if (legs > 1 && !course_.balls()) {
+    if (legs > 1) {
         const ChainRecord whole = chain(first_.data());
         free = minsnap_best_split(&whole, &record) == 0;
         if (!free && !constrained) std::copy(first_.data(), first_.data() + legs, best_.data());
@@ -204,7 +205,7 @@ bool GivenTimes::split_inside(bool free, SplitRecord &record) {
     const std::int64_t legs = course_.legs, per_leg = std::max<std::int64_t>(course_.pieces, 1);
     Buffer<double> start, pieces;
     if (!start.allocate(std::size_t(legs)) || !pieces.allocate(std::size_t(legs * per_leg))) return false;
-    record.per_leg = per_leg;
+    record.per_leg = per_leg, record.effort = infinite;
     for (int from = free ? 0 : 1; from < 2; ++from) {
         const double *const first = from == 0 ? best_.data() : first_.data();
         std::copy(first, first + legs, start.data());
@@ -213,9 +214,9 @@ bool GivenTimes::split_inside(bool free, SplitRecord &record) {
             status = Status(minsnap_best_tube_split(course_.points.data(), start.data(), course_.widths, course_.dim, course_.half, 0,
                                                     allowed_gap, &record));
         if (status != Status::done) {
-            for (std::int64_t i = 0; i < legs * per_leg; ++i) pieces[std::size_t(i)] = start[std::size_t(i / per_leg)] / double(per_leg);
+            for (std::int64_t i = 0; i < legs * per_leg; ++i) pieces[std::size_t(i)] = first_[std::size_t(i / per_leg)] / double(per_leg);
             if (!make_question(pieces.data(), per_leg)) return false;
-            question_.durations = start.data(), question_.effort = 1.0;
+            question_.durations = start.data(), question_.effort = 1.0, record.effort = 0.5 * course_.worth() / solve_work;
             status = Status(minsnap_best_corridor_split(&question_, &record));
         }
         if (status == Status::done) return true;

@@ -39,13 +39,13 @@ struct PlanSettings {
     static constexpr double not_longer = 1e-3;    // share by which a certified curve may be slower than that of its search
     static constexpr double seen = 0.05;          // excess beyond which a search has not seen a limit
     static constexpr double enough = 2.0;         // by how many excesses limits are tightened
-    static constexpr double row_work = 6e-5, block_work = 5e-6, question_work = 2000.0;  // milliseconds of a processor, about
-    static constexpr double vanishing = 1e-6;  // share of the longest total below which nothing limits the time
-    static constexpr double idle = 0.8;        // factor on time below which nothing limits it
-    static constexpr double on_limit = 0.999;  // use of a state that leaves no room
-    static constexpr double briefest = 0.15;   // time that stopping takes at least [s]
-    static constexpr double kept = 1e-9;       // how far above 1 a use may be
-    static constexpr double met = 2e-7;        // how near to 1 a use is brought
+    static constexpr double row_work = 6e-5, block_work = 5e-6;  // milliseconds of a processor, about
+    static constexpr double vanishing = 1e-6;                    // share of the longest total below which nothing limits the time
+    static constexpr double idle = 0.8;                          // factor on time below which nothing limits it
+    static constexpr double on_limit = 0.999;                    // use of a state that leaves no room
+    static constexpr double briefest = 0.15;                     // time that stopping takes at least [s]
+    static constexpr double kept = 1e-9;                         // how far above 1 a use may be
+    static constexpr double met = 2e-7;                          // how near to 1 a use is brought
     static constexpr int secants = 6, halvings = 60, doublings = 60;
     static constexpr double secant_step = 0.05, first_step = 0.02;
     static constexpr double grain = 0x1p32;  // factors on time are rounded up to its fractions
@@ -357,7 +357,6 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
         rotors[35] = P::aside;
         momentary[limits++] = {std::int64_t(LimitKind::yawed_rotors), rotors};
     }
-    const double size = double(std::max<std::int64_t>(1, course_.pieces) * legs) / 30.0, more = std::max({1.0, double(legs) / 5.0, size});
     answer_ = {};
     answer_.work = work_, answer_.longest = longest_, answer_.totals = totals_.data(), answer_.durations = curve.durations.data();
     answer_.points = curve.points.data(), answer_.knots = knots_.data();
@@ -375,7 +374,7 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     const double block = double(course_.half - 1) * course_.dim;
     asked.row_work = course_.bounds.vehicle != nullptr ? P::rotor_work : P::row_work,
     asked.iteration_work = P::block_work * double(legs * pieces) * block * block * block;
-    asked.worth = 0.5 * P::question_work * more * more, asked.vanishing = P::vanishing, asked.room = P::room_for_totals;
+    asked.worth = 0.5 * course_.worth(), asked.vanishing = P::vanishing, asked.room = P::room_for_totals;
     asked.live = end_.timed(), asked.poll = poll, asked.context = &told;
     const Status status = Status(minsnap_shortest_time(&asked, &answer_));
     work_ = answer_.work, longest_ = answer_.longest, stopped_ = status == Status::spent, kept_ = status != Status::no_progress;
