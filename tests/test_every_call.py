@@ -308,6 +308,8 @@ OBJECTS = [
     GATE,
     HalfSpaces((1, 0, 0), 3.5),
     Room((-1, -1, -1), (5, 5, 5)),
+    minsnap.Moving([(0, 1, 1), (2, 3, 1)], 0.5),
+    minsnap.Prism([(0, 0), (1, 0), (0, 1)], inclusion=True),
     LookAt((9, 9, 9)),
     minsnap.vehicle.Quadrotor.dji_f330(),
 ]

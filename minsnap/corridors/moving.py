@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, ReadOnly, numbers, set_fields
-from minsnap.basics.checks import check_array, check_distance
+from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, ReadOnly, bounded, numbers, set_fields
+from minsnap.basics.checks import check_array, check_distance, check_number
 from minsnap.basics.messages import shown
-from minsnap.errors import CorridorError
+from minsnap.corridors.prism import check_places
+from minsnap.errors import CorridorError, InputError
 from minsnap.native import proved_extrema as native
 from minsnap.polynomials import rationals
 from minsnap.polynomials.bernstein import basis, multiply, squared_norm
@@ -27,6 +28,9 @@ from minsnap.trajectory.trajectory import Trajectory
 
 LOOKED = 64
 """Instants of an interval at which a distance is looked at before its least value is found."""
+
+LATEST = 1e12
+"""Seconds by which a clock begins later, or earlier, at most."""
 
 FIRST_GAP, WIDER = 1e-9, 10.0
 """How far a proved margin is below the one found at first [m], and by which factor further where it is not proved."""
@@ -79,8 +83,8 @@ class Moving(ReadOnly):
 
     def wider(self, distance: float) -> Moving:
         """Return the same obstacle with a radius that is larger by a distance [m]."""
-        wider = object.__new__(Moving)
-        set_fields(wider, motion=self.motion, radius=self.radius + distance, growth=self.growth, begin=self.begin)
+        wider, radius = object.__new__(Moving), self.radius + check_distance("the distance", distance, CorridorError)
+        set_fields(wider, motion=self.motion, radius=radius, growth=self.growth, begin=self.begin)
         return wider
 
     @property
@@ -95,23 +99,25 @@ class Moving(ReadOnly):
 
     def center(self, t: ArrayLike) -> FloatArray:
         """Return where its center is at instants (...), shape (..., dim) [m]."""
-        instants = np.clip(np.asarray(t, dtype=np.float64) - self.begin, 0.0, self.motion.duration)
-        return self.motion(instants)
+        return self.motion(np.clip(_instants(t) - self.begin, 0.0, self.motion.duration))
 
     def radius_at(self, t: ArrayLike) -> FloatArray:
         """Return its radius at instants (...) [m]: it grows from the beginning of the path on."""
-        return np.asarray(self.radius + self.growth * np.maximum(np.asarray(t, dtype=np.float64) - self.begin, 0.0))
+        return np.asarray(self.radius + self.growth * np.maximum(_instants(t) - self.begin, 0.0))
 
     def after(self, seconds: float) -> Moving:
         """Return the same obstacle on a clock that begins later."""
         later = object.__new__(Moving)
-        begin = self.begin - float(seconds)
+        begin = self.begin - check_number(
+            "the seconds after which a clock begins", seconds, -LATEST, LATEST, "give them"
+        )
         set_fields(later, motion=self.motion, radius=self.radius, growth=self.growth, begin=begin)
         return later
 
-    def clearances(self, points: FloatArray, t: ArrayLike) -> FloatArray:
+    def clearances(self, points: ArrayLike, t: ArrayLike) -> FloatArray:
         """Return how far points (..., 2 or 3) are from it at instants (...), negative inside [m]."""
-        apart = _shared(points, self.dim) - _shared(self.center(t), points.shape[-1])
+        places = check_places(points)
+        apart = _shared(places, self.dim) - _shared(self.center(t), places.shape[-1])
         return np.asarray(np.linalg.norm(apart, axis=-1) - self.radius_at(t))
 
     def rows(self) -> list[list[float]] | None:
@@ -122,6 +128,14 @@ class Moving(ReadOnly):
         table = np.column_stack((self.begin + self.motion.breaks, ends))
         still = len(table) == 2 and (ends[0] == ends[1]).all()
         return [[float(value) for value in row] for row in (table[:1] if still else table)]
+
+
+def _instants(t: ArrayLike) -> FloatArray:
+    """Return instants as an array of finite numbers [s], or raise InputError."""
+    instants = numbers(t)
+    if instants is None or not bounded(instants).all():
+        raise InputError(f"the instants are {shown(t)}: give finite numbers [s]")
+    return instants
 
 
 def _motion(path: Any) -> tuple[Trajectory, float]:

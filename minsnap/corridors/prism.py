@@ -15,8 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly, numbers, set_fields
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.cached import cached_property
+from minsnap.basics.checks import check_array, check_positive
 from minsnap.basics.messages import shown
 from minsnap.errors import CorridorError
 from minsnap.polynomials import rationals
@@ -96,9 +97,10 @@ class Prism(ReadOnly):
     ) -> Prism:
         """Return a prism over a polygon of 90 corners: within a circle to keep inside of, else around it."""
         angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
-        far = float(radius) / (1.0 if inclusion else np.cos(np.pi / SIDES))
-        around = np.stack((np.cos(angle), np.sin(angle)), axis=1)
-        return cls(np.asarray(center, dtype=np.float64) + far * around, low, high, inclusion=inclusion)
+        middle = check_array("the center of a circle", center, ((2,),), "x and y [m]", CorridorError)
+        far = check_positive("the radius of a circle", radius, "m", CorridorError)
+        around = np.stack((np.cos(angle), np.sin(angle)), axis=1) / (1.0 if inclusion else np.cos(np.pi / SIDES))
+        return cls(middle + far * around, low, high, inclusion=inclusion)
 
     @cached_property
     def parts(self) -> tuple[ConvexPart, ...]:
@@ -109,20 +111,30 @@ class Prism(ReadOnly):
             return (*walls, *below, *[_half_space(1.0, self.high)] * (not isinf(self.high)))
         return tuple(_part(self.polygon[list(corners)], self.low, self.high) for corners in convex_parts(self.polygon))
 
-    def contains(self, points: FloatArray) -> BoolArray:
+    def contains(self, points: ArrayLike) -> BoolArray:
         """Return which points (..., 2 or 3) are over the polygon and between the ends."""
+        points = check_places(points)
         inside = _inside(self.polygon, points[..., :2])
         if points.shape[-1] > 2:
             inside &= (points[..., 2] >= self.low) & (points[..., 2] <= self.high)
         return inside
 
-    def clearances(self, points: FloatArray) -> FloatArray:
+    def clearances(self, points: ArrayLike) -> FloatArray:
         """Return how far points (..., 2 or 3) are outside, or of a fence inside; negative on the other side [m]."""
+        points = check_places(points)
         parts = [part for part in self.parts if part.upright or points.shape[-1] == 3]
         away = np.min([part.distances(points) for part in parts], axis=0)
         if not self.inclusion:
             return np.asarray(away)
         return np.asarray(np.where(self.contains(points), np.abs(away), -_beyond(self, points)))
+
+
+def check_places(points: ArrayLike) -> FloatArray:
+    """Return points as an array (..., 2 or 3) of finite numbers [m], or raise CorridorError."""
+    places = numbers(points)
+    if places is None or not places.ndim or places.shape[-1] not in (2, 3) or not bounded(places).all():
+        raise CorridorError(f"the points are {shown(points)}: give rows of two or three finite numbers [m]")
+    return places
 
 
 class ConvexPart(NamedTuple):
