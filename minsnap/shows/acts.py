@@ -93,6 +93,8 @@ class Show:
         Where on the earth it is flown.
     fence : Fence or None
         Walls that all stay inside of, by their margins.
+    return_home : bool
+        Whether all fly home before they land; else they land below the last act, at the height of the lowest home.
     """
 
     home: FloatArray
@@ -111,6 +113,7 @@ class Show:
     environment: str = "outdoor"
     origin: ShowOrigin | None = None
     fence: Fence | None = None
+    return_home: bool = True
 
     @property
     def flown_limits(self) -> Limits:

@@ -175,7 +175,8 @@ def plan_returns(
         Is told each second, and how many there are.
     """
     homes = np.stack([curve(0.0) for curve in fleet])
-    search = _ReturnSearch(homes, separation, limits, height)
+    ends = np.stack([curve(curve.duration) for curve in fleet])
+    search = _ReturnSearch(homes, ends, separation, limits, height)
     plans, unproved, last = [], [], ceil(fleet.duration)
     instants = np.minimum(np.arange(last + 1), fleet.duration)
     states = np.stack([fleet(instants, order) for order in range(4)], axis=2)  # (vehicles, seconds, 4, 3)
@@ -193,8 +194,11 @@ def plan_returns(
 class _ReturnSearch:
     """What is the same for all seconds."""
 
-    def __init__(self, homes: FloatArray, separation: Separation, limits: Limits, height: float) -> None:
+    def __init__(
+        self, homes: FloatArray, ends: FloatArray, separation: Separation, limits: Limits, height: float
+    ) -> None:
         table = table_of(limits)
+        self._ends = ends
         self._homes, self._separation, self._height, self._table = homes, separation, height, table
         hardest = float(table[1].min())
         self.acceleration = floor(1e3 * min(hardest if hardest < inf else ORDINARY["acceleration"], CEILING)) / 1e3
@@ -209,7 +213,11 @@ class _ReturnSearch:
         beside = np.linalg.norm(starts[:, None, :2] - self._homes[None, :, :2], axis=2)
         nearest = beside.argmin(axis=1)
         if beside.min(axis=1).max() <= RETURNS.column and len(set(nearest.tolist())) == count:
-            return self._landing(second, starts, nearest)
+            return self._landing(second, starts)
+        if np.linalg.norm((starts - self._ends)[:, :2], axis=1).max() <= RETURNS.column:
+            landing = self._landing(second, starts)
+            if landing.distance >= 2.0 * float(self._radii.max()) * (1.0 - EXACT):
+                return landing
         level = min(float(self._homes[:, 2].max()) + self._height, float(starts[:, 2].min()))
         tops = np.column_stack((self._homes[:, :2], np.full(count, level))).round(3)
         order = np.asarray(assign(self._separation.flat(starts), self._separation.flat(tops)))
@@ -248,8 +256,8 @@ class _ReturnSearch:
             distance, pair = float(pairs.least[which]), (int(pairs.pairs[which, 0]), int(pairs.pairs[which, 1]))
         return ReturnPlan(second, starts, order, goals, waits.astype(np.int64), lasts, distance, pair)
 
-    def _landing(self, second: int, starts: FloatArray, order: IntArray) -> ReturnPlan:
-        """Return the plan of vehicles that are above homes: straight down, apart as these are."""
+    def _landing(self, second: int, starts: FloatArray) -> ReturnPlan:
+        """Return the plan of vehicles that are above where they land: straight down, apart as seen from above."""
         flat = np.linalg.norm(starts[:, None, :2] - starts[None, :, :2], axis=2)
         np.fill_diagonal(flat, inf)
         pair, distance = None, float(flat.min()) if len(flat) > 1 else inf

@@ -139,9 +139,12 @@ def fly(
             curves = _beside(moved(move, course.now[order >= 0], limits), order, course.now)
             course.add(f"{act.name} moves", _checked(curves, show, act.name), "move")
     course.refuse_long(())
-    order = _return(show, course.now)
-    course.fly("return", show.above[order])
-    course.fly("landing", show.home[order], show.descent_speed)
+    below = np.column_stack((course.now[:, :2], np.full(len(show.home), show.home[:, 2].min())))
+    if show.return_home:
+        order = _return(show, course.now)
+        course.fly("return", show.above[order])
+        below = show.home[order]
+    course.fly("landing", below, show.descent_speed)
     curves, stages = course.timeline()
     at = [(order, stages[number]) for order, number in shown]
     lights = [_lights(show, at, stages[-1].end, vehicle) for vehicle in range(len(show.home))]

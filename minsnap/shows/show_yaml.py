@@ -136,6 +136,7 @@ SHOW = mapping(
         "take_off": Key(either(NUMBER, TAKE_OFF), "height of the straight climb [m], or how they take off"),
         "layers": Key(WHOLE, "in how many heights the climb ends, from 1 to 100"),
         "land": Key(either(word("own", "any"), LAND), "each at its own home, or at any, or how they land"),
+        "return_home": Key(FLAG, "all fly home before they land, else below the last act; true unless given"),
         "acts": Key(several(ACT, "a list of acts", 1), needed=True),
         "seed": Key(WHOLE),
     },
@@ -184,7 +185,7 @@ def read_show(path: FileName) -> Show:
             descent_speed=down.get("speed"),
             origin=origin,
             fence=_fence(content.get("fence"), place, origin),
-            **_named(content, "environment", "seed", "layers"),
+            **_named(content, "environment", "seed", "layers", "return_home"),
             **_named({"take_off": up.get("height"), "land": down.get("place")}, "take_off", "land"),
         )
 

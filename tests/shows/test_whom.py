@@ -10,6 +10,7 @@ from minsnap.shows.acts import Act, Show
 from minsnap.shows.fleet_files import read_fleet
 from minsnap.shows.formations import circle, grid
 from minsnap.shows.moves import Move
+from minsnap.shows.returns import plan_returns
 from minsnap.shows.show import fly
 from minsnap.shows.show_yaml import read_show
 
@@ -76,12 +77,27 @@ def test_acts_of_fewer_that_cannot_be_are_refused(acts, how, sentence):
         fly(show_of(*acts, **how))
 
 
+def test_shows_may_land_below_their_last_act():
+    ring = circle(8, 5.0, 9.0)
+    flown = fly(show_of(Act("ring", ring, 1.0), return_home=False))
+    assert [stage.name for stage in flown.stages] == ["take-off", "ring", "landing"]
+    ends = flown.fleet(flown.fleet.duration)
+    assert sorted(map(tuple, ends.round(6))) == sorted(map(tuple, (ring * (1, 1, 0)).round(6)))
+    assert minsnap.certify_fleet(flown.fleet, APART, LIMITS).ok
+    returns = plan_returns(flown.fleet, APART, LIMITS, 3.0)
+    landing = [plan for plan in returns.plans if plan.second > flown.stages[-1].start]
+    assert landing and all(plan.homes is None for plan in landing), "nobody flies along the ground"
+    with pytest.raises(FleetError, match="the flight to landing: .*goals"):
+        fly(show_of(Act("wheel", circle(8, 5.0, 9.0, upright=True), 1.0), return_home=False))
+
+
 TEXT = """
 vehicles: 6
 separation: 1
 limits: {speed: 3, acceleration: 2}
 home: {grid: {spacing: 2}}
 take_off: 3
+return_home: true
 acts:
   - {name: one, formation: {circle: {radius: 4, height: 7}}, colour: orange}
   - name: two
