@@ -113,6 +113,7 @@ def plan(
         if from_frame not in (None, "enu"):
             raise InputError(f"{file} is flown as a course, which is in ENU: leave out --from-frame {from_frame}")
         ground.refuse(file, "flown as a course")
+        known |= _without_speeds(file, place, known)
         fly_course(course, planning, destination, **known)
         return
     read, chosen = _in_frame(read_request(file, place), file, from_frame), _chosen(planning)
@@ -164,6 +165,17 @@ def _of_mission(file: Path, origin: options.Triple | None) -> dict[str, Any]:
         return {} if origin is None else {"origin": origin}
     mission = read_mission(file, origin)
     return {"origin": tuple(mission.home.tolist()), "note": mission.left_out}
+
+
+def _without_speeds(file: Path, origin: options.Triple | None, known: dict[str, Any]) -> dict[str, Any]:
+    """Return the note on a mission, with one on the speeds of its legs, which no course has."""
+    from minsnap.files.geodetic_missions import is_mission, read_mission
+
+    if not is_mission(file) or read_mission(file, origin).speeds is None:
+        return {}
+    return {
+        "note": "; ".join(filter(None, (known.get("note"), "a course has one speed: those of the legs are left out")))
+    }
 
 
 def _course(

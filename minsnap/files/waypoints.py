@@ -16,6 +16,7 @@ from minsnap.basics.storage.text import FileName, beginning, load_yaml
 from minsnap.corridors.given_waypoints import Waypoints
 from minsnap.errors import FileError
 from minsnap.files.geodetic_missions import is_mission, read_mission
+from minsnap.limits.ordinary import ORDINARY
 
 COLUMNS = ("x", "y", "z", "yaw", "duration", "speed")
 """Columns of a waypoint file; the first two must be there."""
@@ -73,7 +74,10 @@ def read_waypoints(path: FileName, origin: Sequence[float] | None = None) -> Way
         metres.
     """
     if is_mission(path):
-        return Waypoints(read_mission(path, origin).points)
+        mission = read_mission(path, origin)
+        asked = mission.speeds
+        speeds = None if asked is None else np.where(np.isnan(asked), ORDINARY["speed"], asked)
+        return Waypoints(mission.points, speeds=speeds)
     if origin is not None:
         raise FileError(f"{path} has no latitudes and longitudes: leave the origin out")
     if Path(path).suffix.lower() in (".yaml", ".yml"):

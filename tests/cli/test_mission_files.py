@@ -53,3 +53,29 @@ def test_what_is_wrong_is_one_sentence_and_nothing_is_written(call, tmp_path, wo
     done = call(*words)
     assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1, done.stderr
     assert not list(tmp_path.glob("m.*"))
+
+
+SPEEDS = """QGC WPL 110
+0 1 0 16 0 0 0 0 47.3977 8.5456 488 1
+1 0 3 22 0 0 0 0 47.3977 8.5456 10 1
+2 0 3 16 0 0 0 0 47.3979 8.5456 10 1
+3 0 3 178 1 1.5 -1 0 0 0 0 1
+4 0 3 16 0 0 0 0 47.3981 8.5456 10 1
+5 0 3 178 1 5 -1 0 0 0 0 1
+6 0 3 16 0 0 0 0 47.3981 8.5461 10 1
+"""
+
+
+def test_changes_of_speed_bound_their_legs(call, tmp_path):
+    (tmp_path / "m.waypoints").write_text(SPEEDS)
+    assert minsnap.read_waypoints(tmp_path / "m.waypoints").speeds == pytest.approx([3.0, 1.5, 5.0])
+    done = call("plan", "m.waypoints", "-o", "a.json")
+    assert done.returncode == 0, done.stderr
+    path = minsnap.files.convert.read_any(tmp_path / "a.json")
+    ends = path.leg_breaks
+    greatest = [
+        np.linalg.norm(path(np.linspace(*pair, 201), 1), axis=1).max() for pair in zip(ends[:-1], ends[1:], strict=True)
+    ]
+    assert (np.array(greatest) <= np.array([3.0, 1.5, 5.0]) + 1e-6).all() and greatest[2] > 3.0
+    course = call("plan", "m.waypoints", "--land")
+    assert "a course has one speed: those of the legs are left out" in course.stdout
