@@ -70,11 +70,11 @@ from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.native.library import NativeCoreError, core, describe
 from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion, Watch, search_shortest
-from minsnap.optimisation.native_solve import in_pieces
 from minsnap.optimisation.optimum import NO_KNOTS, InfeasibleRowsError, Optimum
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
+from minsnap.polynomials.bernstein import from_whole, parted
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.instants import LONGEST_PIECE
 from minsnap.trajectory.report import Utilisation
@@ -579,7 +579,7 @@ class Strategy:
         several = self._alike(QUESTION.divisions[0]) if refine else self
         solved = several.solve(guess) or several._in_longer_durations()
         self.ended, self.quickest = several.ended, min(self.quickest, several.quickest)
-        return shorter(solved, first if refine or first is None else self._cut(first))
+        return shorter(solved, first if refine or first is None else self.cut(first))
 
     def _alike(self, pieces: int) -> Strategy:
         """Return the same search of a fixed number of pieces a leg; its steps and its end are those of this one."""
@@ -587,17 +587,16 @@ class Strategy:
         other.log, other.deadline, other.quickest = self.log, self.deadline, self.quickest
         return other
 
-    def _cut(self, first: SolvedTask) -> SolvedTask | None:
-        """Cut a plan of one piece a leg into the wanted number; more samples of it may find it barely too fast."""
-        if first.optimum.points is None:
+    def cut(self, first: SolvedTask) -> SolvedTask | None:
+        """Divide the pieces of a plan into the wanted number; more samples of it may find it barely too fast."""
+        parts, rest = divmod(self.task.legs * self.task.pieces, len(first.durations))
+        if first.optimum.points is None or rest:
             return None
-        task = self.task
-        durations = task.piece_durations(first.durations)
-        unread = np.zeros((task.legs + 1, task.half, task.dim))
-        points, _ = in_pieces(task, durations, first.units, first.optimum.points, unread)
-        cut = ShortestCurve(durations, points, first.optimum.rounds, True, True)
-        solved = solved_at(task, cut)
-        slower = (solved.slowed(factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
+        durations = np.repeat(first.durations[:, None] / parts, parts, axis=1)
+        points, unit = parted(first.optimum.points, durations)
+        points = from_whole(points.reshape(-1, *points.shape[2:]), unit)
+        divided = solved_at(self.task, ShortestCurve(durations.reshape(-1), points, first.optimum.rounds, True, True))
+        slower = (divided.slowed(factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
         return next((each for each in slower if each.inside and keeps(self.limits, each.flown)), None)
 
     def _planned(self) -> SolvedTask | None:

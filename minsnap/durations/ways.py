@@ -216,13 +216,33 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
 def shortest_of_starts(task: Task, timing: Timing, first: Trajectory | None = None) -> Timed:
     """Search from a curve, or from the usual start and, where that may end far away, from near the least time too.
 
+    Every flight of fewer pieces is one of more: those are searched too, and divided where they are shorter.
+
     Raises
     ------
     InfeasibleError, SolverError
         As ``Strategy.run`` does from the first start.
     """
-    found, run = Strategy(task, timing).run(first)
-    if first is not None or run.interrupted or not _misled(task, timing.bounds):
+    if first is not None:
+        return timed(*Strategy(task, timing).run(first))
+    found: Timed | None = None
+    refused: InfeasibleError | SolverError | None = None
+    try:
+        found = _of_starts(task, timing)
+    except (InfeasibleError, SolverError) as error:
+        refused = error
+    for pieces in _divisors(task.pieces):
+        if found is None or not found.interrupted:
+            found = _quicker(found, _divided(task, timing, pieces))
+    if found is None:
+        assert refused is not None
+        raise refused
+    return found
+
+
+def _of_starts(task: Task, timing: Timing) -> Timed:
+    found, run = Strategy(task, timing).run()
+    if run.interrupted or not _misled(task, timing.bounds):
         return timed(found, run)
     finest = replace(task, pieces=prod(QUESTION.divisions)) if timing.refine else task
     other = near_least(finest, timing.bounds)
@@ -231,6 +251,29 @@ def shortest_of_starts(task: Task, timing: Timing, first: Trajectory | None = No
             again, more = Strategy(finest, replace(timing, refine=False)).run(other)
             found, run = shorter(found, again) or found, Run((*run.steps, *more.steps), more.interrupted)
     return timed(found, run)
+
+
+def _divisors(number: int) -> list[int]:
+    """Return the divisors of a number that are most of its divisors below it: 3 and 2 of 6."""
+    own = [one for one in range(1, number) if number % one == 0]
+    return [one for one in own if not any(more > one and more % one == 0 for more in own)]
+
+
+def _divided(task: Task, timing: Timing, pieces: int) -> Timed | None:
+    """Search with fewer pieces, and divide them; None where that finds nothing, or more samples find it too fast."""
+    with suppress(InfeasibleError, SolverError, LimitError):
+        whole = shortest_of_starts(replace(task, pieces=pieces, explained=False), timing)
+        divided = Strategy(task, timing).cut(whole.solved)
+        return None if divided is None else timed(divided, Run(whole.steps, whole.interrupted))
+    return None
+
+
+def _quicker(one: Timed | None, other: Timed | None) -> Timed | None:
+    """Return the plan of the shorter flight, with the steps of both searches, and interrupted where either was."""
+    if one is None or other is None:
+        return one or other
+    quick = min(one, other, key=lambda each: each.trajectory.duration)
+    return replace(quick, steps=(*one.steps, *other.steps), interrupted=one.interrupted or other.interrupted)
 
 
 def _misled(task: Task, limits: Limits) -> bool:
