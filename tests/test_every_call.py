@@ -109,7 +109,7 @@ CALLS = {
             "limits": LIMITS,
             "tolerance": [0.1, Ball(0.1)],
         }
-        | {"limits_from": [0.5, 99.0]},
+        | {"limits_from": [0.5, 99.0], "tracking": [minsnap.Loop.px4(), "px4"], "wind": [1.0, -1.0, NAN]},
     ),
     "certify_fleet": (
         lambda **asked: minsnap.certify_fleet(**{"fleet": [CURVE, CURVE]} | asked).ok,

@@ -163,6 +163,8 @@ def test_malformed_loops_and_winds_are_refused(call):
 
 
 def test_trajectories_that_no_loop_is_computed_for_are_refused():
+    with pytest.raises(VehicleError, match="up to 3600 s"):
+        minsnap.certify(minsnap.plan(CORNERS, total_time=1e5), tracking=LOOP)
     with pytest.raises(VehicleError, match="two or three coordinates"):
         minsnap.certify(minsnap.plan([[0.0], [1.0]], total_time=2.0), tracking=LOOP)
 

@@ -15,6 +15,7 @@ from math import ceil
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.errors import VehicleError
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.loop import Loop
 from minsnap.vehicle.loop_response import (
@@ -28,6 +29,9 @@ from minsnap.vehicle.loop_response import (
 
 SETTLING = 3.0
 """How long a vehicle that ends at rest is followed after the end [s]."""
+
+LONGEST = 3600.0
+"""Longest flight that is computed [s]: some ten seconds of computing."""
 
 STILL = 1e-6
 """Speed below which a plan ends at rest [m/s]."""
@@ -142,7 +146,14 @@ def expected_flight(loop: Loop, curve: Trajectory, begin: float = 0.0, end: floa
         With two or three coordinates, the third one upwards.
     begin, end : float
         From when, and until when, at least; those of the plan and of its setpoints are within them [s].
+
+    Raises
+    ------
+    VehicleError
+        If the flight is longer than an hour.
     """
+    if curve.duration > LONGEST:
+        raise VehicleError(f"the flight lasts {curve.duration:.4g} s: loops are computed for up to {LONGEST:g} s")
     setpoints = _Setpoints(curve, loop.latency - loop.lead)
     cell, begin = loop.axes[0].cell, min(begin, loop.latency - loop.lead, 0.0)
     resting = float(np.linalg.norm(curve(curve.duration, 1))) < STILL

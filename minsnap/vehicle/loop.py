@@ -220,7 +220,16 @@ class Loop:
             Largest change of the wind from what it is at the start [m/s].
         speed : float
             Largest speed without wind [m/s].
+
+        Raises
+        ------
+        VehicleError
+            If one is no number of 0 or more.
         """
+        wind, speed = (
+            check_number(f"the {what}", value, 0.0, 1e6, "give a number of 0 or more [m/s]", VehicleError)
+            for what, value in (("wind", wind), ("speed", speed))
+        )
         unknown, ones = max(self.drag_error), (1.0, 1.0)
         shaken = {kind: (self._largest(kind, self.drag), self._largest(kind, ones)) for kind in _KINDS}
         moved, free = shaken["rate"]
@@ -278,7 +287,15 @@ class Loop:
             Instants from 0 [s].
         gust : ndarray, shape (m,)
             1 or -1, in units of the strongest change.
+
+        Raises
+        ------
+        VehicleError
+            If the time or the rate is none, or there are more than a million instants.
         """
+        seconds = check_number("the time of a gust", seconds, 1e-3, 1e5, "give seconds from 0.001 to 1e5", VehicleError)
+        most = 1e6 / seconds
+        rate = check_number("the rate", rate, 1.0, most, f"give 1 to {most:.4g} Hz for this time", VehicleError)
         count = max(2, round(seconds * rate) + 1)
         t = np.linspace(0.0, seconds, count)
         points, cell = self.responses[0].error, self.axes[0].cell
