@@ -174,7 +174,7 @@ def _with_longer(refused: InfeasibleError, task: Task, timing: Timing) -> Infeas
     attempt = partial(plans_for(bounded, task, timing, NO_RUN, exact=True), effort=effort)
     longer = least_longer(attempt, own, False, bounded.deadline)
     factor = 1.0 if longer is None else grain * ceil(room * longer.trajectory.duration / own.sum() / grain)
-    if factor > 1.0 and attempt(factor * own) is not None:
+    if factor > 1.0 and attempt(factor * own, effort=Effort.TRY) is not None:
         refused.stretch = factor
         refused.args = (f"{refused}; {factor:.4g} times as long would do in these proportions",)
     return refused

@@ -254,18 +254,6 @@ def test_thrust_keeps_a_direction_where_a_curve_falls_almost_freely():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("pieces", "continuity", "most"), [(1, 5, 11.9), (3, 4, 9.2)])
-def test_smoother_plans_take_little_longer_than_those_of_the_search(pieces, continuity, most):
-    """The next reserve of time that does gave 15.32 s, and legs divided anew 9.78 s."""
-    path = minsnap.plan(REFERENCE, limits=LIMITS, continuity=continuity, pieces=pieces)
-    check_touching(path, LIMITS, REFERENCE)
-    assert path.duration <= most
-    inner = path.breaks[1:-1]
-    jump = path(inner, continuity) - path(inner - 1e-9, continuity)
-    assert np.abs(jump).max() <= 1e-4 * np.abs(path(inner, continuity)).max()
-
-
-@pytest.mark.slow
 def test_rotors_without_spin_give_the_torque_that_unequal_inertias_ask_for():
     """Without it single rotors were 1.5 % beyond their least thrust in the end, and the curve of 6.34 s was left."""
     points = [(0, 0, 0), (0.7, -4.6, 0.7), (1.9, -5.1, 0.9), (3, -6.8, -0.6), (0.2, -4.8, -0.6)]
