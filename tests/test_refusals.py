@@ -70,11 +70,6 @@ SITES = [
         {"waypoints": POINTS, "total_time": 3.7, "limits": LIMITS},
     ),
     (
-        ("within_limits", "_stretched", UnprovedError),
-        "no plan of 30000 s within the limits was found, only one of 4",
-        {"waypoints": POINTS, "total_time": 3e4, "limits": LIMITS, "corridor": 0.05, **FAST},
-    ),
-    (
         ("within_limits", "require_limits_kept", UnprovedError),
         "the plan of least cost in 3 s does not keep body_rate: it reaches 4.3.* 5.0.* s would do",
         {"waypoints": POINTS, "durations": [1, 1, 1], "limits": Limits(body_rate=1.0)},
@@ -114,6 +109,7 @@ SITES = [
 
 
 ELSEWHERE = {
+    ("within_limits", "_stretched", UnprovedError),
     ("in_loop", "plan_in_loop", UnprovedError),  # tests/test_vehicle_tube.py
     ("passage", "_too_narrow", InfeasibleError),
     ("plan_route", "_around", UnprovedError),
