@@ -69,7 +69,10 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
         if isinstance(again, Timed):
             return looked_at(again, task, timing)
         refused = again
-        longer = in_other_times(task, timing, refused)
+        from minsnap.durations.within_limits import at_rest_everywhere
+
+        others = in_other_times(task, timing, refused), at_rest_everywhere(task, timing)
+        longer = min(filter(None, others), key=lambda one: one.trajectory.duration, default=None)
         if longer is not None:
             return looked_at(longer, task, timing)
         if isinstance(refused, SolverError) and timing.in_time(task).deadline.late:

@@ -12,7 +12,7 @@
    that is easy to turn.
 4. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
-   The shortest of 3 and 4 is taken, or rest at every waypoint where nothing else is found.
+   The shortest of 3 and 4 is taken; where nothing is found, of other times and rest at every waypoint.
 5. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
    left to it; where it is slow still, each leg may last as long as its own turn takes with that room.
 6. Else the reason why there is none.
@@ -216,8 +216,9 @@ class Strategy:
                 solved = self._with_room(solved)
         except KeyboardInterrupt:  # between two searches, each of which notes it by itself
             self._end_at_ctrl_c()
-        if self.task.still and (solved is None or (self.interrupted and solved.flown.duration > self.times.sum())):
-            solved = shorter(solved, self._resting)
+        slow = solved is None or solved.flown.duration > self.times.sum()
+        if self.task.still and slow and (self.interrupted or not self.timing.shortest):
+            solved = shorter(solved, self.resting)
         if solved is None:
             raise self.ended or self.reason()
         return solved, Run(tuple(self.log.steps), self.interrupted)
@@ -459,10 +460,10 @@ class Strategy:
 
     def _rests_sooner(self, limits: Limits, curve: Trajectory) -> bool:
         """Whether a curve still uses too much of the rotors where it flies as long as the plan with rest everywhere."""
-        if not isinstance(limits, VehicleLimits) or self._resting is None:
+        if not isinstance(limits, VehicleLimits) or self.resting is None:
             return False
         self.deadline.spend(measuring_work(limits, len(curve.durations)))
-        slower = curve.stretched(max(1.0, self._resting.flown.duration / curve.duration))
+        slower = curve.stretched(max(1.0, self.resting.flown.duration / curve.duration))
         return largest_use(limits, slower, proved=False) > 1.0 + KEPT
 
     def _touching(self, solved: SolvedTask, limits: Limits, guess: float | None = None) -> SolvedTask | None:
@@ -555,7 +556,7 @@ class Strategy:
         return solved_at(task, ShortestCurve(durations, points, 0, True, True))
 
     @cached_property
-    def _resting(self) -> SolvedTask | None:
+    def resting(self) -> SolvedTask | None:
         """The certified plan that rests at every waypoint, where a search ended before it had a better one."""
         solved = self._straight(self.times)
         if not solved.inside:

@@ -20,7 +20,7 @@ from minsnap.durations.time_scaling import flown_fastest, scaled_plan
 from minsnap.durations.time_stretch import UnlimitedError, grained, measuring_work, touching_factor
 from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
 from minsnap.durations.ways import end_on_limit, shortest_from, shortest_of_starts
-from minsnap.errors import LimitError, SolverError, UnprovedError
+from minsnap.errors import LimitError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES
@@ -66,6 +66,16 @@ def shortest_plan(task: Task, timing: Timing) -> Timed:
     if 0 in task.moving or end_on_limit(task, limits):
         return shortest_from(task, timing)
     return shortest_of_starts(task, timing)
+
+
+def at_rest_everywhere(task: Task, timing: Timing) -> Timed | None:
+    """Return the plan that rests at every waypoint, in place of a shortest one; None without one."""
+    if not (timing.shortest and task.still):
+        return None
+    with suppress(MinsnapError):
+        rest = Strategy(task, timing).resting
+        return None if rest is None else timed(rest)
+    return None
 
 
 def _searchable(task: Task, limits: Limits) -> bool:
