@@ -11,7 +11,7 @@ import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, FloatArray, set_fields
 from minsnap.basics.cached import cached_property
-from minsnap.basics.checks import check_positive, has_method, is_number
+from minsnap.basics.checks import check_number, check_positive, has_method, is_number
 from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.basics.messages import explains_names, shown
 from minsnap.basics.warn import warn_caller
@@ -29,6 +29,10 @@ if TYPE_CHECKING:
 
 STRONG = 15.0
 """Thrust-to-weight ratio above which one is taken for a mistake of units; racing vehicles reach about ten."""
+
+
+MOST_LEGS = 10_000_000
+"""Legs of a question at most."""
 
 
 @explains_names({"rates": "body_rate= or yaw_rate=", "thrust": "max_thrust=, a thrust-to-weight ratio"})
@@ -124,8 +128,9 @@ class Limits:
         Raises
         ------
         LimitError
-            If there are as many legs as do not go with the speeds.
+            If that is no number of legs, or as many as do not go with the speeds.
         """
+        check_number("the number of legs", legs, 1, MOST_LEGS, f"give 1 to {MOST_LEGS:,}", LimitError, whole=True)
         count = len(self.leg_speeds)
         if not count:
             return np.full(legs, np.inf if self.speed is None else self.speed)
