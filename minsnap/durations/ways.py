@@ -269,11 +269,11 @@ def _divided(task: Task, timing: Timing, pieces: int) -> Timed | None:
 
 
 def _quicker(one: Timed | None, other: Timed | None) -> Timed | None:
-    """Return the plan of the shorter flight, with the steps of both searches, and interrupted where either was."""
+    """Return the plan of the shorter flight with the steps of both, its own last; interrupted where either was."""
     if one is None or other is None:
         return one or other
-    quick = min(one, other, key=lambda each: each.trajectory.duration)
-    return replace(quick, steps=(*one.steps, *other.steps), interrupted=one.interrupted or other.interrupted)
+    quick, slow = sorted((one, other), key=lambda each: each.trajectory.duration)
+    return replace(quick, steps=(*slow.steps, *quick.steps), interrupted=one.interrupted or other.interrupted)
 
 
 def _misled(task: Task, limits: Limits) -> bool:

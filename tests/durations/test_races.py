@@ -165,7 +165,7 @@ def test_what_cannot_be_kept_at_any_speed_is_named():
         minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (0.0, 2.9, 0.0)}, corridor=0.05)
     assert refused.value.leg == 0
     with pytest.raises(SolverError, match="acceleration reaches"):
-        box = Boxes([(-1, -1, -1)], [(0.6, 1, 1)])
+        box = Boxes([(-1, -1, -1)], [(0.65, 1, 1)])
         minsnap.plan([(0, 0, 0), (0.5, 0, 0)], limits=LIMITS, corridor=box, start={"velocity": (2.9, 0, 0)})
     with pytest.raises(LimitError, match="nothing limits the time: the path keeps the limit on climb speed"):
         minsnap.plan(REFERENCE, limits=Limits(climb_speed=1.0))

@@ -20,7 +20,7 @@ REQUESTS = [
     PlanRequest(POINTS, durations=(4.1, 3.0), yaw=(0.0, 0.1, 0.2), corridor=(0.3, 0.1)),
     PlanRequest(POINTS, total_time=7.3, yaw="velocity", room=((-9.0, -9.0, 0.0), (9.0, 9.0, 3.0)), degree=9),
     PlanRequest(POINTS, limits=(("speed", 3.0), ("tilt", 0.5)), rotors=0.2, vehicle="crazyflie", pieces="auto"),
-    PlanRequest(POINTS, total_time=8.0, boxes=BOXES, yaw=0.25, continuity=4, pieces=2, frame="ned"),
+    PlanRequest(POINTS, total_time=8.0, boxes=BOXES, yaw=0.25, degree=9, continuity=4, pieces=2, frame="ned"),
     PlanRequest((*POINTS, POINTS[0]), total_time=9.0, closed=True),
     PlanRequest(POINTS, limits=(("speed", 8.0),)),
     PlanRequest(POINTS, limits=(("speed", 8.0), ("acceleration", 20.0))),
@@ -95,7 +95,7 @@ def test_what_is_malformed_is_refused(tmp_path, line, said):
 def test_arguments_give_the_plan_that_python_gives():
     found = minsnap.plan(**REQUESTS[4].arguments())
     boxes = minsnap.Boxes([box[0] for box in BOXES], [box[1] for box in BOXES])
-    how = {"continuity": 4, "pieces": 2, "yaw": 0.25}
+    how = {"degree": 9, "continuity": 4, "pieces": 2, "yaw": 0.25}
     same = minsnap.plan(POINTS, total_time=8.0, corridor=boxes, **how)
     assert (found.control_points == same.control_points).all()
     walls = replace(REQUESTS[4], room=((-9.0, -9.0, 0.0), (9.0, 9.0, 3.0))).walls
