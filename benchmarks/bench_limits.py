@@ -61,7 +61,7 @@ def problem(seed: int) -> tuple[str, dict]:
         asked["pieces"] = 2
     if "yaw_rate" in names:
         asked["yaw"] = draw.uniform(-3.0, 3.0, legs + 1) if draw.random() < 0.7 else "velocity"
-    way = str(draw.choice(list(WAYS), p=[0.65, 0.1, 0.1, 0.15]))
+    way = str(draw.choice(list(WAYS), p=[0.75, 0.1, 0.15]))
     return way, asked | WAYS[way]
 
 

@@ -220,7 +220,8 @@ class Strategy:
         if self.task.still and slow and (self.interrupted or not self.timing.shortest):
             solved = shorter(solved, self.resting)
         if solved is None:
-            raise self.ended or self.reason()
+            spent = self.ended is not None and self.deadline.spent and not self.deadline.late
+            raise self.reason() if spent or self.ended is None else self.ended
         return solved, Run(tuple(self.log.steps), self.interrupted)
 
     def solve(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from minsnap.basics.arrays import GRAVITY, FloatArray, set_fields
+from minsnap.basics.arrays import GRAVITY, FloatArray, numbers, set_fields
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_number, check_positive, has_method, is_number
 from minsnap.basics.limit_kinds import KIND, KINDS, Kind
@@ -111,8 +111,9 @@ class Limits:
     def _take_speeds(self) -> None:
         """Keep a speed of each leg, which may be given as the speed, and scale those that were known to another one."""
         speeds, known = self.leg_speeds, self.speed
-        if known is not None and np.ndim(known) == 1 and not isinstance(known, (str, bytes)):
-            speeds = tuple(np.asarray(known).tolist())
+        listed = None if known is None or is_number(known) or isinstance(known, (str, bytes)) else numbers(known)
+        if listed is not None and listed.ndim == 1:
+            speeds = tuple(listed.tolist())
             if not speeds:
                 raise LimitError("the speed is an empty sequence: give one speed, or one of each leg")
             for speed in speeds:

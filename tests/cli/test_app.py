@@ -47,7 +47,7 @@ def test_done_is_0_and_only_the_summary_is_printed(process, tmp_path):
 @pytest.mark.slow
 def test_what_cannot_be_met_is_1(process, tmp_path):
     (tmp_path / "w.csv").write_text("x,y,z\n0,0,1\n8,0,1\n8,4,1\n0,4,1\n0,0,1\n")
-    run = process("plan", "w.csv", "--corridor", "0.02", "--continuity", "6", "--pieces", "1", "-o", "t.csv")
+    run = process("plan", "w.csv", "--corridor", "0.3", "--time", "1", "--max-speed", "3", "-o", "t.csv")
     assert run.returncode == 1
     assert is_one_sentence(run.stderr) and run.stdout == ""
     assert "leg" in run.stderr

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.files.convert import write_any
+from minsnap.files.convert import read_any, write_any
 from minsnap.flight.mavlink.offboard import prepare
 from minsnap.flight.mavlink.stream_options import StreamOptions
 
@@ -84,12 +84,20 @@ def test_axes_that_cannot_be_taken_are_status_2(call, tmp_path, name, text, said
     assert run.returncode == 2 and said in run.stderr and len(run.stderr.splitlines()) == 1
 
 
-@pytest.mark.parametrize("header", ["lat,lon,alt", "Latitude;Longitude", "name,lat,lng"])
-def test_latitudes_name_the_way_by_a_mission(call, tmp_path, header):
-    (tmp_path / "a.csv").write_text(f"{header}\n47.1,8.1,10\n47.2,8.1,10\n")
+@pytest.mark.parametrize(("header", "mark"), [("lat,lon,alt", ","), ("Latitude;Longitude;Altitude", ";")])
+def test_latitudes_are_planned_in_metres(call, tmp_path, header, mark):
+    rows = [mark.join(row) for row in (("47.1", "8.1", "10"), ("47.101", "8.1", "10"))]
+    (tmp_path / "a.csv").write_text("\n".join([header, *rows]) + "\n")
+    run = call("plan", "a.csv", "-o", "plan.json")
+    assert run.returncode == 0, run.stderr
+    curve = read_any(tmp_path / "plan.json")
+    assert np.linalg.norm(curve(curve.duration) - curve(0.0)) == pytest.approx(111.18, abs=0.1)
+
+
+def test_latitudes_without_altitudes_are_refused_by_the_column(call, tmp_path):
+    (tmp_path / "a.csv").write_text("name,lat,lng\n47.1,8.1,10\n47.2,8.1,10\n")
     run = call("plan", "a.csv")
-    assert run.returncode == 2 and "latitudes and longitudes" in run.stderr and ".plan" in run.stderr
-    assert "origin" in run.stderr
+    assert run.returncode == 2 and "no column is known as alt" in run.stderr
 
 
 def test_a_frame_beside_two_files_is_of_the_one_that_has_none(call, tmp_path):

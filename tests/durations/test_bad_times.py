@@ -17,12 +17,12 @@ GATES = [minsnap.Gate((4, 1, 1), (1, 0, 0), 1.0, 0.8), minsnap.Gate((8, -1, 1.5)
 
 
 def test_limits_that_no_speed_keeps_are_named_with_their_value_and_place():
-    """From 2.9 m/s to rest within 0.6 m: even a constant deceleration would be v^2 / 2d = 7.0 m/s^2."""
-    box = Boxes([(-1, -1, -1)], [(0.6, 1, 1)])
+    """From 2.9 m/s to rest within 0.65 m: even a constant deceleration would be v^2 / 2d = 6.47 m/s^2."""
+    box = Boxes([(-1, -1, -1)], [(0.65, 1, 1)])
     with pytest.raises(SolverError, match=r"acceleration reaches [\d.]+ on leg 0 at .* where 6 is allowed") as refused:
         minsnap.plan([(0, 0, 0), (0.5, 0, 0)], limits=LIMITS, corridor=box, start={"velocity": (2.9, 0, 0)})
     reached = float(str(refused.value).split("acceleration reaches ")[1].split()[0])
-    assert reached > 2.9**2 / (2.0 * 0.6)
+    assert reached > 2.9**2 / (2.0 * 0.65)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 import minsnap
 from minsnap import Boxes, HalfSpaces, Limits, RoundTube, SolverError, Tube
 from minsnap.basics.checks import DERIVATIVES
-from minsnap.durations import allocate, resting
+from minsnap.durations import allocate, resting, within_limits
 from minsnap.durations.last_look import fault
 from minsnap.durations.timing import Timed
 from minsnap.native.free_optimum import resting_optimum
@@ -44,6 +44,7 @@ def test_a_wall_that_the_solver_does_not_know_is_seen(monkeypatch, corridor, ask
 
         monkeypatch.setattr(allocate, "_timed", without)
         monkeypatch.setattr(allocate, "in_other_times", lambda *others: None)
+        monkeypatch.setattr(within_limits, "at_rest_everywhere", lambda *others: None)
         with pytest.raises(SolverError, match=r"refused at the last look: it leaves the .* by [\d.e-]+ at"):
             minsnap.plan(POINTS, corridor=corridor, **asked)
         seen += 1
@@ -58,6 +59,7 @@ def test_a_limit_that_the_solver_does_not_know_is_seen(monkeypatch):
 
     monkeypatch.setattr(allocate, "_timed", loose)
     monkeypatch.setattr(allocate, "in_other_times", lambda *others: None)
+    monkeypatch.setattr(within_limits, "at_rest_everywhere", lambda *others: None)
     with pytest.raises(SolverError, match="last look: speed reaches .* where 3 is allowed"):
         minsnap.plan(POINTS, limits=Limits(speed=3.0))
 

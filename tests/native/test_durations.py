@@ -145,11 +145,7 @@ def test_the_best_split_of_many_legs_costs_less_than_others(legs, width, closed)
 
 def test_tasks_of_other_kinds_are_left_to_python():
     points, durations = random_legs(0)
-    for task in (
-        replace(task_of(points, minsnap.RoundTube(0.3)), solver="piqp"),
-        task_of(points, pins={0: {1: np.ones(3)}}),
-    ):
-        assert native_split(task, durations, None) is None
+    assert native_split(replace(task_of(points, minsnap.RoundTube(0.3)), solver="piqp"), durations, None) is None
     with using("python"):
         assert native_split(task_of(points), durations, None) is None
 

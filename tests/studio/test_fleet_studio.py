@@ -58,23 +58,23 @@ def test_the_chart_is_the_least_distance_with_what_is_asked(page):
 
 def test_fleets_come_from_folders_and_shows_and_nothing_else(tmp_path):
     minsnap.shows.write_fleet(FLEET, tmp_path / "fleet")
-    held, dark = _fleet(tmp_path / "fleet", 0.5, 3.0)
+    held, dark = _fleet(tmp_path / "fleet", 0.5, 3.0, tmp_path / "none")
     assert dark is None
     assert (held(1.0) == FLEET(1.0)).all() and (held.separation.distance, held.separation.downwash) == (0.5, 3.0)
     (tmp_path / "show.yaml").write_text(
         "{vehicles: 2, separation: 0.5, limits: {speed: 3, acceleration: 3}, home: {grid: {spacing: 2}}, "
         "acts: [{formation: {circle: {radius: 2, height: 3}}, hold: 4, colour: [255, 0, 0]}]}"
     )
-    flown, lights = _fleet(tmp_path / "show.yaml", None, None)
+    flown, lights = _fleet(tmp_path / "show.yaml", None, None, tmp_path / "none")
     minsnap.shows.write_fleet(flown, tmp_path / "show.skyc", lights=lights)
-    _, again = _fleet(tmp_path / "show.skyc", None, None)
+    _, again = _fleet(tmp_path / "show.skyc", None, None, tmp_path / "none")
     now = np.linspace(0.0, flown.duration, 40)[:-1]
     assert len(flown) == 2 and any(lamp(t).tolist() == [255, 0, 0] for lamp in lights for t in now)
     assert [lamp(now).tolist() for lamp in again] == [lamp(now).tolist() for lamp in lights]
     (tmp_path / "way.csv").write_text("x,y,z\n0,0,1\n1,0,1\n")
-    assert _fleet(tmp_path / "way.csv", None, None) is None
+    assert _fleet(tmp_path / "way.csv", None, None, tmp_path / "none") is None
     with pytest.raises(InputError, match="one vehicle"):
-        _fleet(tmp_path / "way.csv", 1.0, 1.0)
+        _fleet(tmp_path / "way.csv", 1.0, 1.0, tmp_path / "none")
 
 
 def test_vehicles_have_the_colours_of_their_lamps_while_these_shine():

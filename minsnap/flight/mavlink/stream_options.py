@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
-from minsnap.basics.arrays import SMALLEST
 from minsnap.basics.checks import check_number
+from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError, TimingError
 from minsnap.flight.mavlink.link import Lateness
@@ -148,7 +148,8 @@ class SafetyRules:
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if value is not None:
-                check_number(name, value, SMALLEST, math.inf, "a safety bound must be positive")
+                if not isinstance(value, int | float) or not value > 0.0:
+                    raise InputError(f"{name} is {shown(value)}: a safety bound must be a positive number")
 
     @property
     def farthest(self) -> float:

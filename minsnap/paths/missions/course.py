@@ -383,7 +383,7 @@ def is_course(path: FileName, wanted: bool = True) -> bool:
     FileError
         If it cannot be read, or has keys that only a course has and others that only a request has.
     """
-    if Path(path).suffix.lower() not in (".yaml", ".yml"):
+    if isinstance(path, str | Path) and Path(path).suffix.lower() not in (".yaml", ".yml"):
         return has_holds(path)
     content = load_yaml(path)
     if translated(f"{path}", content) is not None:
@@ -425,7 +425,7 @@ def read_course(path: FileName) -> Course:
     ImportError
         If PyYAML is not there.
     """
-    if Path(path).suffix.lower() not in (".yaml", ".yml"):
+    if isinstance(path, str | Path) and Path(path).suffix.lower() not in (".yaml", ".yml"):
         held = read_held(path)
         stops = (Stop(point, hold=float(hold)) for point, hold in zip(held.points, held.holds, strict=True))
         return Course(tuple(stops), name=Path(path).stem)

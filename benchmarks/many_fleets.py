@@ -1,6 +1,6 @@
 """Plan random fleets of 2 to 30 vehicles in rooms with obstacles, and judge each by an oracle of its own.
 
-Run it by hand: ``nice python benchmarks/random_fleets.py [from] [to]``. It prints a row for each fleet that is refused,
+Run it by hand: ``nice python benchmarks/many_fleets.py [from] [to]``. It prints a row for each fleet that is refused,
 and how many were certified, in which times. A fleet that does not hold ends it.
 """
 
