@@ -26,9 +26,8 @@ struct PlanSettings {
     static constexpr double directed = 0.1;              // share of the weight below which thrust has no direction
     static constexpr double softer = 2.0, slower = 1.3;  // factor on the body rate of a first search, and on the time of its curve
     static constexpr double reserves[] = {5e-4, 3e-3, 0.02,
-                                          0.1,  0.2,  0.5};  // by which durations are lengthened until a plan for them succeeds
-    static constexpr double rotor_margin = 1e-4, rotor_excess = 1e-4,
-                            more_room = 10.0;  // share of hover that is left to the proof of rotors; where they are not kept
+                                          0.1,  0.2,  0.5};             // by which durations are lengthened until a plan for them succeeds
+    static constexpr double rotor_margin = 1e-4;                        // share of hover that is left to the proof of rotors
     static constexpr double slower_whole = 1.4, slower_divided = 1.05;  // factor on the time of a plan whose legs are divided
     static constexpr double hastened = 0.9;                             // least factor on time at which limits of rotors are touched
     static constexpr int rotor_halvings = 20;

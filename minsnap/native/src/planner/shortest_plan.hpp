@@ -88,7 +88,7 @@ private:
     GivenTimes given_;
     WallSets sets_, limits_;
     Question question_;
-    bool moving_ = false, whole_ = false, found_none_ = false;
+    bool moving_ = false, found_none_ = false;
     std::int64_t per_leg_ = 0;  // pieces asked for in this attempt; 0 for those that the search chooses
     ShortestAnswer answer_ = {};
     bool stopped_ = false, kept_ = false;
