@@ -88,11 +88,13 @@ mutate: $(VENV)/mutating ## the tests of polynomials, corridors, limits and cert
 	MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/mutmut run --max-children $(or $(JOBS),1) $(if $(MUTANTS),'$(MUTANTS)')
 	$(BIN)/mutmut results | grep -v 'not checked'
 
-lint: $(VENV)/developing ## ruff, mypy and clang-format
+lint: $(VENV)/developing ## ruff, mypy, clang-format, and clang's warnings where it is installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	git ls-files -z 'minsnap/native/src/*pp' | xargs -0 $(BIN)/clang-format --dry-run -Werror
+	command -v clang++ >/dev/null || exit 0; git ls-files -z 'minsnap/native/src/*.cpp' 'tests/cpp/*.cpp' 'examples/cpp/*.cpp' | xargs -0 -n 1 clang++ \
+		-std=c++17 -fsyntax-only -fno-exceptions -fno-rtti -Wall -Wextra -Wno-psabi -Werror -Iminsnap/native/src -Iminsnap/native/include
 
 docs: $(VENV)/developing ## the documentation, in docs/_build/html
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html

@@ -11,7 +11,7 @@
 
 namespace {
 
-const double points[] = {0, 0, 1, 4, 1, 1.5, 7, -1, 2}, durations[] = {2, 2}, widths[] = {0.6, 0.6};
+const double points[] = {0, 0, 1, 4, 1, 1.5, 7, -1, 2}, durations[] = {2, 2};
 constexpr double none = std::numeric_limits<double>::quiet_NaN(), endless = std::numeric_limits<double>::infinity();
 
 minsnap_problem good() {
