@@ -149,7 +149,7 @@ class SafetyRules:
         for name, value in vars(self).items():
             if value is not None:
                 if not isinstance(value, int | float) or not value > 0.0:
-                    raise InputError(f"{name} is {shown(value)}: a safety bound must be a positive number")
+                    raise InputError(f"{name} is {shown(value)}: a safety bound must be positive")
 
     @property
     def farthest(self) -> float:
