@@ -198,8 +198,8 @@ class Trajectory(Path):
         return whole.control_points, whole.durations, whole.breaks - start
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copy the parameters and the report, not how that is made, nor what was measured."""
-        return made, (self._points, self._durations, self._pieces, self._yaw, self.report, self._rest_of)
+        """Copy the parameters, not what was measured."""
+        return made, (self._points, self._durations, self._pieces, self._yaw, self._rest_of)
 
     def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
         if order > self.degree:
@@ -227,7 +227,7 @@ class Trajectory(Path):
             If it is neither, or does not give a finite number for each instant.
         """
         heading = as_heading(yaw)
-        return made(self._points, self._durations, self._pieces, heading, None, self._rest_of)
+        return made(self._points, self._durations, self._pieces, heading, self._rest_of)
 
     def derivative(self, order: int = 1) -> Trajectory:
         """Return the derivative of that order as a trajectory of lower degree; zero past the degree."""
@@ -235,7 +235,7 @@ class Trajectory(Path):
         points = differentiate(self.control_points, order)
         rest_of = None if self._rest_of is None else (self._rest_of[0].derivative(order), self._rest_of[1])
         points = points / self.durations[:, None, None] ** order
-        return made(*_checked(points, self._durations, self._pieces), self._yaw, None, rest_of)
+        return made(*_checked(points, self._durations, self._pieces), self._yaw, rest_of)
 
     @property
     def cost_order(self) -> int:
@@ -331,7 +331,8 @@ class Trajectory(Path):
         check_number("the degree", degree, -inf, MOST_DEGREE, f"give a whole number up to {MOST_DEGREE}", whole=True)
         points = elevated_points(self.control_points, degree)
         known = _checked(points, self._durations, self._pieces)
-        return made(*known, self._yaw, self.report)  # whose cost is of the first degree
+        curve, report = made(*known, self._yaw), self.report  # whose cost is of the first degree
+        return curve if report is None else as_plan(curve, report)
 
     def _is_like(self, other: Path) -> bool:
         """Whether another path is the same polynomials."""
@@ -409,13 +410,17 @@ class Plan(Trajectory):
         self._how = told = how.report(self)
         return told
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy the report, not how that is made."""
+        make, parameters = super().__reduce__()
+        return as_plan, (make(*parameters), self.report)
+
 
 def made(
     points: FloatArray,
     durations: FloatArray,
     pieces: int = 1,
     yaw: Heading = ZERO_YAW,
-    how: ReportMaker | None = None,
     rest_of: tuple[Trajectory, float] | None = None,
 ) -> Trajectory:
     """Return a trajectory of what is known to be valid, as from a core; arrays are kept without a copy.
@@ -424,20 +429,18 @@ def made(
     ----------
     points, durations, pieces, yaw
         As :class:`Trajectory` takes them.
-    how : ReportMaker, optional
-        Makes the report of a :class:`Plan` at its first use; a ``Report`` is its own.
     rest_of : (Trajectory, float), optional
         The curve of which this is the rest, and the instant on its clock at which this begins [s]. The polynomials of
         that curve are evaluated: the control points of a short rest of a piece lie close together, and derivatives of
         order p from them would have the rounding of positions divided by the p-th power of its duration.
     """
-    curve = object.__new__(Trajectory if how is None else Plan)
-    curve._hold(points, durations, pieces, yaw, how, rest_of)
+    curve = object.__new__(Trajectory)
+    curve._hold(points, durations, pieces, yaw, None, rest_of)
     return curve
 
 
 def as_plan(curve: Trajectory, how: ReportMaker) -> Plan:
-    """Return a curve as a plan, with what makes its report."""
+    """Return a curve as a plan, with what makes its report at its first use; a ``Report`` is its own."""
     plan = object.__new__(Plan)
     plan._hold(curve._points, curve._durations, curve._pieces, curve._yaw, how, curve._rest_of)
     return plan
@@ -468,7 +471,7 @@ def rest_of(curve: Trajectory) -> tuple[Trajectory, float] | None:
 
 def as_rest_of(curve: Trajectory, whole: Trajectory, start: float) -> Trajectory:
     """Return a curve as the rest of another from an instant on its clock [s], whose polynomials are evaluated."""
-    return made(curve._points, curve._durations, curve._pieces, curve._yaw, None, (whole, start))
+    return made(curve._points, curve._durations, curve._pieces, curve._yaw, (whole, start))
 
 
 def _checked(control_points: ArrayLike, times: ArrayLike, pieces: int) -> tuple[FloatArray, FloatArray, int]:
