@@ -2,6 +2,7 @@
 
 import os
 import signal
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -20,3 +21,19 @@ def pytest_collection_modifyitems(items):
     """Let tests use numbers of any size: only the tests of the warning look at it."""
     for item in items:
         item.add_marker(pytest.mark.filterwarnings("ignore::minsnap.errors.MagnitudeWarning"))
+
+
+@pytest.fixture
+def call(tmp_path, capsys, monkeypatch):
+    """Run the command in this process, in an empty folder."""
+    from minsnap.cli import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as left:
+            main([str(argument) for argument in arguments])
+        printed = capsys.readouterr()
+        return SimpleNamespace(returncode=left.value.code, stdout=printed.out, stderr=printed.err)
+
+    return run

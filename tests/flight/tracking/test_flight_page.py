@@ -1,12 +1,8 @@
 """The page of compared flights: laps and gates of a plan, and which flight of a log it is about."""
 
-from types import SimpleNamespace
-
 import numpy as np
-import pytest
 
 import minsnap
-from minsnap.cli import main
 from minsnap.files.plan_file import PlanFile
 from minsnap.flight.tracking.comparison import compare
 from minsnap.flight.tracking.log_comparison import ComparedFlight
@@ -49,20 +45,7 @@ def test_the_page_says_how_late_and_how_far_from_its_edges_each_gate_was_passed(
     assert gate_table(PlanFile(PATH), flights) == ""
 
 
-@pytest.fixture
-def command(capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words):
-        with pytest.raises(SystemExit) as left:
-            main([str(word) for word in words])
-        printed = capsys.readouterr()
-        return SimpleNamespace(code=left.value.code, out=printed.out, err=printed.err)
-
-    return run
-
-
-def test_a_table_of_a_crazyflie_is_compared_by_its_columns(command, tmp_path):
+def test_a_table_of_a_crazyflie_is_compared_by_its_columns(call, tmp_path):
     minsnap.write_csv(PATH, "plan.csv")
     samples = PATH.sample(50.0)
     rows = [
@@ -72,16 +55,16 @@ def test_a_table_of_a_crazyflie_is_compared_by_its_columns(command, tmp_path):
     head = "timestamp,stateEstimate.x,stateEstimate.y,stateEstimate.z"
     (tmp_path / "cf.csv").write_text("\n".join([head, *rows]) + "\n")
     named = "t=timestamp:ms,x=stateEstimate.x,y=stateEstimate.y,z=stateEstimate.z"
-    done = command("compare", "plan.csv", "cf.csv", "--columns", named, "--align")
-    assert done.code == 0
-    assert " 0.0500 " in done.out
-    assert "no tables" not in done.err
+    done = call("compare", "plan.csv", "cf.csv", "--columns", named, "--align")
+    assert done.returncode == 0
+    assert " 0.0500 " in done.stdout
+    assert "no tables" not in done.stderr
 
 
-def test_one_flight_of_a_log_is_chosen(command, tmp_path):
+def test_one_flight_of_a_log_is_chosen(call, tmp_path):
     minsnap.write_csv(PATH, "plan.csv")
-    command("simulate", "plan.csv", "--log", "flown.ulg")
-    assert command("compare", "plan.csv", "flown.ulg", "--flight", 1).code == 0
-    other = command("compare", "plan.csv", "flown.ulg", "--flight", 2)
-    assert other.code == 2
-    assert "holds 1 of the file (#1 at" in other.err
+    call("simulate", "plan.csv", "--log", "flown.ulg")
+    assert call("compare", "plan.csv", "flown.ulg", "--flight", 1).returncode == 0
+    other = call("compare", "plan.csv", "flown.ulg", "--flight", 2)
+    assert other.returncode == 2
+    assert "holds 1 of the file (#1 at" in other.stderr

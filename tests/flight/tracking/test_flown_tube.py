@@ -2,13 +2,11 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import minsnap
-from minsnap.cli import main
 from minsnap.errors import FitError, VehicleError
 from minsnap.files.convert import read_samples
 from minsnap.files.flights import load_log
@@ -52,30 +50,17 @@ def test_a_flight_that_leaves_its_tube_is_told_and_one_that_saturates_has_none()
         hold_in_tube(compared("mission"), minsnap.Loop.px4(), -1.0)
 
 
-@pytest.fixture
-def command(capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words):
-        with pytest.raises(SystemExit) as left:
-            main([str(word) for word in words])
-        printed = capsys.readouterr()
-        return SimpleNamespace(code=left.value.code, out=printed.out, err=printed.err)
-
-    return run
-
-
-def test_the_command_holds_logs_against_their_tube(command, tmp_path):
+def test_the_command_holds_logs_against_their_tube(call, tmp_path):
     known = "compare", RECORDED / "mission.json", RECORDED / "mission.ulg"
     (tmp_path / "mine.yaml").write_text("autopilot: px4\ndrag: 0.92\ndrag_error: 0.2\nlatency: 0.125\n")
-    held = command(*known, "--tube", "mine.yaml", "--report", "page.html", "--plot", "held.png")
-    assert held.code == 0
-    assert "stayed in its tube" in held.out
+    held = call(*known, "--tube", "mine.yaml", "--report", "page.html", "--plot", "held.png")
+    assert held.returncode == 0
+    assert "stayed in its tube" in held.stdout
     assert "stayed in its tube" in (tmp_path / "page.html").read_text()
-    left = command(*known, "--tube", "px4", "--wind", 0.5, "--json")
-    assert left.code == 1
-    assert json.loads(left.out)["mission.ulg"]["tube"]["inside"] is False
-    assert "give --tube" in command(*known, "--wind", 2).err
+    left = call(*known, "--tube", "px4", "--wind", 0.5, "--json")
+    assert left.returncode == 1
+    assert json.loads(left.stdout)["mission.ulg"]["tube"]["inside"] is False
+    assert "give --tube" in call(*known, "--wind", 2).stderr
 
 
 def test_stated_errors_cover_the_truth_where_residuals_wander():
