@@ -18,7 +18,8 @@ from minsnap.files.request_yaml import LIMITS, limits_of
 from minsnap.files.waypoints import read_waypoints
 from minsnap.fleet.common_clock import Separation
 from minsnap.shows.acts import Act, Show
-from minsnap.shows.formations import circle, grid, mesh, relaxed, spacing_of, svg, svg_lines, text, text_lines
+from minsnap.shows.formations import LINES, circle, grid, mesh, relaxed, spacing_of, svg, text
+from minsnap.shows.letters import FONT_FILES
 from minsnap.shows.moves import Move
 from minsnap.shows.site import Fence, ShowOrigin, read_survey
 
@@ -42,12 +43,19 @@ GRADIENT = mapping(
     "a mapping from one colour to another",
     ("from",),
 )
-DRAWN = {"file": Key(TEXT, "beside the show", needed=True), "size": Key(NUMBER, "[m]", needed=True), "height": METRES}
+SIZED = {"size": Key(NUMBER, "largest extent [m]", needed=True), "height": Key(NUMBER, "of the lowest point [m]")}
+DRAWN = {"file": Key(TEXT, "beside the show", needed=True), **SIZED}
+LETTERS = {
+    "words": Key(TEXT, "a line break begins a new line", needed=True),
+    **SIZED,
+    "outlines": Key(FLAG, "of a font in place of single strokes"),
+    "font": Key(TEXT, "the name of a font, or a file of one beside the show: its outlines"),
+}
 FORMATION = mapping(
     {
         "grid": Key(mapping({"spacing": METRES, "height": METRES, "columns": Key(WHOLE)}, "a mapping")),
         "circle": Key(mapping({"radius": METRES, "height": METRES, "upright": Key(FLAG)}, "a mapping")),
-        "text": Key(mapping({"words": Key(TEXT), "size": METRES, "height": METRES}, "a mapping")),
+        "text": Key(mapping(LETTERS, "a mapping")),
         "mesh": Key(mapping(DRAWN, "a mapping")),
         "svg": Key(mapping(DRAWN, "a mapping")),
         "points": Key(several(IN_SPACE, "a list of points"), "[m]"),
@@ -239,12 +247,16 @@ def _apart(content: dict[str, Any], points: FloatArray, place: Path, apart: Sepa
     """Return the points of a text or a drawing moved along its lines until they are apart; others as they are."""
     if len(points) < 2 or spacing_of(apart.flat(points))[0] >= (apart.distance or 0.0):
         return points
-    lines: list[FloatArray] = []
-    if "text" in content:
-        lines = text_lines(**content["text"])
-    elif "svg" in content:
-        lines = svg_lines(**{**content["svg"], "file": place / content["svg"]["file"]})
-    return relaxed(lines, points, apart) if lines else points
+    ((kind, values),) = content.items()
+    return relaxed(LINES[kind](**_beside(values, place)), points, apart) if kind in LINES else points
+
+
+def _beside(values: dict[str, Any], place: Path) -> dict[str, Any]:
+    """Return the entries of a drawing, its files beside the show."""
+    files = {name: place / values[name] for name in ("file",) if name in values}
+    if str(values.get("font", "")).lower().endswith(FONT_FILES):
+        files["font"] = place / values["font"]
+    return values | files
 
 
 def _delays(content: dict[str, Any], vehicles: int) -> FloatArray | None:
@@ -307,9 +319,7 @@ def _formation(content: dict[str, Any], vehicles: int, place: Path, where: str) 
         return np.array(values).reshape(-1, 3)
     if kind == "file":
         return read_waypoints(place / values).points
-    if "file" in values:
-        values = {**values, "file": place / values["file"]}
     try:
-        return KINDS[kind](vehicles, **values)
+        return KINDS[kind](vehicles, **_beside(values, place))
     except TypeError:
         raise FileError(f"the {kind} of {where} needs more than {shown(values)}: see the page on shows") from None

@@ -22,7 +22,7 @@ limits: {speed: 3, acceleration: 3}
 home: {grid: {spacing: 1.5}}
 acts:
   - {name: ring, formation: {circle: {radius: 4, height: 5}}}
-  - {name: wheel, formation: {circle: {radius: 4, height: 6, upright: true}}, turn: 90}
+  - {name: wheel, formation: {circle: {radius: 4, height: 2, upright: true}}, turn: 90}
 """
 FLIGHTS = ["take-off", "ring", "wheel", "return", "landing"]
 

@@ -25,7 +25,7 @@ APART = minsnap.Separation(1.0, 2.0)
 
 @pytest.fixture(scope="module")
 def flown():
-    acts = (Act("ring", circle(12, 6.0, 9.0), 4.0), Act("wheel", circle(12, 6.0, 10.0, upright=True), 3.0))
+    acts = (Act("ring", circle(12, 6.0, 9.0), 4.0), Act("wheel", circle(12, 6.0, 4.0, upright=True), 3.0))
     return fly(Show(grid(12, 2.0), acts, APART, LIMITS, take_off=4.0)).fleet
 
 

@@ -88,7 +88,7 @@ def test_shows_may_land_below_their_last_act():
     landing = [plan for plan in returns.plans if plan.second > flown.stages[-1].start]
     assert landing and all(plan.homes is None for plan in landing), "nobody flies along the ground"
     with pytest.raises(FleetError, match="the flight to landing: .*goals"):
-        fly(show_of(Act("wheel", circle(8, 5.0, 9.0, upright=True), 1.0), return_home=False))
+        fly(show_of(Act("wheel", circle(8, 5.0, 4.0, upright=True), 1.0), return_home=False))
 
 
 TEXT = """
@@ -102,7 +102,7 @@ acts:
   - {name: one, formation: {circle: {radius: 4, height: 7}}, colour: orange}
   - name: two
     vehicles: 4
-    formation: {circle: {radius: 3, height: 8, upright: true}}
+    formation: {circle: {radius: 3, height: 5, upright: true}}
     colour: {from: red, to: [0, 0, 255]}
   - {name: three, formation: {grid: {spacing: 2, height: 6}}, colour: ['#102030', red, red, red, red, [1, 2, 3]]}
 """
