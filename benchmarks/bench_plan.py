@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
+from ctypes import c_int64, c_void_p
 from functools import partial
 from time import perf_counter
 
@@ -19,7 +20,7 @@ from scipy.interpolate import make_interp_spline
 
 import minsnap
 from minsnap import RoundTube
-from minsnap.native.library import using
+from minsnap.native.library import core, using
 
 SIZES = (10, 100, 1_000, 10_000, 100_000)
 PEER_LIMIT = 300
@@ -48,17 +49,31 @@ def namesake(points, durations):
     return partial(peer.generate_trajectory, references, **orders, algorithm="closed-form")
 
 
+def native(points, durations):
+    """A call of the native core that makes the same curve, with arguments made before: what Python adds to it."""
+    curve = np.empty((len(durations), 8, points.shape[1]))
+    arrays = [c_void_p(array.ctypes.data) for array in (points, durations, curve)]
+    solve = core().library.minsnap_unconstrained
+    return partial(solve, *arrays[:2], c_int64(len(durations)), points.shape[1], 4, arrays[2]), (
+        points,
+        durations,
+        curve,
+    )
+
+
 def free(legs):
     points, durations, _ = walk(legs)
-    calls = [partial(minsnap.plan, points, durations), partial(spline, points, durations)]
+    (alone, _kept), calls = native(points, durations), [partial(minsnap.plan, points, durations)]
+    calls += [partial(spline, points, durations), alone]
     peer = namesake(points, durations) if legs <= PEER_LIMIT else None
-    (mine, theirs, *others), (traj, other, *_) = least_times(calls + ([peer] if peer else []))
+    (mine, theirs, core_alone, *others), (traj, other, *_) = least_times(calls + ([peer] if peer else []))
     with using("python"):
         (reference,), _ = least_times([calls[0]])
     t = np.linspace(0.0, traj.duration, 1001)
     apart = f"{np.abs(traj(t) - other(t)).max():.0e} m"
     named = f"{others[0] / mine:.0f}" if others else "-"
-    return legs, text(mine), text(theirs), f"{mine / theirs:.2f}", named, apart, text(reference)
+    ratios = f"{mine / core_alone:.2f}", f"{mine / theirs:.2f}"
+    return legs, text(mine), *ratios, named, apart, text(reference)
 
 
 def corridors():
@@ -120,7 +135,7 @@ def main():
     parser.add_argument("--large", action="store_true", help="a million legs too")
     sizes = (*SIZES, 1_000_000) if parser.parse_args().large else SIZES
     print(*machine(), sep="\n")
-    head = ("legs", "plan", "make_interp_spline(k=7)", "ours / scipy's", "minsnap_trajectories / ours", "apart")
+    head = ("legs", "plan", "ours / its native call's", "ours / scipy's", "minsnap_trajectories / ours", "apart")
     table((*head, "reference core"), (free(legs) for legs in sizes))
     head = ("corridor", "plan", "reference core", "ratio", "cost of ours / its - 1", "peak memory")
     table(head, (cornered(*case) for case in corridors()))

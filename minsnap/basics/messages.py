@@ -11,7 +11,7 @@ from difflib import get_close_matches
 from functools import wraps
 from typing import Any, TypeVar, cast
 
-from minsnap.errors import ArgumentNameError
+from minsnap.errors import ArgumentNameError, MinsnapError
 
 SHOWN = 60
 """Characters of a value that a message shows."""
@@ -54,13 +54,17 @@ def finite(content: Any) -> Any:
 Called = TypeVar("Called", bound=Callable[..., Any])
 
 
-def explains_names(moved: Mapping[str, str]) -> Callable[[Called], Called]:
+def explains_names(
+    moved: Mapping[str, str], short_of_memory: Callable[..., Exception] | None = None
+) -> Callable[[Called], Called]:
     """Make a function or class answer unknown keywords with a sentence.
 
     Parameters
     ----------
     moved : mapping
         What to write in place of names that are not parameters, by name.
+    short_of_memory : callable, optional
+        Returns what is raised in place of a MemoryError, from the same arguments.
 
     Returns
     -------
@@ -80,7 +84,12 @@ def explains_names(moved: Mapping[str, str]) -> Callable[[Called], Called]:
             for name in kwargs:
                 if name not in known and (name in moved or not passes_on):
                     raise _unknown(called.__name__, name, known, moved)
-            return target(*args, **kwargs)
+            try:
+                return target(*args, **kwargs)
+            except MemoryError as error:
+                if short_of_memory is None or isinstance(error, MinsnapError):
+                    raise
+            raise short_of_memory(*args, **kwargs)
 
         if isinstance(called, type):
             type.__setattr__(called, "__init__", checked)

@@ -17,21 +17,28 @@ R = TypeVar("R")
 UNITS = ("B", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB")
 
 
-def within_memory(work: str, needed: Callable[..., int]) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Return a decorator of what may need more memory than there is.
+def short_of_memory(work: str, needed: Callable[..., int]) -> Callable[..., OutOfMemoryError]:
+    """Return what makes the error of a call for which there was too little memory, from the same arguments.
 
     Parameters
     ----------
     work : str
-        What it does.
+        What the call does.
     needed : callable
-        Returns what that takes at least [bytes], from the same arguments; called when memory is short.
-
-    Returns
-    -------
-    callable
-        A decorator; what it returns raises OutOfMemoryError in place of MemoryError.
+        Returns what that takes at least [bytes], from the same arguments.
     """
+
+    def made(*args: Any, **options: Any) -> OutOfMemoryError:
+        size = needed(*args, **options)
+        sentence = f"{work} takes at least {size_text(size)} of memory, which are not free: plan less at once"
+        return OutOfMemoryError(sentence, needed=size)
+
+    return made
+
+
+def within_memory(work: str, needed: Callable[..., int]) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Return a decorator of what raises OutOfMemoryError in place of MemoryError; see :func:`short_of_memory`."""
+    error = short_of_memory(work, needed)
 
     def decorated(function: Callable[P, R]) -> Callable[P, R]:
         @wraps(function)
@@ -41,10 +48,8 @@ def within_memory(work: str, needed: Callable[..., int]) -> Callable[[Callable[P
             except OutOfMemoryError:
                 raise
             except MemoryError:
-                size = needed(*args, **options)
-            raise OutOfMemoryError(
-                f"{work} takes at least {size_text(size)} of memory, which are not free: plan less at once", needed=size
-            )
+                pass
+            raise error(*args, **options)
 
         return call
 

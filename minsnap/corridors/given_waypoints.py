@@ -22,6 +22,9 @@ BESIDE = ("yaw", "speed", "duration", "t", "time")
 LONG, HIGH = 1000.0, 500.0
 """Extent and altitude from which waypoints may be millimetres [m]."""
 
+ORDINARY = LONG / 2.0
+"""Coordinate of the first two waypoints below which all may be looked at no further [m]."""
+
 DEGREES_EXTENT = 0.02
 """Extent below which waypoints may be latitudes and longitudes [m]."""
 
@@ -211,9 +214,13 @@ def is_transposed(rows: int, columns: int) -> bool:
 
 def warn_magnitude(points: FloatArray) -> None:
     """Warn of waypoints (n, dim) that look like millimetres, or like latitudes and longitudes, in place of metres."""
-    first, second = points[0].tolist(), points[1].tolist()
-    if max(map(abs, first + second)) < LONG / 2.0 and not _beside(first, second):
-        return
+    first, second = points[:2].tolist()
+    for value in first + second:
+        if not -ORDINARY < value < ORDINARY:
+            break
+    else:
+        if not _beside(first, second):
+            return
     degrees = in_degrees(points)
     extent = np.ptp(points, axis=0)
     whole = bool((points == np.round(points)).all())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -19,7 +18,7 @@ from minsnap.native.quick_look import keeps
 from minsnap.native.tube import tube_optimum
 from minsnap.optimisation.tube_report import TubeReport
 from minsnap.trajectory.report import LinearSystem
-from minsnap.trajectory.trajectory import Plan, as_plan, made
+from minsnap.trajectory.trajectory import Plan, planned
 
 
 def resting_plan(
@@ -38,25 +37,30 @@ def resting_plan(
     if type(degree) is not int or degree not in DEGREES or (durations is None) is (total is None):
         return None
     points = numbers(waypoints, copy=corridor is not None)  # which the report of a tube keeps
-    if points is None or points.ndim != 2 or len(points) < 2 or not points.shape[1] or is_transposed(*points.shape):
+    if points is None or points.ndim != 2:
+        return None
+    count, dim = points.shape
+    if count < 2 or not dim or is_transposed(count, dim):
         return None
     times = _split_by_distance(points, total) if durations is None else numbers(durations)
-    if times is None or times.shape != (len(points) - 1,):
+    if times is None or times.shape != (count - 1,):
         return None
-    widths = None if corridor is None else _half_widths(corridor, len(times))
-    if corridor is not None and (widths is None or points.shape[1] == 1):
+    widths = None if corridor is None else _half_widths(corridor, count - 1)
+    if corridor is not None and (widths is None or dim == 1):
         return None
     half, history = (degree + 1) // 2, None
-    if durations is None and len(times) > 1:
+    if durations is None and count > 2:
         split = _best_split(points, times, widths, half)
         if split is None:
             return None
         times, history = split.durations, split.history
-    curve = _free if widths is None else partial(_in_tube, widths)
-    planned = curve(points, times, half, history, began)
-    if planned is not None:
+    if widths is None:
+        plan = _free(points, times, half, history, began)
+    else:
+        plan = _in_tube(widths, points, times, half, history, began)
+    if plan is not None:
         warn_magnitude(points)
-    return planned
+    return plan
 
 
 def _split_by_distance(points: FloatArray, total: Any) -> FloatArray | None:
@@ -82,7 +86,7 @@ def _free(points: FloatArray, times: FloatArray, half: int, history: FloatArray 
     if not isinstance(control_points, np.ndarray):
         return None
     how = LinearSystem(began, perf_counter(), "native", history)
-    return as_plan(made(control_points, times), how)
+    return planned(control_points, times, how)
 
 
 def _in_tube(
@@ -92,7 +96,7 @@ def _in_tube(
     if optimum is None or not keeps(points, times, optimum.points, half - 1, half - 1, widths):
         return None
     how = TubeReport(perf_counter() - began, optimum.figures, points, widths, history)
-    return as_plan(made(optimum.points, times), how)
+    return planned(optimum.points, times, how)
 
 
 def _half_widths(width: object, legs: int) -> FloatArray | None:

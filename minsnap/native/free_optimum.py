@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from ctypes import c_int64, c_void_p
+from ctypes import c_char, c_int64, c_void_p
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.native.library import Entry, address, readable, writable
+from minsnap.native.library import Entry, address, readable
 from minsnap.native.records import ChainRecord
 from minsnap.native.status import Status
 
+_BYTES = c_char * 0  # an array of which is passed by its address
 _RESTING = Entry("minsnap_unconstrained")  # converts its own arguments, which takes half as long
 _PINNED = Entry("minsnap_unconstrained_pinned", ChainRecord, c_void_p, c_void_p)
+
+SHORT = 100
+"""Legs of which arrays are copied without a look at their size, which takes as long as the copy."""
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
 """Derivatives of order 1 … k - 1 by waypoint and order; what is left out at an open end is zero."""
@@ -39,7 +43,9 @@ def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> Flo
     legs, dim = len(durations), points.shape[1]
     control_points = np.empty((legs, 2 * half, dim))
     solve = _RESTING.ready or _RESTING
-    status = solve(readable(points), readable(durations), c_int64(legs), dim, half, writable(control_points))
+    given = (points.tobytes(), durations.tobytes()) if legs <= SHORT else (readable(points), readable(durations))
+    place = _BYTES.from_buffer(control_points)  # type: ignore[arg-type]
+    status = solve(*given, c_int64(legs), dim, half, place)
     return Status(status) if status else control_points
 
 

@@ -18,7 +18,7 @@ from minsnap.basics import checks
 from minsnap.basics.arrays import ArrayLike, FloatArray, numbers
 from minsnap.basics.deadline import WORK, Work
 from minsnap.basics.messages import explains_names
-from minsnap.basics.needed_memory import planned_bytes, within_memory
+from minsnap.basics.needed_memory import planned_bytes, short_of_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
@@ -82,9 +82,9 @@ if TYPE_CHECKING:
         **dict.fromkeys(("points", "path"), "waypoints="),
         "dt": "nothing: sample the plan, plan.sample(rate=20)",
         "gates": "each gate among the waypoints, in the order of the flight",
-    }
+    },
+    short_of_memory("this plan", planned_bytes),
 )
-@within_memory("this plan", planned_bytes)
 def plan(
     waypoints: ArrayLike | Sequence[object] | None,
     durations: ArrayLike | None = None,

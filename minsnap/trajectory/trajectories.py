@@ -15,7 +15,7 @@ from minsnap.errors import InputError, IntervalError, MinsnapError
 from minsnap.native.plan_batches import many_values
 from minsnap.polynomials.bernstein import careful_differences, ends_to_highest, gram_root
 from minsnap.trajectory.instants import as_instants, check_order
-from minsnap.trajectory.trajectory import Plan, ReportMaker, Trajectory, as_plan, costs_of_pieces, made
+from minsnap.trajectory.trajectory import Plan, ReportMaker, Trajectory, costs_of_pieces, planned
 
 
 class Slopes(NamedTuple):
@@ -240,7 +240,7 @@ class Trajectories(ReadOnly):
             raise error
         first, last = int(self.offsets[number]), int(self.offsets[number + 1])
         points, durations = self.control_points[first:last], self.durations[first:last]
-        return as_plan(made(points, durations, self.pieces.get(number, 1)), how)
+        return planned(points, durations, how, self.pieces.get(number, 1))
 
     def __iter__(self) -> Iterator[Trajectory]:
         return (self[index] for index in range(len(self)))

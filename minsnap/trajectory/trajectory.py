@@ -446,6 +446,13 @@ def as_plan(curve: Trajectory, how: ReportMaker) -> Plan:
     return plan
 
 
+def planned(points: FloatArray, durations: FloatArray, how: ReportMaker, pieces: int = 1) -> Plan:
+    """Return a plan of what is known to be valid; see :func:`made` and :func:`as_plan`."""
+    plan = object.__new__(Plan)
+    plan._hold(points, durations, pieces, ZERO_YAW, how)
+    return plan
+
+
 def report_maker(curve: Trajectory) -> ReportMaker | None:
     """Return what makes the report of a plan, a ``Report`` once it was made; None of other trajectories."""
     return curve._how
