@@ -28,18 +28,24 @@ if TYPE_CHECKING:
     from minsnap.shows.failures import Failures
     from minsnap.shows.returns import Returns
     from minsnap.shows.safety_report import SafetyReport
-    from minsnap.shows.show import Show
+    from minsnap.shows.show import FlownShow, Show
     from minsnap.studio.browser_page import Page
 
 
 @command()
 def fleet(
-    show: Annotated[Path, "SHOW", "YAML: vehicles, separation, limits, home, acts."],
+    show: Annotated[Path, "SHOW", "YAML: vehicles, separation, limits, home, acts; or a zip or folder of frames."],
     *,
-    output: Annotated[Path, "--output", "-o", "FOLDER", "Folder of the show."],
+    output: Annotated[Path | None, "--output", "-o", "FOLDER", "Folder of the show."] = None,
     to: Annotated[str, "csv, crazyswarm2, skyb, traj (compressed) or skyc."] = "csv",
     report: Annotated[Path | None, "FILE", "HTML page of what was proved, to print and sign."] = None,
     animate: Annotated[Path | None, "FILE", "Seen from above: .gif; .mp4, .webm with ffmpeg."] = None,
+    preview: Annotated[Path | None, "FILE", "Picture of each act from the audience; alone, nothing is planned."] = None,
+    export: Annotated[list[Path] | None, "FILE", "To be played: .zip (Skybrush's CSV), .vviz or .kmz."] = None,
+    separation: Annotated[float | None, "M", "Of frames: least distance of two vehicles [m]."] = None,
+    downwash: Annotated[float | None, "W", "Of frames: heights are divided by it, by default 1."] = None,
+    max_speed: Annotated[float | None, "M/S", "Of frames: limit on the speed [m/s]."] = None,
+    max_acceleration: Annotated[float | None, "M/S²", "Of frames: limit on the acceleration [m/s²]."] = None,
     without: Annotated[str | None, "N,...", "Vehicles that are missing: all others fly as they do."] = None,
     returns: Annotated[bool, "Prove a way home of all from every second; skyb files hold them."] = False,
     no_clobber: options.NoClobber = False,
@@ -55,18 +61,28 @@ def fleet(
     from minsnap.shows.fleet_files import KINDS, MANIFEST, read_fleet, write_fleet
     from minsnap.shows.safety_report import SafetyReport, write_report
     from minsnap.shows.show import SKYBRUSH, fly
-    from minsnap.shows.show_yaml import read_show
+    from minsnap.shows.show_exports import check_export, export_show
+    from minsnap.shows.skyc import ShowSheet
 
     if to not in KINDS:
         raise typer.BadParameter(f"{to!r} is none of {', '.join(KINDS)}", param_hint="--to")
     if animate is not None:
         check_animation_name(animate)
-    described = read_show(show)
+    described, of_frames = _described(show, separation, downwash, max_speed, max_acceleration)
+    exports = export or []
+    for file in exports:
+        check_export(file, ShowSheet(origin=described.origin))
+    if preview is not None:
+        _draw_acts(described, preview, show, clobber=not no_clobber)
+    if output is None and preview is not None and not (report or animate or exports or returns or without):
+        return 0
+    if output is None:
+        raise InputError("a show is written into a folder: give -o FOLDER, or --preview FILE alone")
     if output.is_file():
         raise FileError(f"{output} is a file: give the name of a folder")
     if output.suffix.lower() == ".skyc":
         raise InputError(f"{output} would be a folder: give another name; --to skyc writes show.skyc into it")
-    pages = list(filter(None, (report, animate)))
+    pages = [*filter(None, (report, animate)), *exports]
     for page in pages:
         refuse_source(page, show)
         if page.parent.resolve() != output.resolve():
@@ -75,7 +91,7 @@ def fleet(
     if output.is_dir():
         check_destination(place if to == "skyc" else place / MANIFEST, clobber=not no_clobber)
     progress, title = on_terminal(quiet=False), name_as_text(show.stem)
-    flown = fly(described, output / "flights", tell, progress, to)
+    flown = fly(described, output / "flights", tell, progress, to) if of_frames is None else of_frames
     if without is not None:
         flown = flown.without(_missing(without))
     sheet = flown.sheet(described, title)
@@ -96,10 +112,40 @@ def fleet(
     safety = SafetyReport(title, *certificates, written.distance, flown.stages, written.files, beyond, *place_of)
     if report is not None:
         write_report(safety, report, clobber=not no_clobber)
+    for file in exports:
+        export_show(certificates[0].fleet, file, flown.lights, sheet=sheet, clobber=not no_clobber)
     if animate is not None:
         animate_fleet(certificates[0].fleet, animate, clobber=not no_clobber, progress=progress)
     print("\n".join([_summary(safety, place), *(f"note: {sentence}" for sentence in written.notes)]))
     return 0 if safety.ok else 1
+
+
+def _described(
+    file: Path, separation: float | None, downwash: float | None, speed: float | None, acceleration: float | None
+) -> tuple[Show, FlownShow | None]:
+    """Return the show of a file, and the curves of one that is frames alone."""
+    from minsnap.shows.frame_show import is_frames, show_of_frames
+    from minsnap.shows.show_yaml import read_show
+
+    given = {"separation": separation, "downwash": downwash, "max-speed": speed, "max-acceleration": acceleration}
+    if not is_frames(file):
+        said = [name for name, value in given.items() if value is not None]
+        if said:
+            raise InputError(f"--{said[0]} is of frames, and {file} says it itself: leave it out")
+        return read_show(file), None
+    if separation is None:
+        raise InputError(f"{file} is frames, which say no separation: give --separation M")
+    apart = minsnap.Separation(separation, 1.0 if downwash is None else downwash)
+    return show_of_frames(file, apart, minsnap.Limits(speed=speed, acceleration=acceleration))
+
+
+def _draw_acts(show: Show, picture: Path, source: Path, *, clobber: bool) -> None:
+    from minsnap.plot import save_figure
+    from minsnap.shows.preview import draw_preview, pictures_of
+
+    refuse_source(picture, source)
+    save_figure(draw_preview(pictures_of(show)), picture, clobber=clobber)
+    tell(f"{picture} shows the acts")
 
 
 def _missing(without: str) -> list[int]:

@@ -15,7 +15,9 @@ from minsnap.fleet.common_clock import Separation
 from minsnap.fleet.fleet_task import table_of
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ORDINARY
+from minsnap.shows.act_lights import Colour, LightChange
 from minsnap.shows.formations import spacing_of
+from minsnap.shows.frame_animation import Animation
 from minsnap.shows.moves import Move
 from minsnap.shows.site import Fence, ShowOrigin
 
@@ -37,29 +39,42 @@ class Act:
         One for each vehicle, or fewer: the others wait above their homes [m].
     hold : float
         How long it stands [s].
-    colour : tuple of int, ndarray of shape (points, 3), or None
-        Red, green, blue of all lamps, or of the lamp at each point, from 0 to 255; None: as before.
+    colour : tuple of int, ndarray of shape (points, 3), Gradient, or None
+        Red, green, blue of all lamps, or of the lamp at each point, from 0 to 255; None: as before, or those of an
+        animation.
     fade : bool
         The colour is reached during the flight there, else on arrival.
-    moves : tuple of Move
-        What the formation does after its hold, one after the other.
+    moves : tuple of Move or Animation
+        What the formation does after its hold, one after the other. The points of an act with an animation are where
+        that begins.
     at : float or None
         When all have arrived, since the start of the show [s].
     seconds : float or None
         How long the flight there lasts [s]; with ``at``, all wait where they are until it must begin.
     delays : ndarray, shape (points,), or None
         How long after the first the vehicle leaves that flies to each point [s].
+    lights : tuple of LightChange
+        How colours change after the arrival.
+    yaw : float, ndarray of shape (points,), or None
+        Heading of all, or of the vehicle at each point [rad]; None: as before, and in the beginning 0.
     """
 
     name: str
     points: FloatArray
     hold: float = 3.0
-    colour: tuple[int, int, int] | FloatArray | None = None
+    colour: Colour | None = None
     fade: bool = False
-    moves: tuple[Move, ...] = ()
+    moves: tuple[Move | Animation, ...] = ()
     at: float | None = None
     seconds: float | None = None
     delays: FloatArray | None = None
+    lights: tuple[LightChange, ...] = ()
+    yaw: float | FloatArray | None = None
+
+    @property
+    def changes(self) -> tuple[LightChange, ...]:
+        """All changes of its colours, the first of them on arrival."""
+        return (() if self.colour is None else (LightChange(0.0, self.colour, self.fade),)) + self.lights
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +168,7 @@ class Show:
         if self.home.ndim != 2 or self.home.shape[1] != 3 or not len(self.home):
             raise FleetError(f"home has the shape {self.home.shape}: give (vehicles, 3)")
         places = [("home", self.home), *((f"act {act.name!r}", act.points) for act in self.acts)]
+        animated = {f"act {act.name!r}" for act in self.acts if any(isinstance(m, Animation) for m in act.moves[:1])}
         for name, points in places:
             if points.ndim != 2 or points.shape[1:] != (3,) or not 1 <= len(points) <= len(self.home):
                 text = f"{name} has {len(points)} points, and home has {len(self.home)}"
@@ -162,7 +178,7 @@ class Show:
             below = float(self.home[:, 2].min() - points[:, 2].min())
             if below > EXACT:
                 raise FleetError(f"{name} is {below:g} m below the lowest home: raise it")
-            if len(points) < 2:
+            if len(points) < 2 or name in animated:  # the animation itself says what goes
                 continue
             least, pair = spacing_of(self.separation.flat(points))
             apart = self.separation.between(*pair)
@@ -220,6 +236,11 @@ class Show:
                     text = f"act {act.name!r} has {len(act.delays)} delays for {len(act.points)} vehicles"
                     raise FleetError(f"{text}: give one for each, or how long after each the next leaves")
                 times += [(f"a delay of act {act.name!r}", float(delay)) for delay in act.delays]
+            times += [(f"a change of the lights of act {act.name!r}", change.after) for change in act.lights]
+            if (np.diff([change.after for change in act.changes]) < 0.0).any():
+                raise FleetError(f"the changes of the lights of act {act.name!r} are not in the order of their times")
+            if act.yaw is not None and np.shape(act.yaw) not in ((), (len(act.points),)):
+                raise FleetError(f"act {act.name!r} has {np.size(act.yaw)} headings: give one, or one for each point")
             if act.at is None:
                 continue
             if before is not None and act.at < (before.at or 0.0) + before.hold:

@@ -11,22 +11,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.storage.text import FileName
-from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
 from minsnap.files.formats.cubic_segments import worst_distance
 from minsnap.files.formats.skybrush import Lights
 from minsnap.fleet.assignment import assign
 from minsnap.fleet.common_clock import Fleet, Separation
-from minsnap.fleet.fleet_certificate import certify_fleet, extent_of
+from minsnap.shows.act_headings import Turned, with_headings
+from minsnap.shows.act_lights import Shown, lights_of_acts
+from minsnap.shows.act_moves import check_moves, curves_of_moves, of_vehicles, reach_of
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.file_limits import ROUNDED_KINDS
-from minsnap.shows.moves import moved
+from minsnap.shows.frame_animation import Animation
 from minsnap.shows.show_course import SKYBRUSH, ShowCourse, Told
 from minsnap.shows.site import Fence
 from minsnap.shows.skyc import ShowSheet
@@ -121,23 +121,25 @@ def fly(
         If no file of the format holds a curve.
     """
     show.check()
-    asked, show = show, _prepared(show, to)
+    moves = [curves_of_moves(act, show) for act in show.acts]
+    asked, show = show, _prepared(show, to, max(show.reach, reach_of(moves)))
     reserves = show.home[show.flying :]
     show = replace(show, home=show.home[: show.flying])
+    for act, flown in zip(show.acts, moves, strict=True):
+        check_moves(act, flown, show)
     course = ShowCourse(show, kept, progress, told, show.home, to)
     course.refuse_long(show.acts)
     course.fly("take-off", show.above, show.climb_speed)
-    shown = []
+    orders, numbers = [], []
     for number, act in enumerate(show.acts):
         course.refuse_long(show.acts[number:])
         order, goals = _places(show, course.now, act)
         delays = None if act.delays is None else np.where(order >= 0, act.delays[order], 0.0)
         course.fly(act.name, goals, None, act.hold, GivenTime(act.at, act.seconds), delays)
-        shown.append((order, len(course.flights) - 1))
-        for move in act.moves:
-            limits = show.limits if move.seconds is not None else show.flown_limits
-            curves = _beside(moved(move, course.now[order >= 0], limits), order, course.now)
-            course.add(f"{act.name} moves", _checked(curves, show, act.name), "move")
+        orders.append(order)
+        numbers.append(len(course.flights) - 1)
+        for moved in moves[number]:
+            course.add(f"{act.name} moves", of_vehicles(moved, order, course.now), "move")
     course.refuse_long(())
     below = np.column_stack((course.now[:, :2], np.full(len(show.home), show.home[:, 2].min())))
     if show.return_home:
@@ -146,8 +148,8 @@ def fly(
         below = show.home[order]
     course.fly("landing", below, show.descent_speed)
     curves, stages = course.timeline()
-    at = [(order, stages[number]) for order, number in shown]
-    lights = [_lights(show, at, stages[-1].end, vehicle) for vehicle in range(len(show.home))]
+    spans = [stages[first : first + len(act.moves) + 1] for act, first in zip(show.acts, numbers, strict=True)]
+    curves, lights = _headed(curves, show, orders, spans), _lights(show, orders, spans, stages[-1].end)
     end = max(curve.duration for curve in curves)
     curves += [Trajectory(np.tile(place, (1, 8, 1)), np.array([end])) for place in reserves]
     lights += [DARK] * len(reserves)
@@ -178,20 +180,47 @@ def _places(show: Show, now: FloatArray, act: Act) -> tuple[IntArray, FloatArray
     return np.where(chosen < count, chosen, -1), points[chosen]
 
 
-def _beside(curves: list[Trajectory], order: IntArray, now: FloatArray) -> list[Trajectory]:
-    """Return the curves of all, of whom those without a point of the act stay where they are."""
-    if not curves or (order >= 0).all():
+def _lights(show: Show, orders: Sequence[IntArray], spans: Sequence[Sequence[Stage]], end: float) -> list[Lights]:
+    """Return the lights of each vehicle, from which point of each act it is at."""
+    lights = []
+    for points in np.transpose(orders).tolist() if orders else [[]] * len(show.home):
+        acts = [_shown(*each) for each in zip(show.acts, spans, points, strict=True)]
+        lights.append(lights_of_acts(acts, end))
+    return lights
+
+
+def _shown(act: Act, stages: Sequence[Stage], point: int) -> Shown:
+    """Return what a vehicle shows in an act, from the stages of its flight there and its moves."""
+    begins = (stages[0].start, stages[0].arrival, stages[-1].end, point, act.changes)
+    played = next((i for i, move in enumerate(act.moves) if isinstance(move, Animation)), None)
+    if played is None or act.changes:
+        return Shown(*begins)
+    move, stage = act.moves[played], stages[played + 1]
+    assert isinstance(move, Animation)
+    return Shown(*begins, move.lights(max(point, 0)), stage.start, (stage.arrival - stage.start) / move.duration)
+
+
+def _headed(
+    curves: list[Trajectory], show: Show, orders: Sequence[IntArray], spans: Sequence[Sequence[Stage]]
+) -> list[Trajectory]:
+    """Return the curves with the headings of acts, where any has one; those without a point keep theirs."""
+    turns: list[list[Turned]] = [[] for _ in curves]
+    for act, order, stages in zip(show.acts, orders, spans, strict=True):
+        if act.yaw is None:
+            continue
+        angles = np.broadcast_to(np.asarray(act.yaw, dtype=np.float64), (len(act.points),))
+        for vehicle, point in enumerate(order.tolist()):
+            turns[vehicle] += [] if point < 0 else [Turned(stages[0], float(angles[point]))]
+    if not any(turns):
         return curves
-    moving, durations = iter(curves), curves[0].durations
-    still = (Trajectory(np.tile(place, (len(durations), 8, 1)), durations) for place in now[order < 0])
-    return [next(moving) if point >= 0 else next(still) for point in order.tolist()]
+    return [with_headings(curve, own, show.limits.yaw_rate) for curve, own in zip(curves, turns, strict=True)]
 
 
-def _prepared(show: Show, to: str) -> Show:
+def _prepared(show: Show, to: str, reach: float) -> Show:
     """Return the show as it is planned for files: apart by what they may lose too, gentle where Skybrush flies it."""
     if to not in ROUNDED_KINDS:
         return show
-    apart, lost = show.separation, worst_distance(show.reach)
+    apart, lost = show.separation, worst_distance(reach)
     fence = None if show.fence is None else Fence(show.fence.corners, show.fence.margins + lost)
     show = replace(show, separation=Separation((apart.distance or 0.0) + 2.0 * lost, apart.downwash), fence=fence)
     show.check_inside()
@@ -209,38 +238,3 @@ def _return(show: Show, now: FloatArray) -> IntArray:
     order = np.asarray(assign(now, show.above))
     ways = [float(np.linalg.norm(show.above[each] - now, axis=1).max()) for each in (own, order)]
     return own if ways[0] <= ways[1] else order
-
-
-def _checked(curves: list[Trajectory], show: Show, name: str) -> list[Trajectory]:
-    """Return the curves of a move, or raise FleetError where they come too near, leave the room or go underground."""
-    if not curves:
-        return curves
-    below = float(show.home[:, 2].min()) - min(float(extent_of(curve.control_points)[0][2]) for curve in curves)
-    if below > EXACT:
-        raise FleetError(f"a move of {name!r} goes {below:.3g} m below the lowest home: raise the act, or move it less")
-    certificate = certify_fleet(curves, show.separation, room=show.room)
-    near = certificate.closest
-    if near is not None and near.share < 1.0 - EXACT:
-        text = f"vehicles {near.pair[0]} and {near.pair[1]} come within {near.distance:.3f} m of {near.required:g} m"
-        raise FleetError(f"{text} in a move of {name!r}: shrink it less", pair=near.pair)
-    if certificate.room_margin is not None and certificate.room_margin < -EXACT:
-        raise FleetError(f"a move of {name!r} leaves the room by {-certificate.room_margin:.3g} m: move it less far")
-    beyond = 0.0 if show.fence is None else -show.fence.margin_of(certificate.fleet)
-    if beyond > EXACT:
-        raise FleetError(f"a move of {name!r} is {beyond:.3g} m beyond a margin of the fence: move it less far")
-    return curves
-
-
-def _lights(show: Show, shown: list[tuple[IntArray, Stage]], end: float, vehicle: int) -> Lights:
-    """Return the colours of the acts at a vehicle's points, white until the first one, dark after the landing."""
-    keys: list[tuple[float, Any, bool]] = [(0.0, (255, 255, 255), False)]
-    for act, (order, stage) in zip(show.acts, shown, strict=True):
-        if act.colour is None:
-            continue
-        if act.fade:
-            keys.append((stage.start, keys[-1][1], False))
-        own = np.asarray(act.colour)
-        lit = own if own.ndim == 1 else own[order[vehicle]]
-        keys.append((stage.arrival, lit if order[vehicle] >= 0 else (0, 0, 0), act.fade))
-    instants, colours, fades = zip(*keys, (end, (0, 0, 0), False), strict=True)
-    return Lights(np.array(instants), np.array(colours, dtype=np.float64), np.array(fades))

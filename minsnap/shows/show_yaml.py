@@ -17,8 +17,11 @@ from minsnap.errors import FileError
 from minsnap.files.request_yaml import LIMITS, limits_of
 from minsnap.files.waypoints import read_waypoints
 from minsnap.fleet.common_clock import Separation
+from minsnap.shows.act_lights import Colour, Gradient, LightChange
 from minsnap.shows.acts import Act, Show
+from minsnap.shows.csv_show import read_frames
 from minsnap.shows.formations import LINES, circle, grid, mesh, relaxed, spacing_of, svg, text
+from minsnap.shows.frame_animation import Animation
 from minsnap.shows.letters import FONT_FILES
 from minsnap.shows.moves import Move
 from minsnap.shows.site import Fence, ShowOrigin, read_survey
@@ -39,6 +42,7 @@ GRADIENT = mapping(
         "from": Key(COLOUR, "of the points that are lowest along the axis", needed=True),
         "to": Key(COLOUR, "of those that are highest", needed=True),
         "along": Key(word("x", "y", "z"), "an axis; z unless given"),
+        "period": Key(NUMBER, "in which colours run to the other end and back; they stand unless given [s]"),
     },
     "a mapping from one colour to another",
     ("from",),
@@ -72,16 +76,38 @@ MOVE = mapping(
     },
     "a mapping of a move",
 )
+SHOWN = either(GRADIENT, COLOUR, several(COLOUR, "a colour for each point"))
+ANIMATION = mapping(
+    {
+        "file": Key(TEXT, "a folder of CSV, one for each vehicle, or a zip of them", needed=True),
+        "size": Key(NUMBER, "largest extent of all frames; as they are unless given [m]"),
+        "height": Key(NUMBER, "of the lowest point of all frames; as they are unless given [m]"),
+        "slower": Key(NUMBER, "how many times as long it lasts"),
+        "tolerance": Key(NUMBER, "how far curves may be from frames; 0.02 unless given [m]"),
+    },
+    "a mapping with a file",
+)
+LIGHTS = mapping(
+    {
+        "after": Key(NUMBER, "since all have arrived [s]", needed=True),
+        "colour": Key(SHOWN, needed=True),
+        "fade": Key(FLAG, "from the colour before; true unless given"),
+    },
+    "a mapping of a change of the lights",
+)
 ACT = mapping(
     {
         "name": Key(TEXT),
-        "formation": Key(FORMATION, needed=True),
+        "formation": Key(FORMATION, "or an animation"),
+        "animation": Key(ANIMATION, "frames of all vehicles, in place of a formation"),
         "vehicles": Key(WHOLE, "how many are in it; all unless given"),
         "hold": Key(NUMBER, "[s]"),
-        "colour": Key(
-            either(GRADIENT, COLOUR, several(COLOUR, "a colour for each point")), "one, or one for each point"
-        ),
+        "colour": Key(SHOWN, "one, or one for each point, or a gradient"),
         "fade": Key(FLAG, "the colour is reached on the way there"),
+        "lights": Key(several(LIGHTS, "a list of changes"), "how colours change after the arrival"),
+        "yaw": Key(
+            either(NUMBER, several(NUMBER, "a number for each point")), "heading, counter-clockwise from x [degrees]"
+        ),
         "shift": Key(IN_SPACE),
         "turn": Key(NUMBER, "about the vertical [degrees]"),
         "moves": Key(several(MOVE, "a list of moves")),
@@ -228,18 +254,35 @@ def _named(content: dict[str, Any], *names: str) -> dict[str, Any]:
 
 
 def _act(content: dict[str, Any], where: str, vehicles: int, place: Path, apart: Separation) -> Act:
+    if ("formation" in content) == ("animation" in content):
+        raise FileError(f"{where} needs a formation or an animation: give one of both")
     vehicles = min(content.get("vehicles", vehicles), vehicles)
     if vehicles < 1:
         raise FileError(f"{where} has {vehicles} vehicles: give 1 or more")
-    points = _apart(content["formation"], _formation(content["formation"], vehicles, place, where), place, apart)
-    angle = np.radians(content.get("turn", 0.0))
-    turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
-    points = points @ turn.T + np.array(content.get("shift", (0.0, 0.0, 0.0)))
-    moves = tuple(_move(entry, where) for entry in content.get("moves", ()))
-    colour = _colour(content.get("colour"), points, where)
-    given = _named(content, "hold", "fade", "at", "seconds")
+    angle, shift = np.radians(content.get("turn", 0.0)), content.get("shift", (0.0, 0.0, 0.0))
+    moves: tuple[Move | Animation, ...] = tuple(_move(entry, where) for entry in content.get("moves", ()))
+    if "animation" in content:
+        told = dict(content["animation"])
+        animation = Animation(read_frames(place / told.pop("file")), **told, turn=float(angle), shift=shift)
+        points, moves = animation.start, (animation, *moves)
+    else:
+        points = _apart(content["formation"], _formation(content["formation"], vehicles, place, where), place, apart)
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+        points = points @ turn.T + np.array(shift)
+    lights = tuple(
+        LightChange(entry["after"], _colour(entry["colour"], points, where), entry.get("fade", True))
+        for entry in content.get("lights", ())
+    )
+    given = {"hold": 0.0} if "animation" in content else {}
     return Act(
-        content.get("name", where), points, colour=colour, moves=moves, delays=_delays(content, len(points)), **given
+        content.get("name", where),
+        points,
+        colour=_colour(content["colour"], points, where) if "colour" in content else None,
+        moves=moves,
+        delays=_delays(content, len(points)),
+        lights=lights,
+        yaw=np.radians(content["yaw"]) if "yaw" in content else None,
+        **given | _named(content, "hold", "fade", "at", "seconds"),
     )
 
 
@@ -268,15 +311,15 @@ def _delays(content: dict[str, Any], vehicles: int) -> FloatArray | None:
     return np.array(each, dtype=np.float64)
 
 
-def _colour(content: Any, points: FloatArray, where: str) -> FloatArray | None:
-    """Return one colour, or one for each point of the formation, shape (points, 3)."""
-    if content is None:
-        return None
+def _colour(content: Any, points: FloatArray, where: str) -> Colour:
+    """Return one colour, or one for each point of the formation, shape (points, 3), or a gradient."""
     if isinstance(content, dict):
         along = points[:, "xyz".index(content.get("along", "z"))]
-        ends = [_rgb(content[end], where) for end in ("from", "to")]
-        share = (along - along.min()) / max(float(np.ptp(along)), 1e-12)
-        return np.asarray(ends[0] + share[:, None] * (ends[1] - ends[0]))
+        ends = np.stack([_rgb(content[end], where) for end in ("from", "to")])
+        period = content.get("period")
+        if period is not None and not 0.1 <= period <= 3600.0:
+            raise FileError(f"the gradient of {where} has the period {period:g}: give a number from 0.1 to 3600 [s]")
+        return Gradient((along - along.min()) / max(float(np.ptp(along)), 1e-12), ends, period)
     if isinstance(content, str) or not any(isinstance(each, str | tuple) for each in content):
         return _rgb(content, where)
     if len(content) != len(points):

@@ -17,7 +17,7 @@ from minsnap.basics.storage.table import LooseColumns, read_loose_table
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors.keep_out import Cylinder
 from minsnap.errors import FileError, FleetError
-from minsnap.files.geodesy import local_positions
+from minsnap.files.geodesy import geodetic_positions, local_positions
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_certificate import extent_of
 
@@ -86,6 +86,11 @@ class ShowOrigin:
         """
         away = local_positions(geodetic, (self.latitude, self.longitude, self.altitude or 0.0))
         return np.asarray(away @ self.axes)
+
+    def geodetic(self, local: ArrayLike) -> FloatArray:
+        """Return latitude, longitude [degrees] and altitude above mean sea level [m] of places, shape (..., 3)."""
+        home = (self.latitude, self.longitude, self.altitude or 0.0)
+        return geodetic_positions(np.asarray(local, dtype=np.float64) @ self.axes.T, home)
 
 
 def read_survey(file: FileName, origin: ShowOrigin | None) -> FloatArray:
