@@ -1,7 +1,7 @@
 """Learn durations: the optimal cost of many certified plans as a layer of PyTorch.
 
-The derivatives are exact and come with the plans, so that the layer is ten lines. Without PyTorch the same descent runs
-in NumPy.
+The derivatives are exact and come with the plans (``minsnap.torch.cost``). Without PyTorch the same descent runs in
+NumPy, from the gradients of ``minsnap.plan_many``.
 """
 
 import importlib.util
@@ -17,34 +17,16 @@ waypoints = np.cumsum(rng.normal(size=(64, 5, 3)), axis=1)  # 64 problems of 4 l
 STEPS, RATE = 40, 0.05
 
 
-def costs_and_slopes(durations):
-    """Return the optimal costs (64,), and their derivatives in the durations (64, 4)."""
-    many = minsnap.plan_many(waypoints, durations, corridor=0.3, gradients=True)
-    return many.costs, many.gradients.durations.reshape(durations.shape)
-
-
 def learn_with_torch():
     """Return the mean logarithm of the costs, step by step."""
     import torch
-
-    class OptimalCost(torch.autograd.Function):
-        """Costs of the plans for durations."""
-
-        @staticmethod
-        def forward(context, durations):  # noqa: D102
-            costs, slopes = costs_and_slopes(durations.detach().numpy())
-            context.save_for_backward(torch.from_numpy(slopes.copy()))
-            return torch.from_numpy(costs)
-
-        @staticmethod
-        def backward(context, upstream):  # noqa: D102
-            return upstream[:, None] * context.saved_tensors[0]
 
     scores = torch.zeros(64, 4, dtype=torch.float64, requires_grad=True)
     optimiser, history = torch.optim.Adam([scores], lr=RATE), []
     for _ in range(STEPS):
         optimiser.zero_grad()
-        loss = OptimalCost.apply(6.0 * torch.softmax(scores, dim=1)).log().mean()
+        durations = 6.0 * torch.softmax(scores, dim=1)
+        loss = minsnap.torch.cost(waypoints, durations, corridor=0.3).log().mean()
         loss.backward()
         optimiser.step()
         history.append(loss.item())
@@ -56,10 +38,11 @@ def learn_with_numpy():
     scores, history = np.zeros((64, 4)), []
     for _ in range(STEPS):
         shares = np.exp(scores) / np.exp(scores).sum(axis=1, keepdims=True)
-        costs, slopes = costs_and_slopes(6.0 * shares)
+        many = minsnap.plan_many(waypoints, 6.0 * shares, corridor=0.3, gradients=True)
+        slopes = many.gradients.stacked.durations
         relative = slopes - (shares * slopes).sum(axis=1, keepdims=True)
         scores -= RATE * np.sign(relative)
-        history.append(np.log(costs).mean())
+        history.append(np.log(many.costs).mean())
     return history
 
 

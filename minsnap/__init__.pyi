@@ -7,6 +7,7 @@ from . import flight as flight
 from . import plot as plot
 from . import shows as shows
 from . import studio as studio
+from . import torch as torch
 from . import vehicle as vehicle
 from .basics.version import __version__ as __version__
 from .bounds.least_time import TimeBound as TimeBound

@@ -63,7 +63,8 @@ CALLS = {
             "limits": LIMITS,
         }
         | {"pins": [{1: {"velocity": (1, 0, 0)}}, [None] * 3, {9: {}}], "total_time": [3.0, [3.0, 4.0, 5.0], [1.0]]}
-        | {"degree": [3, 5, 9, 11, 4, "7"], "start": STATES, "end": STATES, "gradients": [True, 1], "threads": [1, 2]},
+        | {"degree": [3, 5, 9, 11, 4, "7"], "start": STATES, "end": STATES, "gradients": [True, 1], "threads": [1, 2]}
+        | {"pieces": [1, 3, "auto", [1, "auto", None], [1], 0, "many"]},
     ),
     "replan": (
         lambda **asked: minsnap.replan(**{"flown": CURVE, "now": 0.5, "limits": WIDE} | asked),

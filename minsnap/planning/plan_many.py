@@ -6,6 +6,7 @@ from collections import ChainMap
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from time import perf_counter
+from typing import Literal
 
 import numpy as np
 
@@ -39,6 +40,7 @@ def plan_many(
     degree: int = 7,
     start: State | None = None,
     end: State | None = None,
+    pieces: int | Literal["auto"] | Sequence[int | Literal["auto"] | None] | None = None,
     gradients: bool = False,
     threads: int | None = None,
     progress: Callable[[int, int], None] | bool | None = None,
@@ -61,10 +63,13 @@ def plan_many(
     start, end : mapping, optional
         Derivatives at the ends, such as ``{"velocity": v}`` with v of shape (dim,) or (B, dim) [m/s]; those up to order
         k - 1 that are not named are zero.
+    pieces : int, "auto" or sequence of B of them, optional
+        Polynomials per leg, as ``plan`` takes them: by default ``"auto"`` where ``limits`` choose the time, else one.
     gradients : bool
         Whether ``many.gradients`` holds the exact derivatives of every optimal cost in durations, waypoints and the
-        half-widths of tubes: for fixed durations, without limits, in walls of this library. Plans in tubes from rest to
-        rest are then solved more accurately, and may differ from those of ``plan`` by some 1e-6 of their cost.
+        half-widths of tubes (``many.gradients.stacked``: a row for each plan): for fixed durations, without limits,
+        one polynomial per leg, in walls of this library. Plans in tubes from rest to rest are then solved more
+        accurately, and may differ from those of ``plan`` by some 1e-6 of their cost.
     threads : int, optional
         Threads to use; by default as many as processors.  The result does not depend on it.
     progress : callable or bool, optional
@@ -89,7 +94,13 @@ def plan_many(
     half = check_degree(degree)
     batch = ProblemRows.of(waypoints, durations)
     ends = batch.ends(start, "start", half), batch.ends(end, "end", half)
-    known = ("limits", limits, LimitError), ("pins", pins, WaypointError), ("total_time", total_time, TimingError)
+    divided = None if limits is None and type(pieces) is int and pieces == 1 else pieces
+    known = (
+        ("limits", limits, LimitError),
+        ("pins", pins, WaypointError),
+        ("total_time", total_time, TimingError),
+        ("pieces", divided, InputError),
+    )
     others = {name: batch.each(name, value, error) for name, value, error in known if value is not None}
     others |= {"durations": [None] * len(batch)} if durations is None else {}
     walls = None if corridor is None else batch.each("corridor", corridor, CorridorError)
@@ -121,6 +132,8 @@ def _check_gradients(many: ManyProblems) -> None:
     timed = {name: [value for value in values if value is not None] for name, values in many.others.items()}
     if "durations" in timed or timed.get("limits") or timed.get("total_time"):
         raise InputError("gradients are known for fixed durations: leave out gradients=True, or limits and total_time")
+    if any(value != 1 for value in timed.get("pieces", ())):
+        raise InputError("gradients are known with one polynomial per leg: leave out gradients=True, or pieces")
     for corridor in many.corridors or ():
         for part in corridor if isinstance(corridor, (list, tuple)) else [corridor]:
             if hasattr(part, "walls") and CONSTRAINTS.get(type(part).__name__) is not type(part):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import perm
 from typing import NamedTuple, Protocol
 
@@ -66,6 +66,21 @@ class Gradients(ReadOnly):
     def __post_init__(self) -> None:
         set_fields(self, **vars(self))
 
+    @property
+    def stacked(self) -> Gradients:
+        """The same with a row for each plan: shapes (plans, legs), (plans, legs + 1, dim) and (plans, legs).
+
+        Raises
+        ------
+        InputError
+            If the plans have different numbers of legs.
+        """
+        plans, dim = len(self.offsets) - 1, self.waypoints.shape[-1]
+        legs = equal_legs(self.offsets, "take durations, waypoints and offsets")
+        widths = None if self.corridor is None else self.corridor.reshape(plans, legs)
+        durations, waypoints = self.durations.reshape(plans, legs), self.waypoints.reshape(plans, legs + 1, dim)
+        return replace(self, durations=durations, waypoints=waypoints, corridor=widths)
+
     @classmethod
     def of_legs(
         cls, durations: FloatArray, displacements: FloatArray, corridor: FloatArray | None, offsets: IntArray
@@ -87,6 +102,17 @@ class Gradients(ReadOnly):
         return cls(durations, waypoints, widths if walls else None, offsets)
 
 
+def moved_ends(points: FloatArray) -> FloatArray:
+    """Return the end derivatives in s of pieces (pieces, 2k, dim), each moved to begin at the origin."""
+    degree = points.shape[1] - 1
+    half = (degree + 1) // 2
+    steps = [perm(degree, order) * careful_differences(points, order) for order in range(half)]
+    ends = np.stack([*(step[:, 0] for step in steps), *(step[:, -1] for step in steps)], axis=1)
+    ends[:, half] -= ends[:, 0]
+    ends[:, 0] = 0.0
+    return ends
+
+
 def free_slopes(points: FloatArray, durations: FloatArray) -> tuple[FloatArray, FloatArray]:
     r"""Return how the optimal cost of a curve without walls changes with durations and displacements of its pieces.
 
@@ -106,16 +132,21 @@ def free_slopes(points: FloatArray, durations: FloatArray) -> tuple[FloatArray, 
     """
     degree = points.shape[1] - 1
     half = (degree + 1) // 2
-    steps = [perm(degree, order) * careful_differences(points, order) for order in range(half)]
-    ends = np.stack([*(step[:, 0] for step in steps), *(step[:, -1] for step in steps)], axis=1)
-    ends[:, half] -= ends[:, 0]
-    ends[:, 0] = 0.0
+    ends = moved_ends(points)
     root = gram_root(half - 1) @ ends_to_highest(degree)
     orders = np.tile(np.arange(half), 2)[:, None]
     value, slope = np.matmul(root, ends), np.matmul(root, ((1.0 - 2.0 * half) + 2.0 * orders) * ends)
     times = (value * slope).sum(axis=(1, 2)) * durations ** (-2.0 * half)
     forces = 2.0 * (value * root[:, half, None]).sum(axis=1) * durations[:, None] ** (1.0 - 2.0 * half)
     return np.asarray(times), np.asarray(forces)
+
+
+def equal_legs(offsets: IntArray, instead: str) -> int:
+    """Return the number of legs of plans that are stacked: the same of all."""
+    counts = set(np.diff(offsets).tolist())
+    if len(counts) > 1:
+        raise InputError(f"the plans have different numbers of legs: {instead}")
+    return int(next(iter(counts), 0))
 
 
 class Reports(Protocol):
@@ -217,10 +248,8 @@ class Trajectories(ReadOnly):
         InputError
             If the plans have different numbers of legs.
         """
-        legs = np.diff(self.offsets)
-        if len(legs) and (legs != legs[0]).any():
-            raise InputError("the plans have different numbers of legs: take control_points and offsets")
-        return self.control_points.reshape(len(self), -1, *self.control_points.shape[1:])
+        legs = equal_legs(self.offsets, "take control_points and offsets")
+        return self.control_points.reshape(len(self), legs, *self.control_points.shape[1:])
 
     def __getitem__(self, index: int) -> Plan:
         """One plan.

@@ -304,3 +304,16 @@ def test_plans_that_first_fly_back_within_their_limits_keep_their_legs():
     alone, many = minsnap.plan(points, **question), minsnap.plan_many([points, points[::-1]], **question)
     assert many[0].pieces == alone.pieces > 1 and np.array_equal(many[0].leg_breaks, alone.leg_breaks)
     assert minsnap.certify(many[0], points).waypoint_error < 1e-9
+
+
+@pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")
+def test_plans_have_the_pieces_that_are_asked_for():
+    points = np.array([(0, 0, 1), (4, 1, 1), (8, 0, 1)], dtype=float)
+    within = {"limits": minsnap.Limits(speed=2.0, acceleration=4.0)}
+    many = minsnap.plan_many([points] * 4, pieces=[1, 3, "auto", None], **within)
+    alone = [minsnap.plan(points, pieces=pieces, **within) for pieces in (1, 3, "auto", None)]
+    assert [one.pieces for one in many] == [one.pieces for one in alone] and many.duration[2] < many.duration[0]
+    assert many.duration.tolist() == [one.duration for one in alone]
+    given = minsnap.plan_many([points] * 2, [[2.5, 2.5]] * 2, pieces=3)
+    assert given[0].pieces == 3 and given.control_points.shape == (12, 8, 3)
+    assert minsnap.plan_many([points], pieces="many", **within).errors[0].code == "degree"

@@ -208,6 +208,7 @@ def test_a_plan_that_fails_in_walls_has_no_gradients_and_the_others_have():
     [
         ({"limits": minsnap.Limits(speed=3.0)}, "for fixed durations"),
         ({"total_time": 3.0}, "for fixed durations"),
+        ({"pieces": 3}, "one polynomial per leg"),
         ({"corridor": [Stranger(), Stranger()]}, "not of Stranger"),
     ],
 )
@@ -216,3 +217,15 @@ def test_gradients_that_are_not_known_are_refused(given, says):
     times = None if "total_time" in given or "limits" in given else durations
     with pytest.raises(InputError, match=says):
         minsnap.plan_many(points, times, gradients=True, **given)
+
+
+def test_gradients_have_a_row_for_each_plan():
+    points, durations = questions(3, 2)
+    gradients = minsnap.plan_many(points, durations, 0.3, gradients=True).gradients
+    stacked = gradients.stacked
+    assert stacked.durations.shape == durations.shape and stacked.waypoints.shape == points.shape
+    assert np.array_equal(stacked.durations.ravel(), gradients.durations) and stacked.corridor.shape == durations.shape
+    uneven = minsnap.plan_many([points[0], points[1][:2]], [durations[0], durations[1][:1]], gradients=True)
+    with pytest.raises(InputError, match="different numbers of legs"):
+        _ = uneven.gradients.stacked
+    assert minsnap.plan_many(points[:0], durations[:0], gradients=True).gradients.stacked.durations.shape == (0, 0)
