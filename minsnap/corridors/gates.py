@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from minsnap.basics.checks import check_array, check_distance
 from minsnap.basics.messages import explains_names, shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import WaypointError
+
+if TYPE_CHECKING:
+    from minsnap.corridors.prism import Prism
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,6 +210,28 @@ class Gate(ReadOnly):
             self.crossing,
             self.margin + check_distance("the distance", distance, WaypointError),
         )
+
+    def frame(self, bar: float, depth: float | None = None, clearance: float = 0.0) -> tuple[Prism, ...]:
+        """Return the four bars around a rectangular opening as obstacles for ``avoid=``.
+
+        Parameters
+        ----------
+        bar : float
+            How wide each bar is, from the opening outwards [m].
+        depth : float, optional
+            Of the frame along the normal, half of it on either side [m]; by default ``bar``.
+        clearance : float
+            By how much each bar is larger on all sides [m], such as the radius of the vehicle. The margin of the gate
+            is at least as large, or the frame takes more of the opening than the margin.
+
+        Raises
+        ------
+        WaypointError
+            If a size is none, or the opening is no rectangle that stands upright or lies level.
+        """
+        from minsnap.corridors.gate_frames import bars_of
+
+        return bars_of(self, bar, bar if depth is None else depth, clearance)
 
     @classmethod
     def _of(cls, *fields: Any) -> Gate:

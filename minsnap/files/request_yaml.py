@@ -46,7 +46,19 @@ DESCRIBED = Form(
     lambda where, value: value,
     {"type": ["string", "object"]},
 )
-"""A vehicle: a preset, a file beside the one that names it, or the fields of a Quadrotor."""
+"""A vehicle: a preset, a file beside the one that names it, the fields of a Quadrotor, or those of ``THRUST``."""
+
+THRUST = mapping(
+    {
+        "mass": Key(NUMBER, "[kg]", needed=True),
+        "max_thrust": Key(NUMBER, "of all rotors together [N]", needed=True),
+        "min_thrust": Key(NUMBER, "the least [N]"),
+        "body_rate": Key(NUMBER, "roll and pitch rate together [rad/s]"),
+        "yaw_rate": Key(NUMBER, "[rad/s]"),
+    },
+    "a mapping of mass, max_thrust and rates",
+)
+"""A vehicle of which no more is known than what it lifts, and how fast it turns."""
 
 ROTORS = mapping(
     {
@@ -100,7 +112,20 @@ def limits_of(where: str, content: Any, folder: Path) -> Limits:
     rotors = values.pop("rotors", None)
     if rotors is None:
         return Limits(**values)
-    return Limits.of(vehicle_of(rotors["vehicle"], folder), rotors.get("reserve", RESERVE), **values)
+    return vehicle_limits(where, rotors["vehicle"], folder, {"reserve": rotors.get("reserve", RESERVE)} | values)
+
+
+def vehicle_limits(where: str, vehicle: Any, folder: Path, others: Mapping[str, Any], name: str = "vehicle") -> Limits:
+    """Return the limits of a described vehicle, combined with others; a mapping with ``max_thrust`` has no rotors.
+
+    Raises
+    ------
+    FileError, LimitError, VehicleError
+        As :func:`limits_of`.
+    """
+    if isinstance(vehicle, Mapping) and "max_thrust" in vehicle:
+        return Limits.of_mass(**{**THRUST.read(f"{where}: vehicle", vehicle), **others})
+    return Limits.of(vehicle_of(vehicle, folder, name), **others)
 
 
 def read_limits(path: FileName) -> Limits:

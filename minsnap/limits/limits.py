@@ -171,8 +171,7 @@ class Limits:
             vehicle = named_vehicle(vehicle)
         if not has_method(vehicle, "max_thrust_to_weight"):
             raise LimitError(f"Limits.of takes a Quadrotor, not {type(vehicle).__name__}")
-        if not (is_number(reserve) and 0.0 <= reserve < 1.0):
-            raise LimitError(f"the reserve is {shown(reserve)}: it must be at least 0 and below 1")
+        _check_reserve(reserve)
         ratio = vehicle.max_thrust_to_weight
         if ratio <= 1.0:
             raise LimitError(f"the vehicle's rotors lift {ratio:.3f} of its weight: it cannot hover", smallest=1.0)
@@ -181,6 +180,58 @@ class Limits:
         if least > 0.0:
             thrusts["min_thrust"] = 1.0 - (1.0 - reserve) * (1.0 - least)
         return VehicleLimits(**{**thrusts, **others}, gravity=vehicle.gravity, vehicle=vehicle, reserve=float(reserve))
+
+    @classmethod
+    def of_mass(
+        cls,
+        mass: float,
+        max_thrust: float,
+        *,
+        min_thrust: float | None = None,
+        reserve: float = 0.1,
+        gravity: float = GRAVITY,
+        **others: Any,
+    ) -> Limits:
+        """Return the limits of a vehicle of which mass, thrust and rates are known, as racers tell them.
+
+        Thrust of all rotors together becomes a limit; single rotors, inertia and drag are left out (``Limits.of`` has
+        them). Give the rates that its controller follows beside it.
+
+        Parameters
+        ----------
+        mass : float
+            [kg].
+        max_thrust, min_thrust : float
+            Of all rotors together [N].
+        reserve : float
+            Share of the thrust's room above and below hover that is left to feedback, in [0, 1).
+        gravity : float
+            [m/s^2].
+        **others
+            Further limits, such as ``body_rate=12`` [rad/s], ``yaw_rate``, ``tilt`` or ``speed``.
+
+        Raises
+        ------
+        LimitError
+            If a number is none, the thrust does not lift the mass, or another limit is malformed.
+        """
+        weight = check_positive("mass", mass, "kg", LimitError) * check_positive("gravity", gravity, "m/s²", LimitError)
+        most = check_positive("max_thrust", max_thrust, "N", LimitError)
+        _check_reserve(reserve)
+        if most <= weight:
+            raise LimitError(
+                f"{most:g} N lift {most / weight:.3f} of the weight of {mass:g} kg: give the thrust of all rotors",
+                smallest=weight,
+            )
+        thrusts = {"max_thrust": 1.0 + (1.0 - reserve) * (most / weight - 1.0)}
+        if min_thrust is not None:
+            least = check_positive("min_thrust", min_thrust, "N", LimitError)
+            if least >= weight:
+                raise LimitError(
+                    f"min_thrust is {least:g} N, and the weight {weight:.4g} N: give less", smallest=weight
+                )
+            thrusts["min_thrust"] = 1.0 - (1.0 - reserve) * (1.0 - least / weight)
+        return cls(**{**thrusts, **others}, gravity=gravity)
 
     @property
     def medium(self) -> Medium:
@@ -299,6 +350,12 @@ def check_one_speed(limits: Any, what: str) -> None:
     check_limits(limits)
     if limits.leg_speeds:
         raise LimitError(f"{what} has one speed for all legs, not {len(limits.leg_speeds)}: give Limits(speed=3)")
+
+
+def _check_reserve(reserve: Any) -> None:
+    """Refuse a share of the rotors' room that is none."""
+    if not (is_number(reserve) and 0.0 <= reserve < 1.0):
+        raise LimitError(f"the reserve is {shown(reserve)}: it must be at least 0 and below 1")
 
 
 def _check_limit(kind: Kind, limit: float) -> None:

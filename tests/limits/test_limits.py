@@ -138,3 +138,16 @@ def test_names_that_limits_do_not_have_are_answered():
         Limits(max_speed=3.0)
     with pytest.raises(LimitError, match=r"did you mean Limits\(speed=3\)\?"):
         minsnap.plan([(0, 0, 1), (4, 0, 1)], limits={"speed": 3})
+
+
+def test_limits_of_a_mass_and_a_thrust():
+    """A racer of 0.8 kg with 28 N: 3.57 times its weight, less the reserve above and below hover."""
+    weight = 0.8 * 9.80665
+    racer = Limits.of_mass(0.8, 28.0, reserve=0.0, body_rate=12.0)
+    assert racer.max_thrust == pytest.approx(28.0 / weight) and racer.body_rate == 12.0 and racer.min_thrust is None
+    kept = Limits.of_mass(0.8, 28.0, min_thrust=2.0)
+    assert kept.max_thrust == pytest.approx(1.0 + 0.9 * (28.0 / weight - 1.0))
+    assert kept.min_thrust == pytest.approx(1.0 - 0.9 * (1.0 - 2.0 / weight))
+    for given, says in (((0.8, 7.0), "all rotors"), ((0.0, 28.0), "mass"), ((0.8, 28.0, 9.0), "min_thrust")):
+        with pytest.raises(LimitError, match=says):
+            Limits.of_mass(given[0], given[1], min_thrust=given[2] if len(given) > 2 else None)

@@ -36,12 +36,12 @@ from minsnap.basics.schema import (
     several,
     word,
 )
-from minsnap.basics.storage.text import FileName, load_yaml, reading
+from minsnap.basics.storage.text import FileName, load_yaml, read_text, reading
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
-from minsnap.corridors.keep_out import Avoided
+from minsnap.corridors.keep_out import Avoided, named_obstacles
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import FileError, WaypointError
 from minsnap.files import request_yaml
@@ -49,6 +49,7 @@ from minsnap.files.waypoints import has_holds, read_held
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ordinary_limits
 from minsnap.paths.missions.foreign_courses import translated
+from minsnap.paths.missions.race_track import translated_track
 from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.velocity_heading import Velocity
@@ -56,6 +57,10 @@ from minsnap.trajectory.velocity_heading import Velocity
 LEAN = tan(radians(1.0))
 """How much the velocity may lean towards a side of a gate that is passed straight."""
 
+
+TRACK = ".toml"
+ENDINGS = (".yaml", ".yml", TRACK)
+"""Files that describe courses; another one is a table of waypoints."""
 
 MOST_LAPS = 1000
 """Most laps of a course."""
@@ -312,6 +317,10 @@ EDGES = {
     "margin": Key(NUMBER, "how far the path stays from the edges [m]"),
     "crossing": Key(WHOLE, "1: along the normal, -1: against it, 0: either way"),
 }
+FRAMED = {
+    "frame": Key(NUMBER, "width of the bars around the opening, which are obstacles, kept clear of by the margin [m]"),
+    "frame_depth": Key(NUMBER, "how deep they are along the way [m], by default as wide"),
+}
 GATE = mapping(
     {"center": Key(LISTED, "[m]")}
     | EDGES
@@ -324,6 +333,7 @@ GATE = mapping(
         "up": Key(LISTED, "direction of the height"),
         "radius": LENGTH,
     }
+    | FRAMED
     | PASSED,
     "a gate",
     marks=("center", "corners", "centre"),
@@ -362,6 +372,7 @@ COURSE = mapping(
         "tube": Key(NUMBER, "half-width around the legs [m]"),
         "ball": Key(either(NUMBER, LISTED), "of all waypoints, or of each [m]"),
         "margin": Key(NUMBER, "of all gates [m]"),
+        **{name: Key(NUMBER, f"of all gates: {key.text}") for name, key in FRAMED.items()},
         "tolerance": Key(NUMBER, "half-width of the boxes around inner waypoints [m]"),
         "yaw": request_yaml.PLAIN["yaw"],
         "vehicle": Key(request_yaml.DESCRIBED),
@@ -371,6 +382,29 @@ COURSE = mapping(
     "a mapping with waypoints",
 )
 """The whole file."""
+
+
+def _content(path: FileName) -> Any:
+    """Return the content of a file of a course: YAML as it is, a configuration of a race in TOML translated.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read.
+    ImportError
+        If Python is older than its reader of TOML.
+    """
+    if isinstance(path, str | Path) and Path(path).suffix.lower() == TRACK:
+        try:
+            import tomllib
+        except ModuleNotFoundError:
+            raise ImportError("reading .toml needs Python 3.11 or newer: write the course as YAML") from None
+        with reading(path, "TOML"):
+            try:
+                return translated_track(f"{path}", tomllib.loads(read_text(path)))
+            except tomllib.TOMLDecodeError as error:
+                raise FileError(f"{path}: {error}") from None
+    return load_yaml(path)
 
 
 def is_course(path: FileName, wanted: bool = True) -> bool:
@@ -383,10 +417,11 @@ def is_course(path: FileName, wanted: bool = True) -> bool:
     FileError
         If it cannot be read, or has keys that only a course has and others that only a request has.
     """
-    if isinstance(path, str | Path) and Path(path).suffix.lower() not in (".yaml", ".yml"):
+    suffix = Path(path).suffix.lower() if isinstance(path, str | Path) else ".yaml"
+    if suffix not in ENDINGS:
         return has_holds(path)
-    content = load_yaml(path)
-    if translated(f"{path}", content) is not None:
+    content = _content(path)
+    if suffix == TRACK or translated(f"{path}", content) is not None:
         return True
     if request_yaml.is_request(content):
         _refuse_both(f"{path}", content)
@@ -416,20 +451,20 @@ def read_course(path: FileName) -> Course:
     The keys are those of :data:`COURSE`. ``waypoints`` are points, mappings with ``x``, ``y``, ``z``, or gates:
     mappings with ``center``, a direction (``heading``, ``heading_deg``, or ``normal`` and ``crossing``) and ``width``,
     ``height`` or a ``radius``; or ``corners`` alone. ``gates`` alone is the same. The files of rpg_time_optimal,
-    pmm_uav_planner, TOGT-Planner and waypoint_navigator are read as they are.
+    pmm_uav_planner, TOGT-Planner, waypoint_navigator and lsy_drone_racing (TOML) are read as they are.
 
     Raises
     ------
     FileError
         If the file is malformed; says where.
     ImportError
-        If PyYAML is not there.
+        If PyYAML is not there, or for TOML a Python older than 3.11.
     """
-    if isinstance(path, str | Path) and Path(path).suffix.lower() not in (".yaml", ".yml"):
+    if isinstance(path, str | Path) and Path(path).suffix.lower() not in ENDINGS:
         held = read_held(path)
         stops = (Stop(point, hold=float(hold)) for point, hold in zip(held.points, held.holds, strict=True))
         return Course(tuple(stops), name=Path(path).stem)
-    content = load_yaml(path)
+    content = _content(path)
     content = content if isinstance(content, dict) else {"waypoints": content}
     content = translated(f"{path}", content) or content
     with reading(path, "a course"):
@@ -446,10 +481,21 @@ def _course(where: str, content: Mapping[str, Any], path: Path) -> Course:
     balls = balls if isinstance(balls, tuple) else (balls,) * len(entries)
     named = [f"{where}: {key} {i}" for key in ("waypoints", "gates") for i in range(len(content.get(key, ())))]
     stops = [_stop(name, entry, ball, margin) for name, entry, ball in zip(named, entries, balls, strict=True)]
+    framed = {name: content[name] for name in FRAMED if name in content}
+    bars = [bar for stop, entry in zip(stops, entries, strict=True) for bar in _frame(stop, framed, entry)]
     values = {field.name: content[field.name] for field in fields(Course) if field.name in content}
     boxes = Boxes(**content["boxes"]) if "boxes" in content else None
-    own = {"limits": _limits(path.parent, content), "boxes": boxes}
+    own: dict[str, Any] = {"limits": _limits(path.parent, content), "boxes": boxes}
+    own |= {"avoid": (*content.get("avoid", ()), *named_obstacles(bars))} if bars else {}
     return Course(tuple(stops), **{"name": path.stem} | values | own)
+
+
+def _frame(stop: Stop, framed: Mapping[str, Any], entry: Any) -> tuple[Avoided, ...]:
+    """Return the bars of one gate, where it has any."""
+    own = dict(framed) | ({name: entry[name] for name in FRAMED if name in entry} if isinstance(entry, dict) else {})
+    if stop.gate is None or "frame" not in own:
+        return ()
+    return stop.gate.frame(own["frame"], own.get("frame_depth"), stop.gate.margin)
 
 
 def stop_of(where: str, content: Any) -> Stop:
@@ -470,7 +516,7 @@ def _stop(where: str, entry: Any, ball: float, margin: float) -> Stop:
 def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
     how = {name: entry[name] for name in ("crossing", "margin") if name in entry}
     if "corners" in entry:
-        if set(entry) - {"corners", *how, *PASSED}:
+        if set(entry) - {"corners", *how, *FRAMED, *PASSED}:
             raise FileError(f"{where}: a gate with corners has no center, direction or size besides")
         return Gate.polygon(entry["corners"], **how)
     directions = [name for name in ("normal", "heading", "heading_deg") if name in entry]
@@ -495,8 +541,10 @@ def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
 def _limits(folder: Path, content: Mapping[str, Any]) -> Limits | None:
     named = content.get("limits", {})
     if "vehicle" in content:
-        vehicle = request_yaml.vehicle_of(content["vehicle"], folder, content.get("name", "vehicle"))
-        return Limits.of(vehicle, **{"reserve": 0.0} | request_yaml.without_null(named))
+        others = {"reserve": 0.0} | request_yaml.without_null(named)
+        return request_yaml.vehicle_limits(
+            "the course", content["vehicle"], folder, others, content.get("name", "vehicle")
+        )
     if "rotors" in named:
         return request_yaml.limits_of("limits", named, folder)
     return Limits(**request_yaml.complete(named)) if named else None

@@ -1,0 +1,49 @@
+"""The frames of gates as obstacles: four bars around a rectangular opening, each an upright prism."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_distance, check_positive
+from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.gates import Gate
+from minsnap.corridors.prism import Prism
+from minsnap.errors import WaypointError
+
+
+def bars_of(gate: Gate, bar: float, depth: float, clearance: float) -> tuple[Prism, ...]:
+    """Return the bars of a gate, larger by a clearance on all sides; see :meth:`Gate.frame`."""
+    wide = check_positive("the bar of a frame", bar, "m", WaypointError)
+    deep = check_positive("the depth of a frame", depth, "m", WaypointError)
+    room = check_distance("the clearance of a frame", clearance, WaypointError)
+    sides = np.roll(gate.corners, -1, axis=0) - gate.corners if len(gate.center) == 3 else np.zeros((0, 3))
+    across, up = (sides[0], sides[1]) if len(sides) == 4 else (np.zeros(3), np.zeros(3))
+    upright = abs(gate.normal[-1]) <= EXACT and abs(across[-1]) <= EXACT * np.linalg.norm(across)
+    level = np.linalg.norm(gate.normal[:-1]) <= EXACT
+    if len(sides) != 4 or np.linalg.norm(across) == 0.0 or abs(across @ up) > EXACT * (across @ across):
+        raise WaypointError("a frame is known of rectangular gates in space: give the obstacles around this one")
+    if not (upright or level):
+        raise WaypointError("a frame is known of gates that stand upright or lie level: give the obstacles around it")
+    half = np.array([np.linalg.norm(across), np.linalg.norm(up)]) / 2.0
+    axes = np.stack([across / (2.0 * half[0]), up / (2.0 * half[1]), gate.normal])
+    inner, outer = half - room, half + wide + room
+    thick = deep / 2.0 + room
+    (x, y), (u, v) = inner.tolist(), outer.tolist()
+    boxes = [((-u, -v), (-x, v)), ((x, -v), (u, v)), ((-u, -v), (u, -y)), ((-u, y), (u, v))]
+    return tuple(_bar(gate.center, axes, (*low, -thick), (*high, thick)) for low, high in boxes)
+
+
+def _bar(center: FloatArray, axes: FloatArray, low: tuple[float, ...], high: tuple[float, ...]) -> Prism:
+    """Return the box between two corners in a frame one of whose axes is vertical."""
+    upwards = int(np.argmax(np.abs(axes[:, 2])))
+    first, second = (k for k in range(3) if k != upwards)
+    flat = [
+        (low[first], low[second]),
+        (high[first], low[second]),
+        (high[first], high[second]),
+        (low[first], high[second]),
+    ]
+    polygon = [center[:2] + u * axes[first, :2] + v * axes[second, :2] for u, v in flat]
+    ends = sorted((center[2] + low[upwards] * axes[upwards, 2], center[2] + high[upwards] * axes[upwards, 2]))
+    return Prism(np.array(polygon), float(ends[0]), float(ends[1]))
