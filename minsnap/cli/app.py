@@ -50,8 +50,9 @@ app = typer.Typer(
 )
 
 
-_ALIKE = "align closed continuity corridor degree hold_below pieces solver split time_limit time_weight yaw yaw_rate"
-ARGUMENTS = {name: f"--{name.replace('_', '-')}" for name in _ALIKE.split()}
+_ALIKE = "align closed continuity corridor degree hold_below pieces solver split time_limit time_weight"
+_TURNED = "yaw yaw_at_start yaw_rate"
+ARGUMENTS = {name: f"--{name.replace('_', '-')}" for name in f"{_ALIKE} {_TURNED}".split()}
 ARGUMENTS |= {"limits": "a limit such as --max-speed", "total_time": "--time"}
 """Arguments of functions, and the options that stand for them."""
 

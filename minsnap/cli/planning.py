@@ -166,6 +166,9 @@ class Planning(TimingOptions):
     hold_below: Annotated[
         float | None, "M/S", "With --yaw velocity: hold the heading below this horizontal speed [m/s]."
     ] = None
+    yaw_at_start: Annotated[
+        float | None, "DEG", "With --yaw velocity: the vehicle's heading at the start, from which it turns [degrees]."
+    ] = None
     degree: options.Degree = 7
     continuity: Annotated[int | None, "Derivatives continuous at the waypoints."] = None
     solver: Annotated[str, "auto, or a solver's name: daqp, clarabel, osqp, or another of qpsolvers."] = "auto"
@@ -187,7 +190,8 @@ class Planning(TimingOptions):
         """Return the arguments of a plan that the options name."""
         avoided = options.avoided(self.avoid, self.fence)
         chosen = options.present(corridor=self.walls, continuity=self.continuity, avoid=avoided)
-        chosen |= options.present(yaw_rate=self.yaw_rate, hold_below=self.hold_below)
+        angle = None if self.yaw_at_start is None else radians(self.yaw_at_start)
+        chosen |= options.present(yaw_rate=self.yaw_rate, hold_below=self.hold_below, yaw_at_start=angle)
         return super().arguments() | chosen | self.in_loop | {"degree": self.degree, "solver": self.solver}
 
 

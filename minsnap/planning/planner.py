@@ -65,6 +65,7 @@ if TYPE_CHECKING:
         "certify": "corridor=Sampled(0.3), or certify(trajectory, corridor=0.3)",
         "yaw_rate": "yaw=Velocity(yaw_rate=1.5)",
         "hold_below": "yaw=Velocity(hold_below=0.3)",
+        "yaw_at_start": "yaw=Velocity(yaw_at_start=1.57)",
         "dim": "nothing: the waypoints have as many coordinates as their rows",
         "max_speed": "limits=Limits(speed=3)",
         "speed": "limits=Limits(speed=3)",

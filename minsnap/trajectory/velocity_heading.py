@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, set_fields
 from minsnap.basics.cached import cached_property
-from minsnap.basics.checks import check_positive
+from minsnap.basics.checks import check_number, check_positive
 from minsnap.errors import YawError
 from minsnap.native.shortest_time import InstantKind, InstantLimit
 from minsnap.trajectory.heading import Heading, Largest, RuledHeading, nearest_turn
@@ -41,6 +41,8 @@ class TurnSettings:
         Share of the top speed, climbing included, that no horizontal speed exceeds where a path only climbs.
     samples : int
         Instants a polynomial piece at which the turns of the velocity are counted.
+    most : float
+        Largest angle of a heading at the start [rad].
     """
 
     ease: float = 0.5
@@ -51,6 +53,7 @@ class TurnSettings:
     held_room: float = 10.0
     resting: float = 1e-6
     samples: int = 64
+    most: float = 4.0 * np.pi
 
 
 TURNING = TurnSettings()
@@ -72,12 +75,16 @@ class HeadingTable:
         Of the velocity [rad], not wrapped; [rad/s].
     fast : ndarray of bool, shape (m,)
         Where the heading follows the velocity.
+    given : bool
+        Whether the first angle is a given one, from which the heading turns in a hold: the first instant counts as
+        fast, and the second one does not.
     """
 
     t: FloatArray
     angle: FloatArray
     rate: FloatArray
     fast: BoolArray
+    given: bool = False
 
     def holds(self, most: float) -> list[tuple[int, int]]:
         """Return the holds, first and last instant by index, widened until each turns at ``most`` [rad/s] or less.
@@ -110,13 +117,14 @@ class HeadingTable:
         begins, ends = first < 0, last >= len(self.t)
         if begins and ends:
             return hold
-        steps = np.arange(1 + min(len(self.t) if begins else first - low, len(self.t) if ends else high - last))
+        free = begins or (self.given and first == 0)
+        steps = np.arange(1 + min(len(self.t) if free else first - low, len(self.t) if ends else high - last))
         before, after = np.maximum(first - steps, 0), np.minimum(last + steps, len(self.t) - 1)
         largest = self._largest(after if begins else before, before if ends else after, begins or ends)
         good = np.flatnonzero(largest <= most)
         if not len(good):
             return None
-        return (first if begins else first - int(good[0]), last if ends else last + int(good[0]))
+        return (first if free else first - int(good[0]), last if ends else last + int(good[0]))
 
     def _largest(self, first: FloatArray, last: FloatArray, open_ended: bool) -> FloatArray:
         """Largest rates of holds by index; one that begins or ends with the path only eases."""
@@ -130,7 +138,7 @@ class HeadingTable:
     def _joined(self, runs: list[tuple[int, int]], at: int, room: tuple[int, int]) -> list[tuple[int, int]]:
         """Join a hold that has no room with its nearer neighbour, or let it begin or end with the path."""
         (first, last), (low, high), size = runs[at], room, len(self.t)
-        if first >= 0 and (last >= size or first - low <= high - last):
+        if first >= 0 and not (self.given and first == 0) and (last >= size or first - low <= high - last):
             merged = (runs[at - 1][0] if at else -1, last)
             return [*runs[: max(at - 1, 0)], merged, *runs[at + 1 :]]
         merged = (first, runs[at + 1][1] if at + 1 < len(runs) else size)
@@ -195,13 +203,15 @@ def turns_of(table: HeadingTable, most: float) -> Turns:
     holds, size = table.holds(most), len(table.t)
     ends, pieces = [0, *(index for hold in holds for index in hold), size - 1], list[_Piece]()
     for number, (since, until) in enumerate(zip(ends[::2], ends[1::2], strict=True)):
-        if until >= 0 and since < size:
+        if until >= 0 and since < size and not (table.given and until == 0):
             turned = float(table.angle[until] - table.angle[since])
             pieces.append(_Piece(float(table.t[since]), (0.0, 0.0, 0.0), turned, follows=True))
         pieces += _through(table, *holds[number]) if number < len(holds) else []
     # A hold that begins with the path ends where the velocity is then followed, or was fast first.
     first = 0 if pieces[0].follows else ends[2] if ends[2] < size else int(np.argmax(table.fast))
-    before = sum(piece.angle for piece in pieces[1:2] if not (pieces[0].follows or piece.follows))
+    first = 0 if table.given else first
+    eases = not table.given and not pieces[0].follows
+    before = sum(piece.angle for piece in pieces[1:2] if eases and not piece.follows)
     angles = np.cumsum([float(table.angle[first]) - before, *(piece.angle for piece in pieces[:-1])])
     starts, rates, _, follows = map(np.array, zip(*pieces, strict=True))
     return Turns(starts, np.column_stack((angles, rates)), follows)
@@ -233,20 +243,27 @@ class Velocity:
         Largest rate at which a held heading turns [rad/s]; by default the limit on the yaw rate, or 2 rad/s.
     hold_below : float, optional
         Horizontal speed below which the heading is held [m/s]; by default a tenth of the top one, at most 0.5 m/s.
+    yaw_at_start : float, optional
+        Heading of the vehicle at the start [rad], from which it turns; by default that in which the path sets out.
 
     Raises
     ------
     YawError
-        If a value is not positive; on use, if the rate is more than the limit.
+        If a value is not positive, or the heading no number; on use, if the rate is more than the limit.
     """
 
     yaw_rate: float | None = None
     hold_below: float | None = None
+    yaw_at_start: float | None = None
 
     def __post_init__(self) -> None:
         for name, unit in (("yaw_rate", "rad/s"), ("hold_below", "m/s")):
             if getattr(self, name) is not None:
                 set_fields(self, **{name: check_positive(name, getattr(self, name), unit, YawError)})
+        if self.yaw_at_start is not None:
+            most, give = TURNING.most, "give an angle [rad]"
+            angle = check_number("yaw_at_start", self.yaw_at_start, -most, most, give, YawError)
+            set_fields(self, yaw_at_start=float(angle))
 
     def within(self, limit: float | None) -> Velocity:
         """Return the same with the rate of a limit [rad/s] where it has none of its own."""
@@ -258,7 +275,7 @@ class Velocity:
 
     def heading(self, curve: Path) -> VelocityHeading:
         """Return the heading along the velocity of a curve."""
-        return VelocityHeading(curve, self.yaw_rate, self.hold_below)
+        return VelocityHeading(curve, self.yaw_rate, self.hold_below, self.yaw_at_start)
 
 
 class VelocityHeading(RuledHeading):
@@ -279,6 +296,8 @@ class VelocityHeading(RuledHeading):
         heading does so too.
     hold_below : float, optional
         Horizontal speed below which the heading is held [m/s]; by default a tenth of the top one, at most 0.5 m/s.
+    yaw_at_start : float, optional
+        Heading at the start [rad], from which the path's is turned to in a hold; by default the path's own.
 
     Raises
     ------
@@ -288,11 +307,17 @@ class VelocityHeading(RuledHeading):
 
     what, highest, limited_last = "a yaw along the velocity", 2, True
 
-    def __init__(self, path: Path, yaw_rate: float | None = None, hold_below: float | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        yaw_rate: float | None = None,
+        hold_below: float | None = None,
+        yaw_at_start: float | None = None,
+    ) -> None:
         if path.dim < 2:
             raise YawError("a yaw along the velocity needs at least two coordinates, this path has one")
-        rule = Velocity(yaw_rate, hold_below)
-        self.path, self.hold_below = path, rule.hold_below
+        rule = Velocity(yaw_rate, hold_below, yaw_at_start)
+        self.path, self.hold_below, self.yaw_at_start = path, rule.hold_below, rule.yaw_at_start
         self.yaw_rate = TURNING.held_rate if rule.yaw_rate is None else rule.yaw_rate
         grid = parted_instants(path, TURNING.samples, 4095)
         velocity = path(grid, 1)
@@ -316,7 +341,11 @@ class VelocityHeading(RuledHeading):
     def turns(self) -> Turns:
         """How the heading goes on, piece by piece."""
         rate = self._rate(self._grid, np.where(self._fast[:, None], self.path(self._grid, 1)[:, :2], 1.0))
-        return turns_of(HeadingTable(self._grid, self._angle, rate, self._fast), self.yaw_rate)
+        angle, fast = self._angle, self._fast
+        if self.yaw_at_start is not None:
+            angle, fast = angle.copy(), fast.copy()
+            angle[0], rate[0], fast[:2] = self.yaw_at_start, 0.0, (True, False)
+        return turns_of(HeadingTable(self._grid, angle, rate, fast, self.yaw_at_start is not None), self.yaw_rate)
 
     @property
     def breaks(self) -> FloatArray:
@@ -329,7 +358,7 @@ class VelocityHeading(RuledHeading):
 
     def by_rule(self, curve: Path) -> VelocityHeading:
         """Return the heading along the velocity of another path, held by the same rules."""
-        return VelocityHeading(curve, self.yaw_rate, self.hold_below)
+        return VelocityHeading(curve, self.yaw_rate, self.hold_below, self.yaw_at_start)
 
     def largest_rate(self, start: float, end: float) -> Largest | None:
         """Return the larger one of held turns and of those of a trajectory's velocity."""
@@ -345,7 +374,8 @@ class VelocityHeading(RuledHeading):
         return [InstantLimit(InstantKind.HEADING_RATE, (most, speed, self._slow(speed), TURNING.held_room))]
 
     def _rule(self) -> dict[str, Any]:
-        return {"rule": "velocity", "yaw_rate": self.yaw_rate, "hold_below": self.hold_below}
+        given = {} if self.yaw_at_start is None else {"yaw_at_start": self.yaw_at_start}
+        return {"rule": "velocity", "yaw_rate": self.yaw_rate, "hold_below": self.hold_below} | given
 
     def _at(self, t: FloatArray, order: int) -> FloatArray:
         value = self.turns(t, order)

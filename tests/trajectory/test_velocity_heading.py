@@ -6,6 +6,7 @@ import pytest
 import minsnap
 from minsnap import Limits
 from minsnap.errors import YawError
+from minsnap.files.convert import read_any
 from minsnap.planning.request import plan_arguments
 from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
@@ -102,3 +103,27 @@ def test_the_heading_itself_refuses_a_rate_of_zero():
     path = minsnap.plan(BACK, [2.0, 2.0]).with_yaw(ConstantHeading())
     with pytest.raises(YawError, match="yaw_rate is 0"):
         VelocityHeading(path, yaw_rate=0.0)
+
+
+@pytest.mark.parametrize("angle", [0.0, 2.0, np.pi, -3.0])
+@pytest.mark.parametrize("start", [None, {"velocity": (1.0, 0.0, 0.0)}])
+def test_the_heading_of_the_vehicle_at_the_start_is_where_it_turns_from(angle, start, tmp_path):
+    """At rest and at speed, at the rate that a hold is turned at; a stored plan has it too."""
+    points = [(0, 0, 1), (4, 0, 1), (4, 4, 1)]
+    traj = minsnap.plan(points, [3.0, 3.0], start=start, yaw=minsnap.Velocity(yaw_rate=1.5, yaw_at_start=angle))
+    t = np.linspace(0.0, traj.duration, 4001)
+    rates = np.diff(traj.yaw(t)) / np.diff(t)
+    assert traj.yaw(0.0) == angle and abs(rates[0]) < 0.02 and np.abs(rates).max() <= 1.5
+    velocity = traj(t, 1)
+    follows = traj.yaw.turns.follows[traj.yaw.turns.piece(t)]
+    off = np.angle(np.exp(1j * (traj.yaw(t) - np.arctan2(velocity[:, 1], velocity[:, 0]))))
+    assert follows.any() and np.abs(off[follows]).max() < 1e-9
+    traj.save(tmp_path / "plan.json")
+    assert np.array_equal(read_any(tmp_path / "plan.json").yaw(t), traj.yaw(t))
+
+
+def test_a_path_that_is_slow_is_turned_to_from_the_start():
+    traj = minsnap.plan([(0, 0), (1, 1)], [4.0], yaw=minsnap.Velocity(hold_below=5.0, yaw_at_start=2.0))
+    assert traj.yaw([0.0, 4.0]) == pytest.approx([2.0, np.pi / 4.0])
+    with pytest.raises(YawError, match="yaw_at_start is 90"):
+        minsnap.Velocity(yaw_at_start=90.0)

@@ -164,7 +164,8 @@ def headed(curve: Trajectory, content: Mapping[str, Any]) -> Trajectory:
     if "rule" not in content:
         return curve.with_yaw(_heading(content))
     if content["rule"] == "velocity":
-        return curve.with_yaw(VelocityHeading(curve, content["yaw_rate"], content["hold_below"]))
+        rule = content["yaw_rate"], content["hold_below"], content.get("yaw_at_start")
+        return curve.with_yaw(VelocityHeading(curve, *rule))
     if content["rule"] == "tilt":
         linear, quadratic = content.get("drag", (0.0, 0.0))
         medium = Medium(float(content["gravity"]), float(linear), float(quadratic))
