@@ -12,7 +12,7 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
@@ -24,24 +24,29 @@ from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
 
 if TYPE_CHECKING:
     import minsnap.flight
+    from minsnap.flight.mavlink.exploration import Exploration, Exploring
+    from minsnap.flight.mavlink.offboard import Orders
     from minsnap.replanning.memory import Change
 
 _INTERVAL = 0.2  # of the bar, and of looking whether the flight is over [s]
 _WIDTH = 30
 _LARGEST = 65536
+_AT_ONCE = 100  # lines that are read before they are answered
 
 
 @dataclass(frozen=True, eq=False)
 class Listening:
-    """What orders are planned from, and where they come from.
+    """What is planned in flight, and where the lines come from that it is planned by.
 
     Parameters
     ----------
     flown : Trajectory
         What is flown at first.
     limits : Limits
-    room : Room
-        Which all changes stay in.
+    room : Room, optional
+        Which all changes by orders stay in.
+    exploring : Exploring, optional
+        How to fly by what a sensor sees instead of by orders.
     port : str or None
         UDP, ``[HOST:]PORT``; by default the standard input.
 
@@ -53,8 +58,19 @@ class Listening:
 
     flown: minsnap.Trajectory
     limits: minsnap.Limits
-    room: minsnap.Room
+    room: minsnap.Room | None = None
+    exploring: Exploring | None = None
     port: str | None = None
+
+    def answering(self, flight: RemoteFlight) -> Orders | Exploration:
+        """Return what answers the lines."""
+        if self.exploring is not None:
+            from minsnap.flight.mavlink.exploration import Exploration
+
+            return Exploration(flight, self.exploring)
+        from minsnap.flight.mavlink.offboard import Orders
+
+        return Orders(flight, self.flown, self.limits, self.room)
 
     def open(self) -> socket.socket | None:
         """Return the socket for datagrams."""
@@ -66,7 +82,7 @@ class Listening:
             made.bind((host or "127.0.0.1", int(number)))
         except (OSError, ValueError, OverflowError) as error:
             made.close()
-            raise InputError(f"cannot listen for orders on {self.port}: {error}") from None
+            raise InputError(f"cannot listen on {self.port}: {error}") from None
         return made
 
 
@@ -227,8 +243,9 @@ class RemoteFlight:
 class OrderLines:
     """Lines from the standard input, or datagrams, each with a way to answer."""
 
-    def __init__(self, descriptor: int | None) -> None:
+    def __init__(self, descriptor: int | None, printed: bool) -> None:
         self._socket = None if descriptor is None else socket.socket(fileno=descriptor)
+        self._printed = printed or descriptor is None
         self._rest = b""
         self.over = False
 
@@ -236,19 +253,33 @@ class OrderLines:
         """Return the file descriptor that is readable once a line is there."""
         return sys.stdin.fileno() if self._socket is None else self._socket.fileno()
 
-    def take(self, answer: Callable[[str], str]) -> None:
-        """Read what has come and answer it."""
+    def take(self, answers: Callable[[list[str]], Iterator[str]]) -> None:
+        """Read all that has come and answer it."""
+        lines, senders = self._waiting()
+        for index, answered in enumerate(answers([line.decode(errors="replace") for line in lines])):
+            if self._printed:
+                print(answered, flush=True)
+            if self._socket is not None:
+                with suppress(OSError):  # too long for a datagram, or nobody is there
+                    self._socket.sendto(answered.encode(), senders[index])
+
+    def _waiting(self) -> tuple[list[bytes], list[Any]]:
+        """Return the lines that have come, and of datagrams who sent them."""
         if self._socket is not None:
-            data, sender = self._socket.recvfrom(_LARGEST)
-            answered = answer(data.decode(errors="replace")).encode()
-            with suppress(OSError):  # too long for a datagram, or nobody is there
-                self._socket.sendto(answered, sender)
-            return
+            came = [self._socket.recvfrom(_LARGEST)]
+            while len(came) < _AT_ONCE and select.select([self._socket], [], [], 0.0)[0]:
+                came.append(self._socket.recvfrom(_LARGEST))
+            return [data for data, _ in came], [sender for _, sender in came]
         data = os.read(self.fileno(), _LARGEST)
-        self.over = not data
+        while select.select([self.fileno()], [], [], 0.0)[0] and data.count(b"\n") < _AT_ONCE:
+            more = os.read(self.fileno(), _LARGEST)
+            data += more
+            if not more:
+                self.over = True
+                break
+        self.over = self.over or not data
         *lines, self._rest = (self._rest + data + (b"\n" if self.over and self._rest else b"")).split(b"\n")
-        for line in filter(bytes.strip, lines):
-            print(answer(line.decode(errors="replace")), flush=True)
+        return [line for line in lines if line.strip()], []
 
 
 def main(descriptor: int, orders: int | None = None) -> None:
@@ -260,24 +291,26 @@ def main(descriptor: int, orders: int | None = None) -> None:
         if flight.listening is None:
             while True:
                 flight.hear()
-        _listen(pipe, flight, flight.listening, OrderLines(orders))
+        printed = flight.listening.exploring is not None
+        _listen(pipe, flight, flight.listening, OrderLines(orders, printed))
     except (EOFError, OSError):  # the flight is over, or the terminal is closed
         return
 
 
 def _listen(pipe: Connection, flight: RemoteFlight, listening: Listening, lines: OrderLines) -> None:
-    from minsnap.flight.mavlink.offboard import Orders
-
-    orders = Orders(flight, listening.flown, listening.limits, listening.room)
+    beside = listening.answering(flight)
     while True:
         ends = [pipe.fileno(), *([] if lines.over else [lines.fileno()])]
-        ready = select.select(ends, [], [])[0]
+        ready = select.select(ends, [], [], _INTERVAL)[0]
         if pipe.fileno() in ready:
             flight.hear()
         elif ready:
-            lines.take(orders.answer)
+            lines.take(beside.answers)
             if lines.over:
-                flight.finish()
+                beside.ended()
+        said = beside.quiet()
+        if said is not None:
+            print(said, flush=True)
 
 
 if __name__ == "__main__":

@@ -318,33 +318,75 @@ class SentSetpoints:
         return {**own, "fields": fields, "feed_forward": options.feed_forward_of(self)}
 
 
+_BESIDE = {"--listen": "orders in flight", "--explore": "what a sensor tells in flight"}
+
+
 @dataclass(frozen=True)
 class OrderOptions:
-    """Whether a flight takes orders, and where from."""
+    """Whether a flight takes orders, or what a sensor tells, and where from."""
 
     listen: Annotated[bool, "Plan a course and take orders as lines of JSON from the standard input."] = False
     room: Annotated[str | None, "X,Y,Z,X,Y,Z", "With --listen: two corners of where orders may lead."] = None
-    port: Annotated[str | None, "[HOST:]PORT", "With --listen: orders by UDP instead."] = None
+    port: Annotated[str | None, "[HOST:]PORT", "With --listen or --explore: lines by UDP instead."] = None
+    explore: Annotated[bool, "Fly to the end of a course of two waypoints through what a sensor tells, in JSON."] = (
+        False
+    )
+    clearance: Annotated[float | None, "M", "With --explore: least distance to what is seen; 0.3."] = None
+    sensing: Annotated[float | None, "M", "With --explore: range of the sensor; 15."] = None
+    resolution: Annotated[float | None, "M", "With --explore: side of a cell; 0.25."] = None
+    plane: Annotated[bool, "With --explore: the sensor sees at one height, in two coordinates."] = False
+    lost: Annotated[float | None, "S", "With --explore: time without an observation after which it stops; 1."] = None
 
-    def listening(self, file: Path, trigger: str) -> Listening | None:
-        """Plan the course that is flown until something else is ordered; None where nobody listens."""
-        if not self.listen:
-            given = next((f"--{name}" for name in ("room", "port") if getattr(self, name) is not None), None)
-            if given is not None:
-                raise InputError(f"{given} is of orders in flight: give --listen with it")
+    def listening(self, file: Path, flying: FlightOptions) -> Listening | None:
+        """Plan the course that is flown until something else is ordered or seen; None where nobody listens."""
+        self._refuse_alone()
+        if not (self.listen or self.explore):
             return None
+        what = "--explore" if self.explore else "--listen"
+        if file.suffix.lower() not in (".yaml", ".yml"):
+            raise InputError(f"{file} is no course: {what} plans from what is flown, so give a course in YAML")
+        if flying.trigger == "enter" and self.port is None:
+            raise InputError(f"{what} reads lines from the standard input: give --trigger mode or now, or --port")
+        if self.explore and flying.origin != "file":
+            raise InputError(
+                "--origin: what a sensor tells with --explore is in the axes of the course, so leave it out"
+            )
+        return self._exploring(file) if self.explore else self._ordered(file)
+
+    def _refuse_alone(self) -> None:
+        """Refuse options whose flight is not asked for."""
+        if self.listen and self.explore:
+            raise InputError("--listen and --explore: a flight takes orders, or what a sensor tells")
+        own = ("clearance", "sensing", "resolution", "plane", "lost")
+        given = [name for name in (*own, "room", "port") if getattr(self, name) not in (None, False)]
+        if given and not (self.listen or self.explore):
+            wanted = "--explore" if given[0] in own else "--listen"
+            raise InputError(f"--{given[0]} is of {_BESIDE[wanted]}: give {wanted} with it")
+        other = [name for name in given if name in (("room",) if self.explore else own)]
+        if other:
+            wanted = "--listen" if self.explore else "--explore"
+            raise InputError(f"--{other[0]} is of {_BESIDE[wanted]}: leave it out, or give {wanted}")
+
+    def _exploring(self, file: Path) -> Listening:
+        """Return a flight from the first waypoint of a course to the second."""
+        from minsnap.flight.mavlink.exploration import exploring_course
+
+        chosen = {name: getattr(self, name) for name in ("clearance", "sensing", "resolution", "lost")}
+        given = {name: value for name, value in chosen.items() if value is not None}
+        exploring = exploring_course(minsnap.read_course(file), str(file), plane=self.plane, **given)
+        return Listening(exploring.flown, exploring.limits, exploring=exploring, port=self.port)
+
+    def _ordered(self, file: Path) -> Listening:
+        """Return the flight of a course that takes orders."""
         import numpy as np
 
-        if file.suffix.lower() not in (".yaml", ".yml"):
-            raise InputError(f"{file} is no course: --listen plans from what is flown, so give a course in YAML")
-        if trigger == "enter" and self.port is None:
-            raise InputError("--listen takes orders from the standard input: give --trigger mode or now, or --port")
         mission = minsnap.plan_mission(minsnap.read_course(file))
         if self.room is not None and self.room.count(",") != 5:
             raise InputError(f"--room is {self.room}: give two corners, six numbers with commas")
         floor = min(0.0, float(mission.trajectory.control_points[..., 2].min()))
         sides = [-inf, -inf, floor, inf, inf, inf] if self.room is None else options.parse_numbers("--room", self.room)
-        return Listening(mission.trajectory, mission.limits, minsnap.Room(*np.reshape(sides, (2, 3))), self.port)
+        room = minsnap.Room(*np.reshape(sides, (2, 3)))
+        return Listening(mission.trajectory, mission.limits, room, port=self.port)
 
 
 @command()
@@ -353,7 +395,7 @@ def stream(
     sent: SentSetpoints,
     orders: OrderOptions,
     file: Annotated[
-        Path, "FILE", "Setpoint CSV or a file of polynomials; a folder of a fleet; with --listen a course."
+        Path, "FILE", "Setpoint CSV or a file of polynomials; a folder of a fleet; with --listen or --explore a course."
     ],
     *,
     connect: options.Connect,
@@ -366,9 +408,9 @@ def stream(
     the end. Ctrl-C stops, and holds until the vehicle leaves the mode. A second Ctrl-C ends the stream: then the
     vehicle's own failsafe acts. Exit status 1 if the flight was refused, or stopped by a safety rule.
     """
-    heard = orders.listening(file, flying.trigger)
+    heard = orders.listening(file, flying)
     fastest = 0.0 if heard is None else heard.limits.speed or 0.0
-    settings = flying.settings(**sent.settings(), stays=orders.listen, fastest=fastest)
+    settings = flying.settings(**sent.settings(), stays=heard is not None, fastest=fastest)
     if file.is_dir() or file.suffix.lower() == ".skyc":
         flights = fly_fleet(file, connect, settings, system, signing_key, flying.preflight)
         for name, one in flights.items():
@@ -377,5 +419,5 @@ def stream(
     source = file if heard is None else heard.flown
     how: dict[str, Any] = {"system": systems_of(system, 1)[0], "signing_key": signing_key}
     report = fly(source, connect, settings, flying.preflight, heard, **how)
-    print(flight_summary(report), file=sys.stderr if orders.listen else sys.stdout)
+    print(flight_summary(report), file=sys.stdout if heard is None else sys.stderr)
     return 0 if report.completed else 1

@@ -44,10 +44,20 @@ def gaps(taken: BoolArray, size: FloatArray) -> FloatArray:
     """
     if not taken.any():
         return np.full(taken.shape, np.inf)
-    from scipy.ndimage import binary_dilation, distance_transform_edt
+    from scipy.ndimage import distance_transform_edt
 
-    beside = binary_dilation(taken, np.ones((3,) * taken.ndim, dtype=np.bool_))
-    return np.asarray(distance_transform_edt(~beside, sampling=size), dtype=np.float64)
+    return np.asarray(distance_transform_edt(~dilated(taken), sampling=size), dtype=np.float64)
+
+
+def dilated(cells: BoolArray, corners: bool = True) -> BoolArray:
+    """Return cells and those that touch one of them; without ``corners`` those alone that share a face with one."""
+    result = cells.copy()
+    for axis in range(cells.ndim):
+        source = result.copy() if corners else cells
+        ahead, behind = ((slice(None),) * axis + (part,) for part in (slice(1, None), slice(None, -1)))
+        result[ahead] |= source[behind]
+        result[behind] |= source[ahead]
+    return result
 
 
 def grown(taken: BoolArray, clearance: float, size: FloatArray) -> BoolArray:

@@ -1,6 +1,7 @@
 """Streaming and relaying as processes, against a stand-in that speaks MAVLink."""
 
 import json
+import math
 import os
 import pty
 import signal
@@ -125,6 +126,61 @@ def test_orders_are_taken_while_it_flies_and_the_end_of_the_input_finishes(tmp_p
             _, said = running.communicate(timeout=60)
     assert answer["ok"] and answer["end"] == pytest.approx([1.5, 1.0, 1.5]), said
     assert running.returncode == 0 and "holding the end" in said and "\ncompleted" in said
+
+
+def told(running, line):
+    """Tell a process a line and return its answer."""
+    running.stdin.write(line)
+    running.stdin.flush()
+    return json.loads(running.stdout.readline())
+
+
+def test_what_a_sensor_tells_is_flown_through_and_its_end_stops_the_flight(tmp_path):
+    course = tmp_path / "way.yaml"
+    course.write_text("waypoints: [[0, 0, 1.5], [30, 0, 1.5]]\nlimits: {speed: 1.5, acceleration: 2, jerk: 15}\n")
+    angle = [2 * math.pi * k / 240 for k in range(240)]
+    rays = [[6 * math.cos(each), 6 * math.sin(each)] for each in angle]
+    line = json.dumps({"position": [0, 0], "rays": rays, "points": [[3.0, 0.0]]}) + "\n"
+    with StandIn(body=PointMass((0.0, 0.0, -1.5))) as vehicle:
+        options = ("--connect", link(vehicle), "--no-preflight", "--trigger", "mode", "--explore", "--plane")
+        with started("stream", course, *options, "--sensing", 6, "--lost", 60, stdin=subprocess.PIPE) as running:
+            vehicle.until(lambda v: len(v.setpoints) > 42)
+            answers = [told(running, line)]
+            vehicle.enter(OFFBOARD)
+            while "splice" not in answers[-1] and len(answers) < 100:
+                answers.append(told(running, line))
+                time.sleep(0.1)
+            vehicle.until(lambda v: any(m.vx or m.vy for _, m in v.setpoints))
+            running.stdin.close()
+            running.stdin = None
+            vehicle.until(lambda v: len({(m.x, m.y) for _, m in v.setpoints[-10:]}) == 1)
+            vehicle.enter(POSCTL)
+            _, said = running.communicate(timeout=60)
+    places = [(m.y, m.x) for _, m in vehicle.setpoints]
+    assert running.returncode == 0 and "holding the end" in said, said
+    assert answers[0]["ok"] and not answers[0]["flying"] and answers[-1]["certified"] and not answers[-1]["goal"]
+    assert answers[-1]["end"][0] > 3.0 and min(math.dist(place, (3.0, 0.0)) for place in places) > 0.3
+    assert 0.1 < places[-1][0] < answers[-1]["end"][0] + 1e-6
+
+
+def test_what_explores_is_refused_in_a_sentence(call, path, tmp_path, vehicle):
+    course = tmp_path / "way.yaml"
+    course.write_text("waypoints: [[0, 0, 1.5], [3, 0, 1.5], [3, 3, 1.5]]\n")
+    plain = ("--connect", link(vehicle), "--trigger", "mode")
+    for arguments, words in (
+        ((path, "--explore"), "is no course: --explore plans from what is flown"),
+        ((course, "--explore"), "two waypoints, its start and its goal, and limits alone"),
+        ((course, "--explore", "--origin", "current"), "in the axes of the course"),
+        ((course, "--explore", "--listen"), "takes orders, or what a sensor tells"),
+        ((course, "--explore", "--room", "0,0,0,1,1,1"), "--room is of orders in flight"),
+        ((course, "--listen", "--lost", "2"), "--lost is of what a sensor tells in flight"),
+        ((path, "--plane"), "--plane is of what a sensor tells in flight: give --explore with it"),
+    ):
+        refused = call("stream", *arguments, *plain)
+        assert refused.returncode == 2 and words in refused.stderr, refused.stderr
+    enter = call("stream", course, "--explore", "--connect", link(vehicle))
+    assert enter.returncode == 2 and "--explore reads lines from the standard input" in enter.stderr
+    assert vehicle.setpoints == []
 
 
 def test_refusals_have_their_status_and_sentence(call, path, vehicle):

@@ -9,17 +9,16 @@ flown; ``"yaw"`` beside them is one heading for each [rad]. ``"stop"`` leads to 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.basics.messages import finite, shown
 from minsnap.basics.storage.text import FileName
-from minsnap.certificate import certify
 from minsnap.corridors.boxes import Room
 from minsnap.corridors.gates import Gate, center_of
 from minsnap.corridors.knot_regions import gate_passages
@@ -28,6 +27,7 @@ from minsnap.files.consistency import ConsistencyReport, check_samples
 from minsnap.files.frames import map_samples
 from minsnap.files.setpoint_csv import frame_of, in_space
 from minsnap.fleet.common_clock import Separation
+from minsnap.flight.mavlink.changed_flight import BUDGETS, ChangeableFlight, ChangedFlight
 from minsnap.flight.mavlink.fleet_ways import judge_of_ways
 from minsnap.flight.mavlink.link import Clock, CommonFlight, Link, open_link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback
@@ -212,9 +212,6 @@ def stream_together(
         return [future.result() for future in [pool.submit(fly, flight, k) for k, flight in enumerate(flights)]]
 
 
-BUDGETS = (0.2, 0.5, 1.0)
-"""Times from an order to its splice that are tried in turn [s]."""
-
 PASSED_WITHIN = 1e-6
 """How near a plan passes what was ordered, where it was followed [m]."""
 
@@ -227,28 +224,7 @@ KINDS = ("goal", "waypoints", *SHORT)
 _WANTED = "give one of goal, waypoints, stop and finish; id beside it, and yaw beside goal or waypoints"
 
 
-class ChangeableFlight(Protocol):
-    """What takes changes: a :class:`~minsnap.flight.mavlink.streaming.Streamer`."""
-
-    @property
-    def now(self) -> float | None:
-        """Instant on the clock of the trajectory that is flown [s]; None unless it is flying."""
-
-    @property
-    def began(self) -> float:
-        """Instant of the flight at which that trajectory has its time 0 [s]."""
-
-    def change(self, change: Change) -> Trajectory:
-        """Fly a change from its splice on; return what is flown from then on."""
-
-    def stop(self) -> None:
-        """Stop and hold."""
-
-    def finish(self) -> None:
-        """End the flight at the end of what is flown."""
-
-
-class Orders:
+class Orders(ChangedFlight):
     """Plans what is ordered and hands it to the flight.
 
     Parameters
@@ -273,8 +249,20 @@ class Orders:
         room: Room | None = None,
         replanner: Replanner | None = None,
     ) -> None:
-        self._flight, self._flown, self._limits = flight, flown, limits
+        super().__init__(flight, flown, limits)
         self._replanner = replanner or Replanner(limits, room=room)
+
+    def answers(self, lines: Sequence[str]) -> Iterator[str]:
+        """Answer lines one after the other."""
+        return map(self.answer, lines)
+
+    def quiet(self) -> str | None:
+        """Nothing is to be done while nothing is ordered."""
+        return None
+
+    def ended(self) -> None:
+        """End the flight where its plan does, for no more orders come."""
+        self._flight.finish()
 
     def answer(self, line: str) -> str:
         """Follow the order of a line and return the answer to it, a line of JSON.
@@ -345,41 +333,6 @@ class Orders:
         change = self._planned(plan)
         passages = gate_passages(change.trajectory, gates)
         return {**self._told(change), **({"gates": [vars(each) for each in passages]} if gates else {})}
-
-    def _planned(self, plan: Callable[[float, float], Change]) -> Change:
-        """Plan with more and more time, hand the change over, and return it with its splice on the flight's clock."""
-        refused: TimingError | None = None
-        for budget in BUDGETS:
-            now = self._now()
-            try:
-                change, before = plan(now, budget), self._flight.began
-                self._flown = self._flight.change(change)
-                return replace(change, splice=before + change.splice)
-            except TimingError as error:
-                refused = error
-        assert refused is not None
-        raise refused
-
-    def _now(self) -> float:
-        now = self._flight.now
-        if now is None:
-            raise FlightError("the vehicle is not flying this plan: nothing was changed")
-        return max(now, 0.0)
-
-    def _told(self, change: Change) -> dict[str, Any]:
-        """Return the splice, and the figures of the certificate of what is flown from then on."""
-        proved = certify(self._flown, limits=self._limits, limits_from=change.limits_from)
-        return {
-            "splice": change.splice,
-            "duration": self._flown.duration,
-            "certified": proved.ok and change.certified,
-            "flown": change.certified,
-            "max_speed": proved.max_speed,
-            "max_acceleration": proved.max_acceleration,
-            "limits": {used.name: {"value": used.value, "limit": used.limit} for used in proved.utilisation},
-            "end": self._flown(self._flown.duration).tolist(),
-            **({} if change.certified else {"note": f"the stop is flown: {change.reason}"}),
-        }
 
 
 def _order_of(line: str) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.half_spaces import Polytopes
 from minsnap.corridors.keep_out import Avoided
+from minsnap.corridors.occupancy_grid import dilated
 from minsnap.corridors.tangent_polytopes import polytopes_along, without_needless
 from minsnap.corridors.way_around import Kept
 from minsnap.errors import InputError, TimingError, UnprovedError, WaypointError
@@ -30,7 +31,7 @@ from minsnap.paths.routes.surroundings import flown_box
 from minsnap.planning.planner import plan
 from minsnap.replanning.memory import Change
 from minsnap.replanning.replanner import Replanner
-from minsnap.replanning.splice import splice_of
+from minsnap.replanning.splice import Splice, splice_of
 from minsnap.trajectory.trajectory import Trajectory
 
 WINDOW = 1.5
@@ -44,6 +45,9 @@ REACHED = 1e-6
 
 HALF = 4
 """Derivatives that a change takes over."""
+
+AT_REST = "the plan begins at rest"
+"""Why a plan has no stop."""
 
 
 class SeenSoFar(NamedTuple):
@@ -186,12 +190,13 @@ class Explorer:
         Parameters
         ----------
         flown : Trajectory or None
-            What is being flown; None for a plan from rest where the last observation was made: the first, or the next
-            one after a stop.
+            What is being flown; None for a plan from rest where the last observation was made. Where what is flown ends
+            before the splice, the plan begins at rest there.
         now : float
             Instant of this call on its clock [s].
         budget : float
-            Seconds from ``now`` to the splice, within which the answer comes; plans from rest take their time.
+            Seconds from ``now`` to the splice, within which the answer comes; plans from rest take their time, by which
+            the splice is later.
         avoid : obstacle or sequence of obstacles, optional
             To keep out of besides what was seen, as :meth:`minsnap.Replanner.replan` takes them; on the clock of a plan
             from rest where nothing is flown.
@@ -215,16 +220,13 @@ class Explorer:
         if self._position is None:
             raise InputError("nothing was observed yet: call observe with the position before the first replan")
         if flown is None:
-            way, walls, _ = self._corridor(self._position)
-            start, end = ({"position": point} for point in way[[0, -1]])
-            limits, pieces = self._replanner.limits, self._pieces
-            first = plan(None, corridor=walls, limits=limits, pieces=pieces, start=start, end=end, avoid=avoid)
-            self._certified = (first, None)
-            return Change(first, 0.0, None, False, no_stop="the plan begins at rest")
+            return Change(self._planned(self._position, avoid), 0.0, None, False, no_stop=AT_REST)
         splice = splice_of(flown, now, budget, HALF)
         if flown is self._asked[0] and now < self._asked[1]:
             raise TimingError(f"the time is {now:g} s after {self._asked[1]:g} s: give the clock of what is flown")
         self._asked = flown, float(now)
+        if splice.over and avoid is None:
+            return self._from_rest(splice, began)
         way, walls, window = self._corridor(splice.state[0])
         known: dict[str, Any] = {"boxes": walls, "goal": way[-1], "avoid": avoid}
         change = self._replanner.replan(flown, now, None, budget, began=began - float(now), **known)
@@ -232,6 +234,21 @@ class Explorer:
             change = replace(change, certified=True, stop=change.stop or change.trajectory, no_stop="")
         self._certified = (change.trajectory if change.certified else None, change.stop)
         return change
+
+    def _from_rest(self, splice: Splice, began: float) -> Change:
+        """Return a plan that takes over once it is made, from the end of what was flown."""
+        curve = self._planned(splice.state[0])
+        took = float(self._clock()) - began
+        return Change(curve, splice.instant + max(took, 0.0), None, False, no_stop=AT_REST, took=took)
+
+    def _planned(self, here: FloatArray, avoid: Avoided | Sequence[Avoided] | None = None) -> Trajectory:
+        """Return a plan from rest at a place."""
+        way, walls, _ = self._corridor(here)
+        start, end = ({"position": point} for point in way[[0, -1]])
+        how: dict[str, Any] = {"limits": self._replanner.limits, "pieces": self._pieces, "avoid": avoid}
+        curve = plan(None, corridor=walls, start=start, end=end, **how)
+        self._certified = (curve, None)
+        return curve
 
     def _listed(self, name: str, given: ArrayLike | None) -> FloatArray:
         """Return points (k, dim), none of them for None and empty lists."""
@@ -291,8 +308,6 @@ class Explorer:
 
     def _window(self, low: IntArray, behind: IntArray, beyond: bool) -> tuple[Window, BoolArray]:
         """Return a block of cells, and those of it from which observations were made or beside them."""
-        from scipy.ndimage import binary_dilation
-
         states, size = self.known.window(low, behind), self.known.size
         occupied = states == OCCUPIED
         closed = occupied | (states == UNKNOWN) if self._avoids_unknown else occupied.copy()
@@ -302,7 +317,7 @@ class Explorer:
         visited[tuple(cells[((cells >= 0) & (cells < visited.shape)).all(axis=1)].T)] = True
         grid = GridMap(closed, size, low * size, "what was seen")
         seen = partial(self.known.boxes, unknown=self._avoids_unknown)
-        return Window(grid, occupied, self.clearance, beyond, seen), binary_dilation(visited, np.ones((3,) * grid.dim))
+        return Window(grid, occupied, self.clearance, beyond, seen), dilated(visited)
 
 
 def _within(way: FloatArray, start: FloatArray, reach: float) -> FloatArray:

@@ -16,7 +16,7 @@ from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import point_text
 from minsnap.basics.tolerances import EXACT
-from minsnap.corridors.occupancy_grid import grown
+from minsnap.corridors.occupancy_grid import dilated, grown
 from minsnap.errors import UnprovedError
 from minsnap.native.map_ways import grid_way, tangent_planes
 from minsnap.paths.routes.grid_map import GridMap
@@ -121,7 +121,7 @@ class Window:
         else:
             inner = np.zeros_like(leading)
             inner[tuple(slice(1, -1) for _ in leading.shape)] = True
-            cells = np.argwhere(leading & inner & binary_dilation_of(~inner))
+            cells = np.argwhere(leading & inner & dilated(~inner, corners=False))
             if not len(cells):
                 return None
             last = cells[int(((self.grid.center(cells) - goal) ** 2).sum(axis=1).argmin())]
@@ -133,10 +133,9 @@ class Window:
         self, free: BoolArray, leading: BoolArray, visited: BoolArray, first: IntArray, goal: FloatArray
     ) -> IntArray | None:
         """Return the frontier by which the goal seems nearest; None without one."""
-        from scipy.ndimage import binary_dilation
         from scipy.sparse.csgraph import dijkstra
 
-        seen = free & binary_dilation(leading & ~free) & ~visited
+        seen = free & dilated(leading & ~free, corners=False) & ~visited
         cells = np.argwhere(seen)
         if not len(cells):
             return None
@@ -204,13 +203,6 @@ class Window:
         low, high = line.min(axis=0) - far, line.max(axis=0) + far
         near = ((edges[:, 7 : 7 + dim] <= high) & (edges[:, 10 : 10 + dim] >= low)).all(axis=1)
         return float(tangent_planes(line, edges[near], nowhere, self.clearance, far).distance[0])
-
-
-def binary_dilation_of(cells: BoolArray) -> BoolArray:
-    """Return cells and those beside them."""
-    from scipy.ndimage import binary_dilation
-
-    return np.asarray(binary_dilation(cells))
 
 
 def _last_known(way: IntArray, free: BoolArray, visited: BoolArray) -> IntArray | None:

@@ -14,10 +14,12 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.obstacle_margins import FINEST, in_space
+from minsnap.corridors.occupancy_grid import dilated
 from minsnap.corridors.prism import nearest_prism
 from minsnap.corridors.way_around import Kept
 from minsnap.native.fleet_border import FleetArrays, clearances
 from minsnap.paths.routes.grid_map import GridMap
+from minsnap.paths.routes.known_map import edge
 from minsnap.polynomials.bernstein import multiply
 from minsnap.polynomials.extrema import CurveParts
 from minsnap.trajectory.trajectory import Trajectory
@@ -68,9 +70,8 @@ def nearest_cell(traj: Trajectory, grid: GridMap) -> Approach:
     -------
     Approach
     """
-    from scipy.ndimage import binary_erosion
-
-    cells = np.argwhere(grid.occupied & ~binary_erosion(grid.occupied))  # with a free face, or on the border
+    outer = dilated(~grid.occupied, corners=False) | edge(grid.occupied.shape)
+    cells = np.argwhere(grid.occupied & outer)  # with a free face, or on the border
     if not len(cells):
         return Approach(np.inf, np.inf)
     return _NearestPairs(_short_arcs(traj, grid), cells, grid).run()

@@ -17,7 +17,7 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray
 from minsnap.basics.checks import check_array, point_text
-from minsnap.corridors.occupancy_grid import block, gaps, grown, visited
+from minsnap.corridors.occupancy_grid import block, dilated, gaps, grown, visited
 from minsnap.errors import InfeasibleError, WaypointError
 from minsnap.native.map_ways import grid_way
 from minsnap.paths.routes.grid_map import GridMap
@@ -175,9 +175,7 @@ class Barrier:
 
 def beside(cells: BoolArray) -> BoolArray:
     """Return the cells beside ``cells``: they share a face with one of them and are not among them."""
-    from scipy.ndimage import binary_dilation
-
-    return np.asarray(binary_dilation(cells) & ~cells)
+    return np.asarray(dilated(cells, corners=False) & ~cells)
 
 
 def barrier(grid: GridMap, free: BoolArray, clearance: float, start: IntArray, goal: IntArray) -> Barrier:
@@ -192,10 +190,11 @@ def barrier(grid: GridMap, free: BoolArray, clearance: float, start: IntArray, g
 
 def _nearest_cells(grid: GridMap, cells: IntArray) -> IntArray:
     """Return an occupied cell nearest to each of some cells, by their faces: (m, dim)."""
-    from scipy.ndimage import binary_dilation, distance_transform_edt
+    from scipy.ndimage import distance_transform_edt
 
-    touching = binary_dilation(grid.occupied, np.ones((3,) * grid.dim, dtype=np.bool_))
-    index = distance_transform_edt(~touching, grid.resolution, return_distances=False, return_indices=True)
+    index = distance_transform_edt(
+        ~dilated(grid.occupied), grid.resolution, return_distances=False, return_indices=True
+    )
     nearest = touched = np.stack([axis[tuple(cells.T)] for axis in index], axis=-1)
     for step in sorted(product((-1, 0, 1), repeat=grid.dim), key=np.count_nonzero, reverse=True):
         other = np.clip(touched + step, 0, np.array(grid.occupied.shape) - 1)

@@ -15,6 +15,7 @@ from minsnap.corridors.half_spaces import Polytopes
 from minsnap.corridors.keep_out import Avoided, as_still, clearances_of
 from minsnap.corridors.moving import Moving
 from minsnap.corridors.obstacle_margins import in_space
+from minsnap.corridors.occupancy_grid import dilated
 from minsnap.corridors.prism import Prism
 from minsnap.corridors.tangent_polytopes import NOTHING, TANGENT, polytopes_along
 from minsnap.corridors.way_around import Kept
@@ -114,10 +115,7 @@ def with_obstacles(grid: GridMap, avoid: Sequence[Avoided]) -> GridMap:
 
 def bars(grid: GridMap) -> FloatArray:
     """Return the occupied cells that have a free neighbour, joined along the last axis: boxes as (m, 13) numbers."""
-    from scipy.ndimage import binary_erosion
-
-    edge = np.ones((3,) * grid.dim, dtype=np.bool_)
-    cells = grid.occupied & ~binary_erosion(grid.occupied, edge, border_value=True)
+    cells = grid.occupied & dilated(~grid.occupied)
     around = np.pad(cells, [(0, 0)] * (grid.dim - 1) + [(1, 1)])
     begin = np.argwhere(around[..., 1:] & ~around[..., :-1])
     behind = np.argwhere(around[..., :-1] & ~around[..., 1:])  # in the same order
