@@ -24,7 +24,7 @@ from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
 
 if TYPE_CHECKING:
     import minsnap.flight
-    from minsnap.flight.mavlink.exploration import Exploration, Exploring
+    from minsnap.flight.mavlink.explored_stream import Exploration, Exploring
     from minsnap.flight.mavlink.offboard import Orders
     from minsnap.replanning.memory import Change
 
@@ -65,7 +65,7 @@ class Listening:
     def answering(self, flight: RemoteFlight) -> Orders | Exploration:
         """Return what answers the lines."""
         if self.exploring is not None:
-            from minsnap.flight.mavlink.exploration import Exploration
+            from minsnap.flight.mavlink.explored_stream import Exploration
 
             return Exploration(flight, self.exploring)
         from minsnap.flight.mavlink.offboard import Orders

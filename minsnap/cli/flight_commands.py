@@ -369,7 +369,7 @@ class OrderOptions:
 
     def _exploring(self, file: Path) -> Listening:
         """Return a flight from the first waypoint of a course to the second."""
-        from minsnap.flight.mavlink.exploration import exploring_course
+        from minsnap.flight.mavlink.explored_stream import exploring_course
 
         chosen = {name: getattr(self, name) for name in ("clearance", "sensing", "resolution", "lost")}
         given = {name: value for name, value in chosen.items() if value is not None}

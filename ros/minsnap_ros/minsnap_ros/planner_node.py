@@ -9,18 +9,22 @@ from typing import Any
 import numpy as np
 import rclpy
 from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetPlan
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 import minsnap
 from minsnap.files.formats.robot_messages import offboard_control_mode, px4_setpoints
+from minsnap.flight.mavlink.explored_stream import Exploration, Exploring
 from minsnap.paths.missions.course import is_course
+from minsnap_ros.explored_flight import ExploredFlight, points_of, turned
 from minsnap_ros.flown_plan import FlownPlan
 from minsnap_ros.mavros_vehicle import ODOMETRY, SETPOINT, STATE, MavrosVehicle, position_target
 from minsnap_ros.messages import path_message, position_of, px4_topic, setpoint_message, trajectory_message
@@ -37,6 +41,10 @@ PARAMETERS = {
     "frame_id": "map",
     "px4": True,
     "mavros": False,
+    "clearance": 0.3,
+    "sensing": 15.0,
+    "resolution": 0.25,
+    "lost": 1.0,
 }
 SLOWEST = 2.0
 """Rate of setpoints below which PX4 leaves the offboard mode [Hz]."""
@@ -45,6 +53,9 @@ KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliabil
 SENSOR = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 PX4 = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.BEST_EFFORT)
 
+
+QUIET = 0.2
+"""How often the node looks whether a sensor is lost [s]."""
 
 Send = Callable[[minsnap.Samples, float], None]
 """Sends what is to be flown now, one sample, at an instant of the node's clock [s]."""
@@ -67,6 +78,12 @@ class PlannerNode(Node):
         self.create_subscription(Path, "~/waypoints", self.take_waypoints, 1)
         self.create_service(Trigger, "~/plan", self.plan_course)
         self.create_service(GetPlan, "~/replan", self.replan)
+        self.exploration: Exploration | None = None
+        self._sensor: Any = None
+        self._watch: Any = None
+        self.create_subscription(PoseStamped, "~/explore", self.take_goal, 1)
+        self.create_subscription(PoseStamped, "~/sensor", self.take_sensor, SENSOR)
+        self.create_subscription(PointCloud2, "~/points", self.take_points, SENSOR)
         connect = self._connect_mavros if self._value("mavros") else self._connect_px4
         self._followed = bool(self._value("mavros") or self._value("px4")) and connect()
         if self._value("course"):
@@ -75,7 +92,9 @@ class PlannerNode(Node):
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value
 
-    def _now(self) -> float:
+    @property
+    def seconds(self) -> float:
+        """The node's clock [s]."""
         return float(self.get_clock().now().nanoseconds) * 1e-9
 
     def _asked(self) -> dict[str, Any]:
@@ -133,6 +152,24 @@ class PlannerNode(Node):
         """Plan through a path's positions."""
         self._attempt(lambda: self._fly_waypoints(path))
 
+    def take_goal(self, goal: PoseStamped) -> None:
+        """Fly to a goal through what the sensor sees."""
+        self._attempt(lambda: self._explore(goal))
+
+    def take_sensor(self, pose: PoseStamped) -> None:
+        """Keep where the sensor is, and its axes."""
+        self._sensor = pose
+
+    def take_points(self, cloud: PointCloud2) -> None:
+        """Take what the sensor saw, and plan by it."""
+        self._attempt(lambda: self._observe(cloud))
+
+    def watch_sensor(self) -> None:
+        """Fly the certified stop where nothing was seen for too long."""
+        said = None if self.exploration is None else self.exploration.quiet()
+        if said is not None:
+            self.get_logger().error(said)
+
     def plan_course(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Plan the course of the file."""
         del request
@@ -158,6 +195,40 @@ class PlannerNode(Node):
             return str(error)
         return ""
 
+    def _explore(self, goal: PoseStamped) -> None:
+        self._refuse_other_frames(goal)
+        held = None if self.flown is None else self.flown.at(self.seconds)
+        start = held.state(self.seconds).position[0] if held is not None and held.over(self.seconds) else self._place()
+        names = ("clearance", "sensing", "resolution")
+        options = {name: self._value(name) for name in names}
+        limits, end = self._asked()["limits"], np.array(position_of(goal))
+        how = Exploring(start, end, limits, lost=self._value("lost"), explorer=options)
+        self._fly(how.flown, fixed=True)
+        self.exploration = Exploration(ExploredFlight(self), how, lambda: self.seconds)
+        self._watch = self._watch or self.create_timer(QUIET, self.watch_sensor)
+
+    def _place(self) -> np.ndarray:
+        """Return where the sensor is, or else the vehicle (3,) [m]."""
+        if self._sensor is not None:
+            self._refuse_other_frames(self._sensor)
+            return np.array(position_of(self._sensor))
+        if self._vehicle.position is None:
+            raise minsnap.InputError("it is not known where the sensor is: publish its pose, or connect a vehicle")
+        return self._vehicle.position
+
+    def _observe(self, cloud: PointCloud2) -> None:
+        if self.exploration is None:
+            raise minsnap.InputError("points came, and no goal: publish one to explore")
+        points, here = points_of(cloud), self._place()
+        if cloud.header.frame_id not in ("", self._value("frame_id")):
+            if self._sensor is None:
+                self._refuse_other_frames(cloud)
+            points = turned(points, self._sensor.pose)
+        self.exploration.observe(here, points)
+        answer = self.exploration.plan()
+        if not answer.get("ok", True):
+            self.get_logger().error(answer["error"])
+
     def _fly_waypoints(self, path: Path) -> None:
         self._refuse_other_frames(path, *path.poses)
         self._fly(minsnap.plan([position_of(pose) for pose in path.poses], **self._asked()))
@@ -180,7 +251,7 @@ class PlannerNode(Node):
     def _fly(self, plan: minsnap.Trajectory, own: Mapping[str, Any] | None = None, fixed: bool = False) -> None:
         if plan.dim != 3:
             raise minsnap.InputError(f"the plan has {plan.dim} coordinates: give x, y and z")
-        before, now = self.flown, self._now()
+        before, now = self.flown, self.seconds
         if self._followed and before is not None and before.began is not None:
             held = before.at(now)
             if not (
@@ -189,15 +260,16 @@ class PlannerNode(Node):
                 raise minsnap.InputError(
                     "the vehicle flies a plan: change it by the service replan, or plan from its end once it is there"
                 )
-        self._take(before, FlownPlan(plan, None if self._followed else now, own=own or {}, fixed=fixed))
+        self.take(before, FlownPlan(plan, None if self._followed else now, own=own or {}, fixed=fixed))
+        self.exploration = None
 
     def _change(self, goal: Any) -> Path:
         before = self.flown
         if before is None:
             raise minsnap.InputError("nothing was planned yet")
         self._refuse_other_frames(goal)
-        now = self._now()
-        return self._take(before, before.at(now).changed(position_of(goal), now, self._value("budget"), self._asked()))
+        now = self.seconds
+        return self.take(before, before.at(now).changed(position_of(goal), now, self._value("budget"), self._asked()))
 
     def _refuse_other_frames(self, *stamped: Any) -> None:
         frame = self._value("frame_id")
@@ -206,13 +278,13 @@ class PlannerNode(Node):
             given = " and ".join(sorted(others))
             raise minsnap.InputError(f"positions in {given}, and plans in {frame}: transform them, or set frame_id")
 
-    def _take(self, before: FlownPlan | None, after: FlownPlan) -> Path:
+    def take(self, before: FlownPlan | None, after: FlownPlan) -> Path:
         """Fly ``after`` in place of ``before``, publish it, and return its path; if that fails nothing is changed."""
         newest = after.then or after
         samples, frame = newest.trajectory.sample(self._value("rate")), self._value("frame_id")
         if not self._swap(before, after):  # first of all, since messages of many points take longer than some budgets
             raise minsnap.InputError("the vehicle came into offboard mode or left it while this was planned: try again")
-        nanoseconds = round((self._now() if newest.began is None else newest.began) * 1e9)
+        nanoseconds = round((self.seconds if newest.began is None else newest.began) * 1e9)
         stamp = Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
         path = path_message(samples, stamp, frame)
         self._trajectories.publish(trajectory_message(samples, stamp, frame))
@@ -233,12 +305,13 @@ class PlannerNode(Node):
         if flown is None or flown.began is None or self._vehicle.follows:
             return
         if self._swap(flown, None):
+            self.exploration = None
             self.get_logger().info("the vehicle does not follow setpoints any more: the flight is over, plan again")
 
     def take_position(self, message: Any) -> None:
         """Begin the plan when the vehicle is armed, in offboard mode, and at rest where the plan begins."""
         self._vehicle.take_position(message)
-        flown, now = self.flown, self._now()
+        flown, now = self.flown, self.seconds
         if flown is not None and flown.began is None and self._vehicle.settled(flown.trajectory(0.0), now):
             self._swap(flown, flown.begun(now))
 
@@ -252,7 +325,7 @@ class PlannerNode(Node):
             if far:
                 self.get_logger().info(far, throttle_duration_sec=5.0)
                 return
-        now = self._now()
+        now = self.seconds
         self._send(flown.at(now).state(now), now)
 
 

@@ -31,6 +31,18 @@ FIELDS: dict[str, dict[str, Any]] = {
         "tolerance": 0.0,
     },
     "nav_msgs.srv.GetPlan.Response": {"plan": "nav_msgs.msg.Path"},
+    "sensor_msgs.msg.PointField": {"name": "", "offset": 0, "datatype": 0, "count": 0},
+    "sensor_msgs.msg.PointCloud2": {
+        "header": "std_msgs.msg.Header",
+        "height": 0,
+        "width": 0,
+        "fields": [],
+        "is_bigendian": False,
+        "point_step": 0,
+        "row_step": 0,
+        "data": b"",
+        "is_dense": False,
+    },
     "std_srvs.srv.Trigger": {},
     "std_srvs.srv.Trigger.Request": {},
     "std_srvs.srv.Trigger.Response": {"success": False, "message": ""},
@@ -76,19 +88,19 @@ TOPICS: dict[str, SimpleNamespace] = {}
 class Message:
     """A message with the fields of its table alone."""
 
-    fields: dict[str, Any] = {}
+    table: dict[str, Any] = {}
 
     def __init__(self, **values: Any) -> None:
-        for name, default in self.fields.items():
+        for name, default in self.table.items():
             value = TYPES[default]() if isinstance(default, str) and default in TYPES else default
             object.__setattr__(self, name, list(value) if isinstance(value, list) else value)
         for name, value in values.items():
             setattr(self, name, value)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name not in self.fields:
+        if name not in self.table:
             raise AttributeError(f"{type(self).__name__} has no field {name}")
-        default = self.fields[name]
+        default = self.table[name]
         kind = TYPES[default] if isinstance(default, str) and default in TYPES else type(default)
         if not isinstance(value, kind):
             raise AssertionError(f"{type(self).__name__}.{name} must be a {kind.__name__}: {value!r}")
@@ -138,8 +150,9 @@ class Node:
     def create_service(self, kind: type, name: str, callback: Any) -> None:
         self.services[name] = callback
 
-    def create_timer(self, period: float, callback: Any, callback_group: Any = None) -> None:
+    def create_timer(self, period: float, callback: Any, callback_group: Any = None) -> Any:
         self.timers.append((period, callback))
+        return self.timers[-1]
 
     def get_clock(self) -> Any:
         return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=round(Node.seconds * 1e9)))
@@ -185,7 +198,7 @@ def _add(path: str, value: Any) -> None:
 def install() -> None:
     """Put the stand-ins where the packages of ROS 2 are looked for."""
     for path, fields in FIELDS.items():
-        TYPES[path] = type(path.rsplit(".", 1)[-1], (Message,), {"fields": fields})
+        TYPES[path] = type(path.rsplit(".", 1)[-1], (Message,), {"table": fields})
         _add(path, TYPES[path])
     kinds = SimpleNamespace(TRANSIENT_LOCAL=1, RELIABLE=1, BEST_EFFORT=2)
     for path, value in {

@@ -7,7 +7,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import InputError
-from minsnap.flight.mavlink.exploration import Exploration, Exploring, exploring_course
+from minsnap.flight.mavlink.explored_stream import Exploration, Exploring, exploring_course
 from minsnap.flight.mavlink.setpoints import ChangingTable, tabulate
 from minsnap.paths.missions.course import Course, Stop
 
