@@ -33,7 +33,9 @@ QUICK = 1000.0
 class GroundOptions:
     """The ground that all legs stay above."""
 
-    terrain: Annotated[Path | None, "FILE", "Heights of the ground, an ESRI ASCII grid: all legs stay above it."] = None
+    terrain: Annotated[
+        Path | None, "FILE", "Heights of the ground, a GeoTIFF or an ESRI ASCII grid: all legs stay above it."
+    ] = None
     above: Annotated[float | None, "M", "With --terrain: least height above the ground [m]."] = None
     below: Annotated[float | None, "M", "With --terrain: greatest height above the ground [m]."] = None
 

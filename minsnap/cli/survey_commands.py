@@ -37,7 +37,7 @@ def survey(
         Facade | None, "LOW HIGH", "Cover a wall between two heights; FILE has the ends of its base."
     ] = None,
     distance: Annotated[float, "M", "With --facade: from the wall, to its left; to its right where negative."] = 0.0,
-    terrain: Annotated[Path | None, "FILE", "Heights of the ground, an ESRI ASCII grid."] = None,
+    terrain: Annotated[Path | None, "FILE", "Heights of the ground, a GeoTIFF or an ESRI ASCII grid."] = None,
     yaw: options.Yaw = None,
     origin: options.Origin = None,
     within: options.Within = None,

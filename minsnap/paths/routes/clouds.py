@@ -10,6 +10,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, NDArray
 from minsnap.basics.storage.table import LooseColumns, read_loose_table
 from minsnap.basics.storage.text import FileName, check_size, read_bytes, read_text, reading
+from minsnap.basics.warn import warn_caller
 from minsnap.errors import CorridorError, FileError
 from minsnap.paths.routes.grid_map import LARGEST_MAP, GridMap
 from minsnap.paths.routes.pcd import read_pcd
@@ -95,16 +96,20 @@ def is_cloud(values: NDArray[Any]) -> bool:
 
 
 def finite_points(path: FileName, points: NDArray[Any]) -> FloatArray:
-    """Return those of some points (n, dim) that are finite.
+    """Return those of some points (n, dim) that are finite, and warn of the others, which sensors write for no echo.
 
     Raises
     ------
     FileError
         If there are none.
     """
-    kept = np.asarray(points[np.isfinite(points).all(axis=1)], dtype=np.float64)
+    finite = np.isfinite(points).all(axis=1)
+    kept = np.asarray(points[finite], dtype=np.float64)
     if not len(kept):
-        raise FileError(f"{path} holds no points")
+        raise FileError(f"{path} holds no points{' that are finite' if len(points) else ''}")
+    if not finite.all():
+        lost = f"{len(points) - len(kept)} of {len(points)} points"
+        warn_caller(f"{path}: {lost} are not finite, the first is point {int(np.argmin(finite))}: they are left out")
     return kept
 
 

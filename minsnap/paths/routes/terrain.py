@@ -1,9 +1,10 @@
-"""Heights of the ground from an ESRI ASCII grid."""
+"""Heights of the ground, from an ESRI ASCII grid or a GeoTIFF."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
+from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from minsnap.errors import FileError
 
 MOST_HEIGHTS = 5_000_000
 """Heights of the largest grid that is read."""
+
+PICTURES = (".tif", ".tiff")
+"""Endings of GeoTIFF files."""
 
 LARGEST_GRID = 100_000_000
 """Bytes of the largest grid that is read."""
@@ -50,13 +54,17 @@ class Terrain:
 
 
 def read_terrain(path: FileName) -> Terrain:
-    """Read an ESRI ASCII grid (``.asc``), whose first row is the one with the largest y.
+    """Read an ESRI ASCII grid (``.asc``), whose first row is the one with the largest y, or a GeoTIFF (``.tif``).
 
     Raises
     ------
     FileError
         If it cannot be read, or is no such grid.
     """
+    if Path(path).suffix.lower() in PICTURES:
+        from minsnap.paths.routes.geotiff import read_geotiff
+
+        return read_geotiff(path)
     words = read_text(path, LARGEST_GRID).split()
     header: dict[str, float] = {}
     with reading(path, "an ESRI ASCII grid of heights"):

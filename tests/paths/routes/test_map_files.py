@@ -155,7 +155,7 @@ def clouds():
         "named.csv": b"# of a camera\nX [m],Y [m],Z [m]\n" + text.replace(b" ", b","),
         "plain.csv": text.replace(b" ", b"; ") + b"\n\n",
         "double.npy": npy(POINTS),
-        "single.npy": npy(np.vstack((POINTS, [[np.nan, 0, 0]])).astype("<f4")),
+        "single.npy": npy(POINTS.astype("<f4")),
     }
 
 
@@ -174,6 +174,37 @@ def test_every_form_of_a_cloud_holds_the_same_points(tmp_path, name):
     cells = np.unique(np.floor((POINTS - found.lower) / 0.1), axis=0)
     assert found.occupied.sum() == len(cells) and found.holds(np.array([3.0, 0.0, 1.0]))
     assert all(found.occupied[tuple(found.cell(point))] for point in POINTS)
+
+
+GAPS = np.array([(1.0, 2.0, 0.5), (np.nan, 0.0, 0.0), (0.5, 0.25, np.inf), (2.0, 2.0, 1.0)])
+
+
+def clouds_with_gaps():
+    text = b"\n".join(" ".join(map(str, row)).encode() for row in GAPS)
+    flat = GAPS.astype("<f4")
+    block = literal_lzf(flat.T.tobytes())
+    header = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    return {
+        "ascii.pcd": pcd("x y z", "ascii", text, 4),
+        "binary.pcd": pcd("x y z", "binary", flat.tobytes(), 4),
+        "packed.pcd": pcd("x y z", "binary_compressed", struct.pack("<II", len(block), flat.nbytes) + block, 4),
+        "ascii.ply": header + b"end_header\n" + text,
+        "plain.xyz": text,
+        "double.npy": npy(GAPS),
+        "single.npy": npy(flat),
+        "plane.npy": npy(GAPS[:, 1:]),
+    }
+
+
+@pytest.mark.parametrize("name", sorted(clouds_with_gaps()))
+def test_points_of_a_cloud_that_are_not_finite_are_counted(tmp_path, name):
+    """They were left out without a word from arrays."""
+    (tmp_path / name).write_bytes(clouds_with_gaps()[name])
+    lost, first = (1, 2) if name == "plane.npy" else (2, 1)
+    with pytest.warns(UserWarning, match=rf"{name}: {lost} of 4 points are not finite, the first is point {first}: "):
+        found = read_map(tmp_path / name, 0.1)
+    kept = GAPS[np.isfinite(GAPS).all(axis=1)] if lost == 2 else GAPS[[0, 1, 3], 1:]
+    assert found.occupied.sum() == len(kept) and all(found.occupied[tuple(found.cell(point))] for point in kept)
 
 
 @pytest.mark.parametrize("name", sorted(clouds()))
