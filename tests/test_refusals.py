@@ -55,32 +55,32 @@ SITES = [
         },
     ),
     (
-        ("within_limits", "_check_total", UnprovedError),
+        ("within_limits", "_total_too_short", UnprovedError),
         "no plan of 4 s within the limits was found: the shortest found is 4.3",
         {"waypoints": POINTS, "total_time": 4.0, "limits": LIMITS},
     ),
     (
-        ("refused_times", "refuse_short", InfeasibleError),
+        ("refused_times", "too_short", InfeasibleError),
         "3 s are too short for the limits: the lengths of the legs alone need 3.* s, and the shortest found is 4.3",
         {"waypoints": POINTS, "total_time": 3.0, "limits": LIMITS},
     ),
     (
-        ("refused_times", "_refuse_below_least", InfeasibleError),
+        ("refused_times", "_below_least", InfeasibleError),
         "3.7 s are too short for the limits: every flight takes 3.73.* s, and the shortest found takes 4.3",
         {"waypoints": POINTS, "total_time": 3.7, "limits": LIMITS},
     ),
     (
-        ("within_limits", "require_limits_kept", UnprovedError),
+        ("within_limits", "limits_kept", UnprovedError),
         "the plan of least cost in 3 s does not keep body_rate: it reaches 4.3.* 5.0.* s would do",
         {"waypoints": POINTS, "durations": [1, 1, 1], "limits": Limits(body_rate=1.0)},
     ),
     (
-        ("refused_times", "refuse_short", InfeasibleError),
+        ("refused_times", "too_short", InfeasibleError),
         "leg 0 has 0.01 s, and its length alone needs 1 s",
         {"waypoints": POINTS, "durations": [0.01, 2, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
     ),
     (
-        ("refused_times", "refuse_short", InfeasibleError),
+        ("refused_times", "too_short", InfeasibleError),
         r"leg 1 has 1 s, and its length alone needs 1\.6 s: give it more time; 2\.3\d* times as long would do",
         {"waypoints": REFERENCE, "durations": [2, 1, 2, 1], "limits": Limits(speed=2.5)},
     ),
@@ -90,7 +90,7 @@ SITES = [
         {"waypoints": [(0, 0, 3), (1, 0, 0)], "durations": [0.7], "limits": Limits(speed=50.0, min_thrust=0.5)},
     ),
     (
-        ("ways", "_left", UnprovedError),
+        ("ways", "_too_little", UnprovedError),
         "leg 0 has 0.0101 s, and the way between its limits",
         {"waypoints": NEAR, "durations": [0.0101, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
     ),

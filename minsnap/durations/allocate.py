@@ -15,10 +15,12 @@ from minsnap.basics.deadline import LATE, LateError
 from minsnap.durations.initial_guess import priced_first_guess
 from minsnap.durations.last_look import fault
 from minsnap.durations.least_cost import cheapest_durations, distance_split
-from minsnap.durations.refused_times import by_necessary_walls, explained_by_times, in_other_times, refuse_short
+from minsnap.durations.outcome import PlanOutcome, outcome_of, quickest
+from minsnap.durations.refused_times import by_necessary_walls, explained_by_times, in_other_times, too_short
 from minsnap.durations.time_stretch import UnlimitedError
-from minsnap.durations.timing import Timed, Timing, nothing, solved_or_explained, timed
-from minsnap.errors import InfeasibleError, LimitError, SolverError, UnprovedError
+from minsnap.durations.timing import Run, Timed, Timing, solved_or_explained, timed
+from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError, UnprovedError
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 
 if TYPE_CHECKING:
@@ -44,56 +46,89 @@ def plan_timed(task: Task, timing: Timing) -> Timed:
     InfeasibleError
         If nothing fits, with the reason.
     """
-    try:
-        planned = _timed(task, timing, partial(refuse_short, task, timing))
-        return looked_at(planned, task, timing)
-    except UnlimitedError as reason:
-        if timing.refine:  # a limit on a derivative that jumps between polynomials, as snap of degree 5, limits one
-            return plan_timed(task, replace(timing, refine=False))
-        raise LimitError(str(reason)) from None
-    except LateError:
-        if not task.deadline.late:
-            refuse_short(task, timing)  # what is proved at no cost is said, although the work is spent
-        raise
-    except (InfeasibleError, SolverError) as refused:
-        if not task.explained:
-            raise
-        if timing.refine:  # a refusal of one piece proves nothing of more
-            refuse_short(task, timing)
-            parted = timing.in_time(replace(task, pieces=PARTS))
-            try:
-                return plan_timed(parted, replace(timing, refine=False))
-            except UnprovedError as other:
-                raise min(other, refused, key=lambda error: getattr(error, "shortest", None) or inf) from None
-        again = by_necessary_walls(task, timing, refused)
-        if isinstance(again, Timed):
-            return looked_at(again, task, timing)
-        refused = again
-        from minsnap.durations.within_limits import at_rest_everywhere
+    return outcome_of(lambda: _answered(task, timing)).plan()
 
-        others = in_other_times(task, timing, refused), at_rest_everywhere(task, timing)
-        longer = min(filter(None, others), key=lambda one: one.trajectory.duration, default=None)
-        if longer is not None:
-            return looked_at(longer, task, timing)
-        if isinstance(refused, SolverError) and timing.in_time(task).deadline.late:
-            raise LateError(LATE) from None
-        raise explained_by_times(refused, task, timing) from None
+
+def _answered(task: Task, timing: Timing) -> PlanOutcome:
+    """Plan as asked; where the number of pieces is left to the plan and there is none, with a number of them.
+
+    A limit on a derivative that jumps between polynomials, as snap of degree 5, limits one alone; else three are tried.
+    """
+    outcome, several = _tried(task, timing), replace(timing, refine=False)
+    if not timing.refine or outcome.planned is not None:
+        return _otherwise(outcome, task, timing)
+    if isinstance(outcome.reason, UnlimitedError):
+        return _otherwise(_tried(task, several), task, several)
+    refused = outcome.refused
+    if refused is None or not task.explained:
+        return _otherwise(outcome, task, timing)
+    short = too_short(task, timing)  # a refusal of one piece proves nothing of more
+    if short is not None:
+        return PlanOutcome(reason=short)
+    parted = timing.in_time(replace(task, pieces=PARTS))
+    other = outcome_of(lambda: _otherwise(_tried(parted, several), parted, several))
+    if not isinstance(other.reason, UnprovedError):
+        return other
+    shortest = min(other.reason, refused, key=lambda error: getattr(error, "shortest", None) or inf)
+    return PlanOutcome(reason=shortest)
+
+
+def _tried(task: Task, timing: Timing) -> PlanOutcome:
+    """Plan once, and look at the plan before it leaves."""
+    outcome = outcome_of(lambda: _timed(task, timing, partial(too_short, task, timing)))
+    return outcome if outcome.planned is None else _seen(outcome.planned, task, timing)
+
+
+def _otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
+    """Return a plan; of a refusal what stands in its place.
+
+    1. The time is over: what is proved at no cost is said, although the work is spent.
+    2. A proof by walls that are sufficient for a limit, but not necessary, is none: plan by those that are.
+    3. The shorter one of a plan in other times, where the request leaves a choice, and of rest at every waypoint.
+    4. What is proved of the times of the request.
+    """
+    if isinstance(outcome.reason, UnlimitedError):
+        return PlanOutcome(reason=LimitError(str(outcome.reason)))
+    if isinstance(outcome.reason, LateError):
+        short = None if task.deadline.late else too_short(task, timing)
+        return outcome if short is None else PlanOutcome(reason=short)
+    refused = outcome.refused
+    if refused is None or not task.explained:
+        return outcome
+    again = by_necessary_walls(task, timing, refused)
+    if isinstance(again, Timed):
+        return _seen(again, task, timing)
+    from minsnap.durations.within_limits import at_rest_everywhere
+
+    other = in_other_times(task, timing, again)
+    if isinstance(other, InfeasibleError):
+        return PlanOutcome(reason=other)
+    longer = quickest((other, at_rest_everywhere(task, timing)))
+    if longer is not None:
+        return _seen(longer, task, timing)
+    if isinstance(again, SolverError) and timing.in_time(task).deadline.late:
+        return PlanOutcome(reason=LateError(LATE))
+    return PlanOutcome(reason=explained_by_times(again, task, timing))
 
 
 def looked_at(planned: Timed, task: Task, timing: Timing) -> Timed:
     """Return a plan that keeps all its conditions at a last look, or raise SolverError."""
+    return _seen(planned, task, timing).plan()
+
+
+def _seen(planned: Timed, task: Task, timing: Timing) -> PlanOutcome:
     checked = task if task.samples is None else replace(task, walls=())
     times = timing.total_time if timing.durations is None else timing.durations
     wrong = fault(checked, planned.trajectory, timing.limits, times, planned.limits_from, planned.solved)
-    if wrong is not None:
-        raise SolverError(f"the plan is refused at the last look: {wrong}; please report this question")
-    return planned
+    if wrong is None:
+        return PlanOutcome(planned)
+    reason = SolverError(f"the plan is refused at the last look: {wrong}; please report this question")
+    return PlanOutcome(reason=reason)
 
 
-def _timed(task: Task, timing: Timing, refuse: Callable[[], None] = nothing) -> Timed:
+def _timed(task: Task, timing: Timing, refuse: Callable[[], MinsnapError | None] | None = None) -> PlanOutcome:
     if timing.limits is None and timing.durations is not None:
-        solved = solved_or_explained(task, task.piece_durations(timing.durations))
-        return timed(solved)
+        return _of(solved_or_explained(task, task.piece_durations(timing.durations)))
     if timing.limits is None:
         return _of_least_cost(task, timing)
     from minsnap.durations import within_limits
@@ -110,28 +145,34 @@ def _timed(task: Task, timing: Timing, refuse: Callable[[], None] = nothing) -> 
             return _from_limits(task, timing, limits, started)
         if timing.durations is not None:
             solved = solved_or_explained(timing.bounded(task), task.piece_durations(timing.durations), refuse)
-            return within_limits.require_limits_kept(timed(solved), task, timing)
+            return within_limits.of_solved(solved, task, timing)
         return (within_limits.shortest_plan if shortest else within_limits.limited_plan)(task, timing)
 
 
-def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> Timed:
+def _from_limits(task: Task, timing: Timing, limits: Limits, start: bool) -> PlanOutcome:
     """Plan with an end on its limits: without limits if that keeps them, else between ways back and out."""
-    from minsnap.durations.ways import connect_ends
+    from minsnap.durations.ways import EndConnectors, connect_ends
     from minsnap.limits.compliance import keeps
 
     free = _timed(task, replace(timing, limits=None))
-    if keeps(limits, free.trajectory):
+    if free.planned is None or keeps(limits, free.planned.trajectory):
         return free
-    return connect_ends(task, limits, start).in_time(_timed, timing)
+    ways = connect_ends(task, limits, start)
+    return ways.in_time(_timed, timing) if isinstance(ways, EndConnectors) else PlanOutcome(reason=ways)
 
 
-def _of_least_cost(task: Task, timing: Timing) -> Timed:
+def _of_least_cost(task: Task, timing: Timing) -> PlanOutcome:
     """Plan a total time, or with a price of time, where nothing limits derivatives."""
     price, search = timing.time_weight, None
     durations = distance_split(task, timing.total) if price is None else priced_first_guess(task, price)
+    if isinstance(durations, MinsnapError):
+        return PlanOutcome(reason=durations)
     if timing.split == "distance":
         durations = check_durations(durations, task.legs)
     else:
         durations, search = cheapest_durations(task, timing, durations, price)
-    solved = solved_or_explained(task, task.piece_durations(durations))
-    return timed(solved, search)
+    return _of(solved_or_explained(task, task.piece_durations(durations)), search)
+
+
+def _of(solved: SolvedTask | MinsnapError, search: Run | None = None) -> PlanOutcome:
+    return PlanOutcome(timed(solved, search)) if isinstance(solved, SolvedTask) else PlanOutcome(reason=solved)

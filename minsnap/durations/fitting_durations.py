@@ -15,11 +15,10 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, rounded, significant
 from minsnap.basics.deadline import WORK, Deadline
 from minsnap.corridors.constraint import Walls
-from minsnap.errors import SolverError
+from minsnap.durations.timing import attempted, found_in
 from minsnap.native.status import Status
 from minsnap.optimisation.least_slacks import common_slack, native_slacks
-from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solve import Effort
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.task_walls import all_walls
 from minsnap.polynomials.bernstein import basis, differentiate
@@ -114,22 +113,23 @@ class _LeastExcess:
         """Return the least excess in widths, of six digits; that of no curve once the work is done."""
         if self.deadline.spent:
             return 1e3
-        try:
-            excess = significant(self._least(self.free.piece_durations(self.durations(logarithms))))
-        except (InfeasibleRowsError, SolverError):
+        least = attempted(self._least, self.free.piece_durations(self.durations(logarithms)))
+        if not isinstance(least, float):
             return 1e3
+        excess = significant(least)
         if excess < self.best[0]:
             self.best = (excess, logarithms.copy())
         return excess
 
-    def _least(self, durations: FloatArray) -> float:
+    def _least(self, durations: FloatArray) -> float | None:
         known = native_slacks(self.task, durations, self.give, -2.0 * FITTING.room, effort=FITTING.effort)
         self.deadline.spend(WORK.free_curve)
         if known is not None and known.status is Status.DONE:
             return float(known.slacks.max())
         if known is not None and known.status is Status.SPENT and known.slacks.max() > FITTING.far:
-            raise SolverError("the least slack is far from gone, and its work is spent")
-        return _largest_excess(self.task.walls, solve(self.free, durations).trajectory)
+            return None  # it is far from gone, and its work is spent
+        free = found_in(self.free, durations, Effort.WHOLE)
+        return None if free is None else _largest_excess(self.task.walls, free.trajectory)
 
     def run(self) -> None:
         """Find the best logarithms, of one scale for all first."""

@@ -10,10 +10,11 @@ from minsnap.basics.arrays import FloatArray, rounded, significant
 from minsnap.basics.limit_kinds import KIND
 from minsnap.durations.least_cost import distance_split
 from minsnap.durations.time_stretch import walled_factor, without_derivative_walls
-from minsnap.durations.timing import solved_or_explained
+from minsnap.durations.timing import attempted, solved_or_explained
+from minsnap.errors import MinsnapError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import Effort, solve
+from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 
@@ -52,14 +53,18 @@ def guessed_lengths(task: Task) -> FloatArray:
     return np.maximum(task.lengths, SHORT * task.length)
 
 
-def priced_first_guess(task: Task, price: float) -> FloatArray:
-    """Leg durations by distance at the total where cost + price * time is least, or the next that walls allow."""
+def priced_first_guess(task: Task, price: float) -> FloatArray | MinsnapError:
+    """Leg durations by distance at the total where cost + price * time is least, or the next that walls allow.
+
+    Or the reason why no curve is found.
+    """
     durations = distance_split(task, float(task.legs))
     times = task.piece_durations(durations)
-    try:
-        solved = solve(without_derivative_walls(task), times, effort=Effort.WHOLE)
-    except InfeasibleRowsError:  # at these times, which are only a guess
+    solved: SolvedTask | MinsnapError | InfeasibleRowsError = attempted(solve, without_derivative_walls(task), times)
+    if isinstance(solved, InfeasibleRowsError):  # at these times, which are only a guess
         solved = solved_or_explained(replace(task, walls=(), samples=None), times)
+    if not isinstance(solved, SolvedTask):
+        return solved
     factor = priced_factor(solved, price)
     return np.asarray(durations * (walled_factor(task.walls, solved.trajectory, factor) or factor))
 

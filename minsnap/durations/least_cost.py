@@ -10,9 +10,9 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, rounded
 from minsnap.basics.deadline import LateError
 from minsnap.durations.native_split import native_split
-from minsnap.durations.timing import Run, Timing, searched
-from minsnap.optimisation.optimum import InfeasibleRowsError
+from minsnap.durations.timing import Run, Timing, attempted, searched
 from minsnap.optimisation.solve import Effort, solve
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.report import Progress, Step
 
@@ -133,11 +133,10 @@ class CostSearch:
         if np.isfinite(self.best[0]) and self.task.deadline.spent:
             raise self.task.deadline.error()
         durations = self._durations(logarithms)
-        try:
-            times = self.task.piece_durations(durations)
-            effort = Effort.TRY if np.isfinite(self.best[0]) else Effort.WHOLE
-            solved = solve(self.task, times, units=self.units, prove=False, effort=effort)
-        except InfeasibleRowsError:
+        times = self.task.piece_durations(durations)
+        effort = Effort.TRY if np.isfinite(self.best[0]) else Effort.WHOLE
+        solved = attempted(solve, self.task, times, units=self.units, prove=False, effort=effort)
+        if not isinstance(solved, SolvedTask):
             return float(np.log(self.best[0])) + SPLITS.barred, np.zeros(len(durations))
         from minsnap.optimisation.gradient import cost_gradient
 

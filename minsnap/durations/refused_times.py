@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from math import ceil
@@ -18,15 +17,17 @@ from minsnap.durations.fitting_durations import fitting_durations
 from minsnap.durations.initial_guess import guessed_lengths, priced_factor, stop_and_go_times
 from minsnap.durations.least_cost import cheapest_durations, distance_split, leg_sums
 from minsnap.durations.longer_times import least_longer
+from minsnap.durations.outcome import if_possible
 from minsnap.durations.recovery import pinned_use
 from minsnap.durations.refusal import explain
 from minsnap.durations.time_scaling import shortest_scaled
-from minsnap.durations.timing import NO_RUN, Timed, Timing, solved_or_explained, timed
+from minsnap.durations.timing import NO_RUN, Timed, Timing, found_in, solved_or_explained, timed
 from minsnap.durations.ways import least_of, start_on_limit
 from minsnap.durations.within_limits import plans_for, searched_in_time
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
-from minsnap.optimisation.solve import Effort, solve
+from minsnap.optimisation.solve import Effort
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 
 if TYPE_CHECKING:
@@ -35,19 +36,16 @@ if TYPE_CHECKING:
 Refused = InfeasibleError | SolverError
 
 
-def in_other_times(task: Task, timing: Timing, refused: Refused) -> Timed | None:
+def in_other_times(task: Task, timing: Timing, refused: Refused) -> Timed | InfeasibleError | None:
     """Plan in other times where those that a search chose have no plan; None where there is none, or none may be.
 
     Longer ones where the plan chooses its time, other splits of a total; none where the refusal is a proof for all.
-
-    Raises
-    ------
-    InfeasibleError
-        If all times, or the total, are proved too short.
+    Or a proof that all times, or the total, are too short.
     """
     mine = timing.durations is None
-    if _own_times(task, timing) is None:
-        refuse_short(task, timing, getattr(refused, "shortest", None))
+    short = too_short(task, timing, refused) if _own_times(task, timing) is None else None
+    if short is not None:
+        return short
     if not mine or task.samples is not None or task.lengths.min() <= 0.0 or _for_all_times(task, timing, refused):
         return None
     bounded, total = _bounded(task, timing), timing.total_time
@@ -81,7 +79,8 @@ def _where_free_curves_fit(task: Task, bounded: Task, timing: Timing, refused: R
     if timing.limits is not None and task.still and not priced:
         return shortest_scaled(task, timing, task.piece_durations(fitting))
     if timing.time_weight is not None and task.still:
-        factor = priced_factor(solve(replace(bounded, walls=()), task.piece_durations(fitting)), timing.time_weight)
+        free = found_in(replace(bounded, walls=()), task.piece_durations(fitting), Effort.WHOLE)
+        factor = 1.0 if free is None else priced_factor(free, timing.time_weight)
         fitting = fitting * (factor if all(wall.order == 0 for wall in bounded.walls) else max(factor, 1.0))
     cheapest, run = fitting, NO_RUN
     if priced:
@@ -101,13 +100,13 @@ def by_necessary_walls(task: Task, timing: Timing, refused: Refused) -> Timed | 
     doubtful = {(wall.order, radius) for wall in others for radius in wall.radius.tolist()}
     if doubtful.isdisjoint(zip(proof.orders.tolist(), proof.walls.radius[proof.wall].tolist(), strict=True)):
         return refused
-    try:
-        planned = timed(solved_or_explained(task.with_walls(walls), proof.durations))
-    except LateError:
-        raise
-    except (InfeasibleError, SolverError) as other:
-        return other
-    if _of_these_times(proof, task, timing):
+    solved = solved_or_explained(task.with_walls(walls), proof.durations)
+    if isinstance(solved, LateError):
+        raise solved
+    if isinstance(solved, InfeasibleError | SolverError):
+        return solved
+    if isinstance(solved, SolvedTask) and _of_these_times(proof, task, timing):
+        planned = timed(solved)
         kept = planned if keeps(limits, planned.trajectory) else searched_in_time(planned.solved, task, timing)
         if kept is not None:
             return kept
@@ -144,10 +143,11 @@ def explained_by_times(refused: Refused, task: Task, timing: Timing) -> MinsnapE
     own, own_times = _own_times(task, timing), proof is not None and _of_these_times(proof, task, timing)
     again: MinsnapError | None = None
     if timing.total_time is not None and own is not None and isinstance(refused, InfeasibleError) and not own_times:
-        with suppress(LateError):
-            again = explain(_necessary(task, timing), own)
+        again = if_possible(partial(explain, _necessary(task, timing), own))
     if own is not None and not own_times and not isinstance(again, InfeasibleError):
-        refuse_short(task, timing, getattr(refused, "shortest", None))
+        short = too_short(task, timing, refused)
+        if short is not None:
+            return short
     if not isinstance(refused, InfeasibleError) or _for_all_times(task, timing, refused):
         return refused
     shortest = refused.shortest
@@ -199,33 +199,32 @@ def _unproved(refused: InfeasibleError) -> UnprovedError:
     return error
 
 
-def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> None:
-    """Raise InfeasibleError if the times of the request are proved too short for the ways between the waypoints.
+def too_short(task: Task, timing: Timing, refused: Refused | None = None) -> InfeasibleError | None:
+    """Return a proof that the times of the request are too short for the ways between the waypoints, or None.
 
-    ``shortest`` is the shortest total found [s], if any.
+    It names the shortest total found, if a refusal knows any.
     """
     if not task.explained or _starts_beyond(task, timing):
-        return
+        return None
+    shortest = getattr(refused, "shortest", None)
     from minsnap.durations.short_total import short_leg, short_total
 
     bounded = _necessary(replace(task, pieces=2) if timing.refine else task, timing)
     if timing.durations is not None:
         proof = short_leg(bounded, timing.durations)
-        if proof is not None:
-            leg = proof.moves[0].start
-            raise InfeasibleError(
-                f"leg {leg} has {proof.total:.6g} s, and its length alone needs {float(proof.least):.6g} s: give it "
-                "more time",
-                leg=leg,
-                contradiction=proof,
-            )
-        return
+        if proof is None:
+            return None
+        leg = proof.moves[0].start
+        return InfeasibleError(
+            f"leg {leg} has {proof.total:.6g} s, and its length alone needs {float(proof.least):.6g} s: give it "
+            "more time",
+            leg=leg,
+            contradiction=proof,
+        )
     longest, free = LONGEST * task.legs, timing.total_time is None
     proof = short_total(bounded, longest if free else timing.total, any_time=free)
     if proof is None:
-        if not free:
-            _refuse_below_least(task, timing, shortest)
-        return
+        return None if free else _below_least(task, timing, shortest)
     known = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"
     message = (
         f"{proof.total:.6g} s are too short for the limits: the lengths of the legs alone need "
@@ -233,20 +232,21 @@ def refuse_short(task: Task, timing: Timing, shortest: float | None = None) -> N
     )
     if proof.least > longest:
         message = "the limits on derivatives let no curve pass the waypoints in any time: loosen them"
-    raise InfeasibleError(message, shortest=shortest, contradiction=proof)
+    return InfeasibleError(message, shortest=shortest, contradiction=proof)
 
 
-def _refuse_below_least(task: Task, timing: Timing, shortest: float | None) -> None:
-    """Raise InfeasibleError if every flight within the limits takes longer than a total, whatever its curve."""
+def _below_least(task: Task, timing: Timing, shortest: float | None) -> InfeasibleError | None:
+    """Return a proof that every flight within the limits takes longer than a total, whatever its curve, or None."""
     if timing.limits is None:
-        return
+        return None
     from minsnap.bounds.least_time import BelowLeast
 
     proof = BelowLeast(timing.total, least_of(task, timing.limits))
-    if proof.verify():
-        known = "" if shortest is None else f", and the shortest found takes {shortest:.6g} s"
-        message = f"{proof.total:.6g} s are too short for the limits: every flight takes {proof.least:.6g} s{known}"
-        raise InfeasibleError(message, shortest=shortest, contradiction=proof)
+    if not proof.verify():
+        return None
+    known = "" if shortest is None else f", and the shortest found takes {shortest:.6g} s"
+    message = f"{proof.total:.6g} s are too short for the limits: every flight takes {proof.least:.6g} s{known}"
+    return InfeasibleError(message, shortest=shortest, contradiction=proof)
 
 
 def _of_these_times(proof: Contradiction, task: Task, timing: Timing) -> bool:

@@ -3,32 +3,28 @@
 1. One interior point on the whole problem, natively, from rest at every waypoint or from a curve that is given.
    It keeps walls and limits at instants and at the peaks that it sees between them; exact extrema have the last word.
    A curve outside a wall is searched again with the walls moved further inwards, and the time is scaled until the
-   most used limit is just kept; where that does not help, the limits are tightened.
-2. Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
+   most used limit is just kept; where that does not help, the limits are tightened.  Within rotors fewer pieces come
+   first, which are divided; at a constant yaw every search from rest begins with a body that is easy to turn.
+   Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
    legs.
-3. Where several pieces have no end, one piece, and the least cost in barely longer durations of what they left.
-   Within rotors fewer pieces first, which are divided; at a constant yaw every search from rest begins with a body
-   that is easy to turn.
-4. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
+2. Where several pieces have no end, one piece, which is divided.
+3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
-   The shortest of 3 and 4 is taken; where nothing is found, of other times and rest at every waypoint.
-5. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
+4. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
    left to it; where it is slow still, each leg may last as long as its own turn takes with that room.
-6. Else the reason why there is none.
+5. Rest at every waypoint, where the search was ended, or longer times are asked for.
 
-It ends when the time allowed is over, and where Ctrl-C asks for the best so far: then also a plan that rests at every
-waypoint will do.
+The shortest flight of all is taken; without any, the reason why there is none.  Time, work and Ctrl-C end it between
+two of them with the best so far.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from itertools import chain
-from math import prod
 from typing import Any
 
 import numpy as np
@@ -39,8 +35,8 @@ from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import WORK, LateError
 from minsnap.basics.limit_kinds import KIND
 from minsnap.durations.initial_guess import guessed_lengths, stop_and_go_times
-from minsnap.durations.least_cost import Log
 from minsnap.durations.longer_times import RESERVES
+from minsnap.durations.outcome import PlanOutcome, if_possible, or_reason
 from minsnap.durations.refusal import explain
 from minsnap.durations.shortest_question import (
     QUESTION,
@@ -54,6 +50,7 @@ from minsnap.durations.shortest_question import (
 )
 from minsnap.durations.time_stretch import (
     STRETCH,
+    UnlimitedError,
     grained,
     measuring_work,
     nearby_factor,
@@ -63,15 +60,15 @@ from minsnap.durations.time_stretch import (
     touching_factor,
     yaw_too_fast,
 )
-from minsnap.durations.timing import Run, Timing
+from minsnap.durations.timing import Run, Timing, found_in, timed
+from minsnap.durations.watched_search import WatchedSearch
 from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.utilisation import largest_yaw_rate
 from minsnap.native.library import NativeCoreError, core, describe
-from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion, Watch, search_shortest
-from minsnap.optimisation.optimum import NO_KNOTS, InfeasibleRowsError, Optimum
-from minsnap.optimisation.solve import Effort, solve
+from minsnap.native.shortest_time import Guess, ShortestCurve, ShortestQuestion
+from minsnap.optimisation.optimum import NO_KNOTS, Optimum
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import from_whole, parted
@@ -87,8 +84,6 @@ class StrategySettings:
 
     Parameters
     ----------
-    vanishing : float
-        Share of the first total below which nothing limits the time.
     idle : float
         Factor on time below which nothing limits it: only that curves should be smooth ended the search.
     far, nearly : float
@@ -110,8 +105,6 @@ class StrategySettings:
         Use of limits up to which a curve counts whose search found no end.
     seen, enough : float
         Excess of a limit beyond which the search has not seen it, and by how many of them it is tightened.
-    longer : tuple of float
-        Factors on the durations of a curve that a search left without an end, in which the least cost is searched.
     not_longer : float
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
     turned : float
@@ -122,7 +115,6 @@ class StrategySettings:
         How often the interval of the rotors' room for that yaw is halved.
     """
 
-    vanishing: float = 1e-6
     idle: float = 0.8
     far: float = 0.05
     nearly: float = 0.98
@@ -136,7 +128,6 @@ class StrategySettings:
     near: float = 1.1
     seen: float = 0.05
     enough: float = 2.0
-    longer: tuple[float, ...] = (1.01, 1.03, 1.1)
     not_longer: float = 1e-3
     turned: float = 1.02
     swung: float = 1.15
@@ -146,8 +137,43 @@ class StrategySettings:
 SETTINGS = StrategySettings()
 
 
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """What a search found, or all so far.
+
+    Parameters
+    ----------
+    solved : SolvedTask or None
+        The plan of the shortest flight, certified.
+    curve : ShortestCurve or None
+        The last curve of a search, which need not be inside.
+    fastest : float
+        Least time of a curve that a search kept within the limits that it knows [s].
+    reason : LimitError, SolverError or None
+        What was in the way of a plan, where that is known.
+    """
+
+    solved: SolvedTask | None = None
+    curve: ShortestCurve | None = None
+    fastest: float = np.inf
+    reason: LimitError | SolverError | None = None
+
+    def then(self, later: Attempt) -> Attempt:
+        """Return what both found: the shorter flight, and the later curve."""
+        fastest, reason = min(self.fastest, later.fastest), self.reason or later.reason
+        return Attempt(shorter(self.solved, later.solved), later.curve or self.curve, fastest, reason)
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether there is no plan, as nothing limits the time, or a yaw turns too fast at any."""
+        return self.solved is None and isinstance(self.reason, LimitError)
+
+
+NOTHING = Attempt()
+
+
 class Strategy:
-    """One search for a plan within limits.
+    """One search for a plan within limits; what changes is in what it watches.
 
     Parameters
     ----------
@@ -155,6 +181,8 @@ class Strategy:
         Without walls of the limits.
     timing : Timing
         With limits.
+    watched : WatchedSearch, optional
+        Of the search of which this one is a part.
 
     Raises
     ------
@@ -164,7 +192,7 @@ class Strategy:
         If the time allowed is over.
     """
 
-    def __init__(self, task: Task, timing: Timing) -> None:
+    def __init__(self, task: Task, timing: Timing, watched: WatchedSearch | None = None) -> None:
         task.deadline.check()
         if core().name != "native":
             raise NativeCoreError(f"plans within limits need the native core, and this is the {describe()}")
@@ -172,101 +200,105 @@ class Strategy:
         self.times = stop_and_go_times(guessed_lengths(task), self.limits)
         if not self.times.max() <= LONGEST_PIECE:
             raise LimitError(f"the limits are so low that a leg takes over {LONGEST_PIECE:g} s: raise them")
-        self.log, self.longest = Log(timing.progress), 0.0
-        self.ended: LateError | None = None
-        self.deadline = timing.in_time(task).deadline
+        self.watched = watched or WatchedSearch(task, timing)
+        self.deadline = self.watched.deadline
         rotors = WORK.yawed if self._yawed else WORK.rotors
         self.price = rotors if isinstance(self.limits, VehicleLimits) else WORK.iteration
-        self.answer: ShortestCurve | None = None
-        self.quickest = np.inf
         self.walled = any(wall.order for wall in task.walls)
 
     @property
     def interrupted(self) -> bool:
         """Whether Ctrl-C, time or work ended the search."""
-        return self.ended is not None
+        return self.watched.ended is not None
 
-    def run(self, first: Trajectory | None = None) -> tuple[SolvedTask, Run]:
-        """Return the shortest plan, certified, and its search.
+    def run(self, first: Trajectory | None = None) -> PlanOutcome:
+        """Return the shortest plan, certified, with the steps of its search, or why there is none.
 
         Parameters
         ----------
         first : Trajectory, optional
             To search from.
-
-        Raises
-        ------
-        InfeasibleError
-            If it is proved that no curve keeps the walls.
-        SolverError
-            If no speed was found at which limits and walls can be kept.
-        LateError
-            If Ctrl-C or the time allowed ended it before.
-        LimitError
-            If nothing limits the time.
         """
         guess = None if first is None else guess_of(first, self.task)
-        solved: SolvedTask | None = None
-        try:
-            solved = self.solve(guess)
-            undivided = solved is not None and self._fewer_first and solved.trajectory.pieces == 1
-            if (solved is None or undivided) and not self.interrupted:
-                solved = shorter(solved, self._from_one_piece(), self._improved(self._planned()))
-            if not self.interrupted:
-                solved = self._with_room(solved)
-        except KeyboardInterrupt:  # between two searches, each of which notes it by itself
-            self._end_at_ctrl_c()
+        found = self._next(NOTHING, lambda nothing: self.solve(guess))
+        if found.solved is None or self._undivided(found.solved):
+            found = self._next(found, self._from_fewer_pieces)
+            found = self._next(found, self._in_durations_found)
+        found = self._next(found, self._with_room)
+        solved = found.solved
         slow = solved is None or solved.flown.duration > self.times.sum()
-        if self.task.still and slow and (self.interrupted or not self.timing.shortest):
+        ended = self.interrupted or not self.timing.shortest
+        if slow and ended and self.task.still and not found.hopeless:
             solved = shorter(solved, self.resting)
-        if solved is None:
-            spent = self.ended is not None and self.deadline.spent and not self.deadline.late
-            raise self.reason() if spent or self.ended is None else self.ended
-        return solved, Run(tuple(self.log.steps), self.interrupted)
+        if solved is not None:
+            return PlanOutcome(timed(solved, Run(tuple(self.watched.log.steps), self.interrupted)))
+        lost = self.watched.ended if self.watched.lost else None
+        return PlanOutcome(reason=lost or found.reason or self.reason(found.curve))
 
-    def solve(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
+    def _next(self, found: Attempt, attempt: Callable[[Attempt], Attempt]) -> Attempt:
+        """Return what is found with one more attempt; none is made once the search has ended."""
+        later = NOTHING
+        if not (self.interrupted or found.hopeless):
+            try:
+                with self.watched.interruptible():
+                    later = attempt(found)
+            except LateError as late:
+                if found.solved is None:
+                    raise
+                self.watched.ended = late
+        return found.then(later)
+
+    def _undivided(self, solved: SolvedTask) -> bool:
+        """Whether a plan has one piece a leg where fewer came first, and more would follow."""
+        return self._fewer_first and solved.trajectory.pieces == 1
+
+    def solve(self, guess: Guess | None, price: float = 0.0) -> Attempt:
         """Search, for a price of time or for the least time, with the rate of the yaw where it matters."""
-        heading, limits = self._heading, self.limits
         question = replace(self._question, price=price) if price else self._question
-        best: SolvedTask | None = None
-        first: Guess | None = None
         if guess is None and self._fewer_first and not price:
             return self._divided(question)
-        if guess is None and (price or not self.eases):
-            first = self._first_guess()
+        found = NOTHING
+        first = self._first_guess() if guess is None and (price or not self.eases) else None
         if first is not None:
-            best = self._certified(begun_from(question, first), limits, self._far)
-            if self.interrupted or (best is not None and (price or not self._follows)):
-                return best
+            found = self._certified(begun_from(question, first), self.limits, self._far)
+            enough = found.solved is not None and (price or not self._follows)
+            if self.interrupted or enough or found.hopeless:
+                return found
         question = begun_from(question, guess)
-        if not self._turns:
-            return shorter(best, self._certified(question, limits, self._far))
-        free = replace(limits, yaw_rate=None)
-        solved, answer = self._certified(with_rates(question, free, heading), free, self._far), self.answer
-        if solved is None and answer is not None and answer.kept and not (self.interrupted or self._follows):
-            swung = solved_at(self.task, answer)  # whose rotors may have too little room for a yaw that is too fast
-            if swung.inside and largest_yaw_rate(swung.flown)[0] > float(limits.yaw_rate or 0.0):
-                return shorter(best, self._turning(swung, price))
-        if solved is None:
-            return best
-        if keeps(limits, solved.flown):
-            return shorter(best, solved)
-        if self.interrupted:
-            return shorter(best, self._touching(solved, limits) if self.task.still else None)
-        return shorter(best, self._turning(solved, price))
+        search = self._with_rate if self._turns else self._at_once
+        return found.then(search(question))
 
-    def _divided(self, question: ShortestQuestion) -> SolvedTask | None:
+    def _at_once(self, question: ShortestQuestion) -> Attempt:
+        """Search within all limits."""
+        return self._certified(question, self.limits, self._far)
+
+    def _with_rate(self, question: ShortestQuestion) -> Attempt:
+        """Search without the limit on the rate of a yaw that turns, then with it from that curve on."""
+        free = replace(self.limits, yaw_rate=None)
+        straight = self._certified(with_rates(question, free, self._heading), free, self._far)
+        solved, curve = straight.solved, straight.curve
+        if solved is None and curve is not None and curve.kept and not (self.interrupted or self._follows):
+            swung = solved_at(self.task, curve)  # whose rotors may have too little room for a yaw that is too fast
+            if swung.inside and largest_yaw_rate(swung.flown)[0] > float(self.limits.yaw_rate or 0.0):
+                return self._turning(swung, curve, question.price)
+        if solved is None or keeps(self.limits, solved.flown):
+            return straight
+        if self.interrupted:
+            return replace(straight, solved=self._touching(solved, self.limits) if self.task.still else None)
+        return self._turning(solved, curve, question.price)
+
+    def _divided(self, question: ShortestQuestion) -> Attempt:
         """Search with fewer pieces, then from that curve with more, and take the shorter flight of the two."""
         fewer = self._alike(QUESTION.divisions[0] if self.eases else 1)
-        best = fewer.solve(None)
-        self.ended, self.quickest, self.answer = fewer.ended, fewer.quickest, fewer.answer
-        if self.interrupted:
-            return best
-        guess = None if best is None else guess_of(best.trajectory, fewer.task, SETTINGS.divided[self.eases])
+        found = fewer.solve(None)
+        if self.interrupted or found.hopeless:
+            return found
+        solved = found.solved
+        guess = None if solved is None else guess_of(solved.trajectory, fewer.task, SETTINGS.divided[self.eases])
         if guess is not None:  # several pieces are divided, then cut anew
             parts = (*question.parts[1:], 1) if self.eases else question.parts
             question = replace(question, guess=guess, parts=parts)
-        return shorter(best, self._certified(question, self.limits, self._far))
+        return found.then(self._certified(question, self.limits, self._far))
 
     @property
     def _fewer_first(self) -> bool:
@@ -297,7 +329,7 @@ class Strategy:
             return None
         question = begun_from(self._question, replace(guess, durations=durations))
         held = replace(question, parts=(), price=balanced_price(curve, curve.duration), timed=True, moving=True)
-        return self._certified(held, self.limits, SETTINGS.not_longer)
+        return self._certified(held, self.limits, SETTINGS.not_longer).solved
 
     @cached_property
     def _heading(self) -> Heading | None:
@@ -349,13 +381,13 @@ class Strategy:
             return None
         softer: dict[str, Any] = {name: SETTINGS.softer * getattr(limits, name) for name in names}
         softer |= {"yaw_rate": None} if self._follows else {}
-        answer = self._searched(with_rates(self._question, replace(limits, **softer), heading, parts=(), rough=True))
-        if answer is None or not answer.kept or answer.stopped:
+        curve = self._searched(with_rates(self._question, replace(limits, **softer), heading, parts=(), rough=True))
+        if not isinstance(curve, ShortestCurve) or not curve.kept or curve.stopped:
             return None
-        return Guess(1, answer.durations, answer.knots, 1.0 if self._follows else SETTINGS.slower)
+        return Guess(1, curve.durations, curve.knots, 1.0 if self._follows else SETTINGS.slower)
 
-    def _certified(self, question: ShortestQuestion, limits: Limits, far: float) -> SolvedTask | None:
-        """Return a certified plan; None where the search has no curve, or none that can be certified nearby.
+    def _certified(self, question: ShortestQuestion, limits: Limits, far: float) -> Attempt:
+        """Return a certified plan; none where the search has no curve, or none that can be certified nearby.
 
         A search along the velocity that finds no end leaves a curve near its limits: that is flown more slowly.
 
@@ -367,48 +399,39 @@ class Strategy:
         far : float
             Share by which the plan may be slower than the curve of the search.
         """
-        self.log.forget()
-        last: ShortestCurve | None = None
+        self.watched.log.forget()
+        found, inside = NOTHING, False
         near = self._follows and self.task.still and not question.price
-        try:
+        with self.watched.interruptible():
             for _ in range(SETTINGS.tries):
-                self.answer = answer = self._searched(question)
-                if answer is None or not answer.durations.max() <= LONGEST_PIECE:
+                curve = self._searched(question)
+                if not isinstance(curve, ShortestCurve):
+                    return replace(found, reason=curve)
+                found = found if inside else Attempt(curve=curve)
+                if not curve.durations.max() <= LONGEST_PIECE:
                     break
-                solved = solved_at(self.task, answer)
-                if not (answer.kept or (near and largest_use(limits, solved.flown, False) <= SETTINGS.near)):
+                solved = solved_at(self.task, curve)
+                if not (curve.kept or (near and largest_use(limits, solved.flown, False) <= SETTINGS.near)):
                     break
                 if not solved.inside:
                     question = replace(question, inwards=SETTINGS.inwards * max(question.inwards, QUESTION.inward))
                     continue
-                last = answer
-                if not answer.kept:
+                inside = True
+                fastest = min(found.fastest, float(curve.durations.sum())) if limits is self.limits else np.inf
+                found = Attempt(curve=curve, fastest=fastest if curve.kept else found.fastest)
+                if not curve.kept:
                     break
-                if limits is self.limits:
-                    self.quickest = min(self.quickest, float(answer.durations.sum()))
-                kept, excess = self._within(solved, question, limits, far)
-                if kept is not None or answer.stopped or excess > SETTINGS.seen:
-                    return kept
+                ended = or_reason(partial(self._within, solved, curve, question, limits, far))
+                if not isinstance(ended, tuple):
+                    return replace(found, reason=ended)
+                kept, excess = ended
+                if kept is not None or curve.stopped or excess > SETTINGS.seen:
+                    return replace(found, solved=kept)
                 question = replace(question, tightened=question.tightened + SETTINGS.enough * excess)
-            if last is not None:
-                self.answer = last
-            return None
-        except KeyboardInterrupt:
-            self._end_at_ctrl_c()
-            return None
-
-    def _in_longer_durations(self) -> SolvedTask | None:
-        """Search the least cost in durations barely longer than those of a search that found no end."""
-        answer = self.answer
-        if answer is None or self.interrupted:
-            return None
-        plans = (
-            self.solve_timed(solved_at(self.task, answer), longer * answer.durations) for longer in SETTINGS.longer
-        )
-        return next((one for one in plans if one is not None or self.interrupted), None)
+        return found
 
     def _within(
-        self, solved: SolvedTask, question: ShortestQuestion, limits: Limits, far: float
+        self, solved: SolvedTask, answer: ShortestCurve, question: ShortestQuestion, limits: Limits, far: float
     ) -> tuple[SolvedTask | None, float]:
         """Fly the same path at the speed at which the most used limit is just kept, if that is about its own.
 
@@ -418,9 +441,8 @@ class Strategy:
         excess : float
             Of the most used limit, relative.
         """
-        curve, answer, at = solved.flown, self.answer, cache(solved.slowed)
+        curve, at = solved.flown, cache(solved.slowed)
         priced = question.timed or question.price > 0.0
-        assert answer is not None
         if question.moving:
             self.deadline.spend(measuring_work(limits, len(curve.durations)))
             use = largest_use(limits, curve, proved=False)
@@ -469,20 +491,21 @@ class Strategy:
 
     def _touching(self, solved: SolvedTask, limits: Limits, guess: float | None = None) -> SolvedTask | None:
         """Fly the same path at the speed at which the most used limit is just kept; None where there is none."""
-        with suppress(MinsnapError):
-            return solved.slowed(grained(touching_factor(limits, solved.flown, guess, deadline=self.deadline)))
-        return None
+        factor = if_possible(partial(touching_factor, limits, solved.flown, guess, deadline=self.deadline))
+        return None if factor is None else solved.slowed(grained(factor))
 
-    def _turning(self, solved: SolvedTask, price: float) -> SolvedTask | None:
+    def _turning(self, solved: SolvedTask, curve: ShortestCurve | None, price: float) -> Attempt:
         """Search again from a curve, and from the same path at a slower pace, with the limit on the rate of its yaw.
 
         Parameters
         ----------
         solved : SolvedTask
+        curve : ShortestCurve or None
+            That of the search for it.
         price : float
             Of a second.
         """
-        answer, limit, enough = self.answer, self.limits.yaw_rate, np.inf
+        limit, enough = self.limits.yaw_rate, np.inf
         assert limit is not None
         if self._follows:
             guess = guess_of(solved.trajectory, replace(self.task, pieces=solved.task.pieces))
@@ -491,63 +514,24 @@ class Strategy:
         else:
             guess = self._paced(solved, limit)
             if guess is None or guess.least is None:
-                raise yaw_too_fast(self.limits, solved.flown)
+                return Attempt(curve=curve, reason=yaw_too_fast(self.limits, solved.flown))
             guesses = [guess, replace(guess, durations=guess.least / guess.slower)]
             enough = SETTINGS.turned * float(guess.least.sum())
         if not self.task.still:
             price = 0.0  # what moves is lengthened to a total by other solves, and needs a plan that is short enough
-        turned: SolvedTask | None = None
+        found = NOTHING
         for guess in guesses:
             question = replace(begun_from(self._question, guess), parts=(), price=price)
-            with nullcontext() if turned is None else suppress(LimitError):
-                turned = shorter(turned, self._certified(question, self.limits, SETTINGS.not_longer))
-            found = turned is not None and turned.flown.duration <= enough
-            if self.interrupted or (found and self.answer is not None and self.answer.kept):
+            last = self._certified(question, self.limits, SETTINGS.not_longer)
+            found = found.then(last)
+            turned = found.solved is not None and found.solved.flown.duration <= enough
+            kept = last.curve is not None and last.curve.kept
+            if self.interrupted or found.hopeless or (turned and kept):
                 break
-        if turned is None:
-            self.answer = answer
-        return turned
+        return found if found.solved is not None else replace(found, curve=curve)
 
-    def _searched(self, question: ShortestQuestion) -> ShortestCurve | None:
-        pieces = self.task.legs * prod(question.parts) * (1 if question.guess is None else question.guess.pieces)
-        blocks = WORK.block * pieces * ((self.task.half - 1) * self.task.dim) ** 3
-        live, work = self.timing.progress is not None or self.deadline.due < np.inf, self.deadline.work
-        watch = Watch(
-            self._told,
-            live,
-            row_work=self.price,
-            iteration_work=blocks,
-            work=work.done,
-            worth=work.enough,
-            longest=self.longest,
-            vanishing=SETTINGS.vanishing,
-        )
-        answer = search_shortest(question, watch)
-        self.task.deadline.resume()  # the search has its own end
-        return answer
-
-    def _told(self, totals: list[float], work: float, pressed: bool) -> bool:
-        """Tell of iterations, and say whether the search must end: late, or by Ctrl-C."""
-        self.deadline.work.done = work
-        try:
-            for total in totals:
-                self.longest = max(self.longest, total)
-                if total < SETTINGS.vanishing * self.longest:
-                    raise nothing_limits(list(self.limits.given()))
-                self.log.add(total, total)
-            if pressed:
-                raise KeyboardInterrupt
-        except KeyboardInterrupt:
-            self._end_at_ctrl_c()
-        if self.ended is None and self.deadline.passed:
-            self.ended = self.deadline.error()
-        return self.ended is not None
-
-    def _end_at_ctrl_c(self) -> None:
-        """Note that Ctrl-C ends the search, or raise it on; called while it is handled."""
-        if not self.timing.best_on_interrupt:
-            raise  # noqa: PLE0704 - the KeyboardInterrupt of the caller
-        self.ended = LateError("the search was interrupted before it had a plan that can be certified")
+    def _searched(self, question: ShortestQuestion) -> ShortestCurve | UnlimitedError | None:
+        return self.watched.curve(question, self.task, self.price)
 
     def _straight(self, durations: FloatArray) -> SolvedTask:
         """Return the curve that rests at every waypoint."""
@@ -560,34 +544,30 @@ class Strategy:
     def resting(self) -> SolvedTask | None:
         """The certified plan that rests at every waypoint, where a search ended before it had a better one."""
         solved = self._straight(self.times)
-        if not solved.inside:
-            return None
-        solved = solved.slowed(grained(touching_factor(self.limits, solved.flown, 1.0, deadline=self.deadline)))
-        return solved if keeps(self.limits, solved.flown) else None
+        slower = self._touching(solved, self.limits, 1.0) if solved.inside else None
+        return slower if slower is not None and keeps(self.limits, slower.flown) else None
 
-    def _from_one_piece(self) -> SolvedTask | None:
+    def _from_fewer_pieces(self, found: Attempt) -> Attempt:
         """Search with one piece a leg where there is no curve, then with several, or cut it into the wanted number."""
-        task = self.task
-        if task.pieces == 1 and not self.timing.refine:
-            return None
-        first, guess, refine = None, None, self.timing.refine
+        task, refine = self.task, self.timing.refine
+        if task.pieces == 1 and not refine:
+            return NOTHING
+        first, guess = NOTHING, None
         if not self._fewer_first:
             alone = self._alike(1)
-            first = alone.solve(None)
-            self.ended, self.quickest = alone.ended, alone.quickest
-            if first is None or alone.interrupted:
+            first = replace(alone.solve(None), curve=None)  # what is left has other pieces
+            if first.solved is None or self.interrupted:
                 return first
-            guess = None if refine else guess_of(first.trajectory, alone.task)
+            guess = None if refine else guess_of(first.solved.trajectory, alone.task)
         several = self._alike(QUESTION.divisions[0]) if refine else self
-        solved = several.solve(guess) or several._in_longer_durations()
-        self.ended, self.quickest = several.ended, min(self.quickest, several.quickest)
-        return shorter(solved, first if refine or first is None else self.cut(first))
+        more = several.solve(guess)
+        if refine:
+            return first.then(replace(more, curve=None))
+        return replace(first, solved=None if first.solved is None else self.cut(first.solved)).then(more)
 
     def _alike(self, pieces: int) -> Strategy:
         """Return the same search of a fixed number of pieces a leg; its steps and its end are those of this one."""
-        other = Strategy(replace(self.task, pieces=pieces), replace(self.timing, refine=False))
-        other.log, other.deadline, other.quickest = self.log, self.deadline, self.quickest
-        return other
+        return Strategy(replace(self.task, pieces=pieces), replace(self.timing, refine=False), self.watched)
 
     def cut(self, first: SolvedTask) -> SolvedTask | None:
         """Divide the pieces of a plan into the wanted number; more samples of it may find it barely too fast."""
@@ -601,31 +581,27 @@ class Strategy:
         slower = (divided.slowed(factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
         return next((each for each in slower if each.inside and keeps(self.limits, each.flown)), None)
 
-    def _planned(self) -> SolvedTask | None:
-        """Plan for the durations of the search, or barely longer ones, with the limits as walls."""
-        answer = self.answer
-        if answer is None or not (answer.durations <= LONGEST).all():
+    def _in_durations_found(self, found: Attempt) -> Attempt:
+        """Plan for the durations of the search with the limits as walls, then search again from that plan."""
+        planned = self._planned(found.curve)
+        guess = None if planned is None else guess_of(planned.trajectory, planned.task)
+        again = NOTHING
+        if guess is not None:
+            again = self._certified(begun_from(self._question, guess), self.limits, SETTINGS.not_longer)
+        return replace(again, solved=self._hurried(shorter(planned, again.solved)), reason=None)
+
+    def _planned(self, curve: ShortestCurve | None) -> SolvedTask | None:
+        """Plan for the durations of a search, or barely longer ones, with the limits as walls."""
+        if curve is None or not (curve.durations <= LONGEST).all():
             return None
-        task = replace(self.task, pieces=len(answer.durations) // self.task.legs)
+        task = replace(self.task, pieces=len(curve.durations) // self.task.legs)
         bounded = self.timing.in_time(self.timing.bounded(task))
         for reserve in RESERVES:
             bounded.deadline.check()
-            try:
-                solved = solve(bounded, answer.durations * (1.0 + reserve), effort=Effort.TRY)
-            except (InfeasibleRowsError, SolverError):
-                continue
-            if keeps(self.limits, solved.flown):
+            solved = found_in(bounded, curve.durations * (1.0 + reserve))
+            if solved is not None and keeps(self.limits, solved.flown):
                 return replace(solved, task=task)
         return None
-
-    def _improved(self, planned: SolvedTask | None) -> SolvedTask | None:
-        """Search again from a plan that a search did not find, and fly the shorter one until it touches a limit."""
-        guess = None if planned is None else guess_of(planned.trajectory, planned.task)
-        again: SolvedTask | None = None
-        with suppress(LimitError):
-            if guess is not None:
-                again = self._certified(begun_from(self._question, guess), self.limits, SETTINGS.not_longer)
-        return self._hurried(shorter(planned, again))
 
     def _hurried(self, solved: SolvedTask | None) -> SolvedTask | None:
         """Fly a plan that is not the end of a search at the speed at which a limit is just kept, if that is faster."""
@@ -634,17 +610,17 @@ class Strategy:
         faster = self._touching(solved, self.limits, 1.0)
         return solved if faster is None or not keeps(self.limits, faster.flown) else shorter(solved, faster)
 
-    def _with_room(self, best: SolvedTask | None) -> SolvedTask | None:
+    def _with_room(self, found: Attempt) -> Attempt:
         """Search again with room of the rotors left to the torque of a yaw that no search knows, as little as it needs.
 
         A path that is flown more slowly instead, until the yaw leaves the rotors enough, is slow everywhere.
         """
-        limits, timing, pieces, found = self.limits, self.timing, self.task.pieces, self.answer
-        most = max(SETTINGS.turned * self.quickest, timing.total_time or 0.0)
+        limits, timing, pieces, best, curve = self.limits, self.timing, self.task.pieces, found.solved, found.curve
+        most = max(SETTINGS.turned * found.fastest, timing.total_time or 0.0)
         if not isinstance(limits, VehicleLimits) or self._known or self._follows or timing.time_weight is not None:
-            return best
-        if self.quickest == np.inf or (best is not None and best.flown.duration <= most):
-            return best
+            return NOTHING
+        if found.fastest == np.inf or (best is not None and best.flown.duration <= most):
+            return NOTHING
         if timing.refine:
             pieces = max(QUESTION.divisions[0], 1 if best is None else best.trajectory.pieces)
         task = replace(self.task, pieces=pieces)
@@ -653,31 +629,29 @@ class Strategy:
             return question_of(task, leaving_room(limits, left), False, self._heading)
 
         def turned(left: float) -> Guess | None:
-            return None if found is None else self._paced(solved_at(self.task, found), turning_room(limits, left), 2)
+            return None if curve is None else self._paced(solved_at(self.task, curve), turning_room(limits, left), 2)
 
         def paced_by_turns(left: float) -> ShortestQuestion:
             guess = turned(left)
             return slower(left) if guess is None else replace(begun_from(slower(left), guess), parts=())
 
         best = self._halved(best, slower)
-        slow = best is None or best.flown.duration > SETTINGS.swung * self.quickest
+        slow = best is None or best.flown.duration > SETTINGS.swung * found.fastest
         if slow and not self.interrupted and turned(1.0) is not None:
             best = self._halved(best, paced_by_turns)
-        self.answer = found
-        return best
+        return Attempt(best)
 
     def _halved(self, best: SolvedTask | None, question: Callable[[float], ShortestQuestion]) -> SolvedTask | None:
         """Search with a share of the rotors' room left, in the middle of those that do and of those that do not."""
         low, high = 0.0, 1.0
         for _ in range(SETTINGS.halved):
-            left, again = 0.5 * (low + high), None
-            with suppress(LimitError):
-                again = self._certified(question(left), self.limits, np.inf)
-            best, answer = shorter(best, again), self.answer
+            left = 0.5 * (low + high)
+            again = self._certified(question(left), self.limits, np.inf)
+            best, solved, curve = shorter(best, again.solved), again.solved, again.curve
             if self.interrupted:
                 break
-            kept = answer is not None and answer.kept
-            slow = again is None or answer is None or again.flown.duration > SETTINGS.turned * answer.durations.sum()
+            kept = curve is not None and curve.kept
+            slow = solved is None or curve is None or solved.flown.duration > SETTINGS.turned * curve.durations.sum()
             low, high = (left, high) if kept and slow else (low, left)
         return best
 
@@ -691,7 +665,7 @@ class Strategy:
             least *= 1.0 + 2.0 * STRETCH.pace_excess
         return replace(guess, slower=float((least / guess.durations).max()), least=least)
 
-    def reason(self) -> MinsnapError:
+    def reason(self, curve: ShortestCurve | None) -> MinsnapError:
         """Say why the search ended outside: the corridor alone, or which limit is exceeded where and by how much."""
         if not self.task.explained:
             return SolverError("no plan that keeps the walls and the limits was found from this start")
@@ -703,15 +677,14 @@ class Strategy:
                 f"of each, {used.name} reaches {used.value:.6g} on leg {used.leg} at {used.instant:.4g} s where "
                 f"{used.limit:.6g} is allowed; raise it or change the path"
             )
-        answer = self.answer
-        durations = answer.durations if answer is not None and answer.kept else self.times
+        durations = curve.durations if curve is not None and curve.kept else self.times
         if not (durations <= LONGEST).all():
             return SolverError(f"no plan that keeps the limits was found within {LONGEST:g} s a leg: loosen a limit")
         task = replace(self.task, pieces=len(durations) // self.task.legs, deadline=self.deadline)
         reason = explain(task, durations)
         if not isinstance(reason, SolverError):
             return reason
-        if answer is None:
+        if curve is None:
             return SolverError("no plan that keeps the limits was found: give more time, or loosen a limit")
         return SolverError(f"the plan of {durations.sum():.6g} s found could not be certified: loosen a limit")
 
@@ -719,10 +692,10 @@ class Strategy:
         """Return the limit that a curve within looser ones exceeds most; None without such a curve."""
         names = [name for name in self.limits.given() if KIND[name].order or name in ("max_thrust", "body_rate")]
         looser = replace(self.limits, **{name: SETTINGS.looser * getattr(self.limits, name) for name in names})
-        answer = self._searched(question_of(self.task, looser, False, self._heading))
-        if answer is None or not answer.kept or self.interrupted:
+        curve = self._searched(question_of(self.task, looser, False, self._heading))
+        if not isinstance(curve, ShortestCurve) or not curve.kept or self.interrupted:
             return None
-        used = most_used(self.limits, solved_at(self.task, answer).flown)
+        used = most_used(self.limits, solved_at(self.task, curve).flown)
         return used if used.fraction > 1.0 + KEPT else None
 
 

@@ -12,6 +12,7 @@ from minsnap.basics.deadline import LateError
 from minsnap.corridors.constraint import Walls
 from minsnap.durations.initial_guess import stop_and_go_times
 from minsnap.durations.least_cost import SPLITS, Log, distance_split
+from minsnap.durations.outcome import PlanOutcome
 from minsnap.durations.time_stretch import (
     kept_factor,
     measuring_work,
@@ -19,11 +20,19 @@ from minsnap.durations.time_stretch import (
     without_derivative_walls,
     yaw_too_fast,
 )
-from minsnap.durations.timing import Run, Timed, Timing, searched, solved_or_explained, timed
+from minsnap.durations.timing import (
+    Run,
+    Timed,
+    Timing,
+    attempted,
+    found_in,
+    searched,
+    solved_or_explained,
+    timed,
+)
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import keeps, largest_use, most_used
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
@@ -32,7 +41,7 @@ SCALED_LEGS = 20
 """Legs up to which the proportions of a plan that is only scaled are searched."""
 
 
-def scaled_plan(task: Task, timing: Timing) -> Timed:
+def scaled_plan(task: Task, timing: Timing) -> PlanOutcome:
     """Plan in given proportions, or the best ones, and scale to touch the limits."""
     if not task.still:
         raise TimingError("derivatives that are pinned do not scale with time: use split='optimal'")
@@ -42,7 +51,10 @@ def scaled_plan(task: Task, timing: Timing) -> Timed:
     if timing.split == "optimal" and 1 < task.legs <= SCALED_LEGS:
         scaled = _ScaledSearch(task, timing, _by_stops(task, limits), 100)
         first, search = searched(scaled, timing.best_on_interrupt)
-    return flown_fastest(solved_or_explained(shape, first), limits, task.walls, search)
+    solved = solved_or_explained(shape, first)
+    if not isinstance(solved, SolvedTask):
+        return PlanOutcome(reason=solved)
+    return PlanOutcome(flown_fastest(solved, limits, task.walls, search))
 
 
 def shortest_scaled(task: Task, timing: Timing, first: FloatArray) -> Timed | None:
@@ -130,17 +142,18 @@ class _ScaledSearch:
         barred = self.best[0] + SPLITS.barred
         if np.isfinite(barred) and self.deadline.passed:
             raise self.deadline.error()
-        try:
-            effort = Effort.TRY if np.isfinite(barred) else Effort.WHOLE
-            trajectory = solve(self.shape, durations, effort=effort).flown
-            factor = np.exp(self.best[0]) / trajectory.duration if np.isfinite(barred) else None
-            if factor is not None:
-                self.deadline.spend(self.price)
-                used = largest_use(self.limits, trajectory.stretched(factor), proved=False)
-                if used > 1.05:  # slower than the best by about the root of it, which will do
-                    return self.best[0] + min(0.5 * float(np.log(used)), SPLITS.barred)
-            factor = kept_factor(self.limits, self.task.walls, trajectory, factor, True, self.deadline)
-        except (InfeasibleRowsError, SolverError):
+        solved = found_in(self.shape, durations, Effort.TRY if np.isfinite(barred) else Effort.WHOLE)
+        if solved is None:
+            return barred
+        trajectory = solved.flown
+        guess = np.exp(self.best[0]) / trajectory.duration if np.isfinite(barred) else None
+        if guess is not None:
+            self.deadline.spend(self.price)
+            used = largest_use(self.limits, trajectory.stretched(guess), proved=False)
+            if used > 1.05:  # slower than the best by about the root of it, which will do
+                return self.best[0] + min(0.5 * float(np.log(used)), SPLITS.barred)
+        factor = attempted(kept_factor, self.limits, self.task.walls, trajectory, guess, True, self.deadline)
+        if not isinstance(factor, float):
             return barred
         value = significant(float(np.log(trajectory.duration * factor)), 9)
         if value < self.best[0]:

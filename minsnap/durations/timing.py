@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import inf
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from minsnap.basics.deadline import Deadline
 from minsnap.basics.messages import shown
 from minsnap.errors import LimitError, MinsnapError, SolverError, TimingError
 from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
-from minsnap.optimisation.solve import Effort, solve, solve_by_reference
+from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.report import Progress, Step
@@ -159,36 +158,57 @@ def timed(solved: SolvedTask, search: Run | None = None, factor: float = 1.0) ->
     return Timed(solved, curve) if search is None else Timed(solved, curve, search.steps, search.interrupted)
 
 
-def nothing() -> None:
-    """Refuse nothing."""
+Value = TypeVar("Value")
+
+Unsolved = InfeasibleRowsError | SolverError
+"""Why durations have no curve: what a solve raises."""
 
 
-def solved_or_explained(task: Task, durations: FloatArray, refuse: Callable[[], None] = nothing) -> SolvedTask:
-    """Solve, with walls at samples only if there are any, or raise the reason why nothing fits.
+def attempted(solving: Callable[..., Value], *asked: Any, **how: Any) -> Value | Unsolved:
+    """Solve for given durations, or return what was raised, which is no more than an answer where times are chosen."""
+    try:
+        return solving(*asked, **how)
+    except (InfeasibleRowsError, SolverError) as unsolved:
+        return unsolved
+
+
+def found_in(task: Task, durations: FloatArray, effort: Effort = Effort.TRY) -> SolvedTask | None:
+    """Return the curve of least cost in piece durations (pieces in all,) [s]; None where none is found."""
+    solved = attempted(solve, task, durations, effort=effort)
+    return solved if isinstance(solved, SolvedTask) else None
+
+
+def solved_or_explained(
+    task: Task, durations: FloatArray, refuse: Callable[[], MinsnapError | None] | None = None
+) -> SolvedTask | MinsnapError:
+    """Solve, with walls at samples only if there are any, or return the reason why nothing fits.
 
     Parameters
     ----------
     refuse : callable, optional
-        Raises what is proved besides, which is asked where a try gives up.
+        Returns what is proved besides, which is asked where a try gives up.
     """
-    whole = Effort.WHOLE if refuse is nothing else Effort.TRY  # limits have a proof more often than a late curve
-    try:
-        if refuse is not nothing:
-            with suppress(GaveUpError):
-                return solve(task, durations, task.samples, effort=Effort.GLANCE)
-            refuse()
-        return solve(task, durations, task.samples, effort=whole)
-    except GaveUpError as reason:
-        refused = _explained(task, durations)
-        if getattr(refused, "contradiction", None) is None:
-            with suppress(InfeasibleRowsError):
-                if task.deadline.solves > whole.value:
-                    return solve(task, durations, task.samples, effort=Effort.LAST)
-            with suppress(InfeasibleRowsError):
-                return solve_by_reference(task, durations, str(reason))
-    except InfeasibleRowsError:
-        refused = _explained(task, durations)
-    raise refused
+    effort = Effort.WHOLE
+    if refuse is not None:
+        effort = Effort.TRY  # limits have a proof more often than a late curve
+        glanced = attempted(solve, task, durations, task.samples, effort=Effort.GLANCE)
+        if not isinstance(glanced, GaveUpError):
+            return _or_explained(glanced, task, durations)
+        short = refuse()
+        if short is not None:
+            return short
+    solved = attempted(solve, task, durations, task.samples, effort=effort)
+    refused = _or_explained(solved, task, durations)
+    if not isinstance(solved, GaveUpError) or getattr(refused, "contradiction", None) is not None:
+        return refused
+    if task.deadline.solves > effort.value:
+        last = attempted(solve, task, durations, task.samples, effort=Effort.LAST)
+        return refused if isinstance(last, InfeasibleRowsError) else last
+    return refused
+
+
+def _or_explained(solved: SolvedTask | Unsolved, task: Task, durations: FloatArray) -> SolvedTask | MinsnapError:
+    return _explained(task, durations) if isinstance(solved, InfeasibleRowsError) else solved
 
 
 def _explained(task: Task, durations: FloatArray) -> MinsnapError:

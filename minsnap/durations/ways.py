@@ -7,28 +7,25 @@ such states and states with room are found first, as in ``recovery.py``; a way o
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import prod
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import LateError
 from minsnap.bounds.least_time import TimeBound, TimeQuestion
 from minsnap.corridors.knot_regions import Placement
 from minsnap.corridors.margins import nearest_wall
 from minsnap.durations.initial_guess import norm_limits
 from minsnap.durations.least_cost import distance_split
+from minsnap.durations.outcome import End, PlanOutcome, if_possible, outcome_of
 from minsnap.durations.recovery import RECOVERY, connect_start, pinned_state, pinned_use
 from minsnap.durations.shortest_question import QUESTION
-from minsnap.durations.strategy import Strategy, shorter
-from minsnap.durations.timing import Run, Timed, Timing, timed
-from minsnap.errors import InfeasibleError, LimitError, SolverError, UnprovedError
+from minsnap.durations.strategy import Strategy
+from minsnap.durations.timing import Run, Timed, Timing, found_in, timed
+from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import split
 from minsnap.trajectory.trajectory import Trajectory
@@ -75,55 +72,42 @@ class EndConnectors:
     before: Trajectory | None = None
     after: Trajectory | None = None
 
-    def between(self, timing: Timing) -> Timing:
-        """Return the same times without those of the ways.
-
-        Raises
-        ------
-        UnprovedError
-            If that leaves a leg no time; another way might.
-        """
+    def between(self, timing: Timing) -> Timing | UnprovedError:
+        """Return the same times without those of the ways; an error where that leaves a leg no time."""
         first, last = self._taken
         if timing.total_time is not None:
-            return replace(timing, total_time=_left(float(timing.total_time), first + last, None))
+            short = _too_little(float(timing.total_time), first + last, None)
+            return short or replace(timing, total_time=float(timing.total_time) - (first + last))
         if timing.durations is None:
             return timing
         durations = np.array(timing.durations, dtype=np.float64)
         for leg, taken in ((0, first), (-1, last)):
-            durations[leg] = _left(float(durations[leg]), taken, leg % len(durations))
+            short = _too_little(float(durations[leg]), taken, leg % len(durations))
+            if short is not None:
+                return short
+            durations[leg] -= taken
         return replace(timing, durations=durations)
 
-    def planned(self, plan: Callable[[Task], Timed], limits: Limits) -> Timed:
+    def planned(self, plan: Callable[[Task], PlanOutcome], limits: Limits) -> PlanOutcome:
         """Plan between the ways with the pieces of the request, then with more, and fly them before and after.
 
-        Raises
-        ------
-        InfeasibleError, SolverError
-            If there is no plan, or the whole does not keep the limits and the walls.
+        There is no plan either where the whole does not keep the limits and the walls.
         """
         if self.task.pieces < RECOVERY.pieces:
-            try:
-                return self.around(plan(replace(self.task, explained=False)), limits)
-            except LateError:
-                raise
-            except (InfeasibleError, SolverError):
-                return self.around(plan(replace(self.task, pieces=RECOVERY.pieces)), limits)
+            few = self.around(outcome_of(lambda: plan(replace(self.task, explained=False))), limits)
+            if few.refused is None:
+                return few
+            return self.around(plan(replace(self.task, pieces=RECOVERY.pieces)), limits)
         return self.around(plan(self.task), limits)
 
-    def in_time(self, plan: Callable[[Task, Timing], Timed], timing: Timing) -> Timed:
-        """Plan as :meth:`planned` does in the times of a request, of which a refusal speaks too.
-
-        Raises
-        ------
-        InfeasibleError, SolverError
-            As there.
-        """
+    def in_time(self, plan: Callable[[Task, Timing], PlanOutcome], timing: Timing) -> PlanOutcome:
+        """Plan as :meth:`planned` does in the times of a request, of which a refusal speaks too."""
         between = self.between(timing)
-        try:
-            return self.planned(lambda task: plan(task, between), timing.bounds)
-        except LateError:
-            raise
-        except (InfeasibleError, SolverError) as refused:
+        if not isinstance(between, Timing):
+            return PlanOutcome(reason=between)
+        outcome = outcome_of(lambda: self.planned(lambda task: plan(task, between), timing.bounds))
+        refused = outcome.refused
+        if refused is not None:
             first, last = self._taken
             asked = timing.total_time if timing.durations is None else float(np.sum(timing.durations))
             if asked is not None:
@@ -132,7 +116,7 @@ class EndConnectors:
             for name, taken in (("instant", first), ("shortest", first + last)):
                 if getattr(refused, name, None) is not None:
                     setattr(refused, name, getattr(refused, name) + taken)
-            raise
+        return outcome
 
     @property
     def _taken(self) -> tuple[float, float]:
@@ -140,16 +124,11 @@ class EndConnectors:
         first, last = (0.0 if way is None else way.duration for way in (self.before, self.after))
         return first, last
 
-    def around(self, planned: Timed, limits: Limits) -> Timed:
-        """Fly the ways before and after a plan between them.
-
-        Raises
-        ------
-        SolverError
-            If the whole does not keep the limits and the walls.
-        """
-        if self.before is None and self.after is None:
-            return planned
+    def around(self, outcome: PlanOutcome, limits: Limits) -> PlanOutcome:
+        """Fly the ways before and after a plan between them, if the whole keeps the limits and the walls."""
+        planned = outcome.planned
+        if planned is None or (self.before is None and self.after is None):
+            return outcome
         curve = planned.trajectory if self.before is None else joined(self.before, planned.trajectory)
         if self.after is not None:
             curve = joined(self.after.reversed(), curve.reversed()).reversed()
@@ -158,22 +137,23 @@ class EndConnectors:
         allowed = planned.limits_from if self.before is None else self.before.duration
         answer = Recovered(planned.solved, whole, planned.steps, planned.interrupted, limits_from=start)
         if start > allowed * (1.0 + KEPT) or (answer.corridor_margin or 0.0) < 0.0:
-            raise SolverError("the ways to a state on its limits could not be certified: loosen a limit")
-        return answer
+            reason = SolverError("the ways to a state on its limits could not be certified: loosen a limit")
+            return PlanOutcome(reason=reason)
+        return PlanOutcome(answer)
 
 
-def _left(duration: float, taken: float, leg: int | None) -> float:
+def _too_little(duration: float, taken: float, leg: int | None) -> UnprovedError | None:
     if taken < duration:
-        return duration - taken
-    raise UnprovedError(
+        return None
+    return UnprovedError(
         f"{'the plan' if leg is None else f'leg {leg}'} has {duration:.6g} s, and the way between its limits and "
         f"a state with room takes {taken:.4g} s: give it more time",
         leg=leg,
     )
 
 
-def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -> Timed:
-    """Find the shortest plan from a start in motion, or to an end on its limits.
+def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -> PlanOutcome:
+    """Find the shortest plan from a start in motion, or to an end on its limits, or why there is none.
 
     Parameters
     ----------
@@ -182,75 +162,58 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
     timing : Timing
     first : Trajectory, optional
         To search from.
-
-    Raises
-    ------
-    InfeasibleError, SolverError
-        If no plan was found from the start, nor from the end of any way back.
-    LimitError
-        If the start exceeds a limit, and no way back was found.
     """
     limits = timing.bounds
 
-    def search(part: Task, curve: Trajectory | None = None) -> Timed:
+    def search(part: Task, curve: Trajectory | None = None) -> PlanOutcome:
         timing.in_time(part).deadline.require()
         return shortest_of_starts(part, timing, curve)
 
-    refused: InfeasibleError | SolverError | None = None
+    direct = PlanOutcome()
     if pinned_use(task, limits) <= (1.0 - RECOVERY.on_limit if first is None else 1.0 + KEPT):
         ways = connect_ends(task, limits, start=False)
-        try:
-            return ways.around(search(ways.task, first), limits)
-        except LateError:
-            raise
-        except (InfeasibleError, SolverError) as error:
-            refused = error
-    try:
-        return connect_ends(task, limits, start=True).planned(search, limits)
-    except LateError:
-        raise
-    except (InfeasibleError, SolverError, LimitError) as error:
-        raise refused or error from None
+        if not isinstance(ways, EndConnectors):
+            return PlanOutcome(reason=ways)
+        direct = outcome_of(lambda: ways.around(search(ways.task, first), limits))
+        if direct.refused is None:
+            return direct
+    back = connect_ends(task, limits, start=True)
+    if not isinstance(back, EndConnectors):
+        return PlanOutcome(reason=direct.reason or back)
+    outcome = outcome_of(lambda: back.planned(search, limits))
+    return outcome if direct.reason is None or outcome.end is not End.REFUSED else direct
 
 
-def shortest_of_starts(task: Task, timing: Timing, first: Trajectory | None = None) -> Timed:
+def shortest_of_starts(task: Task, timing: Timing, first: Trajectory | None = None) -> PlanOutcome:
     """Search from a curve, or from the usual start and, where that may end far away, from near the least time too.
 
     Every flight of fewer pieces is one of more: those are searched too, and divided where they are shorter.
-
-    Raises
-    ------
-    InfeasibleError, SolverError
-        As ``Strategy.run`` does from the first start.
     """
-    if first is not None:
-        return timed(*Strategy(task, timing).run(first))
-    found: Timed | None = None
-    refused: InfeasibleError | SolverError | None = None
-    try:
-        found = _of_starts(task, timing)
-    except (InfeasibleError, SolverError) as error:
-        refused = error
+    return _of_pieces(task, timing, {}) if first is None else Strategy(task, timing).run(first)
+
+
+def _of_pieces(task: Task, timing: Timing, known: dict[int, PlanOutcome]) -> PlanOutcome:
+    """Search with the pieces of a task, and with those that divide them, of which some are known."""
+    found = outcome_of(lambda: _of_starts(task, timing))
     for pieces in _divisors(task.pieces):
-        if found is None or not found.interrupted:
-            found = _quicker(found, _divided(task, timing, pieces))
-    if found is None:
-        assert refused is not None
-        raise refused
+        if found.end is End.SPENT and found.planned is not None or isinstance(found.reason, LimitError):
+            break
+        if pieces not in known:
+            known[pieces] = _of_pieces(replace(task, pieces=pieces, explained=False), timing, known)
+        found = _quicker(found, _divided(known[pieces], task, timing))
+        known[pieces] = known[pieces].without_steps()
     return found
 
 
-def _of_starts(task: Task, timing: Timing) -> Timed:
-    found, run = Strategy(task, timing).run()
-    if run.interrupted or not _misled(task, timing.bounds):
-        return timed(found, run)
+def _of_starts(task: Task, timing: Timing) -> PlanOutcome:
+    found = Strategy(task, timing).run()
+    if found.end is not End.KEPT or not _misled(task, timing.bounds):
+        return found
     finest = replace(task, pieces=prod(QUESTION.divisions)) if timing.refine else task
     other = near_least(finest, timing.bounds)
-    if other is not None:
-        with suppress(InfeasibleError, SolverError, LimitError):
-            again, more = Strategy(finest, replace(timing, refine=False)).run(other)
-            found, run = shorter(found, again) or found, Run((*run.steps, *more.steps), more.interrupted)
-    return timed(found, run)
+    if other is None:
+        return found
+    return _quicker(found, outcome_of(lambda: Strategy(finest, replace(timing, refine=False)).run(other)))
 
 
 def _divisors(number: int) -> list[int]:
@@ -259,21 +222,22 @@ def _divisors(number: int) -> list[int]:
     return [one for one in own if not any(more > one and more % one == 0 for more in own)]
 
 
-def _divided(task: Task, timing: Timing, pieces: int) -> Timed | None:
-    """Search with fewer pieces, and divide them; None where that finds nothing, or more samples find it too fast."""
-    with suppress(InfeasibleError, SolverError, LimitError):
-        whole = shortest_of_starts(replace(task, pieces=pieces, explained=False), timing)
-        divided = Strategy(task, timing).cut(whole.solved)
-        return None if divided is None else timed(divided, Run(whole.steps, whole.interrupted))
-    return None
+def _divided(fewer: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
+    """Divide a plan into the pieces of a task; refused where there is none, or more samples find it too fast."""
+    whole = fewer.planned
+    divided = None if whole is None else if_possible(lambda: Strategy(task, timing).cut(whole.solved))
+    if whole is None or divided is None:
+        return PlanOutcome(reason=fewer.reason)
+    return PlanOutcome(timed(divided, Run(whole.steps, whole.interrupted)))
 
 
-def _quicker(one: Timed | None, other: Timed | None) -> Timed | None:
+def _quicker(one: PlanOutcome, other: PlanOutcome) -> PlanOutcome:
     """Return the plan of the shorter flight with the steps of both, its own last; interrupted where either was."""
-    if one is None or other is None:
-        return one or other
-    quick, slow = sorted((one, other), key=lambda each: each.trajectory.duration)
-    return replace(quick, steps=(*slow.steps, *quick.steps), interrupted=one.interrupted or other.interrupted)
+    if one.planned is None or other.planned is None:
+        return one if other.planned is None else other
+    quick, slow = sorted((one.planned, other.planned), key=lambda each: each.trajectory.duration)
+    interrupted = quick.interrupted or slow.interrupted
+    return PlanOutcome(replace(quick, steps=(*slow.steps, *quick.steps), interrupted=interrupted))
 
 
 def _misled(task: Task, limits: Limits) -> bool:
@@ -306,13 +270,12 @@ def near_least(task: Task, limits: Limits) -> Trajectory | None:
     if least is None:
         return None
     durations = distance_split(task, NEAR_LEAST * least)
-    with suppress(InfeasibleRowsError, SolverError):
-        return solve(replace(task, walls=()), task.piece_durations(durations), effort=Effort.TRY).trajectory
-    return None
+    solved = found_in(replace(task, walls=()), task.piece_durations(durations))
+    return None if solved is None else solved.trajectory
 
 
-def connect_ends(task: Task, limits: Limits, start: bool) -> EndConnectors:
-    """Return the ways that a task needs.
+def connect_ends(task: Task, limits: Limits, start: bool) -> EndConnectors | LimitError:
+    """Return the ways that a task needs, or an error that says where there is none.
 
     Parameters
     ----------
@@ -320,23 +283,18 @@ def connect_ends(task: Task, limits: Limits, start: bool) -> EndConnectors:
     limits : Limits
     start : bool
         Whether the start needs one.
-
-    Raises
-    ------
-    LimitError
-        If there is none.
     """
     before = after = None
     if start:
         before = connect_start(pinned_state(task), task.walls, limits, task.deadline)
         if before is None:
-            raise no_connector(task, limits, 0)
+            return no_connector(task, limits, 0)
         task = from_end(task, before)
     if end_on_limit(task, limits):
         backwards = (-1.0) ** np.arange(task.half)[:, None] * pinned_state(task, task.legs)
         way = connect_start(backwards, task.walls, limits, task.deadline, task.legs - 1)
         if way is None:
-            raise no_connector(task, limits, task.legs)
+            return no_connector(task, limits, task.legs)
         after = way.reversed()
         task = _moved(task, task.legs, after.states(0.0, task.half))
     return EndConnectors(task, before, after)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,12 +13,13 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.durations.initial_guess import guessed_lengths, priced_first_guess, stop_and_go_times
 from minsnap.durations.least_cost import cheapest_durations, distance_split
 from minsnap.durations.longer_times import RESERVES
+from minsnap.durations.outcome import PlanOutcome, if_possible, or_reason
 from minsnap.durations.refusal import explain
 from minsnap.durations.shortest_question import guess_of
 from minsnap.durations.strategy import Strategy, balanced_price
 from minsnap.durations.time_scaling import flown_fastest, scaled_plan
 from minsnap.durations.time_stretch import UnlimitedError, grained, measuring_work, touching_factor
-from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, solved_or_explained, timed
+from minsnap.durations.timing import NO_RUN, Run, Timed, Timing, attempted, found_in, solved_or_explained, timed
 from minsnap.durations.ways import end_on_limit, shortest_from, shortest_of_starts
 from minsnap.errors import LimitError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps, largest_use, most_used
@@ -58,7 +59,7 @@ class PriceSettings:
 PRICES = PriceSettings()
 
 
-def shortest_plan(task: Task, timing: Timing) -> Timed:
+def shortest_plan(task: Task, timing: Timing) -> PlanOutcome:
     """Find the shortest plan within limits, whose walls the task does not have."""
     limits = timing.bounds
     if timing.split != "optimal" or not _searchable(task, limits):
@@ -72,10 +73,8 @@ def at_rest_everywhere(task: Task, timing: Timing) -> Timed | None:
     """Return the plan that rests at every waypoint, in place of a shortest one; None without one."""
     if not (timing.shortest and task.still):
         return None
-    with suppress(MinsnapError):
-        rest = Strategy(task, timing).resting
-        return None if rest is None else timed(rest)
-    return None
+    rest = if_possible(lambda: Strategy(task, timing).resting)
+    return None if rest is None else timed(rest)
 
 
 def _searchable(task: Task, limits: Limits) -> bool:
@@ -107,72 +106,77 @@ def plans_for(
         if not bounded.deadline.affords(work):
             return None
         bounded.deadline.spend(work)
-        try:
-            solved = solve(bounded, durations, effort=effort)
-            if limits is not None and bounded.still and not exact:
-                with suppress(UnlimitedError) if timing.time_weight is not None else nullcontext():
-                    return flown_fastest(solved, limits, task.walls, search)
-        except (InfeasibleRowsError, SolverError):
+        solved = found_in(bounded, durations, effort)
+        if solved is None:
             return None
+        if limits is not None and bounded.still and not exact:
+            fastest = or_reason(partial(flown_fastest, solved, limits, task.walls, search))
+            if isinstance(fastest, Timed):
+                return fastest
+            if timing.time_weight is None or not isinstance(fastest, UnlimitedError):
+                return None
         return timed(solved, search) if limits is None or keeps(limits, solved.flown) else None
 
     return plan
 
 
-def limited_plan(task: Task, timing: Timing) -> Timed:
+def limited_plan(task: Task, timing: Timing) -> PlanOutcome:
     """Plan for a total or a price, and limits besides, whose walls the task does not have."""
     limits, bounded = timing.bounds, timing.bounded(task)
     if timing.total_time is not None and timing.split != "optimal":
         durations = distance_split(task, timing.total)
-        solved = solved_or_explained(bounded, task.piece_durations(durations))
-        return require_limits_kept(timed(solved), task, timing)
+        return of_solved(solved_or_explained(bounded, task.piece_durations(durations)), task, timing)
     if _searchable(task, limits):
-        with suppress(UnlimitedError):
-            return _searched_plan(task, timing)
-    price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
+        outcome = _searched_plan(task, timing)
+        if not isinstance(outcome.reason, UnlimitedError):  # which a search for the shortest finds
+            return outcome
+    wished = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
+    if isinstance(wished, MinsnapError):
+        return PlanOutcome(reason=wished)
+    price, durations = wished
     planned = _cheapest(bounded, timing, price, durations, NO_RUN)
     if planned is None:
-        raise explain(timing.in_time(bounded), task.piece_durations(durations))
-    return require_limits_kept(planned, task, timing, price is not None)
+        return PlanOutcome(reason=explain(timing.in_time(bounded), task.piece_durations(durations)))
+    return limits_kept(planned, task, timing, price is not None)
 
 
-def _searched_plan(task: Task, timing: Timing) -> Timed:
-    """Search a plan for a total or a price; UnlimitedError where it needs the shortest, and there is none."""
-    try:
-        return _joint_plan(task, timing)
-    except InfeasibleRowsError:
+def of_solved(solved: SolvedTask | MinsnapError, task: Task, timing: Timing) -> PlanOutcome:
+    """Return the plan of a solve with the limits as walls, or of a search where it does not keep the others."""
+    return limits_kept(timed(solved), task, timing) if isinstance(solved, SolvedTask) else PlanOutcome(reason=solved)
+
+
+def _searched_plan(task: Task, timing: Timing) -> PlanOutcome:
+    """Search the curve and its durations together, for a price of time or a total."""
+    search, price = LeastPriced(task, timing), timing.time_weight
+    free = search.free(distance_split(task, timing.total) if price is None else priced_first_guess(task, price))
+    if isinstance(free, MinsnapError):
+        return PlanOutcome(reason=free)
+    if free is None:
         durations = task.piece_durations(stop_and_go_times(guessed_lengths(task), timing.bounds))
         refused = explain(timing.in_time(task), durations)
-        if not isinstance(refused, SolverError):
-            raise refused from None
-        joint = LeastPriced(task, timing)  # these durations have a curve
-        if timing.time_weight is None:
-            return _at_total(timing, joint, None, NO_RUN)
-        return require_limits_kept(timed(*joint.priced_from_shortest(timing.time_weight)), task, timing, True)
+        if not isinstance(refused, SolverError):  # else these durations have a curve
+            return PlanOutcome(reason=refused)
+    if price is None:
+        kept = free is not None and keeps(timing.bounds, free.trajectory)
+        return PlanOutcome(free) if kept else _at_total(timing, search, free)
+    priced = search.priced_from_shortest(price) if free is None else search.priced(price, free)
+    return priced if priced.planned is None else limits_kept(priced.planned, task, timing, True)
 
 
-def _joint_plan(task: Task, timing: Timing) -> Timed:
-    """Search the curve and its durations together, for a price of time or a total."""
-    search, limits = LeastPriced(task, timing), timing.bounds
-    if timing.time_weight is not None:
-        solved, run = search.priced(timing.time_weight)
-        return require_limits_kept(timed(solved, run), task, timing, True)
-    free, run = search.free(distance_split(task, timing.total))
-    return timed(free, run) if keeps(limits, free.flown) else _at_total(timing, search, free, run)
-
-
-def _at_total(timing: Timing, search: LeastPriced, free: SolvedTask | None, run: Run) -> Timed:
+def _at_total(timing: Timing, search: LeastPriced, free: Timed | None) -> PlanOutcome:
     """Search for a total from the plan without limits, or the fastest, and fly that more slowly where none is found."""
     total, task = timing.total, search.task
-    fastest, last = Strategy(task, timing).run()
-    _check_total(total, fastest)
-    interrupted = run.interrupted or last.interrupted
-    best, longer = (None, None) if interrupted else search.at_total(total, free or fastest)
+    shortest = Strategy(task, timing).run()
+    if shortest.planned is None or shortest.planned.trajectory.duration * (1.0 - KEPT) > total:
+        return shortest if shortest.planned is None else PlanOutcome(reason=_total_too_short(total, shortest.planned))
+    last, fastest = shortest.planned, shortest.planned.solved
+    interrupted = last.interrupted or (free is not None and free.interrupted)
+    best, longer = (None, None) if interrupted else search.at_total(total, fastest if free is None else free.solved)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
     found = None if best is None else _lengthened(task, best, timing, run)
     if found is None and longer is not None:
         found = _between(task, best or fastest, longer, timing, run)
-    return found or _stretched(task, fastest, timing, run)
+    return PlanOutcome(found) if found is not None else _stretched(task, fastest, timing, run)
 
 
 def _between(asked: Task, shorter: SolvedTask, longer: SolvedTask, timing: Timing, run: Run) -> Timed | None:
@@ -207,50 +211,49 @@ def _lengthened(asked: Task, best: SolvedTask, timing: Timing, run: Run) -> Time
     return next((one for one in planned if one is not None), None)
 
 
-def _check_total(total: float, fastest: SolvedTask) -> None:
-    """Raise UnprovedError if a total is shorter than the shortest plan."""
-    shortest = fastest.trajectory.duration
-    if total < shortest * (1.0 - KEPT):
-        raise UnprovedError(
-            f"no plan of {total:.6g} s within the limits was found: the shortest found is {shortest:.6g} s",
-            shortest=shortest,
-        )
-
-
-def _stretched(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> Timed:
-    """Fly the shortest plan more slowly, or raise UnprovedError."""
-    slower = _lengthened(task, fastest, timing, search)
-    if slower is not None:
-        return slower
-    total, shortest = timing.total, fastest.trajectory.duration
-    raise UnprovedError(
-        f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that time",
+def _total_too_short(total: float, fastest: Timed) -> UnprovedError:
+    """Say that a total is shorter than the shortest plan."""
+    shortest = fastest.solved.trajectory.duration
+    return UnprovedError(
+        f"no plan of {total:.6g} s within the limits was found: the shortest found is {shortest:.6g} s",
         shortest=shortest,
     )
 
 
+def _stretched(task: Task, fastest: SolvedTask, timing: Timing, search: Run) -> PlanOutcome:
+    """Fly the shortest plan more slowly, or say that there is only that one."""
+    slower = _lengthened(task, fastest, timing, search)
+    if slower is not None:
+        return PlanOutcome(slower)
+    total, shortest = timing.total, fastest.trajectory.duration
+    reason = UnprovedError(
+        f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that time",
+        shortest=shortest,
+    )
+    return PlanOutcome(reason=reason)
+
+
 def _cheapest(task: Task, timing: Timing, price: float | None, durations: FloatArray, search: Run) -> Timed | None:
     """Split a total, or a price of time, with the limits as walls of the QP; None where that has no solution."""
-    try:
-        solve(task, task.piece_durations(durations), prove=False)
-    except InfeasibleRowsError:
+    first = attempted(solve, task, task.piece_durations(durations), prove=False)
+    if not isinstance(first, SolvedTask):
         return None
     durations, last = cheapest_durations(task, timing, durations, price)
     search = Run(search.steps + last.steps, last.interrupted)
     for reserve in (0.0, *(RESERVES if price is not None else ())):
-        try:
-            solved = solve(task, task.piece_durations(durations * (1.0 + reserve)))
-        except InfeasibleRowsError:
-            continue
-        return timed(solved, search)
+        solved = found_in(task, task.piece_durations(durations * (1.0 + reserve)), Effort.WHOLE)
+        if solved is not None:
+            return timed(solved, search)
     return None
 
 
-def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | None, FloatArray]:
-    """Price of a second, if any, and durations to begin with, at which the limits can be kept."""
+def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | None, FloatArray] | MinsnapError:
+    """Price of a second, if any, and durations to begin with, at which the limits can be kept, or why there is none."""
     if timing.time_weight is not None:
         price = timing.time_weight
         wished = priced_first_guess(task, price)
+        if isinstance(wished, MinsnapError):
+            return wished
         return price, fastest * max(1.0 + RESERVES[2], wished.sum() / fastest.sum())
     return None, fastest * (timing.total / fastest.sum())
 
@@ -278,22 +281,21 @@ def searched_in_time(
     """
     if run.interrupted or core().name != "native" or not task.deadline.affords(0.0):
         return None
-    try:
-        search = Strategy(task, timing)
-    except LimitError:
+    search = if_possible(lambda: Strategy(task, timing))
+    if search is None:
         return None
     durations = first.trajectory.durations if durations is None else durations
     found = search.solve_timed(first, durations)
     if found is None and search.eases and not search.interrupted:  # the way round the heading is not that of least cost
         found = _in_proportion_of_shortest(search, durations)
-    if found is None and search.ended is not None and not search.deadline.spent:
-        raise search.ended
-    return None if found is None else timed(found, Run((*run.steps, *search.log.steps), search.interrupted))
+    if found is None and search.watched.ended is not None and not search.deadline.spent:
+        raise search.watched.ended
+    return None if found is None else timed(found, Run((*run.steps, *search.watched.log.steps), search.interrupted))
 
 
 def _in_proportion_of_shortest(search: Strategy, durations: FloatArray) -> SolvedTask | None:
     """Search from the shortest plan, whose pieces divide the legs as they do there."""
-    shortest = search.solve(None)
+    shortest = search.solve(None).solved
     if shortest is None or search.interrupted or len(shortest.trajectory.durations) != len(durations):
         return None
     legs, pieces = search.task.legs, shortest.trajectory.durations
@@ -301,39 +303,36 @@ def _in_proportion_of_shortest(search: Strategy, durations: FloatArray) -> Solve
     return search.solve_timed(shortest, pieces * np.repeat(longer, len(pieces) // legs))
 
 
-def require_limits_kept(planned: Timed, task: Task, timing: Timing, stretchable: bool = False) -> Timed:
+def limits_kept(planned: Timed, task: Task, timing: Timing, stretchable: bool = False) -> PlanOutcome:
     """Return a plan that keeps all limits, those that are not walls of the QP too, or say how long it would take.
 
-    Raises
-    ------
-    UnprovedError
-        If the plan of least cost exceeds a limit, and a search finds no other curve of its durations.
+    There is none if the plan of least cost exceeds a limit, and a search finds no other curve of its durations.
     """
     limits = timing.bounds
     used = most_used(limits, planned.trajectory)
     if used.fraction <= 1.0 + KEPT:
-        return planned
+        return PlanOutcome(planned)
     total = planned.trajectory.duration
     other = None if stretchable else searched_in_time(planned.solved, task, timing)
     if other is not None:
-        return other
+        return PlanOutcome(other)
     where = f"on leg {used.leg} at {used.instant:.4g} s"
     if limits.medium.drags:
         where += " with the vehicle's drag"
     message = f"the plan of least cost in {total:.6g} s does not keep {used.name}: it reaches {used.value:.6g} {where}"
     if not task.still:
-        raise UnprovedError(f"{message}; give more time", leg=used.leg, instant=used.instant)
+        return PlanOutcome(reason=UnprovedError(f"{message}; give more time", leg=used.leg, instant=used.instant))
     factor = grained(touching_factor(limits, planned.trajectory, deadline=task.deadline))
     if stretchable:
-        curve = planned.trajectory.stretched(factor)
-        return replace(planned, trajectory=curve)
-    raise UnprovedError(
+        return PlanOutcome(replace(planned, trajectory=planned.trajectory.stretched(factor)))
+    reason = UnprovedError(
         f"{message}; {total * factor:.6g} s would do in these proportions",
         leg=used.leg,
         instant=used.instant,
         shortest=total * factor,
         stretch=factor,
     )
+    return PlanOutcome(reason=reason)
 
 
 def check_pinned_limits(task: Task, limits: Limits, mended: bool = False) -> None:
@@ -388,40 +387,35 @@ class LeastPriced:
     def __init__(self, task: Task, timing: Timing) -> None:
         self.task, self.limits, self.timing = task, timing.bounds, timing
         self.strategy = Strategy(task, timing)
-        self.log = self.strategy.log
+        self.log = self.strategy.watched.log
 
     @property
     def interrupted(self) -> bool:
         """Whether it was ended from outside."""
         return self.strategy.interrupted
 
-    def priced(self, price: float) -> tuple[SolvedTask, Run]:
-        """Return the plan of least cost and price of time [1/s], and its search.
+    def priced(self, price: float, free: Timed) -> PlanOutcome:
+        """Return the plan of least cost and price of time [1/s], from the one without limits.
 
         A search that was interrupted before it had a plan within the limits returns one beyond them.
-
-        Raises
-        ------
-        InfeasibleError
-            If limits or walls cannot be kept at any speed.
-        SolverError
-            If none was found that does.
         """
-        free, run = self.free(priced_first_guess(self.task, price), price)
-        if run.interrupted or keeps(self.limits, free.flown):
-            return free, run
-        solved = self._from(free, price)
-        if solved is None and self.strategy.ended is not None:
-            raise self.strategy.ended
+        if free.interrupted or keeps(self.limits, free.trajectory):
+            return PlanOutcome(free)
+        solved = self._from(free.solved, price)
         if solved is None:
-            return self.priced_from_shortest(price)
-        return solved, Run(tuple(self.log.steps), self.interrupted)
+            ended = self.strategy.watched.ended
+            return self.priced_from_shortest(price) if ended is None else PlanOutcome(reason=ended)
+        return PlanOutcome(timed(solved, Run(tuple(self.log.steps), self.interrupted)))
 
-    def priced_from_shortest(self, price: float) -> tuple[SolvedTask, Run]:
+    def priced_from_shortest(self, price: float) -> PlanOutcome:
         """Return the same, searched from the shortest plan, or that plan where nothing cheaper is found."""
-        shortest, run = Strategy(self.task, self.timing).run()
-        solved = None if run.interrupted else self._from(shortest, price)
-        return solved or shortest, Run((*run.steps, *self.log.steps), run.interrupted or self.interrupted)
+        outcome = Strategy(self.task, self.timing).run()
+        shortest = outcome.planned
+        if shortest is None:
+            return outcome
+        solved = None if shortest.interrupted else self._from(shortest.solved, price)
+        run = Run((*shortest.steps, *self.log.steps), shortest.interrupted or self.interrupted)
+        return PlanOutcome(timed(solved or shortest.solved, run))
 
     def at_total(self, total: float, free: SolvedTask) -> tuple[SolvedTask | None, SolvedTask | None]:
         """Return the plans of least cost nearest to a total [s] that take less and more; None where there is none.
@@ -455,12 +449,17 @@ class LeastPriced:
             solved = self._from(solved, price)
         return best, longer
 
-    def free(self, first: FloatArray, price: float | None = None) -> tuple[SolvedTask, Run]:
-        """Return the plan of least cost without limits, for a price or for the total of first durations."""
-        durations, run = cheapest_durations(self.task, self.timing, first, price)
+    def free(self, first: FloatArray | MinsnapError) -> Timed | MinsnapError | None:
+        """Return the plan of least cost without limits, for the price or the total of first durations; None without."""
+        if isinstance(first, MinsnapError):
+            return first
+        durations, run = cheapest_durations(self.task, self.timing, first, self.timing.time_weight)
         self.log.steps = list(run.steps)
-        return solve(self.task, self.task.piece_durations(durations)), run
+        solved = attempted(solve, self.task, self.task.piece_durations(durations))
+        if isinstance(solved, SolvedTask):
+            return timed(solved, run)
+        return None if isinstance(solved, InfeasibleRowsError) else solved
 
     def _from(self, plan: SolvedTask, price: float) -> SolvedTask | None:
         slower = max(1.0, min(largest_use(self.limits, plan.flown), 10.0)) if self.task.still else 1.0
-        return self.strategy.solve(guess_of(plan.trajectory, self.task, significant(slower)), price)
+        return self.strategy.solve(guess_of(plan.trajectory, self.task, significant(slower)), price).solved

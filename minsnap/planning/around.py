@@ -27,7 +27,7 @@ from minsnap.corridors.way_around import Inside, Kept, way_around
 from minsnap.corridors.way_in_time import WayInTime
 from minsnap.durations.allocate import looked_at, plan_timed
 from minsnap.durations.timing import Timed, Timing
-from minsnap.durations.within_limits import require_limits_kept
+from minsnap.durations.within_limits import limits_kept
 from minsnap.errors import CorridorError, InfeasibleError, SolverError, UnprovedError
 from minsnap.native.half_space_sets import HalfSpaceRows
 from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
@@ -150,7 +150,7 @@ def _in_durations(task: Task, durations: FloatArray, timing: Timing) -> Timed:
         raise SolverError(f"no curve was found in these durations: {reason}") from None
     planned = Timed(solved, solved.flown)
     if timing.limits is not None:
-        planned = require_limits_kept(planned, task, fixed)
+        planned = limits_kept(planned, task, fixed).plan()
     return looked_at(planned, task, fixed)
 
 

@@ -17,7 +17,8 @@ import numpy as np
 from minsnap.basics.cached import cached_property
 from minsnap.basics.deadline import Deadline
 from minsnap.corridors.knot_regions import KnotRegion
-from minsnap.durations.timing import Timed, Timing
+from minsnap.durations.outcome import PlanOutcome, outcome_of
+from minsnap.durations.timing import Timing
 from minsnap.durations.ways import end_on_limit, shortest_from, shortest_of_starts
 from minsnap.errors import MinsnapError
 from minsnap.limits.limits import Limits, VehicleLimits
@@ -88,10 +89,9 @@ class TimedCourse:
         timing = replace(self.timing, limits=limits, progress=None, refine=False)
         task = replace(task, deadline=Deadline(), explained=False)
         moving = 0 in task.moving or end_on_limit(task, limits)
-        search: Callable[..., Timed] = shortest_from if moving else shortest_of_starts
-        with suppress(MinsnapError):
-            return search(task, timing, first).trajectory
-        return None
+        search: Callable[..., PlanOutcome] = shortest_from if moving else shortest_of_starts
+        found = outcome_of(lambda: search(task, timing, first)).planned
+        return None if found is None else found.trajectory
 
     def _of_limits(self, base: Trajectory) -> Iterator[Sensitivity | None]:
         limits = self.timing.bounds

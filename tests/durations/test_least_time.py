@@ -14,7 +14,7 @@ from random_times import problem
 from tasks import REFERENCE, random_legs
 
 import minsnap
-from minsnap.durations import strategy
+from minsnap.durations import strategy, watched_search
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.solved_task import SolvedTask
@@ -365,8 +365,8 @@ def test_the_shortest_of_all_plans_in_place_of_a_search_is_taken(seed):
 
 def test_a_plan_that_stands_in_for_a_search_touches_a_limit(monkeypatch):
     """The plan for the durations of a search without an end was flown as slowly as its walls had needed."""
-    search, points = strategy.search_shortest, [(0, 0, 6), (5, 0, 3), (9, 6, 0), (14, 9, 4)]
-    monkeypatch.setattr(strategy, "search_shortest", lambda *asked: replace(search(*asked), kept=False))
+    search, points = watched_search.search_shortest, [(0, 0, 6), (5, 0, 3), (9, 6, 0), (14, 9, 4)]
+    monkeypatch.setattr(watched_search, "search_shortest", lambda *asked: replace(search(*asked), kept=False))
     limits = Limits.of(Quadrotor.dji_f330())
     used = minsnap.certify(minsnap.plan(points, limits=limits, yaw=0.3), limits=limits).utilisation
     assert 0.998 <= max(one.fraction for one in used) <= 1.0 + 1e-9

@@ -10,7 +10,7 @@ from random_combinations import question
 
 import minsnap
 from minsnap import Ball, Boxes, Limits, Search
-from minsnap.durations import strategy
+from minsnap.durations import watched_search
 from minsnap.native.library import core
 from minsnap.vehicle import Quadrotor
 
@@ -115,13 +115,13 @@ def test_plans_are_the_same_to_the_bit_whatever_kernels_numpy_and_blas_choose():
 
 
 def test_a_search_whose_work_is_spent_ends_with_what_it_has(monkeypatch):
-    search, ended = strategy.search_shortest, []
+    search, ended = watched_search.search_shortest, []
 
     def spent(question, watch):
         ended.append(watch.tell([9.0], 1e9, False))
         return search(question, watch)
 
-    monkeypatch.setattr(strategy, "search_shortest", spent)
+    monkeypatch.setattr(watched_search, "search_shortest", spent)
     plan = minsnap.plan([(0, 0, 1), (4, 0, 1), (4, 3, 1)], limits=Limits(speed=3.0, acceleration=4.0))
     assert ended == [True] and plan.report.interrupted
 

@@ -7,7 +7,7 @@ import pytest
 
 import minsnap
 from minsnap import Limits, Replanner
-from minsnap.durations import strategy
+from minsnap.durations import watched_search
 from minsnap.errors import YawError
 from minsnap.replanning.splice import splice_of
 from minsnap.trajectory.heading import wrap
@@ -108,8 +108,10 @@ def test_headings_to_and_fro_are_followed_by_a_slower_plan(flown):
 
 
 def test_headings_that_no_plan_found_can_follow_leave_the_flown_ones(flown, monkeypatch):
-    search = strategy.search_shortest
-    monkeypatch.setattr(strategy, "search_shortest", lambda *asked: dataclasses.replace(search(*asked), kept=False))
+    search = watched_search.search_shortest
+    monkeypatch.setattr(
+        watched_search, "search_shortest", lambda *asked: dataclasses.replace(search(*asked), kept=False)
+    )
     change = Replanner(LIMITS, 0.5, clock=still).replan(flown, 0.2, POINTS[1:], 0.1, yaw=[3.0, 0.0, 3.0, 0.0], **AMPLE)
     assert change.kept and change.certified and change.reason
     assert change.trajectory.yaw(0.5) == pytest.approx(flown.yaw(0.8), abs=1e-12)

@@ -1,0 +1,93 @@
+"""A question about durations ends in one value: kept, spent with the best so far, or refused with its reason."""
+
+import ast
+from pathlib import Path
+
+import pytest
+from tasks import REFERENCE, task_of
+
+import minsnap
+from minsnap import Limits
+from minsnap.basics.deadline import LateError
+from minsnap.durations import ways
+from minsnap.durations.outcome import End, PlanOutcome, if_possible, or_reason, outcome_of, quickest
+from minsnap.durations.strategy import Strategy
+from minsnap.durations.timing import Timing
+from minsnap.errors import InfeasibleError, LimitError, SolverError, UnprovedError
+
+ROOM = Path(ways.__file__).parent
+LIMITS = Limits(speed=3.0, acceleration=6.0)
+
+
+def raised(error):
+    def attempt():
+        raise error
+
+    return attempt
+
+
+def test_every_end_is_a_value_and_its_reason_is_raised_where_a_call_ends():
+    late, short, wrong = LateError("late"), UnprovedError("short"), LimitError("wrong")
+    for error, end, refused in ((late, End.SPENT, None), (short, End.REFUSED, short), (wrong, End.REFUSED, None)):
+        outcome = outcome_of(raised(error))
+        assert (outcome.end, outcome.refused, outcome.reason) == (end, refused, error)
+        with pytest.raises(type(error)) as told:
+            outcome.plan()
+        assert told.value is error
+    with pytest.raises(KeyboardInterrupt):
+        outcome_of(raised(KeyboardInterrupt()))
+
+
+def test_what_is_only_tried_has_no_end_of_its_own_but_that_of_time():
+    assert if_possible(raised(InfeasibleError("no"))) is None
+    assert isinstance(or_reason(raised(SolverError("no"))), SolverError)
+    with pytest.raises(LateError):
+        or_reason(raised(LateError("late")))
+    assert quickest((None, PlanOutcome(reason=SolverError("no")))) is None
+
+
+def test_a_search_ends_kept_or_spent_with_the_best_so_far():
+    task = task_of(REFERENCE)
+    assert Strategy(task, Timing(limits=LIMITS)).run().end is End.KEPT
+
+    def stop(step):
+        raise KeyboardInterrupt
+
+    spent = Strategy(task, Timing(limits=LIMITS, progress=stop, on_interrupt="return")).run()
+    assert spent.end is End.SPENT and spent.plan().interrupted
+    assert minsnap.certify(spent.plan().trajectory, limits=LIMITS).ok
+
+
+def test_no_number_of_pieces_is_searched_twice(monkeypatch):
+    """One piece was searched for both of the numbers that divide six."""
+    searched, run = [], Strategy.run
+    monkeypatch.setattr(Strategy, "run", lambda self, first=None: searched.append(self.task.pieces) or run(self, first))
+    plan = minsnap.plan([(0, 0, 1), (4, 0, 1), (4, 3, 1)], limits=LIMITS, pieces=6)
+    assert sorted(searched) == [1, 2, 3, 6]
+    told = [step.evaluation for step in plan.report.steps]
+    assert told.count(1) == 4
+
+
+def handlers(path):
+    """Return the functions of a module that catch what is no interrupt."""
+    tree = ast.parse(path.read_text())
+    for function in (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)):
+        for node in ast.walk(function):
+            name = getattr(getattr(node, "type", None), "id", "") if isinstance(node, ast.ExceptHandler) else None
+            called = getattr(node.func, "id", "") if isinstance(node, ast.Call) else None
+            if (name is not None and name != "KeyboardInterrupt") or called == "suppress":
+                yield path.stem, function.name
+
+
+def test_errors_become_values_in_a_few_places_alone():
+    """They steered this room: 30 handlers stood around searches."""
+    found = {place for path in ROOM.glob("*.py") for place in handlers(path)}
+    assert found == {
+        ("outcome", "outcome_of"),
+        ("outcome", "if_possible"),
+        ("outcome", "or_reason"),
+        ("timing", "attempted"),
+        ("strategy", "_next"),
+        ("least_cost", "run"),  # whose evaluations the end of time leaves
+        ("time_scaling", "run"),
+    }
