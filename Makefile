@@ -92,8 +92,8 @@ lint: $(VENV)/developing ## ruff, mypy, clang-format, and clang's warnings where
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	git ls-files -z 'minsnap/native/src/*pp' | xargs -0 $(BIN)/clang-format --dry-run -Werror
-	command -v clang++ >/dev/null || exit 0; git ls-files -z 'minsnap/native/src/*.cpp' 'tests/cpp/*.cpp' 'examples/cpp/*.cpp' | xargs -0 -n 1 clang++ \
+	git ls-files -z 'minsnap/native/src/*pp' 'ros/*.?pp' 'tests/cpp/ros/*' | xargs -0 $(BIN)/clang-format --dry-run -Werror
+	command -v clang++ >/dev/null || exit 0; git ls-files -z 'minsnap/native/src/*.cpp' 'tests/cpp/*.cpp' ':!tests/cpp/ros' 'examples/cpp/*.cpp' | xargs -0 -n 1 clang++ \
 		-std=c++17 -fsyntax-only -fno-exceptions -fno-rtti -Wall -Wextra -Wno-psabi -Werror -Iminsnap/native/src -Iminsnap/native/include
 
 docs: $(VENV)/developing ## the documentation, in docs/_build/html

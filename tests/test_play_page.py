@@ -5,6 +5,9 @@ import gzip
 import http.server
 import importlib.util
 import io
+import json
+import shutil
+import subprocess
 import threading
 from pathlib import Path
 
@@ -12,9 +15,20 @@ import numpy as np
 import pytest
 from page_browser import PATIENCE, chromium, is_foreign
 
+import minsnap
+
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "play"
 FILES = ("index.html", "page.css", "page.js", "minsnap.js", "minsnap.wasm")
+
+IN_NODE = """
+import { load } from "minsnap";
+const minsnap = await load();
+const waypoints = [[0, 0, 1], [8, 0, 1], [8, 4, 2]];
+const plan = minsnap.plan({ waypoints, limits: { speed: 3, acceleration: 5, jerk: 30 }, corridor: 0.3 });
+const durations = [...minsnap.curve().durations], points = [...minsnap.curve().points];
+console.log(JSON.stringify({ ...plan, durations, points, version: minsnap.version }));
+"""
 
 SPEC = importlib.util.spec_from_file_location("web_core", ROOT / "release" / "web_core.py")
 web_core = importlib.util.module_from_spec(SPEC)
@@ -151,3 +165,20 @@ def test_what_cannot_be_planned_has_its_sentence(page, field, value, sentence):
 
 def test_the_page_is_small():
     assert sum(len(gzip.compress((PAGE / name).read_bytes())) for name in FILES) < 1_500_000
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="there is no node")
+def test_the_package_plans_in_node_as_python_does(tmp_path):
+    package = json.loads((PAGE / "package.json").read_text(encoding="utf-8"))
+    place = tmp_path / "node_modules" / package["name"]
+    place.mkdir(parents=True)
+    for name in ("package.json", *package["files"]):
+        shutil.copy(PAGE / name, place)
+    (tmp_path / "ask.mjs").write_text(IN_NODE, encoding="utf-8")
+    done = subprocess.run(["node", "ask.mjs"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    limits = minsnap.Limits(speed=3, acceleration=5, jerk=30)
+    own = minsnap.plan([[0, 0, 1], [8, 0, 1], [8, 4, 2]], limits=limits, corridor=0.3)
+    assert answer["certified"] and answer["version"] == minsnap.__version__
+    assert answer["durations"] == own.durations.tolist() and answer["points"] == own.control_points.ravel().tolist()

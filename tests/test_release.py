@@ -1,6 +1,7 @@
 """What a release says of itself: one version in every file, and a changelog that a user can read."""
 
 import ast
+import json
 import re
 from pathlib import Path
 
@@ -26,7 +27,10 @@ def test_every_file_names_the_version_of_the_package():
     version, date = newest.split(" - ")
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\n  version: {version}\n" in (ROOT / "recipe" / "recipe.yaml").read_text(encoding="utf-8")
-    assert f"<version>{version}</version>" in (ROOT / "ros/minsnap_ros/package.xml").read_text(encoding="utf-8")
+    for package in (ROOT / "ros").glob("*/package.xml"):
+        assert f"<version>{version}</version>" in package.read_text(encoding="utf-8"), package
+    for package in ("docs/play/package.json", "recipe/vcpkg/minsnap/vcpkg.json"):
+        assert json.loads((ROOT / package).read_text(encoding="utf-8"))["version"] == version, package
     assert f'version="{version}"' in (ROOT / "ros/minsnap_ros/setup.py").read_text(encoding="utf-8")
     assert f"\nversion: {version}\n" in citation and f"\ndate-released: {date}\n" in citation
 

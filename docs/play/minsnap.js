@@ -1,7 +1,7 @@
 // The planner in the browser or in node: the native core, compiled to WebAssembly.
 //
 //     import { load } from "./minsnap.js";
-//     const minsnap = await load(await (await fetch("minsnap.wasm")).arrayBuffer());
+//     const minsnap = await load();
 //     const plan = minsnap.plan({ waypoints: [[0, 0, 1], [8, 0, 1]], limits: { speed: 3, acceleration: 5, jerk: 30 }, corridor: 0.3 });
 
 export const STATUSES = ["DONE", "BAD_SIZE", "BAD_NUMBER", "NO_MEMORY", "UNSUPPORTED", "SINGULAR", "NOT_PROVED", "INFEASIBLE", "NO_PROGRESS", "SPENT"];
@@ -22,12 +22,19 @@ function system(memory) {
   );
 }
 
+// The core that lies beside this file; node fetches no files.
+async function beside() {
+  const url = new URL("./minsnap.wasm", import.meta.url);
+  if (url.protocol === "file:") return (await import("node:fs/promises")).readFile(url);
+  return (await fetch(url)).arrayBuffer();
+}
+
 /**
  * Compile the core.
- * @param {BufferSource} bytes minsnap.wasm
+ * @param {BufferSource} [bytes] minsnap.wasm; by default the one beside this file
  */
 export async function load(bytes) {
-  const module = await WebAssembly.compile(bytes);
+  const module = await WebAssembly.compile(bytes ?? (await beside()));
   const own = system(() => instance.exports.memory);
   const imports = {};
   for (const { module: from, name } of WebAssembly.Module.imports(module)) (imports[from] ??= {})[name] = own[name];

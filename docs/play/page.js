@@ -236,7 +236,7 @@ async function main() {
   at("python").addEventListener("click", () => copy(python()));
   at("csv").addEventListener("click", () => copy(csv()));
   try {
-    core = await load(await (await fetch("minsnap.wasm")).arrayBuffer());
+    core = await load();
   } catch (error) {
     at("answer").className = "wrong";
     at("answer").textContent = `the core does not load: ${error.message}`;
