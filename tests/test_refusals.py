@@ -120,6 +120,7 @@ ELSEWHERE = {
     ("fleet_planner", "_finished", UnprovedError),
     ("show_course", "too_short", UnprovedError),
     ("show_course", "_fenced", UnprovedError),
+    ("show_course", "_in_turn", UnprovedError),
     ("sample_fit", "fit_samples", UnprovedError),
 }
 """Tested in ``routes/test_barrier.py``, ``routes/test_plan_route.py``, ``routes/test_explorer.py``,

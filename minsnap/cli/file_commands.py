@@ -36,6 +36,7 @@ def check(
     exact: Annotated[bool, "Prove a plan's margin and maxima again in exact rational arithmetic; slow."] = False,
     separation: Annotated[float | None, "M", "Of a fleet: how far apart any two must stay [m]."] = None,
     downwash: options.Downwash = None,
+    ground: options.Ground = None,
     course: Annotated[Path | None, "FILE", "A course: prove how near the flight is to its least time."] = None,
     columns: options.Columns = None,
     origin: options.Origin = None,
@@ -70,9 +71,9 @@ def check(
     if is_fleet(file):
         if columns is not None or origin is not None or course is not None:
             raise InputError(f"{file} is a fleet: --columns, --origin and --course are for the file of one vehicle")
-        return check_fleet(file, separation, downwash, json, frame, loop, wind)
-    if separation is not None or downwash is not None:
-        raise InputError(f"{file} is one vehicle: --separation and --downwash are for a folder of vehicles or a .skyc")
+        return check_fleet(file, separation, downwash, json, frame, loop, wind, ground)
+    if separation is not None or downwash is not None or ground is not None:
+        raise InputError(f"{file} is one vehicle: --separation, --downwash and --ground are for a folder or a .skyc")
     options.check_corridor(corridor, waypoints)
     named = options.parse_named(columns)
     samples, axes = read_to_check(file, frame, named, origin), frame_of(file, frame)
@@ -202,13 +203,17 @@ def _table(axes: tuple[AxisFigures, ...]) -> str:
     return aligned(rows)
 
 
-def separation_of(fleet: minsnap.Fleet, separation: float | None, downwash: float | None) -> minsnap.Separation | None:
+def separation_of(
+    fleet: minsnap.Fleet, separation: float | None, downwash: float | None, ground: float | None = None
+) -> minsnap.Separation | None:
     """Return the separation of a fleet, with what is given in place of its own; None where neither says one."""
     if separation is not None:
-        return minsnap.Separation(separation, 1.0 if downwash is None else downwash)
-    if fleet.separation is None or downwash is None:
-        return fleet.separation
-    return minsnap.Separation(fleet.separation.distance, downwash, radii=fleet.separation.radii)
+        return minsnap.Separation(separation, 1.0 if downwash is None else downwash, ground=ground)
+    own = fleet.separation
+    if own is None or (downwash is None and ground is None):
+        return own
+    heights, stands = own.downwash if downwash is None else downwash, own.ground if ground is None else ground
+    return minsnap.Separation(own.distance, heights, radii=own.radii, ground=stands)
 
 
 def check_fleet(
@@ -219,10 +224,11 @@ def check_fleet(
     frame: str | None = None,
     loop: Loop | None = None,
     wind: float = 0.0,
+    ground: float | None = None,
 ) -> int:
     """Print how far apart the vehicles of files stay, over all time; return 1 if that is less than their separation."""
     fleet = minsnap.shows.read_fleet(path, between=True, frame=frame)
-    apart = separation_of(fleet, separation, downwash)
+    apart = separation_of(fleet, separation, downwash, ground)
     if apart is None:
         raise InputError(f"{path} does not say how far apart its vehicles must be: give --separation M")
     certificate = minsnap.certify_fleet(fleet, apart, tracking=loop, wind=wind)

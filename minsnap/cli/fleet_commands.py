@@ -69,6 +69,8 @@ def fleet(
     if animate is not None:
         check_animation_name(animate)
     described, of_frames = _described(show, separation, downwash, max_speed, max_acceleration)
+    if returns and described.turns is not None:
+        raise InputError("--returns needs homes that are as far apart as vehicles in flight: these are left in turn")
     exports = export or []
     for file in exports:
         check_export(file, ShowSheet(origin=described.origin))

@@ -46,6 +46,7 @@ Origin = Annotated[Triple | None, "LAT LON ALT", "Place of (0, 0, 0), of files b
 Within = Annotated[float | None, "M", "Of a mission: how far its lines may be from the path [m], by default 0.5."]
 Plot = Annotated[Path | None, "FILE", "Figure to write: PNG, SVG or PDF, by its ending."]
 Downwash = Annotated[float | None, "W", "Heights are divided by it; without --separation that of the files, else 1."]
+Ground = Annotated[float | None, "M", "Separation of two of which one stands at its start or its end; else the same."]
 View = Annotated[str | None, "View of the figure: xy (default; climbs also from the side), xz, yz or 3d."]
 
 Tracking = Annotated[str | None, "LOOP", "Control loop of the vehicle: px4, ardupilot, or a YAML file of one."]

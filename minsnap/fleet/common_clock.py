@@ -35,6 +35,9 @@ class Separation(ReadOnly):
         At least 1.
     radii : array_like, shape (vehicles,), optional
         Radius of each vehicle [m], in place of ``distance``: the least distance of a pair is the sum of its radii.
+    ground : float, optional
+        Least distance of two while one of them still stands at its start, or stands at its end already [m]; by default
+        the same as in flight.
 
     Raises
     ------
@@ -45,16 +48,27 @@ class Separation(ReadOnly):
     distance: float | None
     downwash: float
     radii: FloatArray | None
+    ground: float | None
 
-    def __init__(self, distance: float | None = None, downwash: float = 1.0, *, radii: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        distance: float | None = None,
+        downwash: float = 1.0,
+        *,
+        radii: ArrayLike | None = None,
+        ground: float | None = None,
+    ) -> None:
         if (distance is None) == (radii is None):
             raise FleetError("a separation needs either one distance for all pairs or the radii of the vehicles [m]")
         if distance is not None and not (is_number(distance) and distance > 0.0):
             raise FleetError(f"the separation is {shown(distance)}: give a positive distance [m]")
         if not (is_number(downwash) and downwash >= 1.0):
             raise FleetError(f"the downwash is {shown(downwash)}: it must be at least 1, as heights are divided by it")
+        if ground is not None and not (is_number(ground) and ground > 0.0):
+            raise FleetError(f"the separation on the ground is {shown(ground)}: give a positive distance [m]")
         between, each = None if distance is None else float(distance), None if radii is None else _checked_radii(radii)
-        set_fields(self, distance=between, downwash=float(downwash), radii=each)
+        stands = None if ground is None else float(ground)
+        set_fields(self, distance=between, downwash=float(downwash), radii=each, ground=stands)
 
     def radii_of(self, vehicles: int) -> FloatArray:
         """Return half the separation of each vehicle, shape (vehicles,) [m].
@@ -74,7 +88,18 @@ class Separation(ReadOnly):
     def plain(self) -> dict[str, Any]:
         """What makes it again, as plain numbers by name."""
         radii = None if self.radii is None else self.radii.tolist()
-        return {"distance": self.distance, "radii": radii, "downwash": self.downwash}
+        stands = {} if self.ground is None else {"ground": self.ground}
+        return {"distance": self.distance, "radii": radii, "downwash": self.downwash, **stands}
+
+    @property
+    def aloft(self) -> Separation:
+        """The separation of vehicles that all fly."""
+        return Separation(self.distance, self.downwash, radii=self.radii)
+
+    @property
+    def standing(self) -> float:
+        """How far apart two are to be that stand on the ground, at most [m]."""
+        return 2.0 * float(np.max(self.radii)) if self.radii is not None else self.ground or self.distance or 0.0
 
     def flat(self, places: FloatArray) -> FloatArray:
         """Return places (..., dim) with heights divided by the downwash: distances of these are to be kept."""
@@ -82,9 +107,10 @@ class Separation(ReadOnly):
 
     def scaled(self, share: float) -> Separation:
         """Return the separation with its distance multiplied by a factor."""
+        stands = None if self.ground is None else self.ground * share
         if self.radii is None:
-            return Separation((self.distance or 0.0) * share, self.downwash)
-        return Separation(downwash=self.downwash, radii=self.radii * share)
+            return Separation((self.distance or 0.0) * share, self.downwash, ground=stands)
+        return Separation(downwash=self.downwash, radii=self.radii * share, ground=stands)
 
     def between(self, one: int, two: int) -> float:
         """Return how far two vehicles are to be apart [m]."""
@@ -219,6 +245,13 @@ class Fleet(ReadOnly, Sequence[Trajectory]):
         held = [_held(curve, self.duration) for curve in self.trajectories]
         return FleetArrays([points for points, _ in held], [breaks for _, breaks in held])
 
+    def arrays_in_flight(self, away: float) -> FleetArrays:
+        """Return the same without vehicles that stand at their starts and ends: then each is that far from all [m]."""
+        held = [_held(curve, self.duration) for curve in self.trajectories]
+        floor = min(float(points[..., 2].min()) for points, _ in held)
+        points = [_in_flight(each, floor - (i + 1.0) * away) for i, (each, _) in enumerate(held)]
+        return FleetArrays(points, [breaks for _, breaks in held])
+
 
 def _as_trajectory(curve: Any, index: int) -> Trajectory:
     if not isinstance(curve, Path):
@@ -242,6 +275,21 @@ def at_rest_after(curve: Trajectory, instants: FloatArray, order: int) -> FloatA
     over = instants > curve.duration
     values = curve(np.minimum(instants, curve.duration), order)
     return np.where(over[..., None], 0.0, values) if order > 0 else values
+
+
+LIFTED = 0.05
+"""A vehicle stands while it is no farther from its start, or its end, than this [m]."""
+
+
+def _in_flight(points: FloatArray, depth: float) -> FloatArray:
+    """Return control points (pieces, degree + 1, 3), those of pieces that stand at an end put to a depth."""
+    stands = np.zeros(len(points), dtype=bool)
+    for end, step in ((points[0, 0], 1), (points[-1, -1], -1)):
+        near = (np.linalg.norm(points - end, axis=2).max(axis=1) <= LIFTED)[::step]
+        stands[::step] |= np.logical_and.accumulate(near)
+    moved = points.copy()
+    moved[stands] = (*points[0, 0, :2], depth)
+    return moved
 
 
 def _held(curve: Trajectory, end: float) -> tuple[FloatArray, FloatArray]:

@@ -30,7 +30,7 @@ from minsnap.fleet.common_clock import Fleet, Separation, as_separation
 from minsnap.fleet.fleet_task import FleetTask, limits_of
 from minsnap.limits.limits import Limits
 from minsnap.native import proved_extrema as native
-from minsnap.native.fleet_border import NearPairs, clearances, near_pairs
+from minsnap.native.fleet_border import FleetArrays, NearPairs, clearances, near_pairs
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
@@ -329,10 +329,25 @@ def _nearest(fleet: Fleet, separation: Separation, reach: float, threads: int) -
     if not reach >= 1.0:
         raise FleetError(f"reach is {reach!r}: give at least 1, in units of the separation")
     radii = separation.radii_of(len(fleet))
-    pairs = near_pairs(fleet.arrays, radii, separation.downwash, reach, False, threads)
+    if separation.ground is None:
+        return _near_or_nearest(fleet.arrays, radii, separation.downwash, reach, threads)
+    away = 4.0 * reach * float(radii.max()) * separation.downwash
+    flying = _near_or_nearest(fleet.arrays_in_flight(away), radii, separation.downwash, reach, threads)
+    standing = np.full(len(fleet), 0.5 * separation.ground)
+    pairs = {near.pair: near for near in _near_or_nearest(fleet.arrays, standing, separation.downwash, reach, threads)}
+    for near in flying:
+        if near.pair not in pairs or near.share < pairs[near.pair].share:
+            pairs[near.pair] = near
+    return tuple(sorted(pairs.values(), key=lambda near: (near.share, near.pair)))
+
+
+def _near_or_nearest(
+    arrays: FleetArrays, radii: FloatArray, downwash: float, reach: float, threads: int
+) -> tuple[NearPair, ...]:
+    pairs = near_pairs(arrays, radii, downwash, reach, False, threads)
     if len(pairs.pairs):
         return _merged(pairs, radii)
-    return _merged(near_pairs(fleet.arrays, radii, separation.downwash, reach, True, threads), radii)[:1]
+    return _merged(near_pairs(arrays, radii, downwash, reach, True, threads), radii)[:1]
 
 
 def _merged(pairs: NearPairs, radii: FloatArray) -> tuple[NearPair, ...]:

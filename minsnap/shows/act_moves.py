@@ -44,7 +44,7 @@ def check_moves(act: Act, moves: Sequence[Curves], show: Show) -> None:
     """Refuse moves whose vehicles come too near, leave the room or the fence, go underground, or are too fast."""
     for move, curves in zip(act.moves, moves, strict=True):
         if isinstance(move, Animation):
-            move.refuse_dense_or_fast(act.name, show.separation, show.limits)
+            move.refuse_dense_or_fast(act.name, show.separation.aloft, show.limits)
         if curves:
             _check(curves, show, act.name)
 
@@ -53,7 +53,7 @@ def _check(curves: Curves, show: Show, name: str) -> None:
     below = float(show.home[:, 2].min()) - min(float(extent_of(curve.control_points)[0][2]) for curve in curves)
     if below > EXACT:
         raise FleetError(f"a move of {name!r} goes {below:.3g} m below the lowest home: raise the act, or move it less")
-    certificate = certify_fleet(curves, show.separation, room=show.room)
+    certificate = certify_fleet(curves, show.separation.aloft, room=show.room)
     near = certificate.closest
     if near is not None and near.share < 1.0 - EXACT:
         text = f"vehicles {near.pair[0]} and {near.pair[1]} come within {near.distance:.3f} m of {near.required:g} m"

@@ -8,6 +8,7 @@ from math import inf
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import LONGEST
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
@@ -16,6 +17,7 @@ from minsnap.fleet.fleet_task import table_of
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ORDINARY
 from minsnap.shows.act_lights import Colour, LightChange
+from minsnap.shows.climb_turns import ClimbTurns, turns_of
 from minsnap.shows.formations import spacing_of
 from minsnap.shows.frame_animation import Animation
 from minsnap.shows.moves import Move
@@ -88,6 +90,7 @@ class Show:
         on the ground.
     acts : tuple of Act
     separation : Separation
+        Homes that are nearer to each other than it asks in flight, and not on the ground, are left in turn.
     limits : Limits
     take_off : float
         How far above home the vehicles climb straight [m].
@@ -110,6 +113,8 @@ class Show:
         Walls that all stay inside of, by their margins.
     return_home : bool
         Whether all fly home before they land; else they land below the last act, at the height of the lowest home.
+    layer : float or None
+        Least height between groups that climb in turn [m]; None: as much as lets the first flight be straight.
     """
 
     home: FloatArray
@@ -129,6 +134,7 @@ class Show:
     origin: ShowOrigin | None = None
     fence: Fence | None = None
     return_home: bool = True
+    layer: float | None = None
 
     @property
     def flown_limits(self) -> Limits:
@@ -138,11 +144,19 @@ class Show:
         hardest = float(table_of(self.limits)[1].min())
         return replace(self.limits, jerk=(hardest if hardest < inf else ORDINARY["acceleration"]) / BUILT_UP)
 
+    @cached_property
+    def turns(self) -> ClimbTurns | None:
+        """Which vehicles climb one after the other; None where all can climb at once."""
+        return turns_of(self.home, self.separation, self.take_off, self.layer)
+
     @property
     def above(self) -> FloatArray:
         """Where the climb ends, shape (vehicles, 3) [m]."""
-        gap = self.separation.downwash * 2.0 * float(self.separation.radii_of(len(self.home)).max())
         places = self.home + (0.0, 0.0, self.take_off)
+        if self.turns is not None:
+            places[:, 2] = self.turns.tops
+            return np.asarray(places)
+        gap = self.separation.downwash * 2.0 * float(self.separation.radii_of(len(self.home)).max())
         places[:, 2] += gap * (np.arange(len(places)) % self.layers)
         return np.asarray(places)
 
@@ -181,10 +195,12 @@ class Show:
             if len(points) < 2 or name in animated:  # the animation itself says what goes
                 continue
             least, pair = spacing_of(self.separation.flat(points))
-            apart = self.separation.between(*pair)
+            apart = self.separation.standing if name == "home" else self.separation.between(*pair)
             if least < apart:
                 text = f"points {pair[0]} and {pair[1]} of {name} are {least:.3f} m apart, {apart - least:.3f} m less"
                 give = f"make it {1.001 * apart / max(least, 1e-9):.3g} times as large, or give it fewer vehicles"
+                if name == "home" and self.separation.ground is None:
+                    give += f", or say how near they may be on the ground (ground: {np.floor(100 * least) / 100:g})"
                 raise FleetError(f"{text} than the separation of {apart:g} m: {give}", pair=pair)
         self.check_inside()
         self._check_reserves()
@@ -224,7 +240,11 @@ class Show:
 
     def _check_times(self) -> None:
         """Refuse times that are none, and acts at instants that do not ascend."""
-        times = [("take_off", self.take_off), ("the wait before take_off", self.wait or 0.0)]
+        times = [
+            ("take_off", self.take_off),
+            ("the layer of take_off", self.layer or 0.0),
+            ("the wait before take_off", self.wait or 0.0),
+        ]
         before: Act | None = None
         for act in self.acts:
             times += [(f"hold of act {act.name!r}", act.hold), (f"at of act {act.name!r}", act.at or 0.0)]

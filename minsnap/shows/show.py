@@ -129,7 +129,7 @@ def fly(
         check_moves(act, flown, show)
     course = ShowCourse(show, kept, progress, told, show.home, to)
     course.refuse_long(show.acts)
-    course.fly("take-off", show.above, show.climb_speed)
+    course.climb("take-off")
     orders, numbers = [], []
     for number, act in enumerate(show.acts):
         course.refuse_long(show.acts[number:])
@@ -141,12 +141,13 @@ def fly(
         for moved in moves[number]:
             course.add(f"{act.name} moves", of_vehicles(moved, order, course.now), "move")
     course.refuse_long(())
-    below = np.column_stack((course.now[:, :2], np.full(len(show.home), show.home[:, 2].min())))
     if show.return_home:
         order = _return(show, course.now)
         course.fly("return", show.above[order])
-        below = show.home[order]
-    course.fly("landing", below, show.descent_speed)
+        course.land("landing", order)
+    else:
+        below = np.column_stack((course.now[:, :2], np.full(len(show.home), show.home[:, 2].min())))
+        course.fly("landing", below, show.descent_speed)
     curves, stages = course.timeline()
     spans = [stages[first : first + len(act.moves) + 1] for act, first in zip(show.acts, numbers, strict=True)]
     curves, lights = _headed(curves, show, orders, spans), _lights(show, orders, spans, stages[-1].end)
@@ -222,7 +223,8 @@ def _prepared(show: Show, to: str, reach: float) -> Show:
         return show
     apart, lost = show.separation, worst_distance(reach)
     fence = None if show.fence is None else Fence(show.fence.corners, show.fence.margins + lost)
-    show = replace(show, separation=Separation((apart.distance or 0.0) + 2.0 * lost, apart.downwash), fence=fence)
+    wider = Separation((apart.distance or 0.0) + 2.0 * lost, apart.downwash, ground=apart.ground)
+    show = replace(show, separation=wider, fence=fence)
     show.check_inside()
     if to not in SKYBRUSH:
         return show

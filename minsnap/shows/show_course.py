@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.storage.atomic import atomic_write, make_folder
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import FileName, reading
@@ -28,6 +28,7 @@ from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.fleet.fleet_planner import plan_fleet
 from minsnap.limits.limits import Limits
 from minsnap.shows.acts import Act, Show
+from minsnap.shows.climb_turns import backwards
 from minsnap.shows.crazyswarm_folder import refuse_long
 from minsnap.shows.file_limits import ROUNDED_KINDS, SLOWING, played, stretches
 from minsnap.shows.firmware_take_off import late_by
@@ -98,9 +99,7 @@ class ShowCourse:
         delays: FloatArray | None = None,
     ) -> None:
         """Fly to goals, shape (vehicles, 3), up and down no faster than that [m/s], and hold; see ``add``."""
-        limits = self.show.flown_limits
-        if vertical is not None:
-            limits = replace(limits, vertical_speed=min(vertical, limits.vertical_speed or inf))
+        limits = self._vertical(vertical)
         task = FlightTask(np.stack([self.now, goals], axis=1), limits, self._room(goals), delays)
         if given.at is not None:
             self._settle_wait()
@@ -111,6 +110,37 @@ class ShowCourse:
             error.args = (f"the flight to {name}: {error}",)
             raise
         self.add(name, curves, method, hold, given)
+
+    def climb(self, name: str) -> None:
+        """Climb straight from home, at once or in turn."""
+        show = self.show
+        if show.turns is None:
+            self.fly(name, show.above, show.climb_speed)
+            return
+        climbs = show.turns.climbs(show.home, self._vertical(show.climb_speed))
+        self.add(name, self._in_turn(name, climbs), f"{len(show.turns.below)} groups in turn")
+
+    def land(self, name: str, order: IntArray) -> None:
+        """Land straight down, at once or in turn, each on the home of a vehicle, shape (vehicles,)."""
+        show = self.show
+        if show.turns is None:
+            self.fly(name, show.home[order], show.descent_speed)
+            return
+        climbs = show.turns.climbs(show.home, self._vertical(show.descent_speed))
+        landings = [backwards(climbs[place]) for place in order]
+        self.add(name, self._in_turn(name, landings), f"{len(show.turns.below)} groups in turn")
+
+    def _in_turn(self, name: str, curves: list[Trajectory]) -> list[Trajectory]:
+        """Return curves of groups that fly in turn, or raise UnprovedError where they are not proved apart."""
+        fault = certify_fleet(curves, self.show.separation, room=self.show.room).fault
+        if fault is not None:
+            raise UnprovedError(f"the flight to {name}, in turn: {fault}: give home more room, or take_off a height")
+        return curves
+
+    def _vertical(self, speed: float | None) -> Limits:
+        """Return the limits of flights that go up and down no faster than that [m/s]."""
+        limits = self.show.flown_limits
+        return limits if speed is None else replace(limits, vertical_speed=min(speed, limits.vertical_speed or inf))
 
     def _clock(self, name: str, given: GivenTime) -> float:
         """Return when a flight can begin [s]; a FleetError says where its own time is before that."""
@@ -153,7 +183,7 @@ class ShowCourse:
     def _planned(self, task: FlightTask, lasts: float | None) -> Fleet:
         show = self.show
         question = partial(
-            plan_fleet, task.ways, task.limits, show.separation, task.room, seed=show.seed, progress=self.progress
+            plan_fleet, task.ways, task.limits, show.separation.aloft, task.room, seed=show.seed, progress=self.progress
         )
         if task.delays is None:
             return self._fenced(question, total_time=lasts)
@@ -162,7 +192,7 @@ class ShowCourse:
         together = question(total_time=None if lasts is None else lasts - task.late)
         fleet = Fleet(tuple(delayed(list(together), task.delays)), report=together.report)
         inside = show.fence is None or show.fence.margin_of(fleet) >= -EXACT
-        if inside and certify_fleet(fleet, show.separation, room=task.room).ok:
+        if inside and certify_fleet(fleet, show.separation.aloft, room=task.room).ok:
             return fleet
         return self._fenced(question, total_time=lasts, holds=[(delay, 0.0) for delay in task.delays])
 
@@ -208,7 +238,7 @@ class ShowCourse:
         """Return a name of the question of a flight."""
         corners = [corner.tolist() for corner in (task.room.lower, task.room.upper)]
         delays = None if task.delays is None else task.delays.tolist()
-        plain = self.show.separation.plain.values()
+        plain = self.show.separation.aloft.plain.values()
         fence = None if self.show.fence is None else [each.tolist() for each in vars(self.show.fence).values()]
         question = (task.ways.tolist(), repr(task.limits), *plain, corners, self.show.seed, lasts, delays, fence)
         return hashlib.sha256(repr(question).encode()).hexdigest()[:24]

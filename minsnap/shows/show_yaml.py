@@ -125,6 +125,7 @@ TAKE_OFF = mapping(
         "height": Key(NUMBER, "of the straight climb [m]"),
         "speed": Key(NUMBER, "at most [m/s]"),
         "wait": Key(NUMBER, "on the ground before it [s]"),
+        "layer": Key(NUMBER, "least height between groups that climb in turn, where homes are near [m]"),
     },
     "a mapping of a take-off",
 )
@@ -161,6 +162,7 @@ SHOW = mapping(
         "vehicles": Key(WHOLE, needed=True),
         "separation": Key(NUMBER, "[m]", needed=True),
         "downwash": Key(NUMBER, "by which heights count less than widths"),
+        "ground": Key(NUMBER, "separation of two of which one stands on the ground; the same unless given [m]"),
         "limits": Key(LIMITS, needed=True),
         "room": Key(BOX, "[m]"),
         "home": Key(HOME, "on the ground", needed=True),
@@ -204,7 +206,7 @@ def read_show(path: FileName) -> Show:
         room, limits = content.get("room"), content["limits"]
         up, down = (_mapped(content.get(name), key) for name, key in (("take_off", "height"), ("land", "place")))
         origin = None if content.get("origin") is None else ShowOrigin(**content["origin"])
-        apart = Separation(content["separation"], content.get("downwash", 1.0))
+        apart = Separation(content["separation"], content.get("downwash", 1.0), ground=content.get("ground"))
         return Show(
             _home(content["home"], content["vehicles"], place, origin),
             tuple(
@@ -220,7 +222,7 @@ def read_show(path: FileName) -> Show:
             origin=origin,
             fence=_fence(content.get("fence"), place, origin),
             **_named(content, "environment", "seed", "layers", "return_home"),
-            **_named({"take_off": up.get("height"), "land": down.get("place")}, "take_off", "land"),
+            **_named({**up, "take_off": up.get("height"), "land": down.get("place")}, "take_off", "land", "layer"),
         )
 
 
