@@ -38,7 +38,7 @@ def fleet(
     *,
     output: Annotated[Path | None, "--output", "-o", "FOLDER", "Folder of the show."] = None,
     to: Annotated[str, "csv, crazyswarm2, skyb, traj (compressed) or skyc."] = "csv",
-    report: Annotated[Path | None, "FILE", "HTML page of what was proved, to print and sign."] = None,
+    report: Annotated[Path | None, "FILE", "Page of what was proved, to print and sign: .html or .pdf."] = None,
     animate: Annotated[Path | None, "FILE", "Seen from above: .gif; .mp4, .webm with ffmpeg."] = None,
     preview: Annotated[Path | None, "FILE", "Picture of each act from the audience; alone, nothing is planned."] = None,
     export: Annotated[list[Path] | None, "FILE", "To be played: .zip (Skybrush's CSV), .vviz or .kmz."] = None,
@@ -47,7 +47,7 @@ def fleet(
     max_speed: Annotated[float | None, "M/S", "Of frames: limit on the speed [m/s]."] = None,
     max_acceleration: Annotated[float | None, "M/S²", "Of frames: limit on the acceleration [m/s²]."] = None,
     without: Annotated[str | None, "N,...", "Vehicles that are missing: all others fly as they do."] = None,
-    returns: Annotated[bool, "Prove a way home of all from every second; skyb files hold them."] = False,
+    returns: Annotated[bool, "Prove a way home of all from every second; skyb and skyc hold them."] = False,
     no_clobber: options.NoClobber = False,
 ) -> int:
     """Plan a show of several vehicles, and certify its files.
@@ -57,8 +57,9 @@ def fleet(
     search for one flight with the best so far. Exit status 1 if the files violate a condition of the show.
     """
     from minsnap.plot.animation import animate_fleet, check_animation_name
+    from minsnap.plot.pages import check_page_name
     from minsnap.shows.firmware_take_off import take_off_note
-    from minsnap.shows.fleet_files import KINDS, MANIFEST, read_fleet, write_fleet
+    from minsnap.shows.fleet_files import KINDS, MANIFEST, RETURNING, read_fleet, write_fleet
     from minsnap.shows.safety_report import SafetyReport, write_report
     from minsnap.shows.show import SKYBRUSH, fly
     from minsnap.shows.show_exports import check_export, export_show
@@ -68,6 +69,8 @@ def fleet(
         raise typer.BadParameter(f"{to!r} is none of {', '.join(KINDS)}", param_hint="--to")
     if animate is not None:
         check_animation_name(animate)
+    if report is not None:
+        check_page_name(report)
     described, of_frames = _described(show, separation, downwash, max_speed, max_acceleration)
     if returns and described.turns is not None:
         raise InputError("--returns needs homes that are as far apart as vehicles in flight: these are left in turn")
@@ -101,7 +104,7 @@ def fleet(
     written = write_fleet(
         *(flown.fleet, place, to, flown.lights),
         sheet=sheet,
-        returns=home[0] if to == "skyb" else None,
+        returns=home[0] if to in RETURNING else None,
         clobber=not no_clobber,
     )
     for page in pages:
@@ -110,7 +113,7 @@ def fleet(
     certificates = _certified(described, flown.fleet, held, to)
     late = take_off_note(held) if to in SKYBRUSH else None
     beyond = [] if late is None else [late]
-    place_of = (described.origin, described.fence, *home)
+    place_of = (described.origin, described.fence, *home, described.energy, described.room)
     safety = SafetyReport(title, *certificates, written.distance, flown.stages, written.files, beyond, *place_of)
     if report is not None:
         write_report(safety, report, clobber=not no_clobber)
@@ -166,8 +169,9 @@ def _home(show: Show, planned: minsnap.Fleet, to: str) -> tuple[Returns, Failure
     from minsnap.shows.returns import plan_returns
 
     flown = minsnap.Fleet(tuple(played(curve, to) for curve in planned)) if to in ROUNDED_KINDS else planned
-    returns = plan_returns(flown, show.separation, show.limits, show.take_off)
-    tell(f"returns: {len(returns.plans)} of {len(returns.plans) + len(returns.unproved)} seconds")
+    returns = plan_returns(flown, show.separation, show.limits, show.take_off, level=to == "skyc")
+    why = "; a .skyc holds those at which all are at one height, skyb all" if to == "skyc" and returns.unproved else ""
+    tell(f"returns: {len(returns.plans)} of {len(returns.plans) + len(returns.unproved)} seconds{why}")
     return returns, failures_of(flown, show.separation) if len(flown) > 1 else None
 
 
@@ -196,6 +200,10 @@ def _summary(page: SafetyReport, place: Path) -> str:
     for used in page.planned.utilisation:
         reached = files.get(used.use.name, "of the plan alone")
         lines.append((used.use.name, f"{used.use.value:.4g} of {used.use.limit:.4g} in the plan, {reached}"))
+    if page.energy is not None:
+        most = float(page.energy.energies(held.fleet).max())
+        share = "" if page.energy.battery is None else f", {most / page.energy.battery:.0%} of the battery"
+        lines.append(("energy", f"{most:.2f} Wh at most{share}, {page.energy.hover:.1f} W in hover"))
     lines += _home_lines(page)
     verdict = "apart at every instant, proved of the files" if page.apart else "problem: it does not hold of the files"
     cut = [stage.name for stage in page.stages if "Ctrl-C" in stage.method]

@@ -226,7 +226,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
         return ""
     head = "".join(f"<th>{escape(name)}</th>" for name in columns) if any(columns) else ""
     body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<h2>{escape(title)}</h2><table>{f'<tr>{head}</tr>' if head else ''}{body}</table>"
+    return f"<h2>{escape(title)}</h2><table>{f'<thead><tr>{head}</tr></thead>' if head else ''}{body}</table>"
 
 
 def picture(figure: Figure) -> str:

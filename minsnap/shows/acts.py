@@ -18,6 +18,7 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ORDINARY
 from minsnap.shows.act_lights import Colour, LightChange
 from minsnap.shows.climb_turns import ClimbTurns, turns_of
+from minsnap.shows.energy import PowerModel
 from minsnap.shows.formations import spacing_of
 from minsnap.shows.frame_animation import Animation
 from minsnap.shows.moves import Move
@@ -115,6 +116,8 @@ class Show:
         Whether all fly home before they land; else they land below the last act, at the height of the lowest home.
     layer : float or None
         Least height between groups that climb in turn [m]; None: as much as lets the first flight be straight.
+    energy : PowerModel or None
+        What power a vehicle takes, for the report.
     """
 
     home: FloatArray
@@ -135,6 +138,7 @@ class Show:
     fence: Fence | None = None
     return_home: bool = True
     layer: float | None = None
+    energy: PowerModel | None = None
 
     @property
     def flown_limits(self) -> Limits:

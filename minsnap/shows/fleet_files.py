@@ -62,6 +62,9 @@ FOLDERS: dict[str, tuple[str, Maker]] = {
 """Folders with one file a vehicle: its ending, and what makes its content."""
 
 KINDS = (*FOLDERS, "skyc")
+RETURNING = ("skyb", "skyc")
+"""Those that hold returns."""
+
 EXACT_KINDS = ("csv", "crazyswarm2")
 """Those that lose nothing of the curves."""
 
@@ -116,7 +119,8 @@ def write_fleet(
     sheet : ShowSheet, optional
         What a ``skyc`` says of itself besides: title, indoors or outdoors, limits, cues, segments.
     returns : Returns, optional
-        How all return from each second, which ``skyb`` alone holds.
+        How all return from each second, which ``skyb`` holds, and ``skyc`` those at one height (``plan_returns(...,
+        level=True)``).
     clobber : bool
         False: files that exist are an error. Else files with the same ending of a former fleet, which has more
         vehicles, are removed from the folder, and its script, unless they were changed since.
@@ -134,10 +138,11 @@ def write_fleet(
         raise FileError(f"no format of fleets is called {kind!r}: choose one of {', '.join(KINDS)}")
     if fleet.dim != 3:
         raise FileError(f"files of fleets hold 3 coordinates, and the fleet has {fleet.dim}")
-    if returns is not None and kind != "skyb":
-        raise FileError(f"files of the kind {kind} hold no returns: write them as skyb")
+    if returns is not None and kind not in RETURNING:
+        raise FileError(f"files of the kind {kind} hold no returns: write them as {' or '.join(RETURNING)}")
     if kind == "skyc":
-        return WrittenFleet(kind, (Path(path),), write_skyc(fleet, path, lights, sheet=sheet, clobber=clobber))
+        lost = write_skyc(fleet, path, lights, sheet=sheet, returns=returns, clobber=clobber)
+        return WrittenFleet(kind, (Path(path),), lost)
     (ending, make), folder, lamps = FOLDERS[kind], Path(path), lamps_of(fleet, lights)
     if kind == "crazyswarm2":
         refuse_long(max(len(curve.durations) for curve in fleet))

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import ceil, floor, inf
+from typing import Any
 
 import numpy as np
 
@@ -47,6 +48,8 @@ class ReturnSettings:
         How often delays are changed for one second, at most.
     longest : int
         Longest wait [s].
+    even : float
+        How far apart the heights of all may be that return at their own [m].
     """
 
     margin: float = 0.02
@@ -54,6 +57,7 @@ class ReturnSettings:
     column: float = 0.05
     rounds: int = 60
     longest: int = 120
+    even: float = 5e-3
 
 
 RETURNS = ReturnSettings()
@@ -136,6 +140,10 @@ class Returns:
         """Return what a vehicle does from each second that has a plan."""
         return tuple(plan.entry(vehicle, self.homes) for plan in self.plans)
 
+    def level_plan(self, vehicle: int) -> dict[str, Any]:
+        """Return the plan of a vehicle in a ``.skyc``: landings, and flights at the height that it has."""
+        return {"version": 1, "entries": [entry.level_json() for entry in self.entries(vehicle)]}
+
     def block(self, vehicle: int) -> bytes:
         """Return the block of a vehicle in a binary Skybrush show."""
         return return_bytes(self.entries(vehicle), self.acceleration)
@@ -159,6 +167,7 @@ def plan_returns(
     limits: Limits,
     height: float,
     told: Callable[[int, int], None] | None = None,
+    level: bool = False,
 ) -> Returns:
     """Plan how all return from every whole second of a show.
 
@@ -173,10 +182,13 @@ def plan_returns(
         Above the homes at which lines end, at most; lower where a vehicle is lower [m].
     told : callable, optional
         Is told each second, and how many there are.
+    level : bool
+        Whether all keep their heights on their lines, as a ``.skyc`` says returns: only seconds at which all are at one
+        height have a plan then. It is proved at one speed throughout too, since a ``.skyc`` says no acceleration.
     """
     homes = np.stack([curve(0.0) for curve in fleet])
     ends = np.stack([curve(curve.duration) for curve in fleet])
-    search = _ReturnSearch(homes, ends, separation, limits, height)
+    search = _ReturnSearch(homes, ends, separation, limits, height, level)
     plans, unproved, last = [], [], ceil(fleet.duration)
     instants = np.minimum(np.arange(last + 1), fleet.duration)
     states = np.stack([fleet(instants, order) for order in range(4)], axis=2)  # (vehicles, seconds, 4, 3)
@@ -195,10 +207,10 @@ class _ReturnSearch:
     """What is the same for all seconds."""
 
     def __init__(
-        self, homes: FloatArray, ends: FloatArray, separation: Separation, limits: Limits, height: float
+        self, homes: FloatArray, ends: FloatArray, separation: Separation, limits: Limits, height: float, level: bool
     ) -> None:
         table = table_of(limits)
-        self._ends = ends
+        self._ends, self._level = ends, level
         self._homes, self._separation, self._height, self._table = homes, separation, height, table
         hardest = float(table[1].min())
         self.acceleration = floor(1e3 * min(hardest if hardest < inf else ORDINARY["acceleration"], CEILING)) / 1e3
@@ -218,10 +230,14 @@ class _ReturnSearch:
             landing = self._landing(second, starts)
             if landing.distance >= 2.0 * float(self._radii.max()) * (1.0 - EXACT):
                 return landing
-        level = min(float(self._homes[:, 2].max()) + self._height, float(starts[:, 2].min()))
+        if self._level and np.ptp(starts[:, 2]) > RETURNS.even:
+            return None
+        level = min(float(self._homes[:, 2].max()) + (inf if self._level else self._height), float(starts[:, 2].min()))
         tops = np.column_stack((self._homes[:, :2], np.full(count, level))).round(3)
         order = np.asarray(assign(self._separation.flat(starts), self._separation.flat(tops)))
         goals, swing = tops[order], self._swing(states)
+        if self._level:
+            goals[:, 2] = starts[:, 2]
         lasts = self._lasts(goals - starts)
         waits = np.full(count, swing)
         if count == 1:
@@ -229,6 +245,9 @@ class _ReturnSearch:
         for _ in range(RETURNS.rounds):
             curves = self._curves(states, goals, waits, lasts, swing)
             pairs = near_pairs(curves, self._radii, self._separation.downwash, 1.0, False, 1)
+            if not len(pairs.pairs) and self._level:
+                curves = self._curves(states, goals, waits, lasts, swing, uniform=True)
+                pairs = near_pairs(curves, self._radii, self._separation.downwash, 1.0, False, 1)
             if not len(pairs.pairs):
                 nearest_pair = near_pairs(curves, self._radii, self._separation.downwash, 1.0, True, 1)
                 return self._found(second, starts, order, goals, waits, lasts, nearest_pair)
@@ -306,13 +325,24 @@ class _ReturnSearch:
             later[which] = 1
         return later
 
-    def _curves(self, states: FloatArray, goals: FloatArray, waits: IntArray, lasts: int, swing: int) -> FleetArrays:
-        """Return the curves of all: standing or swinging, speeding up, at one speed, slowing down, standing."""
+    def _curves(
+        self,
+        states: FloatArray,
+        goals: FloatArray,
+        waits: IntArray,
+        lasts: int,
+        swing: int,
+        uniform: bool = False,
+    ) -> FleetArrays:
+        """Return the curves of all: standing or swinging, speeding up, at one speed, slowing down, standing.
+
+        ``uniform``: at one speed from start to goal.
+        """
         starts, ways = states[:, 0], goals - states[:, 0]
         norms = np.linalg.norm(ways, axis=1)
         a, end = self.acceleration, float(waits.max() + lasts)
         travel = 0.5 * (a * lasts - np.sqrt(np.maximum(a * a * lasts * lasts - 4.0 * a * norms, 0.0)))
-        ramps = travel / a
+        ramps = 0.0 * travel if uniform else travel / a
         shares = travel * ramps / 2.0 / np.where(norms > 0.0, norms, 1.0)
         swings = _swings(states, float(swing)) if swing else None
         points, breaks = [], []
@@ -326,13 +356,15 @@ class _ReturnSearch:
             if norms[i] > 1e-9:
                 one, two = starts[i] + shares[i] * ways[i], goals[i] - shares[i] * ways[i]
                 ramp = ramps[i]
-                pieces.append(_QUADRATIC @ np.stack([starts[i], starts[i], one]))
-                knots.append(waits[i] + ramp)
+                if ramp > 0.0:
+                    pieces.append(_QUADRATIC @ np.stack([starts[i], starts[i], one]))
+                    knots.append(waits[i] + ramp)
                 if lasts - 2.0 * ramp > 1e-9:
                     pieces.append(_LINE @ np.stack([one, two]))
                     knots.append(waits[i] + lasts - ramp)
-                pieces.append(_QUADRATIC @ np.stack([two, goals[i], goals[i]]))
-                knots.append(float(waits[i] + lasts))
+                if ramp > 0.0:
+                    pieces.append(_QUADRATIC @ np.stack([two, goals[i], goals[i]]))
+                    knots.append(float(waits[i] + lasts))
             if knots[-1] < end:
                 pieces.append(np.tile(goals[i], (8, 1)))
                 knots.append(end)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from html import escape
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,15 +17,18 @@ from minsnap.files.formats.bezier_segments import STEP_TIME
 from minsnap.fleet.common_clock import Separation
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, extent_of
 from minsnap.limits.limits import Limits
-from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.fleet_figures import plot_fleet, plot_homes, plot_separation
+from minsnap.plot.pages import Drawing, Note, Part, Signature, Table, Verdict, write_parts
+from minsnap.shows.energy import PowerModel, aloft
 from minsnap.shows.failures import SINKS, Failures
 from minsnap.shows.file_limits import largest_step
 from minsnap.shows.return_figure import return_figure, spans_text
 from minsnap.shows.returns import Returns
 from minsnap.shows.site import Fence, ShowOrigin
 from minsnap.shows.timeline import Stage
-from minsnap.trajectory.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from minsnap.plot.style import Figure
 
 PAIRS = 20
 """Pairs in the table of those that come nearest."""
@@ -70,6 +73,10 @@ class SafetyReport:
         Walls that the files are to stay inside of.
     returns, failures : Returns and Failures, optional
         How all return when they are called, and what one meets that fails.
+    energy : PowerModel, optional
+        What power a vehicle takes.
+    room : pair of corners, optional
+        Of the show [m].
     """
 
     title: str
@@ -83,6 +90,8 @@ class SafetyReport:
     fence: Fence | None = None
     returns: Returns | None = None
     failures: Failures | None = None
+    energy: PowerModel | None = None
+    room: tuple[FloatArray, FloatArray] | None = None
 
     @property
     def ok(self) -> bool:
@@ -108,45 +117,65 @@ class SafetyReport:
 
 
 def write_report(report: SafetyReport, path: FileName, *, clobber: bool = True) -> None:
-    """Write the page, with its figures inside, in one atomic step."""
+    """Write the page as HTML, or as PDF by the ending of its name, with its figures inside, in one atomic step."""
     held = report.held
-    parts = [_verdict(report), _facts(report), _figures(held), _fence(report), _limits(report), _validation(held)]
-    parts += [_stages(report), _home(report)]
-    parts += [_pairs(held), _vehicles(held), _files(report.files), SIGNATURE]
-    write_page(path, report.title, parts, clobber=clobber)
+    parts: list[Part] = [_verdict(report), _facts(report), Drawing(_figures(held)), *_fence(report), _limits(report)]
+    parts += [_validation(held), _stages(report), *_home(report)]
+    parts += [_pairs(held), *_vehicles(report), _files(report.files), Signature()]
+    write_parts(path, report.title, parts, clobber=clobber)
 
 
-def _verdict(report: SafetyReport) -> str:
+def _verdict(report: SafetyReport) -> Verdict:
     held = report.held
     words = "one vehicle"
     near = held.closest
     if near is not None:
-        words = f"{escape(held.fleet.names_of(near.pair))} come nearest: {near.distance:.4f} m at {near.instant:.2f} s"
+        words = f"{held.fleet.names_of(near.pair)} come nearest: {near.distance:.4f} m at {near.instant:.2f} s"
     title = "Apart at every instant" if report.apart else "Does not hold"
     title += ", and beyond its limits" if report.apart and report.exceeded else ""
-    beyond = "".join(f"<br><b>{escape(sentence)}.</b>" for sentence in report.exceeded)
     good = None if report.apart and report.exceeded else report.ok
-    return verdict(good, f"<b>{title}.</b> {words}. Proved, not sampled.{beyond}")
+    return Verdict(good, title, f"{words}. Proved, not sampled.", report.exceeded)
 
 
-def _facts(report: SafetyReport) -> str:
+def _facts(report: SafetyReport) -> Table:
     held, separation = report.held, report.held.separation
     points = np.concatenate([curve.control_points.reshape(-1, 3) for curve in held.fleet])
     rows = [("vehicles", str(len(held.fleet))), ("duration", f"{held.fleet.duration:.2f} s")]
     if separation is not None:
         apart = "radii of each vehicle" if separation.distance is None else f"{separation.distance:g} m"
-        rows.append(("separation", f"{apart}, heights divided by {separation.downwash:g}"))
+        stands = "" if separation.ground is None else f"; {separation.ground:g} m while one of two stands on the ground"
+        rows.append(("separation", f"{apart}, heights divided by {separation.downwash:g}{stands}"))
     rows.append(("files from the plan", f"{1e3 * report.distance:.2g} mm at most, included in every figure below"))
     step = largest_step(held.fleet)
     counted = f"{step:.2g} m/s at a knot, which counts as {step / STEP_TIME:.2g} m/s² on the acceleration there"
     rows.append(("steps of the velocity", counted if step > FAINT_STEP else "none"))
     for axis, name in enumerate(("x", "y", "altitude")):
         rows.append((name, f"within {_range(points[:, axis])} m"))
-    if held.room_margin is not None:
-        rows.append(("distance to the walls of the room", f"{round(held.room_margin, 3) + 0.0:.3f} m at least"))
+    rows += _walls(report)
     if report.origin is not None:
         rows.append(("origin", _place(report.origin)))
-    return table("What was checked", ["", ""], rows)
+    return Table("What was checked", ["", ""], rows)
+
+
+def _walls(report: SafetyReport) -> list[tuple[str, str]]:
+    """Return how near all come to the sides and the ceiling of the room; on its floor they stand."""
+    if report.room is None:
+        return []
+    ends = [extent_of(curve.control_points) for curve in report.held.fleet]
+    low, high = (np.stack(each) for each in zip(*ends, strict=True))
+    fleet, rows = report.held.fleet, []
+    away = {
+        "distance to the sides of the room": np.concatenate(
+            (low[:, :2] - report.room[0][:2], report.room[1][:2] - high[:, :2]), axis=1
+        ).min(axis=1),
+        "distance to its ceiling": report.room[1][2] - high[:, 2],
+        "distance to its floor, where they stand": low[:, 2] - report.room[0][2],
+    }
+    for name, distances in away.items():
+        if np.isfinite(distances).any():
+            vehicle = int(distances.argmin())
+            rows.append((name, f"{round(float(distances[vehicle]), 3) + 0.0:.3f} m at least, {fleet.name(vehicle)}"))
+    return rows
 
 
 def _range(values: FloatArray) -> str:
@@ -155,7 +184,7 @@ def _range(values: FloatArray) -> str:
     return f"{low:.2f} to {high:.2f}"
 
 
-def _figures(held: FleetCertificate) -> str:
+def _figures(held: FleetCertificate) -> Figure:
     from minsnap.plot.shown_figure import ShownFigure
 
     figure = ShownFigure(figsize=(9.5, 7.8), layout="constrained")
@@ -167,7 +196,7 @@ def _figures(held: FleetCertificate) -> str:
         plot_separation(held, ax=apart)
     else:
         apart.set_axis_off()
-    return picture(figure)
+    return figure
 
 
 def _place(origin: ShowOrigin) -> str:
@@ -176,11 +205,11 @@ def _place(origin: ShowOrigin) -> str:
     return f"{place}, x points to {origin.orientation:g}°{height}"
 
 
-def _fence(report: SafetyReport) -> str:
+def _fence(report: SafetyReport) -> list[Part]:
     """Return the distance to each wall of the fence, and who comes nearest."""
     fence = report.fence
     if fence is None:
-        return ""
+        return []
     distances, rows = fence.distances(report.held.fleet), []
     for wall, corner in enumerate(fence.corners):
         vehicle = int(distances[:, wall].argmin())
@@ -188,10 +217,10 @@ def _fence(report: SafetyReport) -> str:
         nearest, margin = float(distances[vehicle, wall]), float(fence.margins[wall])
         said = "kept" if nearest >= margin - EXACT else "not kept"
         rows.append((str(wall), ends, f"{margin:g}, {said}", f"{nearest:.3f}", report.held.fleet.name(vehicle)))
-    return table("Fence", ["wall", "corners [m]", "margin [m]", "nearest [m]", "vehicle"], rows)
+    return [Table("Fence", ["wall", "corners [m]", "margin [m]", "nearest [m]", "vehicle"], rows)]
 
 
-def _limits(report: SafetyReport) -> str:
+def _limits(report: SafetyReport) -> Table:
     files = {used.use.name: used for used in report.held.utilisation}
     rows = []
     for used in report.planned.utilisation:
@@ -199,10 +228,10 @@ def _limits(report: SafetyReport) -> str:
         reached = "of the plan alone" if held is None else f"{held.use.value:.4g}"
         who = report.held.fleet.name((held or used).vehicle)
         rows.append((name, f"{used.use.limit:.4g}", f"{used.use.value:.4g}", reached, who))
-    return table("Limits", ["limit", "bound", "plan", "files", "vehicle"], rows)
+    return Table("Limits", ["limit", "bound", "plan", "files", "vehicle"], rows)
 
 
-def _validation(held: FleetCertificate) -> str:
+def _validation(held: FleetCertificate) -> Table:
     """Return the checks that Skybrush makes at samples: exact figures over all time beside its thresholds."""
     limits = Limits(**{name: 1.0 for name in VALIDATED})  # type: ignore[arg-type]
     certificate = certify_fleet(held.fleet, Separation(1.0), limits)
@@ -217,19 +246,19 @@ def _validation(held: FleetCertificate) -> str:
         told = zip(bounds, kept, strict=True)
         cells = ["none" if bound is None else f"{bound:g}, {'kept' if good else 'warns'}" for bound, good in told]
         rows.append((f"{what.replace('_', ' ')} [{unit}]", f"{value:.4g}", *cells))
-    return table("Checks of Skybrush, exact", ["", "files", "Studio", "Viewer outdoors", "Viewer indoors"], rows)
+    return Table("Checks of Skybrush, exact", ["", "files", "Studio", "Viewer outdoors", "Viewer indoors"], rows)
 
 
-def _stages(report: SafetyReport) -> str:
+def _stages(report: SafetyReport) -> Table:
     rows = [(s.name, f"{s.start:.2f}", f"{s.arrival:.2f}", f"{s.end:.2f}") for s in report.stages]
-    return table("Timeline", ["act", "leaves [s]", "arrives [s]", "until [s]"], rows)
+    return Table("Timeline", ["act", "leaves [s]", "arrives [s]", "until [s]"], rows)
 
 
-def _home(report: SafetyReport) -> str:
+def _home(report: SafetyReport) -> list[Part]:
     """Return what is proved of the ways home from each second, with a figure."""
     returns, failures = report.returns, report.failures
     if returns is None:
-        return ""
+        return []
     names, least = report.held.fleet, returns.least
     rows = [("seconds with a proved return", f"{len(returns.plans)} of {len(returns.plans) + len(returns.unproved)}")]
     if returns.unproved:
@@ -245,48 +274,60 @@ def _home(report: SafetyReport) -> str:
         worst = int(clear.sum(axis=1).argmin())
         rows.append(("fewest that may fail", f"{int(clear[worst].sum())} of {len(names)} vehicles, at {worst} s"))
     note = (
-        "<p>All stand, then fly straight to above a home, proved apart, and land. How vehicles brake that move when "
+        "All stand, then fly straight to above a home, proved apart, and land. How vehicles brake that move when "
         "they are called is taken as one smooth swing. One that fails comes straight down, falling freely or sinking "
-        f"at {SINKS:g} m/s at least, while all others fly on: it may fail where the separation is proved.</p>"
+        f"at {SINKS:g} m/s at least, while all others fly on: it may fail where the separation is proved."
     )
-    return table("Home from every second", ["", ""], rows) + note + picture(return_figure(returns, failures))
+    return [Table("Home from every second", ["", ""], rows), Note(note), Drawing(return_figure(returns, failures))]
 
 
-def _pairs(held: FleetCertificate) -> str:
+def _pairs(held: FleetCertificate) -> Table:
     rows = []
     for near in sorted(held.nearest[:PAIRS], key=lambda pair: pair.instant):
         place = point_text(held.middle_of(near).round(2) + 0.0)
         figures = (f"{near.instant:.2f}", place, f"{near.distance:.4f}", f"{near.required:.4g}")
         rows.append((held.fleet.names_of(near.pair), *figures))
     columns = ["vehicles", "at [s]", "between [m]", "distance [m]", "separation [m]"]
-    return table("Nearest pairs, by time", columns, rows)
+    return Table("Nearest pairs, by time", columns, rows)
 
 
-def _vehicles(held: FleetCertificate) -> str:
+def _vehicles(report: SafetyReport) -> list[Part]:
+    held = report.held
     least: dict[int, float] = {}
     for near in held.nearest:
         for vehicle in near.pair:
             least[vehicle] = min(least.get(vehicle, np.inf), near.distance)
+    energies = None if report.energy is None else report.energy.energies(held.fleet)
     rows = []
     for i, curve in enumerate(held.fleet):
+        begins, ends = aloft(curve)
+        flies = f"{ends - begins:.1f}" if ends > begins else "stays"
         speeds = (f"{curve.max_norm(1)[0]:.2f}", f"{curve.max_norm(2)[0]:.2f}")
         near_by = f"{least[i]:.3f}" if i in least else "beyond the list"
-        rows.append((held.fleet.name(i), _aloft(curve), *speeds, _range(curve.control_points[..., 2]), near_by))
-    columns = ["vehicle", "flies [s]", "top speed [m/s]", "top acceleration [m/s²]", "altitude within [m]"]
-    columns.append("nearest other [m]")
-    return table("Vehicles", columns, rows)
+        takes = () if energies is None else (f"{energies[i]:.2f}",)
+        rows.append((held.fleet.name(i), flies, *takes, *speeds, _range(curve.control_points[..., 2]), near_by))
+    takes = () if energies is None else ("energy [Wh]",)
+    columns = ["vehicle", "flies [s]", *takes, "top speed [m/s]", "top acceleration [m/s²]", "altitude within [m]"]
+    return [Table("Vehicles", [*columns, "nearest other [m]"], rows), *_model(report)]
 
 
-def _aloft(curve: Trajectory) -> str:
-    """Say how long a vehicle is away from its start, until its last motion."""
-    moves = np.flatnonzero(np.ptp(curve.control_points, axis=1).any(axis=1))
-    return f"{curve.breaks[moves[-1] + 1] - curve.breaks[moves[0]]:.1f}" if len(moves) else "stays"
+def _model(report: SafetyReport) -> list[Part]:
+    """Return what the energies are made of."""
+    model = report.energy
+    if model is None:
+        return []
+    rotors = f"{model.rotors} rotors of radius {model.rotor_radius:g} m"
+    text = (
+        f"Energy: {model.mass:g} kg on {rotors} by momentum theory, at the thrust of each instant, with an efficiency "
+        f"of {model.efficiency:g}: {model.hover:.1f} W in hover. Drag, wind and what level flight saves are left out."
+    )
+    if model.battery is not None:
+        most = float(model.energies(report.held.fleet).max())
+        text += (
+            f" The most that a vehicle takes is {most:.2f} Wh, {most / model.battery:.0%} of its {model.battery:g} Wh."
+        )
+    return [Note(text)]
 
 
-def _files(files: Sequence[Path]) -> str:
-    rows = "".join(f'<tr><td>{escape(file.name)}</td><td class="hash">{digest_of(file)}</td></tr>' for file in files)
-    return f"<h2>Files</h2><table><tr><th>file</th><th>SHA-256</th></tr>{rows}</table>"
-
-
-SIGNATURE = """<table class="sign"><tr><td>Name ________________________</td><td>Date ______________</td>
-<td>Signature ________________________</td></tr></table>"""
+def _files(files: Sequence[Path]) -> Table:
+    return Table("Files", ["file", "SHA-256"], [(file.name, digest_of(file)) for file in files], hashes=True)

@@ -20,6 +20,7 @@ from minsnap.fleet.common_clock import Separation
 from minsnap.shows.act_lights import Colour, Gradient, LightChange
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.csv_show import read_frames
+from minsnap.shows.energy import PowerModel
 from minsnap.shows.formations import LINES, circle, grid, mesh, relaxed, spacing_of, svg, text
 from minsnap.shows.frame_animation import Animation
 from minsnap.shows.letters import FONT_FILES
@@ -157,6 +158,16 @@ FENCE = mapping(
     },
     "a mapping with a polygon, or the file of a survey",
 )
+ENERGY = mapping(
+    {
+        "mass": Key(NUMBER, "with its battery [kg]", needed=True),
+        "rotor_radius": Key(NUMBER, "[m]", needed=True),
+        "rotors": Key(WHOLE, "4 unless given"),
+        "efficiency": Key(NUMBER, "of rotor, motor and controller together; 0.5 unless given"),
+        "battery": Key(NUMBER, "what it holds [Wh]"),
+    },
+    "a mapping of mass and rotor_radius",
+)
 SHOW = mapping(
     {
         "vehicles": Key(WHOLE, needed=True),
@@ -168,6 +179,7 @@ SHOW = mapping(
         "home": Key(HOME, "on the ground", needed=True),
         "origin": Key(ORIGIN, "where on the earth it is flown"),
         "fence": Key(FENCE, "vertical walls around all"),
+        "energy": Key(ENERGY, "what power a vehicle takes, for the report"),
         "environment": Key(word("outdoor", "indoor"), "which checks of Skybrush's viewer hold; outdoor unless given"),
         "take_off": Key(either(NUMBER, TAKE_OFF), "height of the straight climb [m], or how they take off"),
         "layers": Key(WHOLE, "in how many heights the climb ends, from 1 to 100"),
@@ -221,6 +233,7 @@ def read_show(path: FileName) -> Show:
             descent_speed=down.get("speed"),
             origin=origin,
             fence=_fence(content.get("fence"), place, origin),
+            energy=None if content.get("energy") is None else PowerModel(**content["energy"]),
             **_named(content, "environment", "seed", "layers", "return_home"),
             **_named({**up, "take_off": up.get("height"), "land": down.get("place")}, "take_off", "land", "layer"),
         )

@@ -28,6 +28,7 @@ from minsnap.files.formats.yaw_setpoints import YawSetpoints
 from minsnap.fleet.common_clock import Fleet
 from minsnap.limits.limits import Limits
 from minsnap.polynomials.bernstein import elevate
+from minsnap.shows.returns import Returns
 from minsnap.shows.site import ShowOrigin
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -41,6 +42,9 @@ LATER = 1e-9
 
 FARTHER = 1e-9
 """How much farther from zero than it is each coordinate is written [m]."""
+
+LEVEL = 1e-3
+"""How far a flight that is level may change its height [m]."""
 
 MOST_BETWEEN = 6
 """Inner control points of a segment: a curve of degree 7."""
@@ -134,15 +138,18 @@ def write_skyc(
     lights: Sequence[Lamp] | None = None,
     *,
     sheet: ShowSheet | None = None,
+    returns: Returns | None = None,
     clobber: bool = True,
 ) -> float:
     """Write a show in one atomic step, and return the proved distance of its curves to the fleet's [m].
 
+    ``returns`` are those in which all keep their heights.
+
     Raises
     ------
     FileError
-        If there are more than 5,000 vehicles, or one leads too far away or has a longer curve than Skybrush's binary
-        files hold; says which.
+        If there are more than 5,000 vehicles, returns are not level, or a vehicle leads too far away or has a longer
+        curve than Skybrush's binary files hold; says which.
     """
     if len(fleet) > MOST_DRONES:
         raise FileError(f"{len(fleet)} vehicles: a show holds {MOST_DRONES}")
@@ -150,6 +157,8 @@ def write_skyc(
     curves = [_segments(fleet, i) for i in range(len(fleet))]
     files = {f"drones/drone_{i + 1}/trajectory.json": _trajectory_json(curve) for i, curve in enumerate(curves)}
     drones = [_drone(fleet, i, lamp) for i, lamp in enumerate(lamps)]
+    for i, drone in enumerate(drones if returns is not None else []):
+        drone["settings"]["rthPlan"] = _level_plan(returns, i)
     files["show.json"] = _show_json(fleet, drones, sheet)
     files["cues.json"] = {"version": 1, "items": [{"time": time, "name": name} for time, name in sheet.cues]}
     make_folder(Path(path).parent)
@@ -157,6 +166,16 @@ def write_skyc(
         for name in sorted(files, reverse=True):
             archive.writestr(zipfile.ZipInfo(name, STAMP), json.dumps(files[name]), zipfile.ZIP_DEFLATED)
     return max(map(_distance, curves))
+
+
+def _level_plan(returns: Returns | None, vehicle: int) -> dict[str, Any]:
+    """Return the plan of a vehicle; a FileError says that it changes its height."""
+    assert returns is not None
+    for plan in returns.plans:
+        if plan.homes is not None and abs(plan.goals[vehicle, 2] - plan.starts[vehicle, 2]) > LEVEL:
+            text = f"the return from {plan.second} s changes heights, and a .skyc holds level flights"
+            raise FileError(f"{text}: plan returns with level=True, or write skyb")
+    return returns.level_plan(vehicle)
 
 
 def _segments(fleet: Fleet, vehicle: int) -> CubicSegments:

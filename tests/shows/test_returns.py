@@ -1,6 +1,8 @@
 """Ways home from every second of a show, what one meets that fails, and the block of files that holds returns."""
 
+import json
 import re
+import zipfile
 
 import numpy as np
 import pytest
@@ -171,6 +173,38 @@ def test_files_of_skybrush_hold_the_returns_and_others_say_that_they_do_not(tmp_
     with pytest.raises(FileError, match="hold no returns"):
         write_fleet(flown, tmp_path / "more", "csv", returns=returns)
     assert not (tmp_path / "more").exists()
+
+
+def test_a_skyc_holds_the_returns_in_which_all_keep_their_heights(tmp_path, flown, returns):
+    level = plan_returns(flown, APART, LIMITS, 4.0, level=True)
+    moving = [plan for plan in level.plans if plan.homes is not None]
+    assert moving and 0 < len(level.plans) < len(returns.plans)
+    for plan in moving:
+        assert plan.goals[:, 2] == pytest.approx(plan.starts[:, 2])
+        t = np.linspace(0.0, plan.duration, 800)
+        share = np.clip((t[None] - plan.waits[:, None]) / plan.lasts, 0.0, 1.0)[:, :, None]  # at one speed throughout
+        even = plan.starts[:, None] + share * (plan.goals - plan.starts)[:, None]
+        for places in (even, np.stack([way(plan, i, level.acceleration, t) for i in range(12)])):
+            flat = APART.flat(places)
+            distances = np.linalg.norm(flat[:, None] - flat[None], axis=-1)
+            distances[np.arange(12), np.arange(12)] = np.inf
+            assert distances.min() >= 1.0, plan.second
+    write_fleet(flown, tmp_path / "show.skyc", returns=level)
+    with zipfile.ZipFile(tmp_path / "show.skyc") as archive:
+        drones = json.loads(archive.read("show.json"))["swarm"]["drones"]
+    for vehicle, drone in enumerate(drones):
+        plan = drone["settings"]["rthPlan"]
+        assert plan["version"] == 1 and len(plan["entries"]) == len(level.plans)
+        for entry, planned in zip(plan["entries"], level.entries(vehicle), strict=True):
+            assert entry["time"] == planned.second and isinstance(entry["time"], int)
+            assert entry["action"] == ("land" if planned.target is None else "goTo")
+            if planned.target is not None:
+                assert entry["target"] == pytest.approx(planned.target[:2]) and entry["duration"] == planned.lasts
+                assert entry.get("preDelay", 0) == planned.wait
+    assert len(read_fleet(tmp_path / "show.skyc")) == 12
+    with pytest.raises(FileError, match="changes heights"):
+        write_fleet(flown, tmp_path / "other.skyc", returns=returns)
+    assert not (tmp_path / "other.skyc").exists()
 
 
 def test_the_figure_shows_every_second(returns, flown):

@@ -20,6 +20,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil
+from typing import Any
 
 from minsnap.errors import FileError
 from minsnap.files.formats.skybrush import UNIT_BITS, read_varint, varint
@@ -53,6 +54,17 @@ class ReturnEntry:
     wait: int = 0
     lasts: int = 0
     after: int = 0
+
+    def level_json(self) -> dict[str, Any]:
+        """Return the entry of a ``.skyc``, which lands, or flies to its target at the height that it has.
+
+        (skybrush-server 215ece2, ``rth_plan.py``.)
+        """
+        if self.target is None:
+            return {"time": self.second, "action": "land"}
+        content: dict[str, Any] = {"time": self.second, "action": "goTo", "target": list(self.target[:2])}
+        content["duration"] = self.lasts
+        return content | {name: value for name, value in (("preDelay", self.wait), ("postDelay", self.after)) if value}
 
 
 def return_bytes(entries: Sequence[ReturnEntry], acceleration: float) -> bytes:
