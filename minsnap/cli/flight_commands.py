@@ -8,7 +8,7 @@ import select
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 from math import inf
@@ -129,8 +129,9 @@ def fly_fleet(
     """Fly a fleet from files, each vehicle over its own link; Ctrl-C stops all and holds."""
     from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.offboard import prepare, stream_together
+    from minsnap.shows.fleet_files import read_origin
 
-    fleet, clock = minsnap.shows.read_fleet(folder), Clock()
+    fleet, clock, origin = minsnap.shows.read_fleet(folder), Clock(), read_origin(folder)
     names = [fleet.name(vehicle) for vehicle in range(len(fleet))]
     ways = zip(names, links_of(connect, len(fleet)), systems_of(system, len(fleet)), fleet, strict=True)
     if preflight:
@@ -143,7 +144,8 @@ def fly_fleet(
         for name, address, number, curve in ways:
             links.append(opened.enter_context(closing(open_link(address, clock, system=number, signing_key=key))))
             if preflight:
-                _check(links[-1], clock, curve, settings, f"{name}: ")
+                stands = None if origin is None else origin.geodetic(curve(0.0))[:2].tolist()
+                _check(links[-1], clock, curve, settings, f"{name}: ", stands)
         with Companion() as beside:
             one_by_one = threading.Lock()
 
@@ -206,7 +208,14 @@ def check_apart(fleet: minsnap.Fleet) -> None:
         raise FlightError(f"not flown: {certificate.fault}; nothing was sent")
 
 
-def _check(link: Link, clock: Clock, source: Source, settings: StreamOptions, who: str = "") -> None:
+def _check(
+    link: Link,
+    clock: Clock,
+    source: Source,
+    settings: StreamOptions,
+    who: str = "",
+    stands: Sequence[float] | None = None,
+) -> None:
     """Say what of a vehicle, of a fleet with its name, does not fit the flight; refuse it if something must end it."""
     from minsnap.flight.mavlink.offboard import sampled
     from minsnap.flight.mavlink.preflight import check_vehicle
@@ -215,7 +224,7 @@ def _check(link: Link, clock: Clock, source: Source, settings: StreamOptions, wh
     autopilot = get_autopilot(settings.autopilot, link.wait_for_vehicle(settings.wait))
     samples, frame = sampled(source, settings)
     stated = settings.feed_forward.stated(samples)
-    findings = check_vehicle(link, clock, autopilot, stated, vehicle_frame(frame), settings)
+    findings = check_vehicle(link, clock, autopilot, stated, vehicle_frame(frame), settings, stands)
     wrong = [finding for finding in findings if finding.problem is not None]
     for finding in wrong:
         print(f"preflight: {who}{finding.name}: {finding.problem}", file=sys.stderr)

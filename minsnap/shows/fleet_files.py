@@ -27,6 +27,7 @@ from minsnap.files.formats.yaw_setpoints import YawSetpoints
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.shows.crazyswarm_folder import crazyswarm_files, refuse_long
 from minsnap.shows.returns import Returns
+from minsnap.shows.site import ShowOrigin
 from minsnap.shows.skyc import Lamp, ShowSheet, lamps_of, read_skyc, write_skyc
 from minsnap.trajectory.instants import SHORTEST_PIECE
 from minsnap.trajectory.samples import Samples
@@ -117,7 +118,8 @@ def write_fleet(
     lights : sequence of Lights or None, optional
         Of each vehicle; ``skyb`` and ``skyc`` hold them.
     sheet : ShowSheet, optional
-        What a ``skyc`` says of itself besides: title, indoors or outdoors, limits, cues, segments.
+        What a ``skyc`` says of itself besides: title, indoors or outdoors, limits, cues, segments; its origin is in
+        the manifest of folders too.
     returns : Returns, optional
         How all return from each second, which ``skyb`` holds, and ``skyc`` those at one height (``plan_returns(...,
         level=True)``).
@@ -156,7 +158,8 @@ def write_fleet(
     for file in (manifest, *files, *further):
         check_destination(file, clobber=clobber)
     former = _unchanged(folder, ending)
-    write_file(manifest, _manifest(fleet, kind, files, further))  # first: what was cut short is refused by it
+    origin = None if sheet is None else sheet.origin
+    write_file(manifest, _manifest(fleet, kind, files, further, origin))  # first: what was cut short is refused by it
     for file, content in (files | further).items():
         write_file(file, content, clobber=clobber)
     for file in former - {*files, *further}:
@@ -177,7 +180,13 @@ def _unchanged(folder: Path, ending: str) -> set[Path]:
         return set()
 
 
-def _manifest(fleet: Fleet, kind: str, files: dict[Path, str | bytes], further: dict[Path, str | bytes]) -> str:
+def _manifest(
+    fleet: Fleet,
+    kind: str,
+    files: dict[Path, str | bytes],
+    further: dict[Path, str | bytes],
+    origin: ShowOrigin | None,
+) -> str:
     """Return the manifest of files with these contents: those of the vehicles, and those beside them."""
     vehicles = [
         {"name": fleet.name(i), "file": file.name, "duration": fleet[i].duration, "sha256": _sha256(content)}
@@ -185,7 +194,8 @@ def _manifest(fleet: Fleet, kind: str, files: dict[Path, str | bytes], further: 
     ]
     beside = [{"file": file.name, "sha256": _sha256(content)} for file, content in further.items()]
     separation = None if fleet.separation is None else fleet.separation.plain
-    content = {"format": MARK, "version": 1, "kind": kind, "frame": "enu", "units": "m, s, rad"}
+    content: dict[str, Any] = {"format": MARK, "version": 1, "kind": kind, "frame": "enu", "units": "m, s, rad"}
+    content |= {} if origin is None else {"origin": vars(origin)}
     return json.dumps({**content, "separation": separation, "vehicles": vehicles, "further": beside}, indent=1) + "\n"
 
 
@@ -276,6 +286,18 @@ def _waiting(samples: Samples, start: float) -> Trajectory:
         return curve
     held = np.broadcast_to(curve.control_points[:1, :1], (1, *curve.control_points.shape[1:]))
     return Trajectory(np.concatenate([held, curve.control_points]), np.concatenate([[wait], curve.durations]))
+
+
+def read_origin(path: FileName) -> ShowOrigin | None:
+    """Return where on the earth the fleet of a folder or a Skybrush show is flown; None where nothing says it."""
+    place = Path(path)
+    if (show := show_at(place)) is not None:
+        return read_skyc(show).origin
+    if not (place / MANIFEST).exists():
+        return None
+    with reading(place / MANIFEST, "the manifest of a fleet"):
+        content = json.loads(read_text(place / MANIFEST)).get("origin")
+        return None if content is None else ShowOrigin(**content)
 
 
 def read_lights(path: FileName) -> tuple[Lamp, ...] | None:

@@ -11,13 +11,13 @@ import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FileError, FleetError, UnprovedError
 from minsnap.shows.acts import Act, Show
-from minsnap.shows.fleet_files import read_fleet
+from minsnap.shows.fleet_files import read_fleet, read_origin
 from minsnap.shows.formations import circle
 from minsnap.shows.moves import Move
 from minsnap.shows.show import fly
 from minsnap.shows.show_yaml import read_show
 from minsnap.shows.site import Fence, ShowOrigin, read_survey
-from minsnap.shows.skyc import read_skyc
+from minsnap.shows.skyc import ShowSheet, read_skyc
 
 LIMITS = minsnap.Limits(speed=3, acceleration=2)
 NORTH = ShowOrigin(47.0, 19.0, 100.0, 0.0)
@@ -182,3 +182,17 @@ def test_sites_that_cannot_be_are_said_in_a_sentence(tmp_path, old, new, sentenc
     (tmp_path / "homes.csv").write_text(HOMES)
     with pytest.raises(FileError, match=sentence):
         read_show(tmp_path / "show.yaml")
+
+
+def test_places_go_to_the_earth_and_back():
+    origin = ShowOrigin(47.4733, 19.0621, 110.0, 59.0)
+    places = np.array([[0.0, 0.0, 0.0], [40.0, -25.0, 12.0], [-300.0, 200.0, 80.0]])
+    assert origin.local(origin.geodetic(places)) == pytest.approx(places, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["show.skyc", "folder"])
+def test_files_say_the_origin(tmp_path, name):
+    origin = ShowOrigin(47.4733, 19.0621, 110.0, 59.0)
+    fleet = minsnap.Fleet((minsnap.plan([(0, 0, 0), (0, 0, 5)], total_time=5.0),))
+    minsnap.shows.write_fleet(fleet, tmp_path / name, sheet=ShowSheet(origin=origin))
+    assert vars(read_origin(tmp_path / name)) == pytest.approx(vars(origin))

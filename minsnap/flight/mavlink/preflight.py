@@ -17,6 +17,7 @@ import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.files.frames import map_vectors
+from minsnap.files.geodesy import local_positions
 from minsnap.flight.mavlink.estimates import ESTIMATORS, estimate_faults
 from minsnap.flight.mavlink.link import Clock, Link
 from minsnap.flight.mavlink.parameters import Parameter, Parameters, meaning_of
@@ -344,6 +345,8 @@ class WatchSettings:
         Longest silence [s].
     start : float
         Distance from the start [m].
+    place : float
+        Distance of home from the place on the earth where the vehicle is to stand: GPS errs by a metre or two [m].
     rate : float
         At which the vehicle is asked for its state [Hz].
     asked : tuple of str
@@ -356,6 +359,7 @@ class WatchSettings:
     lost: float = 0.05
     silent: float = 1.0
     start: float = 1.0
+    place: float = 2.0
     rate: float = 5.0
     asked: tuple[str, ...] = ("SYS_STATUS", "EXTENDED_SYS_STATE", "HOME_POSITION", "LOCAL_POSITION_NED")
 
@@ -451,8 +455,13 @@ class VehicleWatch:
         home = map_vectors(self.home or ORIGIN, self._frame, "enu")
         return FlightNeeds() if samples is None else flight_needs(samples, tuple(home.tolist()))
 
-    def findings(self, autopilot: Autopilot, samples: Samples | None) -> list[Finding]:
-        """Return one finding a subject from the messages; a subject without a message is unknown."""
+    def findings(
+        self, autopilot: Autopilot, samples: Samples | None, stands: Sequence[float] | None = None
+    ) -> list[Finding]:
+        """Return one finding a subject from the messages; a subject without a message is unknown.
+
+        ``stands`` is where the vehicle is to stand: latitude and longitude [degrees].
+        """
         vehicle, system, needs = self._link.vehicle, self._said.get("SYS_STATUS"), self.needs(samples)
         places = None if samples is None else np.asarray(map_vectors(samples.position, "enu", self._frame))
         from_home = f"the file goes {needs.reach:.1f} m away from it and {needs.height:.1f} m above"
@@ -463,6 +472,7 @@ class VehicleWatch:
             "battery": _battery(system),
             "position": _position(vehicle, places),
             "home": (None, None if samples is None or self.home is None else from_home),
+            "place": (None, None) if stands is None else _placed_on_earth(self._said.get("HOME_POSITION"), stands),
             "link": self._quality(),
         }
         return [Finding((), name, *told, grave=name == "estimate" and bool(told[0])) for name, told in subjects.items()]
@@ -526,6 +536,19 @@ def _position(vehicle: VehicleState, places: FloatArray | None) -> Told:
     return far, f"{away:.1f} m from the start"
 
 
+def _placed_on_earth(told: Message | None, stands: Sequence[float]) -> Told:
+    """Say how far home is from where the vehicle is to stand; unknown where home has no place on the earth."""
+    if told is None or not (told.latitude or told.longitude):
+        return None, None
+    here = (1e-7 * told.latitude, 1e-7 * told.longitude, 0.0)
+    east, north, _ = local_positions(here, (stands[0], stands[1], 0.0)).tolist()
+    away = math.hypot(east, north)
+    sides = f"{abs(east):.1f} m {'east' if east > 0.0 else 'west'}"
+    sides += f" and {abs(north):.1f} m {'north' if north > 0.0 else 'south'} of it"
+    far = f"its home is {away:.1f} m from its place in the show, {sides}"
+    return far if away > WATCHED.place else None, f"home is {away:.1f} m from its place in the show"
+
+
 def _placed(samples: Samples, vehicle: VehicleState, frame: str, options: StreamOptions) -> Samples:
     """Return samples, in z-up world axes, where they are flown: at the vehicle, or from the ground where it stands."""
     if vehicle.position is None:
@@ -543,6 +566,7 @@ def check_vehicle(
     samples: Samples | None = None,
     frame: str = "ned",
     options: StreamOptions | None = None,
+    stands: Sequence[float] | None = None,
 ) -> list[Finding]:
     """Read parameters and listen for three seconds; return one finding for each rule and each part of the state.
 
@@ -560,6 +584,8 @@ def check_vehicle(
         The vehicle's local frame: ``ned`` or ``frd``.
     options : StreamOptions, optional
         Whether the flight begins where the vehicle is; by default where the samples do.
+    stands : sequence of float, optional
+        Latitude and longitude at which the vehicle is to stand [degrees].
     """
     watch = VehicleWatch(link, clock, frame)
     watch.ask()
@@ -568,4 +594,4 @@ def check_vehicle(
     if samples is not None and options is not None:
         samples = _placed(samples, link.vehicle, frame, options)
     findings = check_parameters(autopilot.name, parameters, watch.needs(samples))
-    return [*findings, *watch.findings(autopilot, samples)]
+    return [*findings, *watch.findings(autopilot, samples, stands)]

@@ -18,6 +18,7 @@ from minsnap.flight.mavlink.preflight import VehicleWatch, check_vehicle, flight
 from minsnap.flight.mavlink.setpoints import FeedForward
 from minsnap.flight.mavlink.stream_options import StreamOptions
 from minsnap.flight.mavlink.vehicle_messages import AUTOPILOTS
+from minsnap.shows.site import ShowOrigin
 
 GOOD = 1 | 2 | 4 | 8 | 16 | 32
 SENSORS = 0x1 | 0x2 | 0x4 | 0x200000 | 0x10000000
@@ -31,12 +32,12 @@ def system(health=SENSORS, battery=90):
     return mavlink.MAVLink_sys_status_message(SENSORS, SENSORS, health, 0, 12000, 0, battery, *(0,) * 6)
 
 
-def checked(samples=PATH, parameters=PX4, body=START, stack="px4", options=None, **settings):
+def checked(samples=PATH, parameters=PX4, body=START, stack="px4", options=None, stands=None, **settings):
     clock = SharedClock()
     with StandIn(autopilot=stack, clock=clock, body=PointMass(body), parameters=parameters, **settings) as vehicle:
         link = open_link(f"udpout:127.0.0.1:{vehicle.port}", clock)
         link.wait_for_vehicle(30.0)
-        found = check_vehicle(link, clock, AUTOPILOTS[stack], samples, options=options)
+        found = check_vehicle(link, clock, AUTOPILOTS[stack], samples, options=options, stands=stands)
         link.close()
     return {finding.name: finding for finding in found}
 
@@ -168,6 +169,22 @@ def test_fences_are_measured_from_home(stack, shift, told, outside):
     found = checked(path, FENCES[stack], stack=stack, telemetry=[] if told is None else [told])
     problems = [name for name in FENCES[stack] if name in found and found[name].problem and found[name].grave]
     assert bool(problems) == outside, problems
+
+
+FAR = "7.6 m from its place in the show, 7.0 m east and 3.0 m south"
+
+
+@pytest.mark.parametrize(("east", "north", "said"), [(0.0, 1.0, None), (7.0, -3.0, FAR)])
+def test_how_far_home_is_from_the_place_in_a_show_is_said(east, north, said):
+    origin = ShowOrigin(47.4733, 19.0621, 110.0, 59.0)
+    stands = origin.geodetic((12.0, 30.0, 0.0))
+    turned = np.array([east, north, 0.0]) @ origin.axes  # in the frame of the show
+    latitude, longitude, _ = origin.geodetic(np.array([12.0, 30.0, 0.0]) + turned)
+    degrees = round(1e7 * latitude), round(1e7 * longitude)
+    told = mavlink.MAVLink_home_position_message(*degrees, 0, 0.0, 0.0, 0.0, [1, 0, 0, 0], 0, 0, 0)
+    found = checked(stands=stands[:2], telemetry=[told])["place"]
+    assert (found.problem is None) == (said is None) and (said is None or said in found.problem) and not found.grave
+    assert not checked(stands=stands[:2])["place"].known
 
 
 @pytest.mark.parametrize("stack", FENCES)
