@@ -202,7 +202,7 @@ class FleetTask:
         ways = [*np.abs(steps).sum(axis=0), np.sqrt((steps * steps).sum(axis=1)).sum()]
         ways.append(np.sqrt((steps[:, :2] ** 2).sum(axis=1)).sum())
         both = zip(ways, table[0], table[1], strict=True)
-        flying = max(_trapezoid(float(way), float(v), float(a) if at_rest else inf) for way, v, a in both)
+        flying = max(trapezoid(float(way), float(v), float(a) if at_rest else inf) for way, v, a in both)
         return flying + float(self.holds_of(vehicle).sum())
 
     @cached_property
@@ -249,7 +249,7 @@ def _add_thrust(table: FloatArray, values: Mapping[str, float], gravity: float) 
         table[2, 3] = min(table[2, 3], values["body_rate"] * (gravity - table[1, 3]))
 
 
-def _trapezoid(way: float, speed: float, acceleration: float) -> float:
+def trapezoid(way: float, speed: float, acceleration: float) -> float:
     """Return the least time from rest to rest over a way [s]."""
     if acceleration == inf:
         return way / speed

@@ -27,6 +27,7 @@ from minsnap.shows.act_moves import check_moves, curves_of_moves, of_vehicles, r
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.file_limits import ROUNDED_KINDS
 from minsnap.shows.frame_animation import Animation
+from minsnap.shows.least_times import refuse_hasty
 from minsnap.shows.show_course import SKYBRUSH, ShowCourse, Told
 from minsnap.shows.site import Fence
 from minsnap.shows.skyc import ShowSheet
@@ -121,6 +122,7 @@ def fly(
         If no file of the format holds a curve.
     """
     show.check()
+    refuse_hasty(show)
     moves = [curves_of_moves(act, show) for act in show.acts]
     asked, show = show, _prepared(show, to, max(show.reach, reach_of(moves)))
     reserves = show.home[show.flying :]

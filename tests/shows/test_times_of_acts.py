@@ -12,6 +12,7 @@ from minsnap.errors import FleetError, UnprovedError
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.fleet_files import read_fleet
 from minsnap.shows.formations import circle, grid
+from minsnap.shows.least_times import least_seconds
 from minsnap.shows.show import fly
 
 RING, HIGH = circle(6, 4.0, 8.0), circle(6, 5.0, 12.0)
@@ -55,12 +56,12 @@ def test_a_longer_flight_has_less_snap():
 
 @pytest.mark.parametrize("to", ["csv", "skyc"])
 def test_a_time_that_is_too_short_is_refused_with_one_that_goes(to):
-    with pytest.raises(UnprovedError, match=r"the flight to ring: it is to last 1 s, .* seconds: [0-9.]+") as short:
-        fly(show_of(Act("ring", RING, seconds=1.0)), to=to)
+    with pytest.raises(UnprovedError, match=r"the flight to ring: it is to last 3.8 s, .* seconds: [0-9.]+") as short:
+        fly(show_of(Act("ring", RING, seconds=3.8)), to=to)
     seconds = float(str(short.value).split("seconds: ")[1].split()[0])
     assert fly(show_of(Act("ring", RING, seconds=seconds)), to=to).fleet.duration > seconds
-    with pytest.raises(UnprovedError, match=r"at 5 s, .* s are left for it, .* at: ([0-9.]+) or later") as late:
-        fly(show_of(Act("ring", RING, at=5.0)), to=to)
+    with pytest.raises(UnprovedError, match=r"at 6 s, .* s are left for it, .* at: ([0-9.]+) or later") as late:
+        fly(show_of(Act("ring", RING, at=6.0)), to=to)
     at = float(str(late.value).split("at: ")[1].split()[0])
     assert fly(show_of(Act("ring", RING, at=at)), to=to).stages[1].arrival == pytest.approx(at)
 
@@ -68,12 +69,12 @@ def test_a_time_that_is_too_short_is_refused_with_one_that_goes(to):
 @pytest.mark.parametrize(
     ("acts", "sentence"),
     [
-        ([Act("a", RING, at=1.0)], "'a' is at 1 s, for which its flight would have to begin before"),
+        ([Act("a", RING, at=1.0)], "act 'a' is at 1 s, and within the limits nobody is there before"),
         ([Act("a", RING, at=20.0), Act("b", HIGH, at=21.0)], "act 'b' is at 21 s, and act 'a' lasts until 23 s"),
         ([Act("a", RING, seconds=0.0)], "the flight to act 'a' lasts 0 s"),
         ([Act("a", RING, at=-1.0)], "at of act 'a' is -1.0"),
         ([Act("a", RING, seconds=np.nan)], "seconds of act 'a' is nan"),
-        ([Act("a", RING, at=9.0, seconds=8.9)], "'a' is at 9 s, for which its flight would have to begin"),
+        ([Act("a", RING, at=9.0, seconds=8.9)], "act 'a' is at 9 s, and within the limits nobody is there before"),
         ([Act("a", RING, delays=np.zeros(5))], "act 'a' has 5 delays for 6 vehicles"),
         ([Act("a", RING, delays=-np.ones(6))], "a delay of act 'a' is -1.0"),
     ],
@@ -98,8 +99,8 @@ def test_vehicles_leave_one_after_the_other(seconds):
     if seconds is not None:
         assert stage.arrival - stage.start == pytest.approx(seconds)
     assert minsnap.certify_fleet(flown.fleet, minsnap.Separation(1.0), LIMITS).ok
-    with pytest.raises(UnprovedError, match="it is to last 2 s"):
-        fly(show_of(Act("ring", RING, delays=delays, seconds=2.0)))
+    with pytest.raises(UnprovedError, match="it is to last 3.8 s"):
+        fly(show_of(Act("ring", RING, delays=delays, seconds=3.8)))
 
 
 def test_delays_for_which_straight_lines_do_not_do_are_searched_for():
@@ -128,8 +129,39 @@ def test_the_command_takes_times_and_writes_cues(tmp_path, capsys):
     assert cues == pytest.approx({"one": 15.0, "two": 24.0})
     held = read_fleet(tmp_path / "out" / "show.skyc")
     assert np.linalg.norm(held(15.0)[:, :2], axis=1) == pytest.approx(3.0, abs=0.01)
-    (tmp_path / "show.yaml").write_text(text.replace("seconds: 6", "seconds: 1.5"))
+    (tmp_path / "show.yaml").write_text(text.replace("seconds: 6", "seconds: 2.3"))
     with pytest.raises(SystemExit) as left:
         main(["fleet", str(tmp_path / "show.yaml"), "-o", str(tmp_path / "more"), "--to", "skyc"])
     assert left.value.code == 1 and "give 'two' seconds:" in capsys.readouterr().err
     assert not (tmp_path / "more" / "show.skyc").exists()
+
+
+@pytest.mark.parametrize(("times", "said"), [
+    ({"seconds": 0.5}, "no flight there takes less than"),
+    ({"at": 2.0}, "nobody is there before"),
+    ({"at": 6.0, "seconds": 5.0}, "nobody is there before"),
+])  # fmt: skip
+def test_times_that_no_flight_keeps_are_refused_before_anything_is_planned(times, said):
+    home = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    act = Act("far", home + (0.0, 9.0, 12.0), **times)
+    show = Show(home, (act,), minsnap.Separation(1.0), minsnap.Limits(speed=4.0, acceleration=3.0))
+    told = []
+    with pytest.raises(minsnap.errors.FleetError, match=said):
+        fly(show, told=told.append)
+    assert told == []
+
+
+def test_no_flight_is_quicker_than_its_least_time():
+    rng = np.random.default_rng(5)
+    for _ in range(5):
+        starts, goals = rng.uniform(0.0, 30.0, (2, 6, 3))
+        limits = minsnap.Limits(speed=4.0, acceleration=3.0, norm=("axis", "euclidean")[int(rng.integers(2))])
+        ways = np.stack([starts, goals[minsnap.assign(starts, goals)]], axis=1)
+        flight = minsnap.plan_fleet(ways, limits, 0.01)
+        assert least_seconds(starts, goals, limits) <= flight.duration
+        alone = minsnap.plan([(0, 0, 0), (0, 0, 20)], limits=limits)
+        assert (
+            0.9 * alone.duration
+            <= least_seconds(np.zeros((1, 3)), np.array([[0, 0, 20.0]]), limits)
+            <= alone.duration * 1.8
+        )
