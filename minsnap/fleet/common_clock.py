@@ -245,13 +245,6 @@ class Fleet(ReadOnly, Sequence[Trajectory]):
         held = [_held(curve, self.duration) for curve in self.trajectories]
         return FleetArrays([points for points, _ in held], [breaks for _, breaks in held])
 
-    def arrays_in_flight(self, away: float) -> FleetArrays:
-        """Return the same without vehicles that stand at their starts and ends: then each is that far from all [m]."""
-        held = [_held(curve, self.duration) for curve in self.trajectories]
-        floor = min(float(points[..., 2].min()) for points, _ in held)
-        points = [_in_flight(each, floor - (i + 1.0) * away) for i, (each, _) in enumerate(held)]
-        return FleetArrays(points, [breaks for _, breaks in held])
-
 
 def _as_trajectory(curve: Any, index: int) -> Trajectory:
     if not isinstance(curve, Path):
@@ -279,6 +272,14 @@ def at_rest_after(curve: Trajectory, instants: FloatArray, order: int) -> FloatA
 
 LIFTED = 0.05
 """A vehicle stands while it is no farther from its start, or its end, than this [m]."""
+
+
+def arrays_in_flight(fleet: Fleet, away: float) -> FleetArrays:
+    """Return the arrays of a fleet without vehicles that stand at their ends: then each is that far from all [m]."""
+    held = [_held(curve, fleet.duration) for curve in fleet.trajectories]
+    floor = min(float(points[..., 2].min()) for points, _ in held)
+    points = [_in_flight(each, floor - (i + 1.0) * away) for i, (each, _) in enumerate(held)]
+    return FleetArrays(points, [breaks for _, breaks in held])
 
 
 def _in_flight(points: FloatArray, depth: float) -> FloatArray:

@@ -26,7 +26,7 @@ from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_simple
 from minsnap.durations.last_look import fault_as_one_leg
 from minsnap.errors import FleetError
-from minsnap.fleet.common_clock import Fleet, Separation, as_separation
+from minsnap.fleet.common_clock import Fleet, Separation, arrays_in_flight, as_separation
 from minsnap.fleet.fleet_task import FleetTask, limits_of
 from minsnap.limits.limits import Limits
 from minsnap.native import proved_extrema as native
@@ -332,7 +332,7 @@ def _nearest(fleet: Fleet, separation: Separation, reach: float, threads: int) -
     if separation.ground is None:
         return _near_or_nearest(fleet.arrays, radii, separation.downwash, reach, threads)
     away = 4.0 * reach * float(radii.max()) * separation.downwash
-    flying = _near_or_nearest(fleet.arrays_in_flight(away), radii, separation.downwash, reach, threads)
+    flying = _near_or_nearest(arrays_in_flight(fleet, away), radii, separation.downwash, reach, threads)
     standing = np.full(len(fleet), 0.5 * separation.ground)
     pairs = {near.pair: near for near in _near_or_nearest(fleet.arrays, standing, separation.downwash, reach, threads)}
     for near in flying:
