@@ -8,9 +8,15 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, bounded, numbers
 from minsnap.basics.messages import shown
+from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
+from minsnap.fleet.auction import Told, auction
 from minsnap.fleet.common_clock import Separation, as_separation
+from minsnap.native.library import loaded
+
+LARGE = 1000
+"""Vehicles beyond which an assignment is made by an auction: the exact method takes a second here, and 40 for 5,000."""
 
 ROWS = 256
 """Vehicles whose pairs are computed at once."""
@@ -38,8 +44,11 @@ class LineDistance:
     progress: float
 
 
-def assign(starts: ArrayLike, goals: ArrayLike) -> IntArray:
+def assign(starts: ArrayLike, goals: ArrayLike, progress: bool = False) -> IntArray:
     r"""Assign a goal to each vehicle, with the least sum of squared distances.
+
+    Beyond 1,000 vehicles an auction finds one that is proved to be at most 0.1 % above the least sum; 5,000 take four
+    seconds, and no matrix of costs.
 
     Vehicles on straight lines with one common profile then come no nearer to each other than
     the least spacing of starts and goals over :math:`\sqrt{2}` (M. Turpin, N. Michael and V. Kumar, "CAPT",
@@ -51,6 +60,8 @@ def assign(starts: ArrayLike, goals: ArrayLike) -> IntArray:
         [m].
     goals : array_like, shape (k, dim), k >= m
         [m].
+    progress : bool
+        Show a line on the terminal while it takes long.
 
     Returns
     -------
@@ -62,16 +73,27 @@ def assign(starts: ArrayLike, goals: ArrayLike) -> IntArray:
     FleetError
         If they are malformed, or there are more vehicles than goals.
     """
-    from scipy.optimize import linear_sum_assignment
-    from scipy.spatial.distance import cdist
-
     begin, end = points_of(starts, "starts"), points_of(goals, "goals")
     if begin.shape[1] != end.shape[1]:
         raise FleetError(f"starts have {begin.shape[1]} coordinates and goals {end.shape[1]}: give both as many")
     if len(begin) > len(end):
         raise FleetError(f"there are {len(begin)} vehicles and {len(end)} goals: give each vehicle a goal")
+    if len(begin) <= LARGE or loaded().library is None:
+        return _exactly(begin, end)
+    with progress_line(progress, "assignment", _line) as told:
+        return auction(begin, end, told).order
+
+
+def _exactly(begin: FloatArray, end: FloatArray) -> IntArray:
+    from scipy.optimize import linear_sum_assignment
+    from scipy.spatial.distance import cdist
+
     _, order = linear_sum_assignment(cdist(begin, end, "sqeuclidean"))
     return np.asarray(order, dtype=np.intp)
+
+
+def _line(line: ProgressLine) -> Told:
+    return lambda number, waiting: line.show(None, f"round {number}, {waiting} vehicles without a goal")
 
 
 def line_distance(starts: ArrayLike, goals: ArrayLike, separation: Separation | float) -> LineDistance:

@@ -1,4 +1,4 @@
-"""What the native core proves of a fleet: least distances of pairs, and clearances from obstacles, over all time."""
+"""What the native core does for a fleet: least distances, clearances from obstacles, and bids for goals."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.library import Entry, NativeCoreError, describe
-from minsnap.native.records import ClearanceQuestion, FleetCurves, SeparationQuestion
+from minsnap.native.records import AssignmentQuestion, ClearanceQuestion, FleetCurves, SeparationQuestion
 from minsnap.native.status import Status
 
 _SEPARATION = Entry("minsnap_fleet_separation", SeparationQuestion)
 _CLEARANCE = Entry("minsnap_fleet_clearance", ClearanceQuestion)
+_ASSIGNMENT = Entry("minsnap_fleet_assignment", AssignmentQuestion)
 
 
 class NearPairs(NamedTuple):
@@ -102,6 +103,36 @@ def clearances(
     places = {"values": values, "nearest": nearest}
     require(_CLEARANCE, ClearanceQuestion(fleet=fleet.curves(), threads=threads, **asked, **places))
     return values[:, 0], values[:, 2], nearest
+
+
+def bid_for_goals(
+    starts: FloatArray, goals: FloatArray, step: float, bids: int, prices: FloatArray, goal_of: IntArray
+) -> int:
+    """Let vehicles bid for goals, and return how many have none yet.
+
+    Parameters
+    ----------
+    starts, goals : ndarray, shape (3, m) and (3, k), k >= m
+        [m].
+    step : float
+        By which a bid raises a price beyond the next best goal [m^2].
+    bids : int
+        The most of one call.
+    prices : ndarray, shape (k,)
+        Of the goals [m^2]; changed.
+    goal_of : ndarray of int, shape (k,)
+        Of each vehicle, those beyond m at no cost; -1 for none; changed.
+
+    Raises
+    ------
+    NativeCoreError
+        If the native core is not in use, or has no memory left.
+    """
+    waiting = np.zeros(1, dtype=np.int64)
+    asked = {"vehicles": starts.shape[1], "goals": goals.shape[1], "step": step, "bids": bids}
+    places = {"start": starts, "goal": goals, "price": prices, "goal_of": goal_of, "waiting": waiting}
+    require(_ASSIGNMENT, AssignmentQuestion(**asked, **places))
+    return int(waiting[0])
 
 
 def require(entry: Entry, *arguments: Any) -> None:

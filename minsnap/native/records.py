@@ -209,6 +209,10 @@ class ClearanceQuestion(Record):
     """How near vehicles come to obstacles; see ``clearances``."""
 
 
+class AssignmentQuestion(Record):
+    """Which vehicle flies to which goal; see ``bid_for_goals``."""
+
+
 class TangentQuestion(Record):
     """Convex sets around the segments of a line of points; see ``tangent_planes``."""
 

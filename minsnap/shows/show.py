@@ -135,7 +135,7 @@ def fly(
     orders, numbers = [], []
     for number, act in enumerate(show.acts):
         course.refuse_long(show.acts[number:])
-        order, goals = _places(show, course.now, act)
+        order, goals = _places(show, course.now, act, progress)
         delays = None if act.delays is None else np.where(order >= 0, act.delays[order], 0.0)
         course.fly(act.name, goals, None, act.hold, GivenTime(act.at, act.seconds), delays)
         orders.append(order)
@@ -144,7 +144,7 @@ def fly(
             course.add(f"{act.name} moves", of_vehicles(moved, order, course.now), "move")
     course.refuse_long(())
     if show.return_home:
-        order = _return(show, course.now)
+        order = _return(show, course.now, progress)
         course.fly("return", show.above[order])
         course.land("landing", order)
     else:
@@ -159,14 +159,14 @@ def fly(
     return FlownShow(Fleet(tuple(curves), None, asked.separation), tuple(lights), tuple(stages))
 
 
-def _places(show: Show, now: FloatArray, act: Act) -> tuple[IntArray, FloatArray]:
+def _places(show: Show, now: FloatArray, act: Act, progress: bool) -> tuple[IntArray, FloatArray]:
     """Return which point of an act each vehicle flies to, -1 for none, and its goal: else above its own home."""
     from scipy.optimize import linear_sum_assignment
     from scipy.spatial.distance import cdist
 
     count, points = len(act.points), np.concatenate((act.points, show.above))
     if count == len(now):
-        order = np.asarray(assign(now, act.points))
+        order = np.asarray(assign(now, act.points, progress))
         return order, act.points[order]
     flat = show.separation.flat(points)
     free = cdist(flat[count:], flat[:count]).min(axis=1) >= (show.separation.distance or 0.0)
@@ -234,11 +234,11 @@ def _prepared(show: Show, to: str, reach: float) -> Show:
     return replace(show, climb_speed=up, descent_speed=down)
 
 
-def _return(show: Show, now: FloatArray) -> IntArray:
+def _return(show: Show, now: FloatArray, progress: bool) -> IntArray:
     """Return above whose place each vehicle returns: its own, or any where the longest way is then shorter."""
     own = np.arange(len(now))
     if show.land == "own":
         return own
-    order = np.asarray(assign(now, show.above))
+    order = np.asarray(assign(now, show.above, progress))
     ways = [float(np.linalg.norm(show.above[each] - now, axis=1).max()) for each in (own, order)]
     return own if ways[0] <= ways[1] else order

@@ -47,3 +47,66 @@ def test_grids_apart_by_root_two_of_the_separation_are_apart_on_the_way():
 def test_bad_points_are_one_sentence(starts):
     with pytest.raises(minsnap.errors.FleetError, match="starts"):
         minsnap.assign(starts, [(0.0, 0.0, 0.0)])
+
+
+def places(kind, count):
+    """Return a grid on the ground, a ball above it, or points at random."""
+    side = int(np.ceil(np.sqrt(count)))
+    if kind == "grid":
+        return 3.0 * np.stack([np.arange(count) % side, np.arange(count) // side, np.zeros(count)], axis=1)
+    cube = np.stack(np.meshgrid(*[np.arange(-9.0, 10.0)] * 3), axis=-1).reshape(-1, 3)
+    if kind == "ball":
+        return 3.2 * cube[np.argsort((cube**2).sum(axis=1), kind="stable")[:count]] + [20.0, 20.0, 60.0]
+    return np.random.default_rng(7).uniform(0.0, 60.0, (count, 3))
+
+
+@pytest.mark.parametrize(
+    ("starts", "goals", "spare"), [("grid", "ball", 0), ("ball", "random", 0), ("grid", "random", 40)]
+)
+def test_an_auction_is_as_near_the_least_sum_as_its_prices_prove(starts, goals, spare):
+    from scipy.optimize import linear_sum_assignment
+    from scipy.spatial.distance import cdist
+
+    from minsnap.fleet.auction import AUCTION, auction
+
+    begin, end = places(starts, 300), places(goals, 300 + spare)
+    found = auction(begin, end)
+    costs = cdist(begin, end, "sqeuclidean")
+    rows, columns = linear_sum_assignment(costs)
+    least = costs[rows, columns].sum()
+    assert len(set(found.order.tolist())) == len(begin)
+    assert found.cost == pytest.approx(costs[rows, found.order].sum())
+    assert (
+        found.bound <= least * (1.0 + 1e-9) <= found.cost * (1.0 + 2e-9) <= least * (1.0 + AUCTION.gap) * (1.0 + 3e-9)
+    )
+
+
+def test_vehicles_that_are_where_they_fly_to_stay_there():
+    from minsnap.fleet.auction import auction
+
+    begin = places("ball", 200)
+    found = auction(begin, begin[::-1])
+    assert found.order.tolist() == list(range(199, -1, -1))
+    assert found.cost == 0.0
+
+
+def test_thousands_are_assigned_by_an_auction():
+    begin, end = places("grid", 1100), places("ball", 1100)
+    order = minsnap.assign(begin, end)
+    assert sorted(order.tolist()) == list(range(1100))
+    assert minsnap.fleet.line_distance(begin, end[order], 2.0).apart
+
+
+def test_the_distances_of_fleets_in_a_cube_are_those_of_all_pairs():
+    rng = np.random.default_rng(11)
+    begin, end = rng.uniform(0.0, 6.0, (2, 90, 3))
+    ways = [minsnap.plan([a, b], total_time=3.0) for a, b in zip(begin, end, strict=True)]
+    separation = minsnap.Separation(0.5, downwash=2.0)
+    whole = minsnap.certify_fleet(ways, separation, reach=2.0)
+    alone = {}
+    for i in range(len(ways)):
+        for j in range(i + 1, len(ways)):
+            near = minsnap.certify_fleet([ways[i], ways[j]], separation).closest
+            if near.share < 2.0:
+                alone[i, j] = near.distance
+    assert {near.pair: near.distance for near in whole.nearest} == pytest.approx(alone, abs=1e-9)

@@ -4,7 +4,7 @@
 // largest of them bounds how far the vehicle is from its chord. Heights are divided by the downwash. Bounds hold with all rounding: `spread` includes it.
 #pragma once
 
-#include <algorithm>
+#include <cmath>
 
 #include "basics/buffer.hpp"
 #include "fleet/curves.hpp"
@@ -59,27 +59,17 @@ inline Chord chord_of(const FleetCurves &fleet, Integer v, double a, double b, d
     return chord;
 }
 
-// All chords of a cell, (vehicles,), and their boxes in ascending order along the axis on which they lie widest apart.
-inline void fill_cell(const FleetCurves &fleet, double a, double b, double downwash, Curve &arc, Chord *chords, Sorted *order, int &axis) {
-    double low[fleet_axes] = {}, high[fleet_axes] = {};
+// All chords of a cell, (vehicles,), and their boxes.
+inline void fill_cell(const FleetCurves &fleet, double a, double b, double downwash, Curve &arc, Chord *chords, Sorted *boxes) {
     for (Integer v = 0; v < fleet.vehicles; ++v) {
         const Chord &chord = chords[v] = chord_of(fleet, v, a, b, downwash, arc);
-        order[v].vehicle = v;
+        boxes[v].vehicle = v;
         for (int d = 0; d < fleet_axes; ++d) {
             const double from = chord.from[d], to = from + chord.move[d];
-            order[v].low[d] = std::fmin(from, to) - chord.spread;
-            order[v].high[d] = std::fmax(from, to) + chord.spread;
-            low[d] = v == 0 ? from : std::fmin(low[d], from);
-            high[d] = v == 0 ? from : std::fmax(high[d], from);
+            boxes[v].low[d] = std::fmin(from, to) - chord.spread;
+            boxes[v].high[d] = std::fmax(from, to) + chord.spread;
         }
     }
-    axis = 0;
-    for (int d = 1; d < fleet_axes; ++d)
-        if (high[d] - low[d] > high[axis] - low[axis]) axis = d;
-    const int along = axis;
-    std::sort(order, order + fleet.vehicles, [along](const Sorted &one, const Sorted &two) {
-        return one.low[along] != two.low[along] ? one.low[along] < two.low[along] : one.vehicle < two.vehicle;
-    });
 }
 
 // Least distance of two chords.

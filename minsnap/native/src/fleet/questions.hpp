@@ -1,4 +1,4 @@
-// What Python asks about the curves of a fleet, and where answers are written; listed in basics/border_fields.hpp.
+// What Python asks about a fleet, and where answers are written; listed in basics/border_fields.hpp.
 #pragma once
 
 #include "fleet/obstacles.hpp"
@@ -28,6 +28,18 @@ struct ClearanceQuestion {
     Integer threads;
     double *values;    // (vehicles, 3): never less, attained, instant
     Integer *nearest;  // (vehicles,)
+};
+
+// Which vehicle flies to which goal; vehicles beyond `vehicles` have no place, and go anywhere at no cost.
+struct AssignmentQuestion {
+    Integer vehicles, goals;
+    const double *start;  // (3, vehicles) [m]
+    const double *goal;   // (3, goals) [m]
+    double step;          // by which a bid raises a price beyond the next best goal [m^2]
+    Integer bids;         // the most of one call
+    double *price;        // (goals,) [m^2], and what it becomes
+    Integer *goal_of;     // (goals,): of each vehicle, -1 for none
+    Integer *waiting;     // how many have none
 };
 
 }  // namespace minsnap

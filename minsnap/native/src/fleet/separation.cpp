@@ -1,6 +1,6 @@
 // Least distances of the pairs of a fleet over all time, proved.
 //
-// Cells of time are the pieces of the vehicle that has most. In a cell: boxes sorted along one axis, then chords with how far the curves are from them, then
+// Cells of time are the pieces of the vehicle that has most. In a cell: a tree of boxes, then chords with how far the curves are from them, then
 // the control points of the difference along its mean, then the squared distance, a polynomial whose least value `Climb` proves.
 // Chunks are blocks of one cell's order, so what is found does not depend on the number of threads.
 #include <new>
@@ -9,7 +9,7 @@
 #include "basics/owned.hpp"
 #include "basics/status.hpp"
 #include "basics/threads.hpp"
-#include "fleet/cells.hpp"
+#include "fleet/box_tree.hpp"
 #include "fleet/growing.hpp"
 #include "fleet/questions.hpp"
 #include "polynomials/extrema.hpp"
@@ -17,7 +17,7 @@
 namespace minsnap {
 namespace {
 
-constexpr Integer block = 256;  // vehicles of one chunk's sweep
+constexpr Integer block = 256;  // vehicles of one chunk
 
 // A pair that comes near in a cell.
 struct Near {
@@ -127,14 +127,15 @@ public:
         blocks_ = (vehicles + block - 1) / block;
         for (Integer v = 0; v < vehicles; ++v) largest_ = std::fmax(largest_, q_.radii[v]);
         const std::size_t entries = std::size_t(cells_) * std::size_t(vehicles);
-        if (!chords_.allocate(entries) || !order_.allocate(entries) || !axis_.allocate(std::size_t(cells_))) return Status::no_memory;
+        if (!chords_.allocate(entries) || !order_.allocate(entries) || !nodes_.allocate(std::size_t(cells_ * most_nodes(vehicles))))
+            return Status::no_memory;
         lists_ = owned_array<Growing<Near>>(std::size_t(cells_ * blocks_));
         if (lists_ == nullptr) return Status::no_memory;
         const int threads = int(q_.threads);
         auto fill = [this](Integer cell) { prepare(cell); };
         Chunks<decltype(fill)>(cells_, fill).run(threads);
         start_ = q_.nearest_only != 0 ? guess() : q_.reach;
-        auto search = [this](Integer chunk) { sweep(chunk); };
+        auto search = [this](Integer chunk) { look_around(chunk); };
         Chunks<decltype(search)>(cells_ * blocks_, search).run(threads);
         return failed_ ? Status::no_memory : hand_over();
     }
@@ -142,6 +143,7 @@ public:
 private:
     const Chord *chords(Integer cell) const { return chords_.data() + cell * q_.fleet.vehicles; }
     const Sorted *order(Integer cell) const { return order_.data() + cell * q_.fleet.vehicles; }
+    const BoxNode *nodes(Integer cell) const { return nodes_.data() + cell * most_nodes(q_.fleet.vehicles); }
     double asked(Integer one, Integer two) const { return q_.radii[one] + q_.radii[two]; }
 
     void prepare(Integer cell) {
@@ -150,8 +152,9 @@ private:
             failed_ = true;
             return;
         }
-        const Integer at = cell * q_.fleet.vehicles;
-        fill_cell(q_.fleet, cell_[cell], cell_[cell + 1], q_.downwash, arc[0], chords_.data() + at, order_.data() + at, axis_[cell]);
+        const Integer vehicles = q_.fleet.vehicles, at = cell * vehicles;
+        fill_cell(q_.fleet, cell_[cell], cell_[cell + 1], q_.downwash, arc[0], chords_.data() + at, order_.data() + at);
+        BoxTree(order_.data() + at, nodes_.data() + cell * most_nodes(vehicles), vehicles);
     }
 
     // A share of the separation that some pair comes down to: of neighbours in the order, where cells begin.
@@ -168,7 +171,7 @@ private:
         return least * (1.0 + 1e-9) + 1e-9;
     }
 
-    void sweep(Integer chunk) {
+    void look_around(Integer chunk) {
         Buffer<PairSearch> memory;
         if (!memory.allocate(1)) {
             failed_ = true;
@@ -177,32 +180,28 @@ private:
         PairSearch &search = *new (memory.data()) PairSearch(q_);
         const Integer cell = chunk / blocks_, first = chunk % blocks_ * block;
         const Integer vehicles = q_.fleet.vehicles, last = std::min(vehicles, first + block);
-        const Sorted *sorted = order(cell);
-        const int axis = axis_[cell];
+        const Sorted *boxes = order(cell);
         Growing<Near> &found = lists_[chunk];
-        double reach = start_;
-        for (Integer a = first; a < last; ++a)
-            for (Integer b = a + 1; b < vehicles; ++b) {
-                const double radius = q_.radii[sorted[a].vehicle];
-                if (sorted[b].low[axis] - sorted[a].high[axis] > reach * (radius + largest_) * (1.0 + 1e-12)) break;
+        double share = start_;
+        for (Integer a = first; a < last; ++a) {
+            const double widest = (q_.radii[boxes[a].vehicle] + largest_) * (1.0 + 1e-12);
+            auto reach = [&share, widest] { return share * widest; };
+            auto look = [&](Integer b) {
                 Near near;
-                if (!meets(sorted[a], sorted[b], cell, reach, search, near)) continue;
+                if (!meets(boxes[a], boxes[b], cell, share, search, near)) return;
                 if (q_.nearest_only != 0) {
-                    reach = std::fmin(reach, near.attained / asked(near.one, near.two));
+                    share = std::fmin(share, near.attained / asked(near.one, near.two));
                     found.clear();
                 }
                 if (!found.add(near)) failed_ = true;
-            }
+            };
+            visit_near(boxes, nodes(cell), a, reach, look);
+        }
     }
 
     bool meets(const Sorted &a, const Sorted &b, Integer cell, double share, PairSearch &search, Near &near) const {
         const double reach = share * asked(a.vehicle, b.vehicle) * (1.0 + 1e-12);
-        double square = 0.0;
-        for (int d = 0; d < fleet_axes; ++d) {
-            const double gap = std::fmax(0.0, std::fmax(b.low[d] - a.high[d], a.low[d] - b.high[d]));
-            square += gap * gap;
-        }
-        if (square > reach * reach) return false;
+        if (squared_gap(a, b) > reach * reach) return false;
         const Integer one = std::min(a.vehicle, b.vehicle), two = std::max(a.vehicle, b.vehicle);
         const Chord &first = chords(cell)[one], &second = chords(cell)[two];
         if (chord_distance(first, second) - (first.spread + second.spread) > reach) return false;
@@ -232,7 +231,7 @@ private:
     double largest_ = 0.0, start_ = 0.0;
     Buffer<Chord> chords_;
     Buffer<Sorted> order_;
-    Buffer<int> axis_;
+    Buffer<BoxNode> nodes_;
     std::unique_ptr<Growing<Near>[]> lists_;
     std::atomic<bool> failed_{false};
 };
