@@ -7,6 +7,7 @@ Where the grid has no way, finer ones are tried.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -113,10 +114,10 @@ def way_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside |
     return None
 
 
-def cells_around(kept: Kept, start: FloatArray, goal: FloatArray) -> FreeCells:
+def cells_around(kept: Kept, start: FloatArray, goal: FloatArray, inside: Inside | None = None) -> FreeCells:
     """Return the cells in which a way is looked for first."""
     straight = np.stack((start, goal))
-    return FreeCells(kept, straight, _first_size(kept, straight), None)
+    return FreeCells(kept, straight, _first_size(kept, straight), inside)
 
 
 class FreeCells:
@@ -143,6 +144,12 @@ class FreeCells:
         for within in (*fences, *([] if inside is None else [inside])):
             centers = self.center(np.indices(tuple(shape.tolist())).reshape(self.dim, -1).T)
             self.free &= within(centers).reshape(shape)
+
+    def way_within(self, start: FloatArray, goal: FloatArray, free: BoolArray) -> FloatArray | None:
+        """Return a way where other cells are free."""
+        same = copy(self)
+        same.free = free
+        return same.way(start, goal)
 
     def cell(self, point: FloatArray) -> IntArray:
         """Return the cell that a point (dim,) is in."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from minsnap.corridors.moving import Moving
 from minsnap.corridors.obstacle_margins import in_space, nearest_obstacle
 from minsnap.corridors.prism import Prism
 from minsnap.corridors.tangent_polytopes import TANGENT, polytopes_along
-from minsnap.corridors.way_around import Inside, Kept, way_around
+from minsnap.corridors.way_around import Inside, Kept, cells_around, way_around
 from minsnap.corridors.way_in_time import WayInTime
 from minsnap.durations.allocate import looked_at, plan_timed
 from minsnap.durations.timing import Timed, Timing
@@ -34,6 +35,7 @@ from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
 from minsnap.optimisation.solve import Effort, solve
 from minsnap.optimisation.task import Task
 from minsnap.planning.among_moving import Surroundings, among_moving, least_margin
+from minsnap.planning.other_ways import OTHER_WAYS, other_ways
 from minsnap.trajectory.trajectory import Trajectory, made
 
 FINER = (1, 2, 4)
@@ -100,7 +102,8 @@ def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) ->
     parts = max(len(way) - 1 for way in ways)
     for finer in FINER:
         try:
-            return _planned_along([_in_parts(way, finer * parts) for way in ways], task, timing, obstacles)
+            found = _planned_along([_in_parts(way, finer * parts) for way in ways], task, timing, obstacles)
+            return _quicker(found, ways, task, timing, obstacles, first.trajectory.duration)
         except LateError:
             raise
         except (InfeasibleError, SolverError) as error:
@@ -109,6 +112,33 @@ def _planned_around(task: Task, timing: Timing, obstacles: Sequence[Avoided]) ->
         f"no plan was found along the way that leads around the obstacles: {refused}; give a waypoint beside them, or "
         "more room"
     )
+
+
+def _quicker(
+    found: Timed, ways: list[FloatArray], task: Task, timing: Timing, obstacles: Sequence[Avoided], least: float
+) -> Timed:
+    """Try ways of other topology for one leg at a time, where bends cost time; return the quickest flight."""
+    if not timing.shortest or found.trajectory.duration < (1.0 + OTHER_WAYS.gain) * least:
+        return found
+    kept, tried = Kept.of(obstacles, task.dim), 0
+    for leg, way in enumerate(list(ways)):
+        if len(way) < 3:
+            continue
+        grid = cells_around(kept, way[0], way[-1], _inside(task, leg))
+        cells = grid.free, grid.lower, np.full(grid.dim, grid.size)
+        for other in other_ways(*cells, way, found.trajectory, partial(grid.way_within, way[0], way[-1])):
+            tried += 1
+            if tried > OTHER_WAYS.bends or timing.in_time(task).deadline.late:
+                return found
+            changed = [*ways[:leg], other, *ways[leg + 1 :]]
+            parts = max(len(each) - 1 for each in changed)
+            try:
+                along = _planned_along([_in_parts(each, parts) for each in changed], task, timing, obstacles)
+            except (CorridorError, InfeasibleError, SolverError):  # LateError too: the first one flies
+                continue
+            if along.trajectory.duration < found.trajectory.duration:
+                found, ways = along, changed
+    return found
 
 
 def _among(task: Task, timing: Timing, still: Sequence[Avoided], moving: tuple[Moving, ...], first: Timed) -> Timed:

@@ -202,8 +202,10 @@ def _nearest_cells(grid: GridMap, cells: IntArray) -> IntArray:
     return nearest
 
 
-def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: float) -> FloatArray:
-    """Return a line from start to goal that is farther than the clearance from every occupied cell: (m, dim) [m].
+def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: float) -> tuple[FloatArray, BoolArray]:
+    """Return a line from start to goal that is farther than the clearance from every occupied cell, and all such cells.
+
+    The line has shape (m, dim) [m].
 
     Parameters
     ----------
@@ -226,12 +228,18 @@ def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: 
     for point, name in ((start, "start"), (goal, "goal")):
         if not free[tuple(grid.cell(point))]:
             raise _too_near(grid, point, name, clearance)
+    way = passage_within(grid, free, start, goal)
+    if way is None:
+        raise _too_narrow(grid, free, start, goal, clearance)
+    return way, free
+
+
+def passage_within(grid: GridMap, free: BoolArray, start: FloatArray, goal: FloatArray) -> FloatArray | None:
+    """Return a line from start to goal through cells that it may have, (m, dim) [m]; None if there is none."""
     below = np.array([0] * (grid.dim - 1) + [grid.layers[0]])
     ends = grid.cell(start) - below, grid.cell(goal) - below
     way = shortest_way(free[..., slice(*grid.layers)], grid.resolution, *ends)
-    if way is None:
-        raise _too_narrow(grid, free, start, goal, clearance)
-    return _from_end_to_end(free, grid, np.vstack((start, grid.center(way + below), goal)))
+    return None if way is None else _from_end_to_end(free, grid, np.vstack((start, grid.center(way + below), goal)))
 
 
 def _from_end_to_end(free: BoolArray, grid: GridMap, points: FloatArray) -> FloatArray:

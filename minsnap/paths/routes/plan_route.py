@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray, numbers, read_only
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, numbers, read_only
 from minsnap.basics.checks import check_distance, point_text
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors.half_spaces import Polytopes
@@ -19,7 +20,8 @@ from minsnap.corridors.obstacle_margins import in_space
 from minsnap.corridors.occupancy_grid import gaps
 from minsnap.corridors.tangent_polytopes import polytopes_along, without_needless
 from minsnap.corridors.way_around import Kept, cells_around, way_around
-from minsnap.errors import CorridorError, UnprovedError, WaypointError
+from minsnap.durations.search_options import is_priced
+from minsnap.errors import CorridorError, MinsnapError, UnprovedError, WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.native.half_space_sets import HalfSpaceRows
 from minsnap.native.map_ways import tangent_planes
@@ -27,9 +29,10 @@ from minsnap.paths.routes.cell_values import Reading
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import array_map, read_map
 from minsnap.paths.routes.nearness import Approach, nearest_cell, nearest_kept
-from minsnap.paths.routes.passage import end_point, find_passage, widest
+from minsnap.paths.routes.passage import end_point, find_passage, passage_within, widest
 from minsnap.paths.routes.surroundings import bars, flown_box, listed_obstacles, taken, with_obstacles
 from minsnap.paths.shapes import timed
+from minsnap.planning.other_ways import OTHER_WAYS, Search, least_by_length, other_ways
 from minsnap.planning.planner import plan
 from minsnap.trajectory.planned_path import PlannedPath
 from minsnap.trajectory.trajectory import Trajectory
@@ -160,12 +163,18 @@ def plan_through(
     if altitudes is not None:
         read = replace(read, altitudes=altitudes)  # type: ignore[arg-type]
     ends = _ends(start, goal, read.dim)
-    way = find_passage(read, ends[0][: read.dim], ends[1][: read.dim], radius)
-    sets = polytopes_along(way, bars(read), np.zeros((0, read.dim)), radius, box=flown_box(read))
-    if len(ends[0]) > read.dim:
-        sets, way = _lifted(sets, way, *ends)
-    curve, corridor, timing = _planned(sets, ends, planning)
-    return Route(curve, corridor, read_only(way), read, radius, nearest_cell(curve, read), timing.get("limits"))
+    flat, edges = [end[: read.dim] for end in ends], bars(read)
+    way, free = find_passage(read, flat[0], flat[1], radius)
+
+    def fly(way: FloatArray) -> Flown:
+        sets = polytopes_along(way, edges, np.zeros((0, read.dim)), radius, box=flown_box(read))
+        if len(ends[0]) > read.dim:
+            sets, way = _lifted(sets, way, *ends)
+        return _planned(way, sets, ends, planning)
+
+    cells = free, read.lower, read.resolution
+    flown = _quickest(fly, way, cells, lambda free: passage_within(read, free, flat[0], flat[1]), planning)
+    return Route(*flown[:2], read_only(flown.way), read, radius, nearest_cell(flown.curve, read), flown.limits)
 
 
 def _without_cells(grid: Any, resolution: float | None) -> bool:
@@ -202,15 +211,21 @@ def _around(
             f"no way from {point_text(ends[0])} m to {point_text(ends[1])} m with a clearance of {clearance:g} m was "
             f"found: {_widest_around(kept, ends)}"
         )
-    sets = polytopes_along(way, kept.obstacles, kept.points, clearance, prisms=kept.prisms)
-    curve, corridor, timing = _planned(sets, ends, planning)
-    approach = nearest_kept(curve, kept)
-    return Route(curve, corridor, read_only(way), kept, clearance, approach, timing.get("limits"))
+
+    def fly(way: FloatArray) -> Flown:
+        sets = polytopes_along(way, kept.obstacles, kept.points, clearance, prisms=kept.prisms)
+        return _planned(way, sets, ends, planning)
+
+    grid = cells_around(kept, ends[0], ends[1])
+    cells = grid.free, grid.lower, np.full(grid.dim, grid.size)
+    flown = _quickest(fly, way, cells, partial(grid.way_within, ends[0], ends[1]), planning)
+    approach = nearest_kept(flown.curve, kept)
+    return Route(*flown[:2], read_only(flown.way), kept, clearance, approach, flown.limits)
 
 
 def _widest_around(kept: Kept, ends: list[FloatArray]) -> str:
     """Say about how wide the widest way around obstacles or points is, and where, as far as a grid tells."""
-    cells = cells_around(kept._replace(clearance=0.0), *ends)
+    cells = cells_around(kept._replace(clearance=0.0), ends[0], ends[1])
     first, last = (np.clip(cells.cell(end), 0, np.array(cells.free.shape) - 1) for end in ends)
     gap = gaps(~cells.free, np.full(len(ends[0]), cells.size)) + 0.5 * cells.size
     most = widest(gap, cells.free, first, last) if cells.free[tuple(first)] and cells.free[tuple(last)] else None
@@ -246,13 +261,46 @@ def _check_end(point: FloatArray, name: str, kept: Kept) -> None:
         raise WaypointError(f"the {name} {point_text(point)} m is {short}, {wanted}")
 
 
-def _planned(
-    sets: list[HalfSpaceRows], ends: list[FloatArray], planning: dict[str, Any]
-) -> tuple[Trajectory, Polytopes, dict[str, Any]]:
+class Flown(NamedTuple):
+    """A plan along a way, and the polytopes that it is in."""
+
+    curve: Trajectory
+    corridor: Polytopes
+    way: FloatArray
+    limits: Limits | None
+
+
+def _planned(way: FloatArray, sets: list[HalfSpaceRows], ends: list[FloatArray], planning: dict[str, Any]) -> Flown:
     """Plan from polytope to polytope, without those that others make needless."""
     corridor, timing = Polytopes([sets[index] for index in without_needless(sets)]), timed(planning)
     curve = plan(None, corridor=corridor, start={"position": ends[0]}, end={"position": ends[1]}, **timing)
-    return curve, corridor, timing
+    return Flown(curve, corridor, way, timing.get("limits"))
+
+
+def _quickest(
+    fly: Callable[[FloatArray], Flown],
+    way: FloatArray,
+    cells: tuple[BoolArray, FloatArray, FloatArray],
+    search: Search,
+    planning: dict[str, Any],
+) -> Flown:
+    """Plan along a way, and where its bends cost time along others; return the quickest flight."""
+    best = fly(way)
+    fixed = is_priced(planning) or any(planning.get(name) is not None for name in ("durations", "total_time", "search"))
+    if fixed or not isinstance(best.limits, Limits) or len(way) < 3:
+        return best
+    least = least_by_length(way, best.limits)
+    if best.curve.duration - least < OTHER_WAYS.gain * best.curve.duration:
+        return best
+    for other in other_ways(*cells, way, best.curve, search):
+        if least_by_length(other, best.limits) >= best.curve.duration:
+            continue
+        try:
+            found = fly(other)
+        except MinsnapError:  # the first one flies
+            continue
+        best = found if found.curve.duration < best.curve.duration else best
+    return best
 
 
 def _ends(start: ArrayLike, goal: ArrayLike, dim: int) -> list[FloatArray]:
