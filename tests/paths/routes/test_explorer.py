@@ -105,6 +105,24 @@ def test_lost_and_late_observations_delay_the_flight_alone():
 
 
 @pytest.mark.slow
+def test_false_observations_lead_to_longer_flights_or_rest_and_never_to_what_is_not_known():
+    """Points where nothing is are seen now and then, and rays that pass a trunk; what was seen occupied stays so."""
+    scene, rng, found = trunks(2), np.random.default_rng(5), explorer()
+    observe = found.observe
+
+    def falsified(position, points, rays):
+        ghosts = np.asarray(position) + rng.uniform(2.0, 5.0) * np.array([[1.0, rng.uniform(-1.0, 1.0)]])
+        through = np.asarray(points)[:3] + 0.5 * (np.asarray(points)[:3] - position)
+        observe(position, np.concatenate((points, ghosts[: int(rng.random() < 0.15)])), np.concatenate((rays, through)))
+
+    found.observe = falsified
+    path, error = fly(found, scene)
+    assert gap(path, scene) > CLEARANCE - 0.1
+    arrived = np.linalg.norm(path[-1] - GOAL) < 1e-6
+    assert arrived or (error is not None and np.linalg.norm(path[-1] - path[-2]) < 1e-9)
+
+
+@pytest.mark.slow
 def test_a_goal_that_is_closed_off_is_said_and_the_vehicle_rests():
     scene = ring(np.array([7.0, 0.0]), 2.5)
     path, error = fly(explorer(goal=(7.0, 0.0)), scene)
