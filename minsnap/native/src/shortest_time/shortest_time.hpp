@@ -39,10 +39,11 @@ private:
         chain.pieces = static_cast<int>(request_.legs);
         chain.per_leg = 1;
         double sizes[3] = {0.0, 0.0, 0.0};
+        const double enough = cruising();
         for (int i = 0; i < chain.pieces; ++i) {
-            const double length = request_.lengths[i], duration = stop_and_go(length);
-            chain.sigma[i] = logarithm(duration);
-            double size = length;
+            chain.sigma[i] = logarithm(stop_and_go(request_.lengths[i]));
+            double size = std::min(request_.lengths[i], enough);
+            const double duration = stop_and_go(size);
             for (double &largest : sizes) largest = std::max(largest, size /= duration);
         }
         for (int q = 0; q < 3; ++q) point_.objective.sizes[q] = std::min(request_.norms[q], peaks[q] * sizes[q]);
@@ -83,6 +84,19 @@ private:
             if (request_.norms[q - 1] < 1e300)
                 longest = std::max(longest, exponential(logarithm(peaks[q - 1] * length / request_.norms[q - 1]) / q));
         return longest > 0.0 ? longest : 1e-3 + length;
+    }
+
+    // Length just long enough for the same profile to reach the limit on the speed: what is large on longer legs is so there, not on their average. A
+    // price brings its own smoothness, and limits at instants bind where a curve is rough.
+    double cruising() const {
+        constexpr double infinite = 1e300;
+        if (request_.limits > 0 || request_.price > 0.0 || request_.norms[0] >= infinite) return infinite;
+        double duration = 0.0;
+        for (int q = 2; q <= condition_orders - 1; ++q)
+            if (request_.norms[q - 1] < infinite)
+                duration = std::max(
+                    duration, exponential(logarithm(peaks[q - 1] * request_.norms[0] / (peaks[0] * request_.norms[q - 1])) / (q - 1)));
+        return duration > 0.0 ? request_.norms[0] * duration / peaks[0] : infinite;
     }
 
     void prepare() {
