@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import inf
 from time import monotonic, thread_time
+from typing import Any
 
 from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
@@ -106,10 +107,16 @@ class Work:
         improved any more.
     done : float
         So far.
+    known : tuple
+        The last searches of the question that ended by themselves, each with what it found: none is made twice.
+    remembers : bool
+        Whether it is of one question, whose searches are worth to be known.
     """
 
     worth: float = inf
     done: float = 0.0
+    known: tuple[tuple[Any, Any], ...] = ()
+    remembers: bool = True
 
     @property
     def enough(self) -> float:
@@ -259,5 +266,5 @@ class Deadline:
             raise LateError(LATE)
 
 
-NEVER = Deadline()
+NEVER = Deadline(work=Work(remembers=False))
 """No deadline."""

@@ -15,7 +15,7 @@ from minsnap.basics.deadline import LATE, LateError
 from minsnap.durations.initial_guess import priced_first_guess
 from minsnap.durations.last_look import fault
 from minsnap.durations.least_cost import cheapest_durations, distance_split
-from minsnap.durations.outcome import PlanOutcome, outcome_of, quickest
+from minsnap.durations.outcome import PlanOutcome, if_possible, outcome_of, quickest
 from minsnap.durations.refused_times import by_necessary_walls, explained_by_times, in_other_times, too_short
 from minsnap.durations.time_stretch import UnlimitedError
 from minsnap.durations.timing import Run, Timed, Timing, solved_or_explained, timed
@@ -26,8 +26,8 @@ from minsnap.optimisation.task import Task
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
 
-PARTS = 3
-"""Pieces a leg where their number is left to the plan, and one has no plan."""
+PARTS = (3, 2)
+"""Pieces a leg where their number is left to the plan, and one has no plan: the second where the first has no end."""
 
 
 def plan_timed(task: Task, timing: Timing) -> Timed:
@@ -65,8 +65,10 @@ def _answered(task: Task, timing: Timing) -> PlanOutcome:
     short = too_short(task, timing)  # a refusal of one piece proves nothing of more
     if short is not None:
         return PlanOutcome(reason=short)
-    parted = timing.in_time(replace(task, pieces=PARTS))
-    other = outcome_of(lambda: _otherwise(_tried(parted, several), parted, several))
+    parted = [timing.in_time(replace(task, pieces=parts)) for parts in PARTS]
+    other = outcome_of(lambda: _otherwise(_tried(parted[0], several), parted[0], several))
+    if timing.shortest and (other.refused is not None or other.stands_in):
+        other = other.or_quicker(_tried(parted[1], several))
     if not isinstance(other.reason, UnprovedError):
         return other
     shortest = min(other.reason, refused, key=lambda error: getattr(error, "shortest", None) or inf)
@@ -84,7 +86,8 @@ def _otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
 
     1. The time is over: what is proved at no cost is said, although the work is spent.
     2. A proof by walls that are sufficient for a limit, but not necessary, is none: plan by those that are.
-    3. The shorter one of a plan in other times, where the request leaves a choice, and of rest at every waypoint.
+    3. The shorter one of a plan in other times, where the request leaves a choice, and of rest at every waypoint; of
+       what stands in for a search without an end, too.
     4. What is proved of the times of the request.
     """
     if isinstance(outcome.reason, UnlimitedError):
@@ -92,6 +95,9 @@ def _otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
     if isinstance(outcome.reason, LateError):
         short = None if task.deadline.late else too_short(task, timing)
         return outcome if short is None else PlanOutcome(reason=short)
+    if outcome.stands_in:
+        found = if_possible(lambda: in_other_times(task, timing, SolverError("the search had no end")))
+        return outcome.or_quicker(_seen(found, task, timing)) if isinstance(found, Timed) else outcome
     refused = outcome.refused
     if refused is None or not task.explained:
         return outcome
@@ -105,7 +111,7 @@ def _otherwise(outcome: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
         return PlanOutcome(reason=other)
     longer = quickest((other, at_rest_everywhere(task, timing)))
     if longer is not None:
-        return _seen(longer, task, timing)
+        return _seen(replace(longer, stands_in=True), task, timing)
     if isinstance(again, SolverError) and timing.in_time(task).deadline.late:
         return PlanOutcome(reason=LateError(LATE))
     return PlanOutcome(reason=explained_by_times(again, task, timing))

@@ -55,6 +55,16 @@ class PlanOutcome:
         reason = self.reason
         return reason if isinstance(reason, InfeasibleError | SolverError) and self.end is End.REFUSED else None
 
+    @property
+    def stands_in(self) -> bool:
+        """Whether the plan stands in for the end of a search, and there is time left for others."""
+        return self.planned is not None and self.planned.stands_in and self.end is End.KEPT
+
+    def or_quicker(self, other: PlanOutcome) -> PlanOutcome:
+        """Return the plan of the shorter flight, the reason of this one where neither has any."""
+        plan = quickest((self, other))
+        return self if plan is None or plan is self.planned else other
+
     def without_steps(self) -> PlanOutcome:
         """Return the same without its steps, which were told before."""
         return self if self.planned is None else replace(self, planned=replace(self.planned, steps=()))

@@ -151,17 +151,22 @@ class Attempt:
         Least time of a curve that a search kept within the limits that it knows [s].
     reason : LimitError, SolverError or None
         What was in the way of a plan, where that is known.
+    stands_in : bool
+        Whether the plan stands in for the end of a search.
     """
 
     solved: SolvedTask | None = None
     curve: ShortestCurve | None = None
     fastest: float = np.inf
     reason: LimitError | SolverError | None = None
+    stands_in: bool = False
 
     def then(self, later: Attempt) -> Attempt:
         """Return what both found: the shorter flight, and the later curve."""
         fastest, reason = min(self.fastest, later.fastest), self.reason or later.reason
-        return Attempt(shorter(self.solved, later.solved), later.curve or self.curve, fastest, reason)
+        solved = shorter(self.solved, later.solved)
+        stands_in = self.stands_in if solved is self.solved else later.stands_in
+        return Attempt(solved, later.curve or self.curve, fastest, reason, stands_in)
 
     @property
     def hopeless(self) -> bool:
@@ -231,7 +236,8 @@ class Strategy:
         if slow and ended and self.task.still and not found.hopeless:
             solved = shorter(solved, self.resting)
         if solved is not None:
-            return PlanOutcome(timed(solved, Run(tuple(self.watched.log.steps), self.interrupted)))
+            planned = timed(solved, Run(tuple(self.watched.log.steps), self.interrupted))
+            return PlanOutcome(replace(planned, stands_in=found.stands_in or solved is not found.solved))
         lost = self.watched.ended if self.watched.lost else None
         return PlanOutcome(reason=lost or found.reason or self.reason(found.curve))
 
@@ -588,7 +594,8 @@ class Strategy:
         again = NOTHING
         if guess is not None:
             again = self._certified(begun_from(self._question, guess), self.limits, SETTINGS.not_longer)
-        return replace(again, solved=self._hurried(shorter(planned, again.solved)), reason=None)
+        solved = shorter(planned, again.solved)
+        return replace(again, solved=self._hurried(solved), reason=None, stands_in=True)
 
     def _planned(self, curve: ShortestCurve | None) -> SolvedTask | None:
         """Plan for the durations of a search, or barely longer ones, with the limits as walls."""

@@ -122,12 +122,15 @@ class Timed:
         Stretched where limits asked for it, with its yaw.
     steps : tuple of Step
     interrupted : bool
+    stands_in : bool
+        Whether it stands in for the end of a search that had none, so that others may be far shorter.
     """
 
     solved: SolvedTask
     trajectory: Trajectory
     steps: tuple[Step, ...] = ()
     interrupted: bool = False
+    stands_in: bool = False
 
     @property
     def limits_from(self) -> float:

@@ -15,6 +15,9 @@ from minsnap.durations.timing import Timing
 from minsnap.native.shortest_time import ShortestCurve, ShortestQuestion, Watch, search_shortest
 from minsnap.optimisation.task import Task
 
+REMEMBERED = 32
+"""Searches of a question whose end is remembered."""
+
 VANISHING = 1e-6
 """Share of the longest total below which nothing limits the time."""
 
@@ -57,6 +60,9 @@ class WatchedSearch:
         row_work : float
             Of an iteration, for each row.
         """
+        for asked, found in self.deadline.work.known:
+            if question.same(asked):
+                return found
         pieces = task.legs * prod(question.parts) * (1 if question.guess is None else question.guess.pieces)
         work, vanished = self.deadline.work, list[bool]()
 
@@ -87,7 +93,11 @@ class WatchedSearch:
         )
         curve = search_shortest(question, watch)
         self._own.resume()  # the search has its own end
-        return nothing_limits(list(self.timing.bounds.given())) if vanished else curve
+        if vanished:
+            return nothing_limits(list(self.timing.bounds.given()))
+        if curve is not None and not curve.stopped and work.remembers:
+            work.known = (*work.known[1 - REMEMBERED :], (question, curve))
+        return curve
 
     @contextmanager
     def interruptible(self) -> Iterator[None]:

@@ -95,9 +95,10 @@ class EndConnectors:
         """
         if self.task.pieces < RECOVERY.pieces:
             few = self.around(outcome_of(lambda: plan(replace(self.task, explained=False))), limits)
-            if few.refused is None:
+            if few.refused is None and not few.stands_in:
                 return few
-            return self.around(plan(replace(self.task, pieces=RECOVERY.pieces)), limits)
+            more = self.around(plan(replace(self.task, pieces=RECOVERY.pieces)), limits)
+            return more if few.planned is None else few.or_quicker(more)
         return self.around(plan(self.task), limits)
 
     def in_time(self, plan: Callable[[Task, Timing], PlanOutcome], timing: Timing) -> PlanOutcome:
@@ -135,7 +136,8 @@ class EndConnectors:
         whole = self.task.finish(curve)
         start = kept_from(limits, whole)
         allowed = planned.limits_from if self.before is None else self.before.duration
-        answer = Recovered(planned.solved, whole, planned.steps, planned.interrupted, limits_from=start)
+        known = planned.solved, whole, planned.steps, planned.interrupted, planned.stands_in
+        answer = Recovered(*known, limits_from=start)
         if start > allowed * (1.0 + KEPT) or (answer.corridor_margin or 0.0) < 0.0:
             reason = SolverError("the ways to a state on its limits could not be certified: loosen a limit")
             return PlanOutcome(reason=reason)
@@ -175,12 +177,14 @@ def shortest_from(task: Task, timing: Timing, first: Trajectory | None = None) -
         if not isinstance(ways, EndConnectors):
             return PlanOutcome(reason=ways)
         direct = outcome_of(lambda: ways.around(search(ways.task, first), limits))
-        if direct.refused is None:
+        if direct.refused is None and not direct.stands_in:
             return direct
     back = connect_ends(task, limits, start=True)
     if not isinstance(back, EndConnectors):
-        return PlanOutcome(reason=direct.reason or back)
+        return direct if direct.planned is not None else PlanOutcome(reason=direct.reason or back)
     outcome = outcome_of(lambda: back.planned(search, limits))
+    if direct.planned is not None:
+        return direct.or_quicker(outcome)
     return outcome if direct.reason is None or outcome.end is not End.REFUSED else direct
 
 
@@ -228,7 +232,8 @@ def _divided(fewer: PlanOutcome, task: Task, timing: Timing) -> PlanOutcome:
     divided = None if whole is None else if_possible(lambda: Strategy(task, timing).cut(whole.solved))
     if whole is None or divided is None:
         return PlanOutcome(reason=fewer.reason)
-    return PlanOutcome(timed(divided, Run(whole.steps, whole.interrupted)))
+    planned = timed(divided, Run(whole.steps, whole.interrupted))
+    return PlanOutcome(replace(planned, stands_in=whole.stands_in))
 
 
 def _quicker(one: PlanOutcome, other: PlanOutcome) -> PlanOutcome:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from enum import IntEnum
 from math import inf, prod
 from typing import Any
@@ -117,6 +117,29 @@ class ShortestQuestion:
     rough: bool = False
     guess: Guess | None = None
     turned: FloatArray | None = None
+
+    def same(self, other: ShortestQuestion) -> bool:
+        """Whether another question is the same, and so its answer."""
+        return alike(self, other)
+
+
+def alike(one: Any, other: Any) -> bool:
+    """Whether two values are equal, whose fields may be arrays."""
+    if one is other:
+        return True
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return np.array_equal(one, other)
+    if isinstance(one, tuple | list):
+        return len(one) == len(other) and all(map(alike, one, other))
+    if isinstance(one, WallsRecord):
+        return alike(one.kept, other.kept)
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(alike(value, other[name]) for name, value in one.items())
+    if is_dataclass(one):
+        return all(alike(getattr(one, name.name), getattr(other, name.name)) for name in reversed(fields(one)))
+    return bool(one == other)
 
 
 @dataclass(frozen=True, eq=False)

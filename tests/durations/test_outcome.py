@@ -4,12 +4,13 @@ import ast
 from pathlib import Path
 
 import pytest
+from random_combinations import question
 from tasks import REFERENCE, task_of
 
 import minsnap
 from minsnap import Limits
 from minsnap.basics.deadline import LateError
-from minsnap.durations import ways
+from minsnap.durations import watched_search, ways
 from minsnap.durations.outcome import End, PlanOutcome, if_possible, or_reason, outcome_of, quickest
 from minsnap.durations.strategy import Strategy
 from minsnap.durations.timing import Timing
@@ -91,3 +92,21 @@ def test_errors_become_values_in_a_few_places_alone():
         ("least_cost", "run"),  # whose evaluations the end of time leaves
         ("time_scaling", "run"),
     }
+
+
+def test_no_search_is_made_twice(monkeypatch):
+    """Each number of pieces begins from fewer, which were searched anew; all of that was counted as work."""
+    asked, search = [], watched_search.search_shortest
+    monkeypatch.setattr(watched_search, "search_shortest", lambda *given: asked.append(given[0]) or search(*given))
+    minsnap.plan(**question(910000413)[0] | {"pieces": 3})
+    assert len(asked) > 2
+    assert not any(one.same(other) for k, one in enumerate(asked) for other in asked[:k])
+
+
+@pytest.mark.parametrize(("seed", "pieces", "most"), [(900000862, 1, 3.4), (910000413, "auto", 1.9)])
+def test_what_stands_in_for_the_end_of_a_search_is_compared_with_others(seed, pieces, most):
+    """It was taken, however long: 5.02 s within a limit on snap, and 4.61 s of a lap within rotors."""
+    asked = question(seed)[0] | {"pieces": pieces}
+    path = minsnap.plan(**asked)
+    assert path.duration <= most
+    assert minsnap.certify(path, asked["waypoints"], asked.get("corridor"), limits=asked["limits"]).ok
