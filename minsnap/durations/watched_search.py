@@ -62,7 +62,8 @@ class WatchedSearch:
         """
         for asked, found in self.deadline.work.known:
             if question.same(asked):
-                return found
+                known: ShortestCurve = found
+                return known
         pieces = task.legs * prod(question.parts) * (1 if question.guess is None else question.guess.pieces)
         work, vanished = self.deadline.work, list[bool]()
 
