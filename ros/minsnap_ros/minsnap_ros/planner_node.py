@@ -24,6 +24,8 @@ import minsnap
 from minsnap.files.formats.robot_messages import offboard_control_mode, px4_setpoints
 from minsnap.flight.mavlink.explored_stream import Exploration, Exploring
 from minsnap.paths.missions.course import is_course
+from minsnap_ros import ardupilot_vehicle as ap
+from minsnap_ros.ardupilot_vehicle import ArdupilotVehicle
 from minsnap_ros.explored_flight import ExploredFlight, points_of, turned
 from minsnap_ros.flown_plan import FlownPlan
 from minsnap_ros.mavros_vehicle import ODOMETRY, SETPOINT, STATE, MavrosVehicle, position_target
@@ -45,6 +47,7 @@ PARAMETERS = {
     "sensing": 15.0,
     "resolution": 0.25,
     "lost": 1.0,
+    "ardupilot": False,
 }
 SLOWEST = 2.0
 """Rate of setpoints below which PX4 leaves the offboard mode [Hz]."""
@@ -59,6 +62,12 @@ QUIET = 0.2
 
 Send = Callable[[minsnap.Samples, float], None]
 """Sends what is to be flown now, one sample, at an instant of the node's clock [s]."""
+
+
+def stamp_of(seconds: float) -> Time:
+    """Return an instant of the node's clock [s] as a message."""
+    nanoseconds = round(seconds * 1e9)
+    return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 
 
 class PlannerNode(Node):
@@ -84,8 +93,9 @@ class PlannerNode(Node):
         self.create_subscription(PoseStamped, "~/explore", self.take_goal, 1)
         self.create_subscription(PoseStamped, "~/sensor", self.take_sensor, SENSOR)
         self.create_subscription(PointCloud2, "~/points", self.take_points, SENSOR)
-        connect = self._connect_mavros if self._value("mavros") else self._connect_px4
-        self._followed = bool(self._value("mavros") or self._value("px4")) and connect()
+        ways = {"ardupilot": self._connect_ardupilot, "mavros": self._connect_mavros, "px4": self._connect_px4}
+        chosen = [connect for name, connect in ways.items() if self._value(name)]
+        self._followed = bool(chosen) and chosen[0]()
         if self._value("course"):
             self.plan_course(Trigger.Request(), Trigger.Response())
 
@@ -117,8 +127,8 @@ class PlannerNode(Node):
             self._modes.publish(OffboardControlMode(**offboard_control_mode(microseconds)))
             self._setpoints.publish(setpoint_message(TrajectorySetpoint(), px4_setpoints(state)[0], microseconds))
 
-        told = ((kind, px4_topic("out", kind)) for kind in (VehicleStatus, VehicleLocalPosition))
-        return self._follow(Px4Vehicle(), send, told, PX4)
+        told = ((kind, px4_topic("out", kind), PX4) for kind in (VehicleStatus, VehicleLocalPosition))
+        return self._follow(Px4Vehicle(), send, told)
 
     def _connect_mavros(self) -> bool:
         """Publish setpoints where mavros_msgs is installed; return whether it is."""
@@ -131,19 +141,39 @@ class PlannerNode(Node):
         self._setpoints = self.create_publisher(PositionTarget, SETPOINT, SENSOR)
 
         def send(state: minsnap.Samples, now: float) -> None:
-            stamp = Time(sec=int(now), nanosec=round(now % 1.0 * 1e9) % 10**9)
-            self._setpoints.publish(position_target(PositionTarget(), state, self._value("frame_id"), stamp))
+            target = position_target(PositionTarget(), state, self._value("frame_id"), stamp_of(now))
+            self._setpoints.publish(target)
 
-        return self._follow(MavrosVehicle(), send, ((State, STATE), (Odometry, ODOMETRY)), SENSOR)
+        return self._follow(MavrosVehicle(), send, ((State, STATE, SENSOR), (Odometry, ODOMETRY, SENSOR)))
 
-    def _follow(self, vehicle: Vehicle, send: Send, told: Iterable[tuple[type, str]], quality: QoSProfile) -> bool:
+    def _connect_ardupilot(self) -> bool:
+        """Publish setpoints where ardupilot_msgs is installed; return whether it is."""
+        try:
+            import ardupilot_msgs.msg as ardupilot
+            from geometry_msgs.msg import TwistStamped
+        except ImportError:
+            self.get_logger().error("ardupilot_msgs is not installed: the plan is published, and no setpoints for it")
+            return False
+        vehicle, whole = ArdupilotVehicle(), getattr(ardupilot, "LocalPosition", None)
+        kind, topic = (TwistStamped, ap.VELOCITY) if whole is None else (whole, ap.SETPOINT)
+        self._setpoints = self.create_publisher(kind, topic, SENSOR)
+
+        def send(state: minsnap.Samples, now: float) -> None:
+            if whole is not None:
+                self._setpoints.publish(ap.local_setpoint(whole(), state, stamp_of(now)))
+            else:
+                self._setpoints.publish(ap.velocity_command(TwistStamped(), state, vehicle, stamp_of(now)))
+
+        return self._follow(vehicle, send, ((ardupilot.Status, ap.STATUS, KEPT), (PoseStamped, ap.POSE, SENSOR)))
+
+    def _follow(self, vehicle: Vehicle, send: Send, told: Iterable[tuple[type, str, QoSProfile]]) -> bool:
         """Listen to a vehicle's status and position, in this order, and send it setpoints by ``send``."""
         rate = self._value("rate")
         if not rate >= SLOWEST:
             raise minsnap.InputError(f"rate is {rate:g} Hz: PX4 leaves the offboard mode below {SLOWEST:g} Hz")
         self._vehicle, self._send = vehicle, send
         own = MutuallyExclusiveCallbackGroup()
-        for (kind, topic), take in zip(told, (self.take_status, self.take_position), strict=True):
+        for (kind, topic, quality), take in zip(told, (self.take_status, self.take_position), strict=True):
             self.create_subscription(kind, topic, take, quality, callback_group=own)
         self.create_timer(1.0 / rate, self.send_setpoint, callback_group=own)
         return True
@@ -284,8 +314,7 @@ class PlannerNode(Node):
         samples, frame = newest.trajectory.sample(self._value("rate")), self._value("frame_id")
         if not self._swap(before, after):  # first of all, since messages of many points take longer than some budgets
             raise minsnap.InputError("the vehicle came into offboard mode or left it while this was planned: try again")
-        nanoseconds = round((self.seconds if newest.began is None else newest.began) * 1e9)
-        stamp = Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+        stamp = stamp_of(self.seconds if newest.began is None else newest.began)
         path = path_message(samples, stamp, frame)
         self._trajectories.publish(trajectory_message(samples, stamp, frame))
         self._paths.publish(path)

@@ -71,6 +71,27 @@ FIELDS: dict[str, dict[str, Any]] = {
         "pose": "geometry_msgs.msg.PoseWithCovariance",
         "twist": "geometry_msgs.msg.TwistWithCovariance",
     },
+    "geometry_msgs.msg.TwistStamped": {"header": "std_msgs.msg.Header", "twist": "geometry_msgs.msg.Twist"},
+    "ardupilot_msgs.msg.Status": {
+        "header": "std_msgs.msg.Header",
+        "vehicle_type": 0,
+        "armed": False,
+        "mode": 0,
+        "flying": False,
+        "external_control": False,
+        "failsafe": [],
+    },
+    "ardupilot_msgs.msg.LocalPosition": {
+        "header": "std_msgs.msg.Header",
+        "type_mask": 0,
+        "x": 0.0,
+        "y": 0.0,
+        "z": 0.0,
+        "velocity": "geometry_msgs.msg.Twist",
+        "acceleration_or_force": "geometry_msgs.msg.Twist",
+        "yaw": 0.0,
+        "yaw_rate": 0.0,
+    },
     "px4_msgs.msg.OffboardControlMode": dict.fromkeys(
         ("position", "velocity", "acceleration", "attitude", "body_rate", "thrust_and_torque", "direct_actuator"), False
     )

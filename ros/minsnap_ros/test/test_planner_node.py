@@ -372,3 +372,108 @@ def test_mavros_flies_the_plan_of_px4_and_of_ardupilot(started, mode):
     assert last.header.stamp.sec + 1e-9 * last.header.stamp.nanosec == pytest.approx(Node.seconds)
     states.publish(State(connected=True, armed=True, mode="LAND"))
     assert node.flown is None, "the pilot took over"
+
+
+class CopterOverDds:
+    """ArduCopter led by velocities: they are reached with a lag, a wind pushes, and poses come thirty a second."""
+
+    STEP, LAG, WIND = 1.0 / 30.0, 0.3, np.array([0.08, -0.05, 0.0])
+
+    def __init__(self, place):
+        self.place, self.speed, self.asked, self.yaw, self.turning = (
+            np.array(place, dtype=float),
+            np.zeros(3),
+            None,
+            0.4,
+            0.0,
+        )
+        self.node, self.frames = Node("ap"), set()
+        self.statuses = self.node.create_publisher(messages_of("Status"), "/ap/status", 1)
+        self.poses = self.node.create_publisher(PoseStamped, "/ap/pose/filtered", 1)
+
+    def take(self, message):
+        self.frames.add(message.header.frame_id)
+        self.asked, self.turning = np.array(vector(message.twist.linear)), message.twist.angular.z
+
+    def fly(self):
+        wanted = self.asked if self.asked is not None else np.zeros(3)
+        self.speed += (wanted - self.speed) * self.STEP / self.LAG
+        self.place += (self.speed + self.WIND) * self.STEP
+        self.yaw += self.turning * self.STEP
+        Node.seconds += self.STEP
+        message = pose(self.place.tolist())
+        message.header.stamp.sec, message.header.stamp.nanosec = int(Node.seconds), int(Node.seconds % 1 * 1e9)
+        message.pose.orientation.w, message.pose.orientation.z = (
+            float(np.cos(self.yaw / 2)),
+            float(np.sin(self.yaw / 2)),
+        )
+        self.poses.publish(message)
+
+    def say(self, mode=4, armed=True):
+        self.statuses.publish(messages_of("Status")(vehicle_type=2, armed=armed, mode=mode, external_control=True))
+
+
+def messages_of(name):
+    import ardupilot_msgs.msg
+
+    return getattr(ardupilot_msgs.msg, name)
+
+
+@STOOD_IN
+def test_ardupilot_is_led_along_the_plan_by_velocities_where_it_takes_nothing_else(started, monkeypatch):
+    import ardupilot_msgs.msg
+    from geometry_msgs.msg import TwistStamped
+
+    monkeypatch.delattr(ardupilot_msgs.msg, "LocalPosition")
+    node = started(ardupilot=True, rate=30.0)
+    copter = CopterOverDds(np.array(WAYPOINTS[0]) + (0.1, -0.1, -0.4))
+    copter.node.create_subscription(TwistStamped, "/ap/cmd_vel", copter.take, 1)
+    node.take_waypoints(path_of(WAYPOINTS))
+    ((_, send),) = node.timers
+    send()
+    assert copter.asked is None, "nothing is known of its place"
+    copter.say()
+    missed = []
+    for _ in range(30 * 60):
+        copter.fly()
+        send()
+        if node.flown.began is not None:
+            missed.append(np.linalg.norm(copter.place - node.flown.state(Node.seconds).position[0]))
+            if node.flown.over(Node.seconds):
+                break
+    assert node.flown.over(Node.seconds) and copter.frames == {"map"}
+    assert max(missed) < 1.1 and missed[-1] < 0.4, "it lags by its speed, 3 m/s, times 0.3 s"
+    assert abs(copter.yaw - node.flown.state(Node.seconds).yaw[0]) < 0.05
+    copter.say(mode=9)
+    assert node.flown is None, "the pilot took over"
+
+
+@STOOD_IN
+def test_ardupilot_is_given_all_of_the_plan_where_it_takes_it(started):
+    node = started(ardupilot=True)
+    copter, sent = CopterOverDds(WAYPOINTS[0]), []
+    copter.WIND = np.zeros(3)
+    copter.node.create_subscription(messages_of("LocalPosition"), "/ap/cmd_loc_pose", sent.append, 1)
+    node.take_waypoints(path_of(WAYPOINTS))
+    copter.say()
+    for _ in range(90):
+        copter.fly()
+    node.send_setpoint()
+    plan, t, last = node.flown.trajectory, Node.seconds - node.flown.began, sent[-1]
+    assert (last.type_mask, last.header.frame_id) == (0, "map") and t > 0.0
+    assert vector(last) == pytest.approx(plan(t))
+    assert vector(last.velocity.linear) == pytest.approx(plan(t, 1))
+    assert vector(last.acceleration_or_force.linear) == pytest.approx(plan(t, 2))
+
+
+@STOOD_IN
+@pytest.mark.parametrize("wrong", [{"mode": 5}, {"armed": False}])
+def test_a_plan_waits_for_guided_and_for_motors(started, wrong):
+    node = started(ardupilot=True)
+    copter = CopterOverDds(WAYPOINTS[0])
+    copter.WIND = np.zeros(3)
+    node.take_waypoints(path_of(WAYPOINTS))
+    copter.say(**wrong)
+    for _ in range(90):
+        copter.fly()
+    assert node.flown.began is None
