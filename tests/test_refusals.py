@@ -110,7 +110,7 @@ SITES = [
 
 ELSEWHERE = {
     ("within_limits", "_stretched", UnprovedError),
-    ("in_loop", "plan_in_loop", UnprovedError),  # tests/test_vehicle_tube.py
+    ("in_loop", "kept_in_loop", UnprovedError),  # tests/test_vehicle_tube.py
     ("passage", "_too_narrow", InfeasibleError),
     ("plan_route", "_around", UnprovedError),
     ("explorer", "_way", UnprovedError),

@@ -24,6 +24,7 @@ from minsnap.errors import FrameError, InputError
 if TYPE_CHECKING:
     from minsnap.paths.missions.mission import Mission
     from minsnap.planning.request import PlanRequest
+    from minsnap.vehicle.loop import Loop
 
 QUICK = 1000.0
 """Longest search for a lap after which laps from a standing start are searched for, too [ms]."""
@@ -282,11 +283,10 @@ def fly_course(
     if planning.no_limit == "altitude":
         planning.refuse_idle()
     named = _chosen(planning)
-    refused = [name for name in ("total_time", "time_weight", "split", "tracking") if name in named]
+    refused = [name for name in ("total_time", "time_weight", "split") if name in named]
     if refused:
         option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
-        why = "is flown as fast as its limits allow" if refused[0] != "tracking" else "is checked by check --tracking"
-        raise InputError(f"{option} is for a plan through waypoints: a course {why}")
+        raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
     named = _beside_those_of(course, named, planning)
     arguments = plan_arguments({"yaw": course.yaw} | named | destination.search)
     own = {"limits": "limits", "yaw": "yaw", "tube": "corridor"}
@@ -297,7 +297,8 @@ def fly_course(
     took = 1e3 * (perf_counter() - began)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
     figures: dict[str, Any] = {"parts": parts, "interrupted": "yes" if mission.interrupted else None}
-    figures |= {} if mission.interrupted else _standing(flown, arguments, mission, took)
+    figures |= {} if mission.interrupted or planning.in_loop else _standing(flown, arguments, mission, took)
+    figures |= _in_loop(mission, **planning.in_loop)
     how |= {"limits": mission.limits, "further": figures, "gates": mission.gates, "avoid": flown.obstacles}
     how |= {"pins": mission.pins, "stops": mission.passed_stops}
     how["note"] = "; ".join(filter(None, (*mission.notes, note, _other_vehicle(mission, destination))))
@@ -313,6 +314,14 @@ def _standing(course: minsnap.Course, arguments: dict[str, Any], mission: Missio
     quiet = {name: value for name, value in arguments.items() if name not in ("search", "progress")}
     laps = course.changed(closed=False, stops=(*course.stops, *course.stops[:1]))
     return standing(lambda: minsnap.plan_mission(laps, **quiet).trajectory, mission.trajectory)
+
+
+def _in_loop(mission: Mission, tracking: Loop | None = None, wind: float = 0.0) -> dict[str, Any]:
+    """Return what the summary says of the vehicle in its loop, if one is given."""
+    if tracking is None:
+        return {}
+    tube = mission.in_loop(tracking, wind)
+    return {"tube": tube.error, "strongest_wind": tube.strongest, "wind": wind}
 
 
 def _other_vehicle(mission: Mission, destination: Destination) -> str:

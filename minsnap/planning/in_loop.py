@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -159,26 +159,77 @@ def plan_in_loop(request: PlanRequest, planned: Callable[[PlanRequest, tuple[str
     UnprovedError
         If no plan was found with which the vehicle stays inside.
     """
-    wind, loop, limits = check_tracking(request.tracking, request.wind), request.tracking, request.limits
+    asked = replace(request, tracking=None, wind=None)
+    wind, loop = check_tracking(request.tracking, request.wind), request.tracking
+
+    def less(distance: float, limits: Limits | None) -> PlanRequest:
+        return replace(narrowed(asked, distance), limits=limits)
+
+    def followed(less: PlanRequest) -> tuple[Plan, VehicleTube]:
+        curve = planned(less, (told_in_loop(wind),))
+        check_followed(curve)
+        return curve, _tube(request, loop, wind, curve)
+
+    return kept_in_loop(loop, wind, request.limits, less, followed)
+
+
+def told_in_loop(wind: float) -> str:
+    """Return the sentence on a plan that leaves room for a loop."""
+    return f"planned for a vehicle that keeps all of it in a wind that changes by {wind:g} m/s"
+
+
+T = TypeVar("T")
+Asked = TypeVar("Asked")
+
+
+def kept_in_loop(
+    loop: Loop,
+    wind: float,
+    limits: Limits | None,
+    less: Callable[[float, Limits | None], Asked],
+    followed: Callable[[Asked], tuple[T, VehicleTube]],
+) -> T:
+    """Plan again and again, in ever less room, until the vehicle in its loop keeps what is asked.
+
+    Parameters
+    ----------
+    loop : Loop
+    wind : float
+        Largest change of the wind [m/s].
+    limits : Limits or None
+        What is asked.
+    less : callable
+        Takes what corridor, gates and obstacles are to leave [m], and limits, and returns what is asked of a plan;
+        raises CorridorError, WaypointError, VehicleError or LimitError where nothing is left.
+    followed : callable
+        Plans that, and returns the plan and the tube of the vehicle within all of what was asked at first.
+
+    Raises
+    ------
+    VehicleError
+        If thrust and tilt leave nothing to the plan.
+    UnprovedError
+        If no plan was found with which the vehicle stays inside.
+    """
     widths = loop.widths(wind, 0.0 if limits is None or limits.speed is None else limits.speed)
     left = _Left(widths.error, widths.command)
     if limits is not None:
         reserved_limits(limits, loop, left.command)
-    told = (f"planned for a vehicle that keeps all of it in a wind that changes by {wind:g} m/s",)
     why = "corridor, gates and obstacles leave no room for that"
     for _ in range(ATTEMPTS):
         tube = None
-        asked = left.of(request, loop)
-        if asked is not None:
+        try:
+            asked = less(left.distance, left.of(limits, loop))
+        except (CorridorError, WaypointError, VehicleError, LimitError):
+            pass
+        else:
             try:
-                curve = planned(asked, told)
+                plan, tube = followed(asked)
             except InfeasibleError as error:
                 why = f"{error}"
             else:
-                check_followed(curve)
-                tube = _tube(request, loop, wind, curve)
                 if tube.ok:
-                    return curve
+                    return plan
                 why = str(tube.fault)
         if left.distance == widths.error and tube is None or not left.leave(tube, limits is not None):
             break
@@ -209,15 +260,9 @@ class _Left:
     def __post_init__(self) -> None:
         self._wind = self.distance
 
-    def of(self, request: PlanRequest, loop: Loop) -> PlanRequest | None:
-        """Return the request of the plan, or None where nothing is left to it."""
-        try:
-            asked = narrowed(replace(request, tracking=None, wind=None), self.distance)
-            if request.limits is None:
-                return asked
-            return replace(asked, limits=_slower(request.limits, loop, self.command, self._wind, self.slowness))
-        except (CorridorError, WaypointError, VehicleError, LimitError):
-            return None
+    def of(self, limits: Limits | None, loop: Loop) -> Limits | None:
+        """Return the limits of the plan."""
+        return None if limits is None else _slower(limits, loop, self.command, self._wind, self.slowness)
 
     def leave(self, tube: VehicleTube | None, slower: bool) -> bool:
         """Leave more where a tube lacks it; return whether there is anything else to try.

@@ -59,10 +59,15 @@ def test_bad_loops_are_refused_in_one_sentence(points, run, options, said):
     assert said in run("plan", points, *options, code=2).stderr
 
 
-def test_setpoints_and_courses_say_what_takes_a_loop(points, run, tmp_path):
+def test_setpoints_say_that_they_are_no_plan_for_a_loop(points, run, tmp_path):
     run("plan", points, "-o", tmp_path / "path.csv")
     assert "holds no plan" in run("check", tmp_path / "path.csv", "--tracking", "px4", code=2).stderr
-    assert "check --tracking" in run("plan", points, "--takeoff", "--tracking", "px4", code=2).stderr
+
+
+def test_a_course_is_planned_in_a_loop_and_checked_in_it(points, run, tmp_path):
+    told = run("plan", points, "--takeoff", "--tracking", "px4", "--wind", 0.5, "-o", tmp_path / "course.json").stdout
+    assert "strongest wind" in told and "keeps all of it in a wind that changes by 0.5 m/s" in told
+    assert "strongest wind" in run("check", tmp_path / "course.json", "--tracking", "px4", "--wind", 0.5).stdout
 
 
 def test_a_fleet_is_checked_in_its_loops(run, tmp_path):

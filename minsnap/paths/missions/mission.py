@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -37,6 +37,10 @@ from minsnap.trajectory.planned_heading import chosen_heading
 from minsnap.trajectory.planned_path import PlannedPath
 from minsnap.trajectory.report import unlimited_notes
 from minsnap.trajectory.trajectory import Plan, Trajectory, concatenate
+
+if TYPE_CHECKING:
+    from minsnap.vehicle.loop import Loop
+    from minsnap.vehicle_tube import VehicleTube
 
 
 @dataclass(frozen=True)
@@ -149,9 +153,9 @@ class Mission(PlannedPath):
     @property
     def notes(self) -> tuple[str, ...]:
         """What is far from ordinary, as the report of a plan says it."""
-        fixed = fixed_yaw_notes(self.limits, self.trajectory) if self.course.yaw is None else self.said
+        fixed = fixed_yaw_notes(self.limits, self.trajectory) if self.course.yaw is None else ()
         near = near_notes(self.trajectory, self.gates, self.course.obstacles, self.limits)
-        return fixed + near + unlimited_notes(self.trajectory, self.limits.given())
+        return fixed + self.said + near + unlimited_notes(self.trajectory, self.limits.given())
 
     @property
     def gates(self) -> dict[int, Gate]:
@@ -172,6 +176,22 @@ class Mission(PlannedPath):
         stops = enumerate(self.course.stops)
         return tuple(PassedStop(stop.center, stop.ball, 0.0 if n in ends else width) for n, stop in stops)
 
+    def in_loop(self, loop: Loop, wind: float) -> VehicleTube:
+        """Return the tube of a vehicle in its control loop, which must keep what the course asks for.
+
+        Parameters
+        ----------
+        loop : Loop
+        wind : float
+            Largest change of the wind [m/s].
+        """
+        from minsnap.vehicle_tube import vehicle_tube
+
+        instants = self.trajectory.leg_breaks
+        walls = walls_of(self.corridor, self.trajectory(instants))
+        gates = {int(np.abs(instants - one.instant).argmin()): self.gates[one.gate] for one in self.gate_passages()}
+        return vehicle_tube(loop, wind, self.trajectory, walls, gates, self.course.obstacles, self.limits)
+
     def gate_passages(self) -> tuple[GatePassage, ...]:
         """Return when, how fast and how far from its edges each gate is passed; by its number among the stops."""
         return gate_passages(self.trajectory, self.gates)
@@ -189,7 +209,8 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     ----------
     course : Course
     **planning
-        Further arguments of :func:`minsnap.plan` for the course, such as ``pieces``.
+        Further arguments of :func:`minsnap.plan` for the course, such as ``pieces``. With ``tracking`` and ``wind`` the
+        vehicle in its loop keeps tube, gates, obstacles and limits of the whole flight.
 
     Returns
     -------
@@ -213,7 +234,16 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     """
     check_kind("the course", course, Course, "a Course")
     course = course.changed(**{name: planning.pop(name) for name in ("degree", "pieces", "avoid") if name in planning})
-    return _freely_headed(course, planning) if is_free(course.yaw) else _planned(course, planning)
+    tracking, wind = (planning.pop(name, None) for name in ("tracking", "wind"))
+
+    def planned(course: Course) -> Mission:
+        return _freely_headed(course, planning) if is_free(course.yaw) else _planned(course, planning)
+
+    if tracking is None and not wind:
+        return planned(course)
+    from minsnap.paths.missions.mission_in_loop import mission_in_loop
+
+    return mission_in_loop(course, tracking, wind, planned)
 
 
 def _freely_headed(course: Course, planning: dict[str, Any]) -> Mission:
