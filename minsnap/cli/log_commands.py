@@ -17,6 +17,7 @@ from minsnap.cli.output import as_json, check_figure
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
+    from minsnap.files.flights import BagTopics
     from minsnap.flight.tracking.flown_tube import FlownTube
     from minsnap.flight.tracking.log_comparison import ComparedFlight
 
@@ -34,16 +35,23 @@ class Matching:
     frame: options.ReadFrame = None
     columns: options.Columns = None
     flight: Annotated[int | None, "N", "Which flight of a log with several, counted from 1."] = None
+    topic: Annotated[str | None, "NAME", "Of a bag with several: the topic of the vehicle's positions."] = None
+    setpoints: Annotated[str | None, "NAME", "Of a bag with several: the topic of its setpoints."] = None
 
     def compared(self, reference: Path, paths: list[Path]) -> dict[str, ComparedFlight]:
         """Read and compare all files; damage in a log is reported on standard error."""
+        from minsnap.files.bags.bag_storage import is_bag
         from minsnap.files.convert import frame_for, read_samples
-        from minsnap.files.flights import ENDINGS, load_reference
+        from minsnap.files.flights import is_flight, load_reference
 
         sent, flights_by_name = self.sent or [], {}
+        topics = self._topics()
+        if topics.named and not any(map(is_bag, [reference, *paths])):
+            raise InputError("--topic and --setpoints choose topics of a bag of ROS 2, and none is given")
         with told_warnings():
-            read = load_reference if reference.suffix.lower() in ENDINGS else read_samples
-            wanted = read(reference, frame_for(reference, self.frame))
+            read = load_reference if is_flight(reference) else read_samples
+            frame = frame_for(reference, self.frame)
+            wanted = load_reference(reference, frame, topics) if is_bag(reference) else read(reference, frame)
             wanted = wanted if self.lead is None else replace(wanted, lead=self.lead)
             if sent and len(sent) != len(paths):
                 count = f"{len(sent)} times beside {len(paths)} flights"
@@ -54,6 +62,11 @@ class Matching:
                 for number, one in enumerate(flights, 1):
                     flights_by_name[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
         return flights_by_name
+
+    def _topics(self) -> BagTopics:
+        from minsnap.files.flights import BagTopics
+
+        return BagTopics(self.topic, self.setpoints)
 
     def _chosen(self, flights: list[ComparedFlight], path: Path) -> list[ComparedFlight]:
         """Return the flight of a file that ``--flight`` names, or all of them."""
@@ -69,11 +82,13 @@ class Matching:
         self, wanted: minsnap.Samples, sent: minsnap.Samples | None, path: Path, reference: Path
     ) -> list[ComparedFlight]:
         """Return the flights of a file: those of a log at its own setpoints, the only one of a table of samples."""
-        from minsnap.files.flights import load_flight, load_log
+        from minsnap.files.bags.bag_storage import is_bag
+        from minsnap.files.flights import USUAL_TOPICS, load_flight, load_log
         from minsnap.flight.tracking.comparison import moved
         from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
 
-        log = None if path == reference else load_log(path)
+        topics = self._topics() if is_bag(path) else USUAL_TOPICS
+        log = None if path == reference else load_log(path, topics)
         if log is not None and log.reference is not None and log.flight is not None:
             planned = None if sent is None else wanted
             return compare_in_log(sent or wanted, log.reference, log.flight, self.max_delay, planned)
@@ -82,7 +97,7 @@ class Matching:
                 f"{path} holds no setpoints, so when the flight began is not known: log them, or give --align, "
                 "which counts the vehicle's delay as part of the clocks' offset"
             )
-        flight = load_flight(path, self.frame, options.parse_named(self.columns))
+        flight = load_flight(path, self.frame, options.parse_named(self.columns), topics)
         comparison = minsnap.flight.compare(wanted, flight, align=self.align, max_delay=self.max_delay)
         return [ComparedFlight(comparison, wanted, moved(flight, comparison.offset))]
 
@@ -91,7 +106,9 @@ class Matching:
 def compare(
     matching: Matching,
     reference: Annotated[Path, "REFERENCE", "Setpoint CSV, or a log to take it from."],
-    flights: Annotated[list[Path], "FLIGHT...", "CSV, ULog (.ulg), dataflash log (.bin), log of a stream."],
+    flights: Annotated[
+        list[Path], "FLIGHT...", "CSV, ULog (.ulg), dataflash (.bin), bag (.mcap, .db3, folder), log of a stream."
+    ],
     *,
     waypoints: Annotated[Path | None, "FILE", "Waypoints of the corridor, as for plan."] = None,
     corridor: options.Corridor = None,

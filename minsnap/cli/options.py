@@ -24,7 +24,7 @@ Triple = tuple[float, float, float]
 
 VEHICLE_HELP = "f330, crazyflie, px4-sih, or a YAML file."
 
-READABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet, .ulg or .bin"
+READABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet, .ulg, .bin, .mcap or .db3"
 WRITABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet, .npy; missions: .plan, .waypoints, .kml, .kmz"
 FORMATS = "setpoints, crazyflie, crazyflie-compressed, mav, polynomials, multidof, px4, skybrush, npz, parquet, "
 FORMATS += "qgroundcontrol, ardupilot, kml, dji or litchi"

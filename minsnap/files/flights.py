@@ -1,9 +1,10 @@
-"""Flights from files: setpoint CSV, the logs of PX4 and ArduPilot, and that of ``minsnap stream``, in z-down axes."""
+"""Flights from files: setpoint CSV, the logs of PX4 and ArduPilot, bags of ROS 2, and the log of ``minsnap stream``."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,9 @@ from minsnap.basics.storage.text import FileName, beginning, read_text
 from minsnap.basics.warn import warn_caller
 from minsnap.errors import FileError
 from minsnap.files.autopilot_logs import read_dataflash, read_ulog
+from minsnap.files.bags.bag_log import read_bag
+from minsnap.files.bags.bag_storage import ENDINGS as BAGS
+from minsnap.files.bags.bag_storage import is_bag
 from minsnap.files.convert import Format
 from minsnap.files.flight_log import FlightLog, flight_log
 from minsnap.files.setpoint_csv import COLUMNS, read_csv, samples_of
@@ -76,22 +80,51 @@ def _samples(rows: Sequence[Row], lead: float = 0.0) -> Samples | None:
     return samples_of({name: np.array([float(row[key]) for row in rows]) for name, key in known.items()}, lead)
 
 
-ENDINGS = (".csv", ".ulg", ".bin")
+ENDINGS = (".csv", ".ulg", ".bin", *BAGS)
 """Endings of the files that hold a flight."""
 
 
-def load_flight(path: FileName, frame: str | None = None, columns: Mapping[str, str] | None = None) -> Samples:
+@dataclass(frozen=True)
+class BagTopics:
+    """Which topics of a bag are read.
+
+    Parameters
+    ----------
+    positions, setpoints : str or None
+        None for the only one that has some.
+    """
+
+    positions: str | None = None
+    setpoints: str | None = None
+
+    @property
+    def named(self) -> bool:
+        """Whether one is chosen."""
+        return self.positions is not None or self.setpoints is not None
+
+
+USUAL_TOPICS = BagTopics()
+
+
+def load_flight(
+    path: FileName,
+    frame: str | None = None,
+    columns: Mapping[str, str] | None = None,
+    topics: BagTopics = USUAL_TOPICS,
+) -> Samples:
     """Read a flight.
 
     Parameters
     ----------
     path : str or path
         ``.csv`` as the library writes setpoints and simulated flights, ``.ulg`` as PX4 logs (extra ``logs``), ``.bin``
-        as ArduPilot does.
+        as ArduPilot does, ``.mcap``, ``.db3`` or a folder of them as ROS 2 records (extra ``bags`` if compressed).
     frame : str or None
         Axes of a CSV, None for what it says itself; logs have theirs.
     columns : mapping of str to str, optional
         Of a CSV of another program, such as the logs of a Crazyflie, as :func:`minsnap.read_csv` takes them.
+    topics : BagTopics, optional
+        Of a bag with several.
 
     Returns
     -------
@@ -109,37 +142,52 @@ def load_flight(path: FileName, frame: str | None = None, columns: Mapping[str, 
     ImportError
         If a log needs an extra that is not installed.
     """
-    return _load(path, "flight", frame, columns)
+    return _load(path, "flight", frame, columns, topics)
 
 
-def load_reference(path: FileName, frame: str | None = None) -> Samples:
+def load_reference(path: FileName, frame: str | None = None, topics: BagTopics = USUAL_TOPICS) -> Samples:
     """Read a reference: a setpoint CSV, or the setpoints of a log; otherwise as :func:`load_flight`."""
-    return _load(path, "reference", frame)
+    return _load(path, "reference", frame, topics=topics)
 
 
-def load_log(path: FileName) -> FlightLog | None:
-    """Read a flight log: a ULog, a dataflash log, or the log of a stream; None for a table of samples.
+def load_log(path: FileName, topics: BagTopics = USUAL_TOPICS) -> FlightLog | None:
+    """Read a flight log: a ULog, a dataflash log, a bag, or the log of a stream; None for a table of samples.
 
     Warns and raises as :func:`load_flight`.
     """
-    if Path(path).suffix.lower() not in ENDINGS:
+    if not is_flight(path):
         raise FileError(f"{path} is no flight by its ending: it must be one of {', '.join(ENDINGS)}")
-    log = read_log(path)
+    log = read_log(path, topics=topics)
     if log is not None and log.damage is not None:
         warn_caller(log.damage)
     return log
 
 
-def read_log(path: FileName, inertial: bool = False) -> FlightLog | None:
+def is_flight(path: FileName) -> bool:
+    """Return whether a file holds a flight by its ending, or is the folder of a bag."""
+    return Path(path).suffix.lower() in ENDINGS or is_bag(path)
+
+
+def read_log(path: FileName, inertial: bool = False, topics: BagTopics = USUAL_TOPICS) -> FlightLog | None:
     """Read a log as :func:`load_log`, of any ending and without a warning; ``inertial``: what was felt too."""
+    if is_bag(path):
+        return read_bag(path, topics.positions, topics.setpoints)
+    if topics.named:
+        raise FileError(f"{path} is no bag of ROS 2: leave --topic and --setpoints out")
     ending = Path(path).suffix.lower()
     if ending in (".ulg", ".bin"):
         return (read_ulog if ending == ".ulg" else read_dataflash)(path, inertial)
     return read_stream_log(path) if is_stream_log(path) else None
 
 
-def _load(path: FileName, part: str, frame: str | None, columns: Mapping[str, str] | None = None) -> Samples:
-    log = load_log(path)
+def _load(
+    path: FileName,
+    part: str,
+    frame: str | None,
+    columns: Mapping[str, str] | None = None,
+    topics: BagTopics = USUAL_TOPICS,
+) -> Samples:
+    log = load_log(path, topics)
     if columns is not None and log is not None:
         raise FileError(f"{path} is a log, whose columns are known: leave the names of columns out")
     samples: Samples | None = read_csv(path, frame, columns=columns) if log is None else getattr(log, part)
@@ -149,4 +197,4 @@ def _load(path: FileName, part: str, frame: str | None, columns: Mapping[str, st
     return samples
 
 
-FORMATS = (Format("logs", "samples", reads=(".ulg", ".bin"), read=load_flight),)
+FORMATS = (Format("logs", "samples", reads=(".ulg", ".bin", *BAGS), read=load_flight),)
