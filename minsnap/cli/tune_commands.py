@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from minsnap.flight.tracking.tuning import LearningSettings, TunedFlight
 
 _DISARMED = 60.0  # how long a vehicle may take to land and disarm, which closes its log [s]
+_PARTS = 3  # logs of a flight that are fetched at most
 _SAID, _LONG = 10.0, 60.0  # how often the progress of a download is said, and what is long for one [s]
 
 
@@ -161,8 +162,6 @@ class _Pilot:
 
     def fly(self, sent: minsnap.Samples, number: int) -> Path:
         """Fly, and return the autopilot's log, or that of the stream where there is none that can be read."""
-        from minsnap.flight.tracking.tuning import flight_in
-
         stem = self._output.with_suffix("")
         minsnap.write_csv(sent, f"{stem}-{number}.csv", frame=self._how.frame or "enu")
         own = Path(f"{stem}-{number}.log.csv")
@@ -172,12 +171,35 @@ class _Pilot:
         if not flown.completed:
             raise FlightError(f"flight {number} was not completed: {flown.reason}", report=flown)
         try:
-            log = self._newest(before) if self._logs is not None else self._fetched(before, f"{stem}-{number}")
-            flight_in(log)
+            fetched = self._fetched(before, f"{stem}-{number}") if self._logs is None else self._written(before)
+            return self._of_flight(sent, fetched)
         except (LinkError, FileError, InputError, ImportError) as error:
             tell(f"the log of the stream is used, for {error}")
             return own
-        return log
+
+    @staticmethod
+    def _of_flight(sent: minsnap.Samples, logs: Iterable[Path]) -> Path:
+        """Return the first log with a whole flight of what was sent: an autopilot may close one as soon as it lands.
+
+        Raises
+        ------
+        LinkError, FileError, InputError, ImportError
+            What is wrong with the last, if there is none.
+        """
+        from minsnap.flight.tracking.log_comparison import compare_in_log
+        from minsnap.flight.tracking.tuning import flight_in
+
+        wrong: Exception = LinkError("there is no log of it")
+        for log in logs:
+            try:
+                place = compare_in_log(sent, *flight_in(log))[-1].place
+            except (FileError, InputError) as error:
+                wrong = error
+                continue
+            if place is not None and place.end is None:
+                return log
+            wrong = InputError(f"{log} has a part of the flight alone")
+        raise wrong
 
     def limits(self) -> minsnap.Limits | None:
         """Return the limits that the vehicle's parameters set; None, in a sentence, where it does not tell them."""
@@ -197,7 +219,7 @@ class _Pilot:
     def _known(self) -> list[Any]:
         """Return what tells the logs that are there already: files as they are, or the vehicle's own entries."""
         from minsnap.flight.mavlink.link import Clock, open_link
-        from minsnap.flight.mavlink.parameters import list_logs
+        from minsnap.flight.mavlink.log_download import list_logs
 
         if self._logs is not None:
             return self._files()
@@ -214,15 +236,17 @@ class _Pilot:
         files = [(file.stat(), file) for file in self._logs.rglob("*") if file.suffix.lower() in (".ulg", ".bin")]
         return [(stat.st_mtime_ns, stat.st_size, file) for stat, file in files]
 
-    def _newest(self, before: list[Any]) -> Path:
+    def _written(self, before: list[Any]) -> list[Path]:
+        """Return the files that were written during the flight, the newest first."""
         fresh = set(self._files()) - set(before)
         if not fresh:
             raise LinkError(f"nothing was written to a .ulg or .bin in {self._logs} during the flight")
-        return max(fresh)[2]
+        return [file for _, _, file in sorted(fresh, reverse=True)]
 
-    def _fetched(self, before: list[Any], stem: str) -> Path:
+    def _fetched(self, before: list[Any], stem: str) -> Iterator[Path]:
+        """Yield logs of the flight, the newest first, each fetched when it is asked for."""
         from minsnap.flight.mavlink.link import Clock, open_link
-        from minsnap.flight.mavlink.parameters import download_log
+        from minsnap.flight.mavlink.log_download import download_log, fresh_logs
 
         clock = Clock()
         with closing(open_link(self._connect, clock)) as link:
@@ -233,6 +257,8 @@ class _Pilot:
                     break
             if link.vehicle.armed:
                 raise LinkError("the vehicle is still armed, and its log is open")
-            place = Path(f"{stem}{'.ulg' if link.vehicle.autopilot == PX4 else '.bin'}")
-            download_log(link, clock, place, _told(clock), before)
-            return place
+            ending = ".ulg" if link.vehicle.autopilot == PX4 else ".bin"
+            for index, entry in enumerate(fresh_logs(link, clock, before)[:_PARTS]):
+                place = Path(f"{stem}{f'-part{index}' if index else ''}{ending}")
+                download_log(link, clock, place, _told(clock), entry)
+                yield place

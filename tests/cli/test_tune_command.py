@@ -1,8 +1,11 @@
 """The command that corrects setpoints by what a flight missed, from the flight's log."""
 
 import json
+import os
+from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from flown_logs import Measured, ulog_of
 
@@ -99,7 +102,7 @@ def test_limits_of_the_vehicle_come_from_a_file(call, tmp_path):
     assert none.returncode == 2 and "none.yaml has no limits: give a file as minsnap limits -o writes it" in none.stderr
 
 
-@pytest.mark.parametrize("writes", ["log", "damaged", None])
+@pytest.mark.parametrize("writes", ["log", "split", "damaged", None])
 def test_a_log_in_the_folder_counts_if_it_was_written_during_the_flight(monkeypatch, tmp_path, writes):
     """That of yesterday used to be taken for the flight where the autopilot wrote none; one unread ended it all."""
     plan = minsnap.line().sample(20.0)
@@ -109,17 +112,22 @@ def test_a_log_in_the_folder_counts_if_it_was_written_during_the_flight(monkeypa
         (folder / name).write_bytes(b"before")
 
     def fly(*_):
-        if writes == "log":
+        if writes in ("log", "split"):
             (folder / "growing.ulg").unlink()
             write_ulog(FlightLog(plan, plan, 0.0), folder / "growing.ulg")
-        elif writes:
+        if writes == "split":  # as an autopilot that begins a new log when it has landed
+            still = replace(plan, position=np.zeros((len(plan), 3)))
+            write_ulog(FlightLog(still, still, 0.0), folder / "landed.ulg")
+            stat = (folder / "growing.ulg").stat()
+            os.utime(folder / "landed.ulg", ns=(stat.st_atime_ns, stat.st_mtime_ns + 10**9))
+        elif writes == "damaged":
             (folder / "growing.ulg").write_bytes(b"before and after")
         return SimpleNamespace(completed=True)
 
     monkeypatch.setattr(tune_commands, "fly", fly)
     pilot = tune_commands._Pilot("udpin:0", StreamOptions(), tmp_path / "tuned.csv", folder, False)
     log = pilot.fly(plan, 1)
-    assert log == (folder / "growing.ulg" if writes == "log" else tmp_path / "tuned-1.log.csv")
+    assert log == (folder / "growing.ulg" if writes in ("log", "split") else tmp_path / "tuned-1.log.csv")
 
 
 def test_what_is_sent_is_not_written_over_the_plan(call, tmp_path):

@@ -100,6 +100,7 @@ class StandIn:
         self.tells_modes = self.tells_targets = True  # where it is asked, which older ones are in vain
         self.told_mode, self.told_at = None, -math.inf
         self.logs, self.lost_pieces = [], set()  # bytes of each log; offsets that do not arrive when first asked for
+        self.files, self.lost_parts = {}, set()  # by path; offsets in them that do not arrive when first sent
         self.held_back = 0.0  # how much later than it comes a setpoint is acted on [s]
         self.returns, self.topics, self.fused = False, [], 0
         self.last_setpoint, self.first_setpoint = -math.inf, math.inf
@@ -219,6 +220,36 @@ class StandIn:
                     self.link.mav.log_entry_send(number, len(self.logs), len(self.logs) - 1, 0, len(log))
             elif kind == "LOG_REQUEST_DATA":
                 self._send_log(message)
+            elif kind == "FILE_TRANSFER_PROTOCOL" and self.files:
+                self._serve(bytes(message.payload))
+
+    def _serve(self, raw):
+        """Serve files as MAVLink's file transfer says: folders, and bursts of at most three parts."""
+        number, session, opcode, size, _, _, _, offset = struct.unpack_from("<HBBBBBBI", raw)
+        name = raw[12 : 12 + size].decode(errors="replace") if opcode in (3, 4) else ""
+
+        def answer(kind, data, at=0, last=0):
+            head = struct.pack("<HBBBBBBI", (number + 1) % 65536, 1, kind, len(data), opcode, last, 0, at)
+            self.link.mav.file_transfer_protocol_send(0, 255, 0, list((head + data).ljust(251, b"\0")))
+
+        if opcode == 3:
+            inside = [path[len(name) + 1 :] for path in self.files if path.startswith(f"{name}/")]
+            folders = sorted({f"D{path.split('/')[0]}" for path in inside if "/" in path})
+            listed = folders + [f"F{path}\t{len(self.files[f'{name}/{path}'])}" for path in inside if "/" not in path]
+            part = "".join(f"{entry}\0" for entry in listed[offset : offset + 2]).encode()
+            answer(128 if part else 129, part or bytes([6]))
+        elif opcode == 4:
+            self.opened = self.files.get(name)
+            answer(*((129, bytes([10])) if self.opened is None else (128, struct.pack("<I", len(self.opened)))))
+        elif opcode == 15:
+            starts = [at for at in range(offset, min(offset + 3 * 239, len(self.opened)), 239)]
+            for at in starts:
+                if at in self.lost_parts:
+                    self.lost_parts.discard(at)
+                    continue
+                answer(128, self.opened[at : at + 239], at, int(at == starts[-1]))
+        elif opcode == 1:
+            answer(128, b"")
 
     def _send_log(self, asked):
         for start in range(asked.ofs, min(asked.ofs + asked.count, len(self.logs[asked.id])), 90):

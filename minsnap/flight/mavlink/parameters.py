@@ -1,4 +1,4 @@
-r"""What is fetched from an autopilot: parameters, the limits of a path that they set, and the last log.
+r"""Parameters of an autopilot, and the limits of a path that they set.
 
 At a speed v the thrust leans against the drag k v as well as along the acceleration a, so that
 :math:`a + k v \le g \tan\theta`. Drag may take half of the tilt at the greatest speed; the rest, less a tenth for
@@ -15,8 +15,6 @@ from typing import Any
 
 from minsnap.basics.arrays import GRAVITY
 from minsnap.basics.checks import check_number
-from minsnap.basics.storage.atomic import write_file
-from minsnap.basics.storage.text import FileName
 from minsnap.errors import LinkError
 from minsnap.flight.mavlink.link import Clock, Link
 from minsnap.flight.mavlink.vehicle_messages import PX4, Message, load_dialect
@@ -309,122 +307,3 @@ def _rounded(value: float) -> float:
     """Return a limit rounded down to four digits."""
     step = 10.0 ** (math.floor(math.log10(value)) - 3)
     return round(math.floor(value / step) * step, 9)
-
-
-@dataclass(frozen=True)
-class LogDownload:
-    """How the log of a vehicle is fetched.
-
-    Parameters
-    ----------
-    piece : int
-        Bytes of a log in one message (LOG_DATA).
-    request : int
-        Bytes of one request.
-    silence : float
-        How long an answer may take before the request is repeated [s].
-    tries : int
-        How often a request is repeated.
-    largest : int
-        Bytes of the largest log.
-    """
-
-    piece: int = 90
-    request: int = 512 * 90
-    silence: float = 1.5
-    tries: int = 5
-    largest: int = 2**31
-
-
-DOWNLOAD = LogDownload()
-
-
-def download_log(
-    link: Link,
-    clock: Clock,
-    path: FileName,
-    progress: Callable[[float], None] = lambda _: None,
-    before: Iterable[Message] = (),
-) -> None:
-    """Fetch the newest log and write it; autopilots refuse while they fly.
-
-    Parameters
-    ----------
-    link : Link
-        With a vehicle that has been heard.
-    clock : Clock
-        The same as the link's.
-    path : str or path
-        Where to write.
-    progress : callable
-        Told the share that is there, from 0 to 1.
-    before : iterable of LOG_ENTRY
-        Logs that were there before the flight, as :func:`list_logs` told them: none of them is of it.
-
-    Raises
-    ------
-    LinkError
-        If the vehicle tells of no log, or stops sending.
-    """
-    dialect, vehicle = load_dialect(), link.vehicle
-    target = (vehicle.system, vehicle.component)
-    entry = _newest(list_logs(link, clock), {(old.time_utc, old.size) for old in before})
-    content, missing = bytearray(entry.size), set(range(0, entry.size, DOWNLOAD.piece))
-    tries = 0
-    while missing:
-        first, left = min(missing), len(missing)
-        count = min(DOWNLOAD.request, entry.size - first)
-        link.send(dialect.MAVLink_log_request_data_message(*target, entry.id, first, count))
-        _receive(link, clock, entry, content, missing, first + count)
-        progress(1.0 - len(missing) * DOWNLOAD.piece / max(entry.size, 1))
-        tries = 0 if len(missing) < left else tries + 1
-        if tries == DOWNLOAD.tries:
-            come = entry.size - len(missing) * DOWNLOAD.piece
-            raise LinkError(f"the vehicle stopped sending its log after {come} of {entry.size} bytes")
-    link.send(dialect.MAVLink_log_request_end_message(*target))
-    write_file(path, bytes(content))
-
-
-def list_logs(link: Link, clock: Clock) -> list[Message]:
-    """Return what a vehicle tells of its logs, as messages LOG_ENTRY; none where it does not answer."""
-    target = (link.vehicle.system, link.vehicle.component)
-    request = load_dialect().MAVLink_log_request_list_message(*target, 0, 0xFFFF)
-    entries: dict[int, Message] = {}
-    for _ in range(DOWNLOAD.tries):
-        link.send(request)
-        last = clock.now()
-        while clock.now() < last + DOWNLOAD.silence and not any(
-            len(entries) >= entry.num_logs for entry in entries.values()
-        ):
-            for message in link.pump(clock.now() + 0.1):
-                if message.get_type() == "LOG_ENTRY":
-                    entries[message.id], last = message, clock.now()
-        if entries:
-            break
-    return list(entries.values())
-
-
-def _newest(entries: list[Message], known: set[tuple[int, int]]) -> Message:
-    """Return the entry of the newest log that was not there before, by time and size; numbers may move on."""
-    if not entries:
-        raise LinkError("the vehicle does not tell of its logs (LOG_REQUEST_LIST): fetch the log by hand")
-    fresh = [entry for entry in entries if entry.num_logs and (entry.time_utc, entry.size) not in known]
-    newest = max(fresh, key=lambda entry: (entry.time_utc, entry.id), default=None)
-    if newest is None or not 0 < newest.size < DOWNLOAD.largest:
-        raise LinkError("the vehicle has no log of this flight: turn its logging on")
-    return newest
-
-
-def _receive(link: Link, clock: Clock, entry: Message, content: bytearray, missing: set[int], end: int) -> None:
-    """Take what comes of a log until all before ``end`` is there, or nothing has come for a while."""
-    last = clock.now()
-    while clock.now() < last + DOWNLOAD.silence and any(start < end for start in missing):
-        for message in link.pump(clock.now() + 0.1):
-            if message.get_type() != "LOG_DATA" or message.id != entry.id or message.ofs not in missing:
-                continue
-            count = min(DOWNLOAD.piece, entry.size - message.ofs)
-            if message.count < count:  # a piece that is cut short is requested again
-                continue
-            content[message.ofs : message.ofs + count] = bytes(message.data[:count])
-            missing.discard(message.ofs)
-            last = clock.now()

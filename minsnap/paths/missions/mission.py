@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -241,9 +241,29 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
 
     if tracking is None and not wind:
         return planned(course)
-    from minsnap.paths.missions.mission_in_loop import mission_in_loop
+    return _kept_by_the_vehicle(course, tracking, wind, planned)
 
-    return mission_in_loop(course, tracking, wind, planned)
+
+def _kept_by_the_vehicle(course: Course, loop: Any, wind: Any, planned: Callable[[Course], Mission]) -> Mission:
+    """Plan a course so that the vehicle in its loop keeps it, in a wind that changes by at most ``wind`` [m/s]."""
+    from minsnap.paths.missions.narrower_course import narrower_course, wider_walls
+    from minsnap.planning.in_loop import kept_in_loop, told_in_loop
+    from minsnap.vehicle_tube import check_followed, check_tracking
+
+    change = check_tracking(loop, wind)
+
+    def less(distance: float, limits: Limits | None) -> tuple[Course, float]:
+        return narrower_course(course, distance).changed(limits=limits), distance
+
+    def followed(asked: tuple[Course, float]) -> tuple[Mission, VehicleTube]:
+        mission = planned(asked[0])
+        check_followed(mission.trajectory)
+        walls = tuple(wider_walls(wall, asked[1]) for wall in mission.corridor)
+        said = (*mission.said, told_in_loop(change))
+        kept = replace(mission, course=course, limits=course.bounds, corridor=walls, said=said)
+        return kept, kept.in_loop(loop, change)
+
+    return kept_in_loop(loop, change, course.bounds, less, followed)
 
 
 def _freely_headed(course: Course, planning: dict[str, Any]) -> Mission:

@@ -6,7 +6,7 @@ import pytest
 
 from minsnap.errors import LinkError
 from minsnap.flight.mavlink.link import open_link
-from minsnap.flight.mavlink.parameters import DOWNLOAD, download_log, list_logs
+from minsnap.flight.mavlink.log_download import DOWNLOAD, download_log, fresh_logs, list_logs
 
 
 @pytest.fixture
@@ -31,9 +31,10 @@ def test_a_log_that_was_there_before_the_flight_is_not_taken_for_it(vehicle, lin
     vehicle.logs = [b"of another day", b"of yesterday"]
     before = list_logs(link, clock)
     with pytest.raises(LinkError, match="has no log of this flight"):
-        download_log(link, clock, tmp_path / "none.ulg", before=before)
+        fresh_logs(link, clock, before)
     vehicle.logs.insert(0, b"of today")
-    download_log(link, clock, tmp_path / "flight.ulg", before=before)
+    (entry,) = fresh_logs(link, clock, before)
+    download_log(link, clock, tmp_path / "flight.ulg", entry=entry)
     assert (tmp_path / "flight.ulg").read_bytes() == b"of today"
 
 
@@ -45,3 +46,32 @@ def test_a_vehicle_without_logs_and_one_that_stops_sending_are_told(vehicle, lin
     with pytest.raises(LinkError, match="stopped sending its log after 0 of 360 bytes"):
         download_log(link, clock, tmp_path / "none.ulg")
     assert not (tmp_path / "none.ulg").exists()
+
+
+@pytest.mark.parametrize("folder", ["/fs/microsd/log/2026-11-29", "/log/sess003", "/log"])
+def test_a_log_comes_by_file_transfer_where_the_vehicle_has_it(vehicle, link, clock, tmp_path, folder):
+    log = os.urandom(9 * 239 + 17)
+    vehicle.logs, vehicle._send_log = [log], lambda asked: pytest.fail("the slow way")
+    vehicle.files = {f"{folder}/12_00_0{k}.ulg": bytes(100 + k) for k in range(5)} | {f"{folder}/13_00_00.ulg": log}
+    vehicle.lost_parts = {0, 3 * 239, 9 * 239}
+    shares = []
+    download_log(link, clock, tmp_path / "flight.ulg", shares.append)
+    assert (tmp_path / "flight.ulg").read_bytes() == log
+    assert shares == sorted(shares) and shares[-1] == 1.0 and not vehicle.lost_parts
+
+
+def test_messages_of_logs_take_over_where_files_are_others_or_stop(vehicle, link, clock, tmp_path):
+    vehicle.logs, vehicle.files = [os.urandom(500)], {"/log/12_00_00.ulg": bytes(400)}
+    download_log(link, clock, tmp_path / "other.ulg")
+    assert (tmp_path / "other.ulg").read_bytes() == vehicle.logs[0]
+    vehicle.files = {"/log/12_00_00.ulg": vehicle.logs[0]}
+    vehicle.lost_parts = type("Never", (set,), {"__contains__": lambda *_: True, "discard": lambda *_: None})()
+    download_log(link, clock, tmp_path / "stopped.ulg")
+    assert (tmp_path / "stopped.ulg").read_bytes() == vehicle.logs[0]
+
+
+def test_logs_of_a_flight_that_was_split_come_one_after_another(vehicle, link, clock):
+    vehicle.logs = [b"older"]
+    before = list_logs(link, clock)
+    vehicle.logs += [b"the flight itself", b"on the ground"]
+    assert [entry.size for entry in fresh_logs(link, clock, before)] == [13, 17]

@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import UnprovedError, VehicleError
-from minsnap.paths.missions.mission_in_loop import narrower_course
+from minsnap.paths.missions.narrower_course import narrower_course
 
 LIMITS = minsnap.Limits(speed=2.0, acceleration=3.0, jerk=15.0)
 LOOP = minsnap.Loop.px4()

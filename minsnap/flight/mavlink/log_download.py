@@ -1,0 +1,169 @@
+"""Logs of an autopilot, fetched over MAVLink: by its file transfer where it answers, else by its messages of logs.
+
+PX4 sends messages of logs at about 7 kB/s; files come in bursts, as quickly as the link takes them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from minsnap.basics.storage.atomic import write_file
+from minsnap.basics.storage.text import FileName
+from minsnap.errors import LinkError
+from minsnap.flight.mavlink.file_transfer import FileTransfer
+from minsnap.flight.mavlink.link import Clock, Link
+from minsnap.flight.mavlink.vehicle_messages import PX4, Message, load_dialect
+
+FOLDERS = {True: ("/fs/microsd/log", "/log"), False: ("/APM/LOGS", "/logs")}
+"""Where PX4, and where ArduPilot, has its logs: on a card, and in simulation."""
+
+
+@dataclass(frozen=True)
+class LogDownload:
+    """How the log of a vehicle is fetched.
+
+    Parameters
+    ----------
+    piece : int
+        Bytes of a log in one message (LOG_DATA).
+    request : int
+        Bytes of one request.
+    silence : float
+        How long an answer may take before the request is repeated [s].
+    tries : int
+        How often a request is repeated.
+    largest : int
+        Bytes of the largest log.
+    """
+
+    piece: int = 90
+    request: int = 512 * 90
+    silence: float = 1.5
+    tries: int = 5
+    largest: int = 2**31
+
+
+DOWNLOAD = LogDownload()
+
+
+def fresh_logs(link: Link, clock: Clock, before: Iterable[Message] = ()) -> list[Message]:
+    """Return the logs of a flight as messages LOG_ENTRY, the newest first: an autopilot may split one.
+
+    Parameters
+    ----------
+    link : Link
+        With a vehicle that has been heard.
+    clock : Clock
+        The same as the link's.
+    before : iterable of LOG_ENTRY
+        Logs that were there before the flight, as :func:`list_logs` told them: none of them is of it.
+
+    Raises
+    ------
+    LinkError
+        If the vehicle tells of no log, or of none that is new or has grown.
+    """
+    entries, known = list_logs(link, clock), {(old.time_utc, old.size) for old in before}
+    if not entries:
+        raise LinkError("the vehicle does not tell of its logs (LOG_REQUEST_LIST): fetch the log by hand")
+    fresh = [entry for entry in entries if entry.num_logs and (entry.time_utc, entry.size) not in known]
+    fresh = [entry for entry in fresh if 0 < entry.size < DOWNLOAD.largest]
+    if not fresh:
+        raise LinkError("the vehicle has no log of this flight: turn its logging on")
+    return sorted(fresh, key=lambda entry: (entry.time_utc, entry.id), reverse=True)
+
+
+def download_log(
+    link: Link,
+    clock: Clock,
+    path: FileName,
+    progress: Callable[[float], None] = lambda _: None,
+    entry: Message | None = None,
+) -> None:
+    """Fetch a log and write it; autopilots refuse while they fly.
+
+    Parameters
+    ----------
+    link : Link
+        With a vehicle that has been heard.
+    clock : Clock
+        The same as the link's.
+    path : str or path
+        Where to write.
+    progress : callable
+        Told the share that is there, from 0 to 1.
+    entry : LOG_ENTRY, optional
+        Of the log; by default the newest.
+
+    Raises
+    ------
+    LinkError
+        If the vehicle tells of no log, or stops sending.
+    """
+    entry = entry or fresh_logs(link, clock)[0]
+    whole = _from_files(link, clock, entry, progress)
+    write_file(path, _from_messages(link, clock, entry, progress) if whole is None else whole)
+
+
+def _from_files(link: Link, clock: Clock, entry: Message, progress: Callable[[float], None]) -> bytes | None:
+    """Return a log by the vehicle's file transfer: the file of its size; None where there is none, or no transfer."""
+    files = FileTransfer(link, clock)
+    for folder in FOLDERS[link.vehicle.autopilot == PX4]:
+        place = files.find(folder, entry.size, (".ulg", ".bin"))
+        if place is not None:
+            return files.read(place, entry.size, progress)
+    return None
+
+
+def _from_messages(link: Link, clock: Clock, entry: Message, progress: Callable[[float], None]) -> bytes:
+    dialect, vehicle = load_dialect(), link.vehicle
+    target = (vehicle.system, vehicle.component)
+    content, missing = bytearray(entry.size), set(range(0, entry.size, DOWNLOAD.piece))
+    tries = 0
+    while missing:
+        first, left = min(missing), len(missing)
+        count = min(DOWNLOAD.request, entry.size - first)
+        link.send(dialect.MAVLink_log_request_data_message(*target, entry.id, first, count))
+        _receive(link, clock, entry, content, missing, first + count)
+        progress(1.0 - len(missing) * DOWNLOAD.piece / max(entry.size, 1))
+        tries = 0 if len(missing) < left else tries + 1
+        if tries == DOWNLOAD.tries:
+            come = entry.size - len(missing) * DOWNLOAD.piece
+            raise LinkError(f"the vehicle stopped sending its log after {come} of {entry.size} bytes")
+    link.send(dialect.MAVLink_log_request_end_message(*target))
+    return bytes(content)
+
+
+def list_logs(link: Link, clock: Clock) -> list[Message]:
+    """Return what a vehicle tells of its logs, as messages LOG_ENTRY; none where it does not answer."""
+    target = (link.vehicle.system, link.vehicle.component)
+    request = load_dialect().MAVLink_log_request_list_message(*target, 0, 0xFFFF)
+    entries: dict[int, Message] = {}
+    for _ in range(DOWNLOAD.tries):
+        link.send(request)
+        last = clock.now()
+        while clock.now() < last + DOWNLOAD.silence and not any(
+            len(entries) >= entry.num_logs for entry in entries.values()
+        ):
+            for message in link.pump(clock.now() + 0.1):
+                if message.get_type() == "LOG_ENTRY":
+                    entries[message.id], last = message, clock.now()
+        if entries:
+            break
+    return list(entries.values())
+
+
+def _receive(link: Link, clock: Clock, entry: Message, content: bytearray, missing: set[int], end: int) -> None:
+    """Take what comes of a log until all before ``end`` is there, or nothing has come for a while."""
+    last = clock.now()
+    while clock.now() < last + DOWNLOAD.silence and any(start < end for start in missing):
+        for message in link.pump(clock.now() + 0.1):
+            if message.get_type() != "LOG_DATA" or message.id != entry.id or message.ofs not in missing:
+                continue
+            count = min(DOWNLOAD.piece, entry.size - message.ofs)
+            if message.count < count:  # a piece that is cut short is requested again
+                continue
+            content[message.ofs : message.ofs + count] = bytes(message.data[:count])
+            missing.discard(message.ofs)
+            last = clock.now()
