@@ -20,6 +20,7 @@ from minsnap.files.flight_log import FlightLog, InertialLog
 from minsnap.flight.simulation.flight_inputs import drag_in_body, tabulate
 from minsnap.flight.simulation.simulated_flight import STEP, Flight
 from minsnap.flight.tracking.comparison import MAX_DELAY, Comparison, compare, jump_remarks, position_at
+from minsnap.flight.tracking.own_takeoff import joins_at
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.attitude import rotations
@@ -89,6 +90,8 @@ class LogFlight(OwnsArrays):
         How much earlier than planned its setpoints were sent [s].
     end : float or None
         Until when of the file's time the setpoints follow it [s]; None for all of it.
+    begin : float
+        From when of the file's time on they follow it [s]: after a take-off that the autopilot flew by itself.
     """
 
     start: float
@@ -97,6 +100,7 @@ class LogFlight(OwnsArrays):
     mismatch: float
     lead: float = 0.0
     end: float | None = None
+    begin: float = 0.0
 
     def in_time_of_file(self, samples: Samples, duration: float) -> Samples:
         """Return the part of samples of the log during the flight, in the file's time.
@@ -107,7 +111,7 @@ class LogFlight(OwnsArrays):
             If fewer than two of them lie there.
         """
         t = (samples.t - self.start) * self.rate
-        kept = (t >= 0.0) & (t <= (duration if self.end is None else self.end - self.lead))
+        kept = (t >= max(0.0, self.begin - self.lead)) & (t <= (duration if self.end is None else self.end - self.lead))
         if np.count_nonzero(kept) < 2:
             raise InputError(f"the log holds no positions during the flight that begins at {self.start:.3f} s")
         velocity = None if samples.velocity is None else samples.velocity[kept] / self.rate
@@ -124,6 +128,8 @@ class LogFlight(OwnsArrays):
             sentences.append(
                 f"its setpoints were sent {self.lead:g} s ahead, and each instant is compared with its plan"
             )
+        if self.begin:
+            sentences.append(f"the autopilot took off by itself: it is compared from {self.begin:.2f} s on, in the air")
         if self.end is not None:
             part = f"the first {self.end:.2f} s of {whole:.2f} s ({100 * self.end / whole:.0f} %)"
             sentences.append(f"its setpoints follow the file for {part}: that part is compared")
@@ -162,6 +168,9 @@ def find_flights(reference: Samples, setpoints: Samples) -> list[LogFlight]:
         raise InputError(f"the log's setpoints last {setpoints.duration:.3g} s: one of its times is wrong")
     refined = [_refined(reference, setpoints, start) for start in _candidates(reference, setpoints)]
     whole = [flight for flight in refined if flight.mismatch <= _tolerance(reference)]
+    join = joins_at(reference)
+    if join and not any(_follows_from_the_ground(reference, setpoints, flight, join) for flight in whole):
+        whole = _joined(reference, setpoints, join) or whole
     flights = [_cut(reference, setpoints, flight) for flight in whole] or _begun(reference, setpoints)
     if not flights:
         nearest = min((flight.mismatch for flight in refined), default=np.inf)
@@ -169,6 +178,23 @@ def find_flights(reference: Samples, setpoints: Samples) -> list[LogFlight]:
         which = "is it of another file or frame, or does it begin in flight?"
         raise InputError(f"the log's setpoints do not follow the file ({near}): {which}")
     return flights
+
+
+def _follows_from_the_ground(reference: Samples, setpoints: Samples, flight: LogFlight, join: float) -> bool:
+    """Return whether the setpoints follow the climb of a file, and not only what comes after it."""
+    t = (setpoints.t - flight.start) * flight.rate
+    inside = (t >= 0.0) & (t <= 0.5 * join)
+    gap = setpoints.position[inside] - flight.shift - position_at(reference, reference.t[0] + t[inside])
+    return not inside.any() or float(np.median(np.linalg.norm(gap, axis=1))) <= 3.0 * _tolerance(reference)
+
+
+def _joined(reference: Samples, setpoints: Samples, join: float) -> list[LogFlight]:
+    """Return the flights of a file from an instant on [s]."""
+    rest = reference[reference.t >= reference.t[0] + join]
+    refined = [_refined(rest, setpoints, start) for start in _candidates(rest, setpoints)]
+    found = [flight for flight in refined if flight.mismatch <= _tolerance(rest)]
+    ahead = float(rest.t[0] - reference.t[0])
+    return [replace(flight, start=flight.start - ahead / flight.rate, begin=ahead) for flight in found]
 
 
 def _tolerance(reference: Samples) -> float:
@@ -213,7 +239,7 @@ def _apart(flights: list[LogFlight], duration: float) -> list[LogFlight]:
 def _cut(reference: Samples, setpoints: Samples, flight: LogFlight) -> LogFlight:
     """Return the flight with its end, where setpoints leave the file for good: beyond three times the tolerance."""
     t = (setpoints.t - flight.start) * flight.rate
-    inside = (t >= 0.0) & (t <= reference.duration)
+    inside = (t >= flight.begin) & (t <= reference.duration)
     t, place = t[inside], setpoints.position[inside] - flight.shift
     away = np.linalg.norm(place - position_at(reference, reference.t[0] + t), axis=1) > 3.0 * _tolerance(reference)
     lasting = max(1, int(MATCH.away / (reference.duration / max(len(t), 1))))
@@ -314,7 +340,7 @@ class ComparedFlight:
         sentences = self.comparison.remarks() + ([] if self.place is None else self.place.remarks(self.whole))
         begin, end = (float(self.comparison.t[k] - self.reference.t[0]) for k in (0, -1))
         planned = self.whole if self.place is None or self.place.end is None else self.place.end
-        if begin > MATCH.away or end < planned - MATCH.away:
+        if begin > MATCH.away + (0.0 if self.place is None else self.place.begin) or end < planned - MATCH.away:
             sentences.append(f"positions are known from {begin:.2f} to {end:.2f} s alone: that part is compared")
         jumps = jump_remarks(self.flight)
         offset = self.comparison.constant_offset
