@@ -46,6 +46,7 @@ def fleet(
     downwash: Annotated[float | None, "W", "Of frames: heights are divided by it, by default 1."] = None,
     max_speed: Annotated[float | None, "M/S", "Of frames: limit on the speed [m/s]."] = None,
     max_acceleration: Annotated[float | None, "M/S²", "Of frames: limit on the acceleration [m/s²]."] = None,
+    slower: Annotated[float | None, "N", "Of frames: how many times as long they last."] = None,
     without: Annotated[str | None, "N,...", "Vehicles that are missing: all others fly as they do."] = None,
     returns: Annotated[bool, "Prove a way home of all from every second; skyb and skyc hold them."] = False,
     no_clobber: options.NoClobber = False,
@@ -71,7 +72,7 @@ def fleet(
         check_animation_name(animate)
     if report is not None:
         check_page_name(report)
-    described, of_frames = _described(show, separation, downwash, max_speed, max_acceleration)
+    described, of_frames = _described(show, separation, downwash, max_speed, max_acceleration, slower)
     if returns and described.turns is not None:
         raise InputError("--returns needs homes that are as far apart as vehicles in flight: these are left in turn")
     exports = export or []
@@ -126,13 +127,19 @@ def fleet(
 
 
 def _described(
-    file: Path, separation: float | None, downwash: float | None, speed: float | None, acceleration: float | None
+    file: Path,
+    separation: float | None,
+    downwash: float | None,
+    speed: float | None,
+    acceleration: float | None,
+    slower: float | None,
 ) -> tuple[Show, FlownShow | None]:
     """Return the show of a file, and the curves of one that is frames alone."""
     from minsnap.shows.frame_show import is_frames, show_of_frames
     from minsnap.shows.show_yaml import read_show
 
     given = {"separation": separation, "downwash": downwash, "max-speed": speed, "max-acceleration": acceleration}
+    given["slower"] = slower
     if not is_frames(file):
         said = [name for name, value in given.items() if value is not None]
         if said:
@@ -141,7 +148,8 @@ def _described(
     if separation is None:
         raise InputError(f"{file} is frames, which say no separation: give --separation M")
     apart = minsnap.Separation(separation, 1.0 if downwash is None else downwash)
-    return show_of_frames(file, apart, minsnap.Limits(speed=speed, acceleration=acceleration))
+    limits = minsnap.Limits(speed=speed, acceleration=acceleration)
+    return show_of_frames(file, apart, limits, slower=1.0 if slower is None else slower)
 
 
 def _draw_acts(show: Show, picture: Path, source: Path, *, clobber: bool) -> None:

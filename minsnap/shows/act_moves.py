@@ -9,6 +9,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
+from minsnap.fleet.common_clock import Separation
 from minsnap.fleet.fleet_certificate import certify_fleet, extent_of
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.frame_animation import Animation
@@ -65,10 +66,28 @@ def _check(curves: Curves, show: Show, name: str) -> None:
         raise FleetError(f"a move of {name!r} is {beyond:.3g} m beyond a margin of the fence: move it less far")
 
 
-def of_vehicles(curves: Curves, order: IntArray, now: FloatArray) -> Curves:
-    """Return the curves of all vehicles, of whom those without a point of the act stay where they are."""
+def of_vehicles(
+    curves: Curves, order: IntArray, now: FloatArray, reserves: FloatArray, separation: Separation, name: str
+) -> Curves:
+    """Return the curves of all vehicles, of whom those without a point of the act stay where they are.
+
+    Raises
+    ------
+    FleetError
+        If one that stays there, or on the ground as a reserve, is too near to one that moves.
+    """
     if not curves:
         return []
-    durations = curves[0].durations
-    still = [Trajectory(np.tile(place, (len(durations), 8, 1)), durations) for place in now]
-    return [still[i] if point < 0 else curves[point] for i, point in enumerate(order.tolist())]
+    still = [_standing(place, curves[0]) for place in now]
+    flown = [still[i] if point < 0 else curves[point] for i, point in enumerate(order.tolist())]
+    if len(curves) == len(now) and not len(reserves):
+        return flown
+    near = certify_fleet([*flown, *(_standing(place, curves[0]) for place in reserves)], separation).closest
+    if near is not None and near.share < 1.0 - EXACT:
+        text = f"vehicles {near.pair[0]} and {near.pair[1]}, of which one waits, come within {near.distance:.3f} m"
+        raise FleetError(f"{text} of {near.required:g} m in a move of {name!r}: raise the act", pair=near.pair)
+    return flown
+
+
+def _standing(place: FloatArray, beside: Trajectory) -> Trajectory:
+    return Trajectory(np.tile(place, (1, 8, 1)), np.array([beside.duration]))

@@ -75,6 +75,11 @@ class Act:
     yaw: float | FloatArray | None = None
 
     @property
+    def animated(self) -> bool:
+        """Whether its points are the beginning of an animation."""
+        return bool(self.moves) and isinstance(self.moves[0], Animation)
+
+    @property
     def changes(self) -> tuple[LightChange, ...]:
         """All changes of its colours, the first of them on arrival."""
         return (() if self.colour is None else (LightChange(0.0, self.colour, self.fade),)) + self.lights
@@ -185,9 +190,8 @@ class Show:
             raise FleetError("nothing limits how fast vehicles climb: give limits such as {speed: 4, acceleration: 3}")
         if self.home.ndim != 2 or self.home.shape[1] != 3 or not len(self.home):
             raise FleetError(f"home has the shape {self.home.shape}: give (vehicles, 3)")
-        places = [("home", self.home), *((f"act {act.name!r}", act.points) for act in self.acts)]
-        animated = {f"act {act.name!r}" for act in self.acts if any(isinstance(m, Animation) for m in act.moves[:1])}
-        for name, points in places:
+        acts = [(f"act {act.name!r}", act.points, act.animated) for act in self.acts]
+        for name, points, animated in [("home", self.home, False), *acts]:
             if points.ndim != 2 or points.shape[1:] != (3,) or not 1 <= len(points) <= len(self.home):
                 text = f"{name} has {len(points)} points, and home has {len(self.home)}"
                 raise FleetError(f"{text}: give as many or fewer, each x, y and z")
@@ -196,7 +200,7 @@ class Show:
             below = float(self.home[:, 2].min() - points[:, 2].min())
             if below > EXACT:
                 raise FleetError(f"{name} is {below:g} m below the lowest home: raise it")
-            if len(points) < 2 or name in animated:  # the animation itself says what goes
+            if len(points) < 2 or animated:  # the animation itself says what goes
                 continue
             least, pair = spacing_of(self.separation.flat(points))
             apart = self.separation.standing if name == "home" else self.separation.between(*pair)

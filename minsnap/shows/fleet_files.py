@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -26,6 +25,7 @@ from minsnap.files.formats.pieces import through
 from minsnap.files.formats.yaw_setpoints import YawSetpoints
 from minsnap.fleet.common_clock import Fleet, Separation
 from minsnap.shows.crazyswarm_folder import crazyswarm_files, refuse_long
+from minsnap.shows.csv_show import by_numbers, read_frames
 from minsnap.shows.returns import Returns
 from minsnap.shows.site import ShowOrigin
 from minsnap.shows.skyc import Lamp, ShowSheet, lamps_of, read_skyc, write_skyc
@@ -204,8 +204,8 @@ def _sha256(content: str | bytes) -> str:
 
 
 def is_fleet(path: FileName) -> bool:
-    """Whether a file is one of a whole fleet: a folder or a Skybrush show."""
-    return Path(path).is_dir() or Path(path).suffix.lower() == ".skyc"
+    """Whether a file is one of a whole fleet: a folder, a Skybrush show, or a zip of frames."""
+    return Path(path).is_dir() or Path(path).suffix.lower() in (".skyc", ".zip")
 
 
 def show_at(path: FileName) -> Path | None:
@@ -224,7 +224,7 @@ def read_fleet(path: FileName, *, between: bool = False, frame: str | None = Non
     ----------
     path : str or path
         What :func:`write_fleet` wrote, a Skybrush show or a folder of one, any folder with one file of polynomials a
-        vehicle, or the file of a single one.
+        vehicle, the file of a single one, or a zip of frames, which are samples.
     between : bool
         Whether files of samples are taken too: each as the curve through all its samples, quintics where they have
         velocities and accelerations, else cubics or lines. All are on one clock, that of their instants; before its
@@ -242,6 +242,8 @@ def read_fleet(path: FileName, *, between: bool = False, frame: str | None = Non
         return _sampled_fleet(_files_of(place), frame)
     if (show := show_at(place)) is not None:
         return read_skyc(show).fleet
+    if place.suffix.lower() == ".zip":
+        return _framed_fleet(place, between=between)
     if not place.is_dir():
         return Fleet((_trajectory(place),), (place.stem,))
     if (place / MANIFEST).exists():
@@ -253,7 +255,7 @@ def read_fleet(path: FileName, *, between: bool = False, frame: str | None = Non
 
 def _files_of(place: Path) -> list[Path]:
     """Return the files of vehicles in a folder without a manifest, or raise FileError if there is none."""
-    files = sorted((file for file in place.iterdir() if file.suffix.lower() in ENDINGS), key=_counted)
+    files = sorted((file for file in place.iterdir() if file.suffix.lower() in ENDINGS), key=by_numbers)
     if not files:
         raise FileError(
             f"{place} holds no trajectories: one .skyc, or a .csv of polynomials, .skyb, .traj, .json or .npz a vehicle"
@@ -277,6 +279,18 @@ def _sampled_fleet(files: Sequence[Path], frame: str | None) -> Fleet:
     first = min((float(each.t[0]) for each in contents if isinstance(each, Samples)), default=0.0)
     curves = tuple(each if isinstance(each, Trajectory) else _waiting(each, first) for each in contents)
     return Fleet(curves, tuple(file.stem for file in files))
+
+
+def _framed_fleet(place: Path, *, between: bool) -> Fleet:
+    """Return the fleet of a zip of frames, as the curves through all of them."""
+    if not between:
+        raise FileError(
+            f"{place} holds frames, and nothing is certain between them: minsnap fleet {place} -o FOLDER makes curves"
+        )
+    frames = read_frames(place)
+    samples = (Samples(t, places) for t, places in zip(frames.instants, frames.positions, strict=True))
+    named = len(set(frames.names)) == len(frames.names)
+    return Fleet(tuple(_waiting(each, 0.0) for each in samples), frames.names if named else None)
 
 
 def _waiting(samples: Samples, start: float) -> Trajectory:
@@ -305,13 +319,10 @@ def read_lights(path: FileName) -> tuple[Lamp, ...] | None:
     place = Path(path)
     if (show := show_at(place)) is not None:
         return read_skyc(show).lights
-    files = sorted((file for file in place.iterdir() if file.suffix.lower() == ".skyb"), key=_counted)
+    if place.suffix.lower() == ".zip":
+        return None
+    files = sorted((file for file in place.iterdir() if file.suffix.lower() == ".skyb"), key=by_numbers)
     return tuple(skybrush.read_skybrush(file).lights for file in files) or None
-
-
-def _counted(file: Path) -> list[str | int]:
-    """Return a key by which traj2 comes before traj10: vehicles are told apart by this order."""
-    return [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", file.name)]
 
 
 def _listed(folder: Path, content: Any) -> Fleet:

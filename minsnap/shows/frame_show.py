@@ -25,9 +25,11 @@ def is_frames(path: FileName) -> bool:
 
 
 def show_of_frames(
-    path: FileName, separation: Separation, limits: Limits, tolerance: float = TOLERANCE
+    path: FileName, separation: Separation, limits: Limits, tolerance: float = TOLERANCE, slower: float = 1.0
 ) -> tuple[Show, FlownShow]:
     """Return the show that frames are, and its smooth curves, each within a tolerance of its frames [m].
+
+    It lasts ``slower`` times as long as they do.
 
     Raises
     ------
@@ -36,7 +38,7 @@ def show_of_frames(
     FleetError
         If they come nearer than the separation or exceed the limits; says which size and pace would do.
     """
-    animation, name = Animation(read_frames(path), tolerance=tolerance), name_as_text(Path(path).stem)
+    animation, name = Animation(read_frames(path), slower=slower, tolerance=tolerance), name_as_text(Path(path).stem)
     animation.refuse_dense_or_fast(name, separation, limits)
     end = animation.duration
     curves = tuple(_until(curve, end) for curve in animation.curves)

@@ -141,7 +141,8 @@ def fly(
         orders.append(order)
         numbers.append(len(course.flights) - 1)
         for moved in moves[number]:
-            course.add(f"{act.name} moves", of_vehicles(moved, order, course.now), "move")
+            curves = of_vehicles(moved, order, course.now, reserves, show.separation, act.name)
+            course.add(f"{act.name} moves", curves, "move")
     course.refuse_long(())
     if show.return_home:
         order = _return(show, course.now, progress)

@@ -165,6 +165,17 @@ def test_what_is_too_dense_or_too_fast_is_answered_with_what_goes_before_anythin
     assert float(size) < 1.2 * minsnap.certify_fleet(list(curves), APART).least_distance * 1.6 / 0.8
 
 
+def test_those_that_wait_are_apart_from_an_animation(folder):
+    """A ring of six flies around above the homes of eight, of whom two wait there."""
+    low = SHOW.replace("vehicles: 6", "vehicles: 8").replace("take_off: 3", "take_off: 7.5")
+    (folder / "show.yaml").write_text(
+        low + "  - {animation: {file: around.zip, slower: 1.2}}\n  - {formation: {grid: {spacing: 3, height: 12}}}\n"
+    )
+    tables(folder / "around.zip", T, dance(T, radius=2.5, rate=0.8))
+    with pytest.raises(FleetError, match="of which one waits, come within .* raise the act"):
+        fly(read_show(folder / "show.yaml"))
+
+
 @pytest.mark.parametrize(
     ("act", "sentence"),
     [

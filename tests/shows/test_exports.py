@@ -154,6 +154,8 @@ def test_the_command_says_what_a_preview_and_frames_need(tmp_path, capsys, fleet
         (("show.yaml", "-o", "out", "--separation", "2"), "--separation is of frames"),
         (("show.zip", "-o", "out"), "which say no separation: give --separation M"),
         (("show.zip", "-o", "out", "--separation", "4"), "come within 3.000 m of 4 m"),
+        (("show.zip", "-o", "out", "--separation", "1", "--max-speed", "1"), "of 1: give it slower: "),
+        (("show.zip", "-o", "out", "--separation", "1", "--slower", "0"), "slower of an animation is 0"),
         (("show.yaml", "-o", "out", "--export", "a.dss"), "does not end in .zip, .vviz, .kmz"),
         (("show.yaml", "--preview", "show.yaml"), "is the file that is read"),
         (("show.zip", "-o", "out", "--separation", "1", "--export", "a.kmz"), "needs a place on the earth"),
@@ -162,6 +164,15 @@ def test_the_command_says_what_a_preview_and_frames_need(tmp_path, capsys, fleet
         assert run("fleet", *given) == 2
         assert sentence in capsys.readouterr().err
     assert {file.name for file in tmp_path.iterdir()} == {"show.yaml", "show.zip"}
+
+
+def test_check_reads_a_zip_as_the_curves_through_its_frames_and_nothing_flies_it(tmp_path, capsys, fleet):
+    write_csv_show(fleet, tmp_path / "show.zip")
+    assert run("check", tmp_path / "show.zip", "--separation", 2.9) == 0
+    assert "3.0000 m" in capsys.readouterr().out
+    assert run("check", tmp_path / "show.zip", "--separation", 3.1) == 1
+    with pytest.raises(FileError, match="holds frames, and nothing is certain between them"):
+        minsnap.shows.read_fleet(tmp_path / "show.zip")
 
 
 @pytest.mark.slow
