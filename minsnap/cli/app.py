@@ -225,7 +225,11 @@ def _hinted(sentence: str, option: str | None, words: list[str]) -> str:
         return f"No such option: {option}: did you mean {meant}?"
     extra = re.search(r"extra argument(?:\(s\)|s)? \((?P<first>[^)\s]+)", sentence)
     if (option and number.match(option)) or (extra and number.match(extra["first"])):
-        return f"{sentence}: several numbers of one option are joined by commas, as in --corridor=0.3,0.5"
+        stray = option or (extra["first"] if extra else "")
+        place = next((at for at, word in enumerate(words) if word.startswith(stray)), 0)
+        ahead = [word for word in words[:place] if word.startswith("--")]
+        asked = ahead[-1].split("=")[0] if ahead else "--corridor"
+        return f"{sentence}: several numbers of one option are joined by commas, as in {asked}=0.3,0.5"
     return sentence
 
 

@@ -126,7 +126,9 @@ def plan(
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
     if read.bounds is None:
         planning.refuse_idle(altitudes=read.room is None and len(read.waypoints[0]) == 3)
-    request = ground.over(_with_corridor(_closed(read, file, searched) if closed else read, planning), file)
+    request = ground.over(
+        _with_corridor(_closed(read, file, searched) if closed or read.closed else read, planning), file
+    )
     if "split" in chosen and not searched and request.total_time is None and not request.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
     request, walls = _timed(request, chosen | {"on_interrupt": "return"}, searched), request.walls

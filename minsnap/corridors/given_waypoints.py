@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, OwnsArrays
+from minsnap.basics.arrays import FloatArray, OwnsArrays, numbers
 from minsnap.basics.checks import check_tolerance, check_waypoints
 from minsnap.basics.messages import shown
 from minsnap.basics.warn import warn_caller
@@ -24,6 +24,9 @@ LONG, HIGH = 1000.0, 500.0
 
 ORDINARY = LONG / 2.0
 """Coordinate of the first two waypoints below which all may be looked at no further [m]."""
+
+NEAR = 1e-6
+"""Share of the extent of waypoints within which the ends of a lap may be meant to be one point."""
 
 DEGREES_EXTENT = 0.02
 """Extent below which waypoints may be latitudes and longitudes [m]."""
@@ -95,6 +98,26 @@ def _speeds(column: FloatArray | None, where: str, error: type[MinsnapError]) ->
         said = f"the speed of leg {wrong[0]} is {column[wrong[0]]:g}"
         raise error(f"{where}{said}: give a positive number at each waypoint but the last [m/s]")
     return column[:-1]
+
+
+def lap_of(waypoints: Any, durations: Any = None) -> Any:
+    """Return the waypoints of a closed lap: those that do not end where they begin go on to the first one again.
+
+    What is refused later stays: no waypoints, those that end within rounding of where they begin, and those whose
+    durations leave out the leg that closes the lap.
+    """
+    try:
+        rows = list(waypoints)
+    except TypeError:
+        return waypoints
+    points = numbers([center_of(row) for row in rows])
+    if points is None or points.ndim != 2 or len(points) < 3 or not np.isfinite(points).all():
+        return waypoints
+    times = numbers(durations) if durations is not None else None
+    if times is not None and times.shape == (len(points) - 1,):
+        return waypoints
+    apart = float(np.abs(points[-1] - points[0]).max())
+    return [*rows, rows[0]] if apart > NEAR * float(np.ptp(points, axis=0).max()) else waypoints
 
 
 def is_table(waypoints: Any) -> bool:

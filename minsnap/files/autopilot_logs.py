@@ -2,7 +2,7 @@
 
 Of PX4 (docs.px4.io, ULog file format), ``vehicle_local_position`` is the flight, ``trajectory_setpoint`` the reference;
 of ArduPilot, GUIP is what was sent, the position controller's PSCN, PSCE, PSCD are the flight, and the reference
-without GUIP; or the estimator's XKF1 is the flight.
+without GUIP; or the estimator's XKF1 (EKF3) or NKF1 (EKF2) is the flight.
 """
 
 from __future__ import annotations
@@ -266,7 +266,10 @@ HEADER = 3
 SENT, _WITH_PLACE = "GUIP", 3
 """What was sent to an ArduCopter in GUIDED, and the type of it that has a position (its log messages)."""
 
-_TYPES = [*AXES, SENT, "XKF1", "ATT"]
+ESTIMATES = ("XKF1", "NKF1")
+"""States of the estimator: of EKF3, or of EKF2, of which old logs have no number of the core."""
+
+_TYPES = [*AXES, SENT, *ESTIMATES, "ATT"]
 _INERTIAL = ["IMU", "CTUN"]
 
 
@@ -329,7 +332,7 @@ def read_dataflash(path: FileName, inertial: bool = False) -> FlightLog:
     with reading(path, "a dataflash log that makes sense"):
         result = flight_log(*_tracks(columns), damage)
         if result.flight is None:
-            raise FileError(f"{path} holds no positions (PSCN, PSCE, PSCD or XKF1)")
+            raise FileError(f"{path} holds no positions (PSCN, PSCE, PSCD, or {' or '.join(ESTIMATES)})")
         return replace(result, inertial=_inertial_of(columns, result.start) if inertial else None)
 
 
@@ -360,7 +363,7 @@ def _columns(reader: Any, types: list[str]) -> tuple[dict[str, dict[str, FloatAr
     with reader:
         for message in iter(lambda: reader.recv_match(type=types), None):
             rows[message.get_type()].append(message.to_dict())
-    for name, instance in (("XKF1", "C"), ("IMU", "I")):
+    for name, instance in (*((each, "C") for each in ESTIMATES), ("IMU", "I")):
         rows[name] = [row for row in rows.get(name, []) if not row.get(instance)]
     tables = {name: _table(entries) for name, entries in rows.items() if entries}
     late = clock_goes_back(table["TimeUS"] for table in tables.values())
@@ -378,7 +381,7 @@ def _tracks(columns: dict[str, dict[str, FloatArray]]) -> tuple[Samples | None, 
     if all(name in columns for name in AXES):
         targets, flown = _track(columns, "TP", "TV", "TA", "DesYaw"), _track(columns, "P", "V", "A", "Yaw")
         return _sent(columns, targets) or targets, flown
-    estimate = columns.get("XKF1", {})
+    estimate = next((columns[name] for name in ESTIMATES if name in columns), {})
     position, velocity = (_some(estimate, *(kind + axis for axis in "NED")) for kind in "PV")
     if position is None or velocity is None:
         return None, None

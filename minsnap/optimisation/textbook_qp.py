@@ -78,6 +78,10 @@ class FullProblem(ReadOnly):
     dim: int
     degree: int
 
+    def __repr__(self) -> str:
+        rows = f"{len(self.equalities)} equalities, {len(self.inequalities)} inequalities"
+        return f"FullProblem({len(self.q)} unknowns, {rows}, dim={self.dim}, degree={self.degree})"
+
     def __post_init__(self) -> None:
         for name in ("P", "G", "A"):
             matrix = getattr(self, name)

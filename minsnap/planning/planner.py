@@ -27,6 +27,7 @@ from minsnap.corridors.given_waypoints import (
     as_knots,
     check_dimension,
     is_table,
+    lap_of,
     read_columns,
     warn_magnitude,
     without_gates,
@@ -81,7 +82,13 @@ if TYPE_CHECKING:
         **dict.fromkeys(("obstacles", "obstacle", "keep_out"), "avoid=[Cylinder((x, y), radius)]"),
         **dict.fromkeys(("cost", "objective", "order"), "degree=7 for snap, 5 for jerk"),
         **dict.fromkeys(("points", "path"), "waypoints="),
-        "dt": "nothing: sample the plan, plan.sample(rate=20)",
+        **dict.fromkeys(("dt", "rate", "sample_rate"), "nothing: sample the plan, plan.sample(rate=20)"),
+        **dict.fromkeys(("jerk", "max_jerk", "jmax"), "limits=Limits(jerk=30)"),
+        **dict.fromkeys(("snap", "max_snap"), "limits=Limits(snap=100)"),
+        **dict.fromkeys(("tilt", "max_tilt"), "limits=Limits(tilt=0.5), in radians"),
+        **dict.fromkeys(("thrust", "max_thrust", "mass"), "limits=Limits.of_mass(mass, max_thrust), in kg and N"),
+        **dict.fromkeys(("body_rate", "max_body_rate"), "limits=Limits(body_rate=6)"),
+        "frame": 'nothing: write in another frame, write_csv(plan, "path.csv", frame="ned")',
         "gates": "each gate among the waypoints, in the order of the flight",
     },
     short_of_memory("this plan", planned_bytes),
@@ -148,7 +155,8 @@ def plan(
         waypoints also the ``"position"`` [m].
     closed : bool
         A closed lap: the end is a knot like the others. Derivatives that are continuous there are equal at end and
-        start, and are chosen by the plan.
+        start, and are chosen by the plan. The first waypoint follows again where the last one is another; durations
+        and half-widths are those of all legs then.
     solver : str
         A QP solver by its qpsolvers name, or ``"auto"``.
     pins : mapping, optional
@@ -215,6 +223,7 @@ def plan(
             return quick
     from minsnap.planning.request import PlanRequest
 
+    waypoints = lap_of(waypoints, durations) if closed is True and waypoints is not None else waypoints
     with progress_line(progress, "searching", partial(_steps_in, how.on_interrupt)) as watch:
         if quick is not None:
             return _shown(quick, watch, how.on_interrupt)

@@ -138,12 +138,15 @@ class PlanRequest:
     def as_lap(self) -> PlanRequest:
         """Return the closed lap: waypoints that do not end where they begin go on to the first one again.
 
-        The leg that is added has the half-width of the last one; durations are left out then.
+        The leg that is added has the half-width of the last one, unless there is one more already; durations are left
+        out then.
         """
         if self.waypoints[0] == self.waypoints[-1]:
             return replace(self, closed=True)
         yaw = self.yaw_in([*range(len(self.waypoints)), 0])
-        corridor = None if self.corridor is None else (*self.corridor, *self.corridor[-1:])
+        corridor = self.corridor
+        if corridor is not None and len(corridor) <= self.legs:
+            corridor = (*corridor, *corridor[-1:])
         points = (*self.waypoints, self.waypoints[0])
         return replace(self, waypoints=points, durations=None, yaw=yaw, corridor=corridor, closed=True)
 

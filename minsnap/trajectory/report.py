@@ -30,6 +30,9 @@ SPANS = 2.0
 """Greatest extent of a path, over that of its waypoints, that is left unsaid."""
 
 
+SMALL = 0.05
+"""Extent of waypoints below which they may be in kilometres [m]."""
+
 GROUND = 0.01
 """How far below the ground a path may go that is left unsaid [m]."""
 
@@ -359,7 +362,7 @@ def unlimited_notes(curve: Any, limited: Collection[str] = ()) -> tuple[str, ...
         for name, order, most, unit, bounding in NOTED
         if not bounding.intersection(limited) and (value := curve.max_norm(order)[0]) > most
     ]
-    return (*notes, *_extent_note(curve), *_ground_note(curve), *_slow_note(curve))
+    return (*notes, *_extent_note(curve), *_ground_note(curve), *_slow_note(curve), *_small_note(curve))
 
 
 def _extent_note(curve: Any) -> list[str]:
@@ -395,6 +398,14 @@ def _slow_note(curve: Any) -> list[str]:
         return []
     leg = int(slow[0])
     return [f"leg {leg} takes {times[leg]:g} s over {lengths[leg]:.4g} m: if that is milliseconds, divide it by 1000"]
+
+
+def _small_note(curve: Any) -> list[str]:
+    """Return a sentence if all waypoints are so near to each other that they are in another unit, as kilometres."""
+    span = float(np.ptp(curve(curve.leg_breaks), axis=0).max())
+    if not 0.0 < span < SMALL:
+        return []
+    return [f"all waypoints are within {1e3 * span:.3g} mm: if they are kilometres, multiply them by 1000"]
 
 
 def wide_tube_note(widths: Any, points: FloatArray) -> tuple[str, ...]:

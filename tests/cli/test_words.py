@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -68,7 +69,7 @@ KEYS = [
     ("total_time: 6\ntime_limit: 4", "time_limit goes with durations or limits"),
     ("split: distance\ntime_weight: 3", "split: distance does not go with time_weight, which determines the split"),
     ("corridor: [0.3, 0.3, 0.2]", "w.yaml: corridor has 3 numbers for 2 legs: give one, or one per leg"),
-    ("corridor: [0.3, 0.3, 0.3]\nclosed: true", "closed: true needs the last waypoint to be the first one: append it"),
+    ("corridor: [0.3, 0.3, 0.3, 0.3]\nclosed: true", "corridor"),
     ("boxes: [[[0, 0, 0], [4, 4, 4]]]", "the corridor has 1 boxes for 2 legs: give one per leg"),
 ]
 
@@ -157,3 +158,15 @@ def test_an_empty_name_is_no_name_of_the_current_folder(call, tmp_path, words):
     run = call(*words)
     assert run.returncode == 2 and "it is empty: give a name (see minsnap " in run.stderr
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("widths", ["[0.3, 0.4]", "[0.3, 0.4, 0.4]", "0.4"])
+def test_a_lap_of_a_plan_file_goes_on_to_its_first_waypoint(call, widths):
+    Path("w.yaml").write_text(f"waypoints: [[0,0,1],[4,0,1],[4,4,1]]\ncorridor: {widths}\nclosed: true\n")
+    run = call("plan", "w.yaml", "--json")
+    assert run.returncode == 0 and json.loads(run.stdout)["legs"] == 3
+
+
+def test_numbers_after_an_option_are_hinted_at_with_this_option(call):
+    run = call("route", "map.yaml", "--start", "1,1", "--goal", "2,2", "--origin", "-330", "-460", "0")
+    assert run.returncode == 2 and "--origin=0.3,0.5" in run.stderr

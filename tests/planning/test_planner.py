@@ -10,6 +10,7 @@ import pytest
 from oracles.curves import jumps
 
 import minsnap
+from minsnap.errors import WaypointError
 from minsnap.native.library import core, using
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
@@ -282,3 +283,22 @@ def test_a_width_that_is_none_is_refused_as_ever(width):
     else:
         with pytest.raises(minsnap.errors.CorridorError):
             minsnap.plan(points, durations=[1, 1], corridor=width)
+
+
+def test_a_lap_goes_on_to_its_first_waypoint():
+    """Of an array, a list with a gate, and one that is closed already; ends that are nearly one point are refused."""
+    points = np.array([(0, 0, 1), (3, 0, 1), (3, 2, 1.5)], dtype=float)
+    open_lap = minsnap.plan(points, [2.0, 1.5, 2.5], closed=True)
+    lap = minsnap.plan([*points, points[0]], [2.0, 1.5, 2.5], closed=True)
+    assert np.array_equal(open_lap.control_points, lap.control_points) and open_lap.legs == 3
+    gate = minsnap.Gate(points[0], (1, 0, 0), 1.0)
+    assert minsnap.plan([gate, *points[1:]], [2.0, 1.5, 2.5], closed=True).legs == 3
+    with pytest.raises(WaypointError, match="the last waypoint to be the first one"):
+        minsnap.plan([*points, points[0] + 1e-9], [2.0, 1.5, 2.5], closed=True)
+    with pytest.raises(WaypointError, match="the last waypoint to be the first one"):
+        minsnap.plan(points, [2.0, 1.5], closed=True)
+
+
+def test_waypoints_in_kilometres_are_doubted():
+    tiny = minsnap.plan([(0, 0, 0.001), (0.003, 0, 0.001), (0.003, 0.005, 0.001)], [1.0, 1.0])
+    assert any("if they are kilometres" in note for note in tiny.report.notes)

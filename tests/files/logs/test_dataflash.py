@@ -19,6 +19,8 @@ PSC = {
 ATT = (0x93, "ATT", "Qff", "TimeUS,DesYaw,Yaw")
 GUIP = (0x95, "GUIP", "QBfffffffff", "TimeUS,Type,pX,pY,pZ,vX,vY,vZ,aX,aY,aZ")
 XKF = (0x94, "XKF1", "QBffffff", "TimeUS,C,VN,VE,VD,PN,PE,PD")
+NKF = (0x96, "NKF1", *XKF[2:])
+OLD = (0x97, "NKF1", "Qffffff", "TimeUS,VN,VE,VD,PN,PE,PD")
 SIZES = {"Q": 8, "f": 4, "B": 1, "n": 4, "N": 16, "Z": 64}
 
 
@@ -123,11 +125,14 @@ def test_flights_are_loaded_by_their_ending(log):
     assert len(load_flight(log)) == len(load_reference(log)) == 200
 
 
-def test_without_a_controller_there_is_the_estimate_of_the_first_core(tmp_path):
-    out = format_of(FMT) + format_of(XKF)
+@pytest.mark.parametrize("kind", [XKF, NKF, OLD], ids=["EKF3", "EKF2", "EKF2 of old logs"])
+def test_without_a_controller_there_is_the_estimate_of_the_first_core(tmp_path, kind):
+    out = format_of(FMT) + format_of(kind)
+    cores = (0, 1) if kind is not OLD else (None,)
     for k in range(50):
-        for core in (0, 1):
-            out += record(XKF, 1_000_000 + 100_000 * k, core, 1, 2, 3, 10 * core + k, 0, -1)
+        for core in cores:
+            numbered = () if core is None else (core,)
+            out += record(kind, 1_000_000 + 100_000 * k, *numbered, 1, 2, 3, 10 * (core or 0) + k, 0, -1)
     path = tmp_path / "flight.bin"
     path.write_bytes(out)
     read = read_dataflash(path)
