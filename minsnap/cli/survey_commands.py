@@ -38,6 +38,9 @@ def survey(
     ] = None,
     distance: Annotated[float, "M", "With --facade: from the wall, to its left; to its right where negative."] = 0.0,
     terrain: Annotated[Path | None, "FILE", "Heights of the ground, a GeoTIFF or an ESRI ASCII grid."] = None,
+    follow: Annotated[
+        float | None, "M", "With --terrain: lines follow the ground, so many metres above and below --height at most."
+    ] = None,
     yaw: options.Yaw = None,
     origin: options.Origin = None,
     within: options.Within = None,
@@ -47,6 +50,9 @@ def survey(
     Lines are exactly straight and at exactly their speed. Turns are within 3 m/s, or the speed of the lines, 6 m/s^2
     and 30 m/s^3 unless limits are named, and stay beyond the ends of the lines.
     """
+    from minsnap.paths.routes.terrain import read_terrain
+    from minsnap.paths.surveys import SURVEY
+
     limits.refuse_idle()
     if (facade is None) == (height is None):
         raise InputError("give --height of the lines over an area, or --facade LOW HIGH in front of a wall")
@@ -57,9 +63,9 @@ def survey(
     if own is not None and speed is not None and "speed" not in options.limit_values(limits):
         from dataclasses import replace
 
-        how["limits"] = replace(own, speed=speed)
+        how["limits"] = replace(own, speed=speed if follow is None else SURVEY.climbing * speed)
     if facade is not None:
-        for name, value in (("--angle", angle), ("--terrain", terrain), ("--yaw", yaw)):
+        for name, value in (("--angle", angle), ("--terrain", terrain), ("--follow", follow), ("--yaw", yaw)):
             if value is not None:
                 raise InputError(f"{name} is of lines over an area: leave it out beside --facade")
         if len(corners) != 2:
@@ -70,8 +76,12 @@ def survey(
         if distance:
             raise InputError("--distance is from a wall: give --facade LOW HIGH with it")
         how |= {"angle": None if angle is None else radians(angle), "yaw": options.chosen_yaw(yaw or "velocity", None)}
+        if follow is not None:
+            if terrain is None:
+                raise InputError("--follow is of the ground: give --terrain FILE with it")
+            how |= {"terrain": read_terrain(terrain), "within": follow}
         found = minsnap.plan_survey(corners, spacing, height or 0.0, **how)
-        if terrain is not None:
+        if terrain is not None and follow is None:
             found = minsnap.plan_survey(corners, spacing, (height or 0.0) + _highest(found, terrain), **how)
     lines = f"{len(found.lines)}, {found.on_lines:.0%} of the time at {found.speed:g} m/s"
     further = {"lines": lines, "survey": {"lines": found.lines.tolist(), "instants": found.spans.tolist()}}

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,10 @@ from minsnap.trajectory.norm_maxima import extent_along
 from minsnap.trajectory.planned_heading import Yaw, chosen_heading
 from minsnap.trajectory.planned_path import PlannedPath
 from minsnap.trajectory.trajectory import Trajectory, concatenate
+
+if TYPE_CHECKING:
+    from minsnap.paths.ground_lines import GroundLines
+    from minsnap.paths.routes.terrain import Terrain
 
 
 @dataclass(frozen=True)
@@ -42,12 +46,15 @@ class SurveySettings:
         How much longer the way to the first line is than the one in which its speed is just reached.
     inside : float
         How far a turn may lie on the near side of the end of its lines, for rounding [m].
+    climbing : float
+        Limit of the speed where lines climb with the ground, over their speed as seen from above.
     """
 
     most: int = 2000
     speed: float = 3.0
     run_up: float = 1.25
     inside: float = 1e-6
+    climbing: float = 1.25
 
 
 SURVEY = SurveySettings()
@@ -99,8 +106,10 @@ def plan_survey(
     limits: Limits | None = None,
     margin: float = 0.0,
     yaw: Yaw = "velocity",
+    terrain: Terrain | None = None,
+    within: float | None = None,
 ) -> Survey:
-    """Plan parallel lines over an area, at a constant height and speed.
+    """Plan parallel lines over an area, at a constant height and speed; or above the ground, which lines follow then.
 
     Parameters
     ----------
@@ -121,6 +130,11 @@ def plan_survey(
         How far lines go on beyond the area, at both ends [m].
     yaw
         As :func:`minsnap.plan` takes it; by default along the flight.
+    terrain : Terrain, optional
+        The ground (:func:`minsnap.paths.routes.read_terrain`). The height is above it then, and a line follows it:
+        straight as seen from above and at its speed over the ground, while it climbs and descends.
+    within : float, optional
+        With ``terrain``: how far lines may be above and below their height over the ground [m], which is proved.
 
     Returns
     -------
@@ -130,8 +144,10 @@ def plan_survey(
     ------
     ShapeError
         If the outline is no area, or a number makes no sense.
+    WaypointError
+        If the ground is not known below the flight, or too steep for the turns.
     InfeasibleError
-        If no turn within the limits was found.
+        If no turn within the limits was found, or no line.
 
     Examples
     --------
@@ -150,7 +166,12 @@ def plan_survey(
     frame = np.array([[*along, 0.0], [*across, 0.0]])
     lines = _lines(corners @ np.array([along, across]).T, float(spacing), float(margin))
     base = np.array([0.0, 0.0, z])
-    return _flown(lines, frame, base, np.column_stack([corners, np.full(len(corners), z)]), speed, limits, yaw)
+    outline = np.column_stack([corners, np.full(len(corners), z)])
+    if terrain is None and within is None:
+        return _flown(lines, frame, base, outline, speed, limits, yaw)
+    from minsnap.paths.ground_lines import GroundLines
+
+    return _flown(lines, frame, base, outline, speed, limits, yaw, GroundLines.of(terrain, z, within))
 
 
 def plan_facade(
@@ -276,12 +297,14 @@ def _flown(
     speed: float | None,
     limits: Limits | None,
     yaw: Any,
+    ground: GroundLines | None = None,
 ) -> Survey:
-    """Return the survey of lines (k, 2, 2) in a plane: at a base, along the two rows of a frame."""
+    """Return the survey of lines (k, 2, 2) in a plane: at a base, along the two rows of a frame; or over the ground."""
     if limits is None:
         chosen = SURVEY.speed if speed is None else speed
         check_positive("the speed", chosen, "m/s", ShapeError)
-        limits = replace(ordinary_limits(), speed=float(chosen))
+        limits = replace(ordinary_limits(), speed=(1.0 if ground is None else SURVEY.climbing) * float(chosen))
+        speed = float(chosen)
     own = limits.speed if limits.speed is not None else SURVEY.speed
     pace = float(own if speed is None else speed)
     check_positive("the speed", pace, "m/s", ShapeError)
@@ -293,11 +316,15 @@ def _flown(
     if (lengths <= 0.0).any():
         raise ShapeError("a line has no length: give a margin, or another angle")
     ways = ways / lengths[:, None]
+    flown = [Trajectory(line[None], [length / pace]) for line, length in zip(placed, lengths, strict=True)]
+    if ground is not None:
+        flown = [ground.line(line, pace, limits) for line in placed]
+        placed = np.array([[line(0.0), line(line.duration)] for line in flown])
     parts, spans, outside, now = [], [], [], 0.0
     parts.append(_run(placed[0, 0], ways[0], pace, limits))
     for i, line in enumerate(placed):
         now = sum(part.duration for part in parts)
-        parts.append(Trajectory(line[None], [lengths[i] / pace]))
+        parts.append(flown[i])
         spans.append((now, now + lengths[i] / pace))
         if i + 1 < len(placed):
             turn = _turn(line[1], placed[i + 1, 0], ways[i], ways[i + 1], pace, limits)
@@ -305,6 +332,8 @@ def _flown(
             outside.append(beyond)
             parts.append(turn)
     parts.append(_run(placed[-1, 1], -ways[-1], pace, limits, reverse=True))
+    if ground is not None:
+        ground.check(parts)
     curve = concatenate([_plain(part) for part in parts])
     curve = curve.with_yaw(chosen_heading(yaw, curve.dim, False)(curve)) if yaw is not None else curve
     return Survey(curve, placed, np.array(spans), outline, pace, limits, min(outside, default=math.inf))

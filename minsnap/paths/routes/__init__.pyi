@@ -5,3 +5,5 @@ from .map_files import read_map as read_map
 from .plan_route import Route as Route
 from .plan_route import plan_through as plan_through
 from .surroundings import corridor as corridor
+from .terrain import Terrain as Terrain
+from .terrain import read_terrain as read_terrain
