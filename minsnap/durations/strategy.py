@@ -8,7 +8,7 @@
    Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
    limit like others, besides a search from a rough curve; of a yaw given at the waypoints as least durations of the
    legs.
-2. Where several pieces have no end, one piece, which is divided.
+2. Where several pieces have no end, one piece, and the least cost in barely longer durations of what they left.
 3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
    a wall has no room to be moved inwards. Then a search from that plan; its path is flown until it touches a limit.
 4. Where the torque of a yaw, which no search knows, makes a plan slow, searches with more and less of the rotors' room
@@ -105,6 +105,8 @@ class StrategySettings:
         Use of limits up to which a curve counts whose search found no end.
     seen, enough : float
         Excess of a limit beyond which the search has not seen it, and by how many of them it is tightened.
+    longer : tuple of float
+        Factors on the durations of a curve that a search left without an end, in which the least cost is searched.
     not_longer : float
         Share by which the certified curve may be slower than that of a search; beyond, it did not see a limit.
     turned : float
@@ -128,6 +130,7 @@ class StrategySettings:
     near: float = 1.1
     seen: float = 0.05
     enough: float = 2.0
+    longer: tuple[float, ...] = (1.01, 1.03, 1.1)
     not_longer: float = 1e-3
     turned: float = 1.02
     swung: float = 1.15
@@ -436,6 +439,13 @@ class Strategy:
                 question = replace(question, tightened=question.tightened + SETTINGS.enough * excess)
         return found
 
+    def _in_longer_durations(self, curve: ShortestCurve | None) -> SolvedTask | None:
+        """Search the least cost in durations barely longer than those of a search that found no end."""
+        if curve is None or self.interrupted:
+            return None
+        plans = (self.solve_timed(solved_at(self.task, curve), longer * curve.durations) for longer in SETTINGS.longer)
+        return next((one for one in plans if one is not None or self.interrupted), None)
+
     def _within(
         self, solved: SolvedTask, answer: ShortestCurve, question: ShortestQuestion, limits: Limits, far: float
     ) -> tuple[SolvedTask | None, float]:
@@ -567,6 +577,8 @@ class Strategy:
             guess = None if refine else guess_of(first.solved.trajectory, alone.task)
         several = self._alike(QUESTION.divisions[0]) if refine else self
         more = several.solve(guess)
+        if more.solved is None:
+            more = replace(more, solved=several._in_longer_durations(more.curve))
         if refine:
             return first.then(replace(more, curve=None))
         return replace(first, solved=None if first.solved is None else self.cut(first.solved)).then(more)
