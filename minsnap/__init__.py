@@ -12,6 +12,15 @@ _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 _HOMES = ("plot", "routes", "errors", "corridors", "replanning", "fleet", "shows", "paths.missions")
 """Where the names are that the root does not have."""
 
+_MOVED = frozenset(
+    """BatchError Change Constraint CorridorError DegreeError DivergenceError FileError FitError FlightError FrameError
+    GridMap IntervalError LimitError LinkError MagnitudeWarning Mission OutsideRangeWarning Route ShapeError ThrustError
+    TimingError UnknownSolverError VehicleError WaypointError YawError plan_through plot_convergence plot_heading
+    plot_mission plot_overview plot_path plot_profiles plot_race plot_rotors plot_route plot_utilisation read_map
+    """.split()
+)
+"""Names that version 0.2 had at the root: in 0.3 they are there with a warning."""
+
 _ELSEWHERE = {
     "simulate": "minsnap.flight.simulate",
     "Quadrotor": "minsnap.vehicle.Quadrotor",
@@ -42,5 +51,10 @@ def __getattr__(name: str) -> Any:
         for home in () if name.startswith("_") else _HOMES:
             module = import_module("minsnap.paths.routes" if home == "routes" else f"minsnap.{home}")
             if name in getattr(module, "__all__", dir(module)):
+                if name in _MOVED:
+                    from minsnap.basics.warn import warn_deprecated
+
+                    warn_deprecated(f"minsnap.{name}", f"minsnap.{home}.{name}", "0.3")
+                    return getattr(module, name)
                 raise AttributeError(f"minsnap has no {name}: it is minsnap.{home}.{name}") from None
         raise

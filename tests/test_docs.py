@@ -183,13 +183,20 @@ def test_links_within_the_repository_lead_somewhere(page):
 
 def test_names_that_left_the_root_say_where_they_are():
     for name, home in (
-        ("plot_path", "plot"),
-        ("read_map", "routes"),
-        ("TimingError", "errors"),
+        ("plot_fleet", "plot"),
+        ("Explorer", "routes"),
+        ("FleetError", "errors"),
         ("Walls", "corridors"),
     ):
         with pytest.raises(AttributeError, match=f"it is minsnap.{home}.{name}"):
             getattr(minsnap, name)
+
+
+def test_names_that_the_root_had_in_the_last_version_warn_at_the_users_line():
+    for name, home in (("plot_path", minsnap.plot), ("read_map", minsnap.routes), ("TimingError", minsnap.errors)):
+        with pytest.warns(DeprecationWarning, match=rf"0.3 is the last .*: write minsnap\.\w+\.{name}") as told:
+            assert getattr(minsnap, name) is getattr(home, name)
+        assert told[0].filename == __file__
 
 
 def test_every_command_has_an_example_that_it_takes(monkeypatch):

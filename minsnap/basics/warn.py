@@ -21,5 +21,18 @@ def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
     warnings.warn(message, category, stacklevel=depth)
 
 
+def warn_deprecated(old: str, new: str, last: str) -> None:
+    """Warn at the user's line that a name or an argument goes: the policy of docs/upgrading.rst.
+
+    Parameters
+    ----------
+    old, new : str
+        What was written, and what to write.
+    last : str
+        The last version that takes it.
+    """
+    warn_caller(f"{old} is deprecated, and {last} is the last version that has it: write {new}", DeprecationWarning)
+
+
 def _inner(name: str) -> bool:
     return name.startswith((PACKAGE, "<string>", "<frozen"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from enum import IntEnum
@@ -15,6 +16,8 @@ from minsnap.basics.interrupts import noted_interrupts
 from minsnap.native.library import Entry
 from minsnap.native.records import POLL, MomentaryLimit, ShortestAnswer, ShortestRequest, WallsRecord
 from minsnap.native.status import Status
+
+LOGGER = logging.getLogger(__name__)
 
 _SEARCH = Entry("minsnap_shortest_time", ShortestRequest, ShortestAnswer)
 
@@ -241,6 +244,8 @@ def search_shortest(question: ShortestQuestion, watch: Watch) -> ShortestCurve |
     if raised:
         raise raised[0]
     tell()
+    if LOGGER.isEnabledFor(logging.DEBUG):
+        _log(question, status, answer.iterations, float(durations[: max(answer.pieces, 0) * (waypoints - 1)].sum()))
     if status not in (Status.DONE, Status.SPENT, Status.NO_PROGRESS):
         return None
     count = answer.pieces * (waypoints - 1)
@@ -248,6 +253,16 @@ def search_shortest(question: ShortestQuestion, watch: Watch) -> ShortestCurve |
         durations, points, knots = durations[:count], points[:count, :, :dim], knots[: count + 1, :, :dim]
     ended = status is Status.SPENT, status is not Status.NO_PROGRESS
     return ShortestCurve(durations, points, answer.iterations, *ended, slack=-answer.limit, knots=knots)
+
+
+def _log(question: ShortestQuestion, status: Status, iterations: int, total: float) -> None:
+    """Log how a search ended; what it found is certified after it, and may be refused then."""
+    begun = "from rest" if question.guess is None else f"from a curve of {question.guess.durations.sum():.6g} s"
+    aim = "durations as given" if question.timed else f"price {question.price:g}" if question.price else "least time"
+    pieces = " then ".join(map(str, question.parts)) or "its"
+    found = f", {total:.6g} s" if status in (Status.DONE, Status.SPENT, Status.NO_PROGRESS) else ""
+    text = "search (%s) of %d legs, pieces: %s, %s: %s after %d iterations%s"
+    LOGGER.debug(text, aim, len(question.pinned) - 1, pieces, begun, status.name.lower(), iterations, found)
 
 
 _TAKEN = ("closed", "moving", "timed", "rough", "worthwhile", "inwards", "tightened", "price", "lengths")

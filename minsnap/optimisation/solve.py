@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from contextlib import suppress
 from dataclasses import replace
 from enum import Enum
@@ -17,6 +18,8 @@ from minsnap.optimisation.optimum import BLEND, ONE_PIECE, GaveUpError, Infeasib
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
+
+LOGGER = logging.getLogger(__name__)
 
 
 class Effort(Enum):
@@ -66,6 +69,10 @@ def solve(
         native = solve_without_walls(task, durations, units)
     elif free or samples is None:
         native = solve_natively(task, durations, units, gap, prove, effort.value)
+    if LOGGER.isEnabledFor(logging.DEBUG):
+        ended = native or "not taken by the native core"
+        told = f"{ended.optimum.rounds} rounds, cost {ended.cost:.6g}" if isinstance(ended, SolvedTask) else ended
+        LOGGER.debug("curve of %d pieces in %.6g s: %s", len(durations), durations.sum(), told)
     if isinstance(native, SolvedTask):
         return native
     if low and native == Status.SINGULAR.reason:  # of a lap: curves through zeros cost nothing

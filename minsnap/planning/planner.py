@@ -5,6 +5,7 @@ The module is not named ``plan``: a submodule of that name would hide the functi
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -39,6 +40,7 @@ from minsnap.corridors.tubes import Sampled, as_constraints, unsampled
 from minsnap.durations.resting import resting_plan
 from minsnap.durations.search_options import ENFORCE, USUAL, Search, check_search
 from minsnap.durations.timing import Timed, Timing
+from minsnap.errors import MinsnapError
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.planned_heading import Yaw, chosen_heading
 from minsnap.trajectory.report import Progress, Report, unlimited_notes, wide_tube_note
@@ -51,6 +53,9 @@ if TYPE_CHECKING:
     from minsnap.planning.leg_table import TimedCourse
     from minsnap.planning.request import PlanRequest
     from minsnap.vehicle.loop import Loop
+
+LOGGER = logging.getLogger(__name__)
+logging.getLogger("minsnap").addHandler(logging.NullHandler())  # silent unless a program asks
 
 
 @explains_names(
@@ -220,6 +225,7 @@ def plan(
     ):
         quick = resting_plan(waypoints, durations, total_time, corridor, degree)
         if quick is not None and progress is None:
+            LOGGER.info("planned %d legs: %.6g s of flight, by the quick way", quick.legs, quick.duration)
             return quick
     from minsnap.planning.request import PlanRequest
 
@@ -248,7 +254,16 @@ def plan(
             tracking=tracking,
             wind=wind,
         )
-        return _planned(request, watch)
+        try:
+            planned = _planned(request, watch)
+        except MinsnapError as refused:
+            LOGGER.info("refused (%s): %s", refused.code, refused)
+            raise
+        if LOGGER.isEnabledFor(logging.INFO):
+            tried, took = len(planned.report.steps), planned.report.milliseconds
+            text = "planned %d legs in %.4g ms: %.6g s of flight, %d steps of a search"
+            LOGGER.info(text, planned.legs, took, planned.duration, tried)
+        return planned
 
 
 def _planned(request: PlanRequest, watch: Progress | None, said: tuple[str, ...] = ()) -> Plan:
