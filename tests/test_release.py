@@ -1,6 +1,7 @@
 """What a release says of itself: one version in every file, and a changelog that a user can read."""
 
 import ast
+import importlib
 import json
 import re
 from pathlib import Path
@@ -58,6 +59,18 @@ def test_ros_2_installs_as_its_page_says():
     needed = re.findall(r'^    "numpy(.*?)"', (ROOT / "pyproject.toml").read_text(encoding="utf-8"), flags=re.MULTILINE)
     together = SpecifierSet(",".join([*asked, *needed]))
     assert asked and needed and list(together.filter(["1.21.5", "1.26.4", "2.2.0"])) == ["1.26.4"]
+
+
+def test_a_tag_that_is_not_of_the_version_or_the_changelog_is_refused(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "release"))
+    check = importlib.import_module("tag_check")
+    changelog = "# Changelog\n\n## [Unreleased]\n\n## [0.3.0] - 2026-12-01\n\n## [0.2.0] - 2026-11-22\n"
+    assert check.fault_of("v0.3.0", "0.3.0", changelog) == ""
+    assert "the tag is v0.3.1" in check.fault_of("v0.3.1", "0.3.0", changelog)
+    assert "is 0.3.0, not 0.4.0" in check.fault_of("v0.4.0", "0.4.0", changelog)
+    assert "is none, not 0.4.0" in check.fault_of("v0.4.0", "0.4.0", "## [Unreleased]\n")
+    assert check.unknown_tags(["v0.2.0", "v0.2.1"], changelog) == ["v0.2.1"]
+    assert check.released((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"))[0] == minsnap.__version__
 
 
 def test_actions_are_pinned_by_digest():

@@ -2,11 +2,16 @@
 
 Where no compiler is on the PATH the build installs the package ``ziglang`` beside hatchling, which is one; it goes with
 the build's environment.  ``MINSNAP_PURE=1`` leaves the core out; then everything works in Python alone, more slowly.
+
+Every wheel says what is in it besides its Python files: a software bill of materials in CycloneDX, in the folder that
+PEP 770 names. It holds no date, so that equal sources and compilers make equal wheels.
 """
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
+import json
 import os
 import sys
 import tempfile
@@ -50,6 +55,7 @@ class NativeCoreHook(BuildHookInterface[Any]):  # type: ignore[misc, unused-igno
         compiler = recipe.compile_library(library)
         self._add(build_data, library)
         self._stamp(recipe, build_data, f"{recipe.digest()}\n{compiler}\n")
+        self._list_materials(recipe, build_data, library, compiler)
 
     def _leave_out(self, recipe: ModuleType, version: str, build_data: dict[str, Any]) -> None:
         reason = "minsnap was installed with MINSNAP_PURE=1"
@@ -57,6 +63,16 @@ class NativeCoreHook(BuildHookInterface[Any]):  # type: ignore[misc, unused-igno
             recipe.leave_out(reason)
         else:
             self._stamp(recipe, build_data, f"-\n{reason}\n")
+            self._list_materials(recipe, build_data)
+
+    def _list_materials(
+        self, recipe: ModuleType, build_data: dict[str, Any], library: Path | None = None, compiler: str = ""
+    ) -> None:
+        """Add the bill of materials to a wheel; hatchling before 1.28 leaves it out."""
+        file = self._folder() / "minsnap.cdx.json"
+        content = materials(self.metadata.version, recipe.digest(), library, compiler)
+        file.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        build_data.setdefault("sbom_files", []).append(str(file))
 
     def _stamp(self, recipe: ModuleType, build_data: dict[str, Any], text: str) -> None:
         stamp = self._folder() / recipe.STAMP.name
@@ -71,6 +87,36 @@ class NativeCoreHook(BuildHookInterface[Any]):  # type: ignore[misc, unused-igno
     @staticmethod
     def _add(build_data: dict[str, Any], file: Path) -> None:
         build_data["force_include"][str(file)] = f"minsnap/native/{file.name}"
+
+
+def materials(version: str, sources: str, library: Path | None, compiler: str) -> dict[str, Any]:
+    """Return what a wheel is made of, as CycloneDX 1.6 has it.
+
+    Parameters
+    ----------
+    version : str
+    sources : str
+        Digest of the sources and flags of the core, SHA-256.
+    library : path or None
+        The compiled core; None in a wheel without.
+    compiler : str
+        What compiled it, whose runtime is inside of it.
+    """
+    package = {"type": "library", "name": "minsnap", "version": version, "purl": f"pkg:pypi/minsnap@{version}"}
+    package["bom-ref"] = package["purl"]
+    held = {**package, "licenses": [{"license": {"id": "MIT"}}]}
+    parts: list[dict[str, Any]] = []
+    metadata: dict[str, Any] = {"component": held}
+    if library is not None:
+        digest = hashlib.sha256(library.read_bytes()).hexdigest()
+        core = {"type": "library", "name": "minsnap/native/_core.bin", "version": version, "bom-ref": "core"}
+        told = [{"name": "minsnap:sources", "value": sources}]
+        parts = [{**core, "hashes": [{"alg": "SHA-256", "content": digest}], "properties": told}]
+        metadata["tools"] = {"components": [{"type": "application", "name": compiler}]}
+    made_of = [{"ref": package["purl"], "dependsOn": [part["bom-ref"] for part in parts]}]
+    schema = "http://cyclonedx.org/schema/bom-1.6.schema.json"
+    head = {"$schema": schema, "bomFormat": "CycloneDX", "specVersion": "1.6"}
+    return {**head, "version": 1, "metadata": metadata, "components": parts, "dependencies": made_of}
 
 
 def _pure() -> bool:

@@ -1,5 +1,7 @@
 """What pip installs: with a compiler, without one, with one that fails, and where no core is asked for."""
 
+import hashlib
+import json
 import os
 import shutil
 import subprocess
@@ -8,6 +10,7 @@ import zipfile
 
 import pytest
 
+import minsnap
 from minsnap.native import build
 
 pytestmark = pytest.mark.slow
@@ -58,6 +61,22 @@ def test_with_a_compiler_the_wheel_holds_the_library_for_every_python(checkout, 
     for name in ("include/minsnap.h", "include/minsnap.hpp", "cmake/minsnap-config.cmake", "CMakeLists.txt"):
         assert f"minsnap/native/{name}" in files
     assert not (checkout / "minsnap" / "native" / build.LIBRARY.name).exists()
+    with zipfile.ZipFile(tmp_path / wheel) as archive:
+        (core,) = json.loads(archive.read(next(name for name in files if "/sboms/" in name)))["components"]
+        held = archive.read(core["name"])
+    assert core["hashes"] == [{"alg": "SHA-256", "content": hashlib.sha256(held).hexdigest()}]
+
+
+def test_two_builds_in_two_places_make_the_same_bytes(checkout, tmp_path):
+    """The Python part alone; ``release/wheels.py --twice`` compares compiled ones."""
+    made = []
+    for place in ("here", "elsewhere"):
+        copy = shutil.copytree(checkout, tmp_path / place, copy_function=shutil.copy)  # written now, not when it was
+        run = make_wheel(copy, tmp_path / f"{place}_made", MINSNAP_PURE="1")
+        assert run.returncode == 0, run.stderr
+        (wheel,) = (tmp_path / f"{place}_made").glob("*.whl")
+        made.append(wheel.read_bytes())
+    assert made[0] == made[1]
 
 
 def test_a_wheel_without_the_core_is_made_where_that_is_asked_for(checkout, tmp_path):
@@ -68,6 +87,8 @@ def test_a_wheel_without_the_core_is_made_where_that_is_asked_for(checkout, tmp_
     assert f"minsnap/native/{build.LIBRARY.name}" not in files and "minsnap/native/src/basics/library.cpp" in files
     (path,) = tmp_path.glob("*.whl")
     with zipfile.ZipFile(path) as archive:
+        bill = json.loads(archive.read(f"minsnap-{minsnap.__version__}.dist-info/sboms/minsnap.cdx.json"))
+        assert bill["metadata"]["component"]["version"] == minsnap.__version__ and bill["components"] == []
         assert b"installed with MINSNAP_PURE=1" in archive.read("minsnap/native/_core.txt")
 
 
