@@ -41,7 +41,7 @@ def test_walls_are_named_after_their_limits():
 
 
 def test_the_docs_list_every_limit_and_its_option():
-    text = (Path(__file__).parents[2] / "docs" / "timing.rst").read_text()
+    text = (Path(__file__).parents[2] / "docs" / "limits.rst").read_text()
     for kind in OF_PLANS:
         assert f"``{kind.name}``" in text and f"``{kind.option}``" in text, kind.name
 
