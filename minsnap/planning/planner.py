@@ -225,7 +225,8 @@ def plan(
     ):
         quick = resting_plan(waypoints, durations, total_time, corridor, degree)
         if quick is not None and progress is None:
-            LOGGER.info("planned %d legs: %.6g s of flight, by the quick way", quick.legs, quick.duration)
+            if LOGGER.isEnabledFor(logging.INFO):
+                LOGGER.info("planned %d legs: %.6g s of flight, by the quick way", quick.legs, quick.duration)
             return quick
     from minsnap.planning.request import PlanRequest
 
