@@ -1,4 +1,4 @@
-"""Which degree, continuity and pieces fit a corridor of any width: as docs/corridors.rst has it."""
+"""Which degree, continuity and pieces fit a corridor of any width: as docs/continuity.rst has it."""
 
 from math import perm
 
