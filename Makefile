@@ -15,7 +15,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PINS)
 
 unexport PYTHONDONTWRITEBYTECODE # without compiled files every process of a test would compile the library anew
 
-.PHONY: help demo page cpp test check test-python test-kernels test-interpreter test-install lint docs figures wheels bench clang mutate sanitize clean
+.PHONY: help demo page embedded cpp test check test-python test-kernels test-interpreter test-install lint docs figures wheels bench clang mutate sanitize clean
 
 help: ## these lines
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | while IFS="$$(printf '\t')" read -r name text; do printf '%-21s %s\n' "make $$name" "$$text"; done
@@ -73,6 +73,10 @@ wheels: $(VENV)/releasing ## wheels of all platforms into dist/, by cross-compil
 
 page: $(VENV)/releasing ## the core of the page docs/play, compiled to WebAssembly
 	$(BIN)/python release/web_core.py
+
+embedded: $(VENV)/releasing ## static programs for aarch64 and 32-bit ARM, and run by qemu where it is
+	$(CORE)
+	$(BIN)/python release/embedded.py
 
 cpp: ## the library for C and C++ programs by CMake, in build/cpp, and its tests
 	cmake -S minsnap/native -B build/cpp && cmake --build build/cpp --parallel $(JOBS) && ctest --test-dir build/cpp --output-on-failure

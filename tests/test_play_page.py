@@ -8,6 +8,7 @@ import io
 import json
 import shutil
 import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -32,6 +33,7 @@ console.log(JSON.stringify({ ...plan, durations, points, version: minsnap.versio
 
 SPEC = importlib.util.spec_from_file_location("web_core", ROOT / "release" / "web_core.py")
 web_core = importlib.util.module_from_spec(SPEC)
+sys.path.insert(0, str(ROOT / "release"))
 SPEC.loader.exec_module(web_core)
 
 pytestmark = [
