@@ -67,6 +67,23 @@ def in_one_call():
     table(("problems", "count", "clock", "processor", "processor each"), rows)
 
 
+def within_limits(count=200, legs=5):
+    """Random courses within limits in one call, on one thread and on two, beside a loop over plan."""
+    rng = np.random.default_rng(1)
+    courses = np.cumsum(rng.normal(size=(count, legs + 1, 3)) * 3.0, axis=1)
+    limits = minsnap.Limits(speed=3.0, acceleration=4.0, jerk=30.0)
+    many = partial(minsnap.plan_many, courses, limits=limits)
+    calls = {f"plan_many, {n} thread{'s'[: n - 1]}": partial(many, threads=n) for n in (1, 2)}
+    calls["a loop over plan"] = lambda: [minsnap.plan(course, limits=limits) for course in courses]
+    found = {name: measured(call) for name, call in calls.items()}
+    loop = found["a loop over plan"]
+    rows = [
+        (name, *(f"{1e3 * t / count:.3f} ms" for t in own), *(f"{ratio:.2f}" for ratio in loop / own))
+        for name, own in found.items()
+    ]
+    table((f"{count} courses of {legs} legs", "clock each", "processor each", "loop / it", "in processor time"), rows)
+
+
 def rows_alone(count):
     """Plan rows in a process of their own, without Dask and files."""
     solving = Solving(read_mapping(WALKS | {"count": count}), 60.0)

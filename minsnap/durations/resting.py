@@ -45,7 +45,7 @@ def resting_plan(
     times = _split_by_distance(points, total) if durations is None else numbers(durations)
     if times is None or times.shape != (count - 1,):
         return None
-    widths = None if corridor is None else _half_widths(corridor, count - 1)
+    widths = None if corridor is None else half_widths(corridor, count - 1)
     if corridor is not None and (widths is None or dim == 1):
         return None
     half, history = (degree + 1) // 2, None
@@ -99,7 +99,7 @@ def _in_tube(
     return planned(optimum.points, times, how)
 
 
-def _half_widths(width: object, legs: int) -> FloatArray | None:
+def half_widths(width: object, legs: int) -> FloatArray | None:
     """Return one half-width, or one per leg, as an array of its own; None for anything else."""
     if type(width) in (int, float):
         return numbers(width)

@@ -41,7 +41,7 @@ KINDS = "dlqLQiIB?"
 FEW = 1 << 14
 """Bytes that are copied faster than the address of an array is read."""
 
-ABI = 21
+ABI = 22
 """What ``minsnap_abi`` of a matching library returns."""
 
 CHOICES = ("auto", "native", "python")

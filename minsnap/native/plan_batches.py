@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,15 +10,19 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.tolerances import GAP
 from minsnap.native.library import Entry
-from minsnap.native.records import ManyRecord, ValuesRecord
+from minsnap.native.records import ManyRecord, PlansRecord, ValuesRecord
 
 _SOLVE = Entry("minsnap_many", ManyRecord)
 _GRADIENTS = Entry("minsnap_many_gradients", ManyRecord)
 _TUBES = Entry("minsnap_many_tubes", ManyRecord)
 _EVALUATE = Entry("minsnap_evaluate_many", ValuesRecord)
+_PLANS = Entry("minsnap_plans", PlansRecord)
 
 BLOCK = 4096
 """Problems solved in one call, between which Ctrl-C is taken: some tenths of a second."""
+
+MOST_PIECES = 9
+"""Polynomials into which searches divide a leg at most."""
 
 EndStates = tuple[FloatArray | None, FloatArray | None]
 """Derivatives 1 … k - 1 at start and end, (problems, k - 1, dim); None at rest."""
@@ -156,6 +160,44 @@ def many_optima(chains: ManyChains, ends: EndStates) -> tuple[FloatArray, FloatA
     if _SOLVE(chains.record(starts=ends[0], ends=ends[1], curves=curves, breaks=breaks, statuses=statuses)):
         return None
     return curves, breaks, statuses.astype(np.intp)
+
+
+def plans_within(
+    points: Sequence[FloatArray], limits: FloatArray, widths: FloatArray | None, pieces: int, threads: int
+) -> list[tuple[FloatArray, FloatArray, int] | None]:
+    """Plan from rest to rest within limits, each problem as if it were alone.
+
+    Parameters
+    ----------
+    points : sequence of ndarray, shape (n_b, dim)
+        Waypoints of each problem [m].
+    limits : ndarray, shape (problems, 9)
+        Speed, acceleration, jerk, snap, most and least thrust over weight, tilt, body rate and gravity; zero is none.
+    widths : ndarray, shape (legs in all,), or None
+        Half-widths of tubes, infinite where there is none [m].
+    pieces : int
+        Polynomials of a leg, 0 to leave them to each search.
+    threads : int
+
+    Returns
+    -------
+    list of (control points (pieces in all, 8, dim), durations (pieces in all,), pieces of a leg) or None
+        None for what is left to ``plan``.
+    """
+    legs = [len(each) - 1 for each in points]
+    offsets, most = np.cumsum([0, *legs], dtype=np.int64), pieces or MOST_PIECES
+    curves, durations = np.empty((offsets[-1] * most, 8, points[0].shape[1])), np.empty(offsets[-1] * most)
+    found, statuses = np.zeros(len(points), dtype=np.int64), np.zeros(len(points), dtype=np.int32)
+    asked = PlansRecord(
+        **{"count": len(points), "dim": points[0].shape[1], "threads": threads, "pieces": pieces, "most": most},
+        **{"points": np.concatenate(points), "offsets": offsets, "limits": limits, "widths": widths},
+        **{"curves": curves, "durations": durations, "found": found, "statuses": statuses},
+    )
+    if _PLANS(asked):
+        return [None] * len(points)
+    made = zip(legs, offsets.tolist(), found.tolist(), statuses.tolist(), strict=False)
+    parts = ((slice(most * first, most * first + count * each), each, status) for count, first, each, status in made)
+    return [None if status else (curves[part].copy(), durations[part].copy(), each) for part, each, status in parts]
 
 
 def many_values(

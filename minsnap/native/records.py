@@ -145,6 +145,10 @@ class ManyRecord(Record):
     """Many problems, one after the other, and where their answers are written; see ``ManyChains``."""
 
 
+class PlansRecord(Record):
+    """Many problems within limits, and where their plans are written; see ``plans_within``."""
+
+
 class ExcessRecord(Record):
     """A curve, and where its greatest excess over walls is written; see ``greatest_excess``."""
 

@@ -14,6 +14,7 @@ from minsnap.basics.checks import DERIVATIVES, check_state, free_orders
 from minsnap.basics.messages import shown
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import InputError, MinsnapError, SolverError, TimingError, WaypointError
+from minsnap.planning.many_limits import PlainProblem, planned_together
 from minsnap.planning.planner import plan, task_of
 from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.trajectories import Slopes, free_slopes
@@ -183,14 +184,30 @@ class ManyProblems:
         return curve
 
     def all_alone(self) -> list[Trajectory | MinsnapError]:
-        """Plan every problem by itself, over threads."""
-        curves = []
+        """Plan every problem by itself, over threads: plain ones within limits in the native core alone."""
+        together = planned_together([self.plain(index) for index in range(len(self.batch))], self.workers, self._told)
+        rest = [index for index, curve in enumerate(together) if curve is None]
+        curves: list[Any] = list(together)
         with ThreadPoolExecutor(self.workers) as pool:
-            for curve in pool.map(self.alone, range(len(self.batch))):
-                curves.append(curve)
-                if self.watch is not None:
-                    self.watch(len(curves), len(self.batch))
+            for done, (index, curve) in enumerate(zip(rest, pool.map(self.alone, rest), strict=True)):
+                curves[index] = curve
+                self._told(len(curves) - len(rest) + done + 1)
         return curves
+
+    def plain(self, index: int) -> PlainProblem | None:
+        """Return one problem where it is a plain one within limits, else None."""
+        known = {"limits"} <= self.others.keys() <= {"limits", "durations"}
+        if not known or self.half != 4 or any(end is not None for end in self.ends):
+            return None
+        waypoints, durations = self.batch.problem(index)
+        if durations is not None or np.shape(waypoints)[-1:] != (self.batch.dim,):
+            return None
+        corridor = None if self.corridors is None else self.corridors[index]
+        return PlainProblem.of(waypoints, self.others["limits"][index], corridor)
+
+    def _told(self, done: int) -> None:
+        if self.watch is not None:
+            self.watch(done, len(self.batch))
 
     def slopes(self, index: int, curve: Trajectory) -> Slopes:
         """Return how the optimal cost of one problem changes, whose plan this is."""

@@ -115,7 +115,8 @@ void each_fault_has_its_sentence(minsnap_planner *planner) {
     refused(planner, "max_thrust is 0.9", [&](P &problem, L &limits) { within(problem, limits), limits.max_thrust = 0.9; });
     refused(planner, "tilt is 2", [&](P &problem, L &limits) { within(problem, limits), limits.tilt = 2.0; });
     refused(planner, "need three coordinates", [&](P &problem, L &limits) { within(problem, limits), problem.dim = 2, limits.tilt = 0.5; });
-    refused(planner, "the degree is 7", [&](P &problem, L &limits) { within(problem, limits), problem.degree = 9; });
+    refused(planner, "the degree of fewer than three coordinates is 7",
+            [&](P &problem, L &limits) { within(problem, limits), problem.degree = 9, problem.dim = 2; });
 }
 
 void each_fault_of_a_vehicle_has_its_sentence(minsnap_planner *planner) {

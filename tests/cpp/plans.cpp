@@ -109,6 +109,13 @@ std::map<std::string, minsnap::Problem> problems() {
     problem.within(limits);
     all.emplace("thrust, tilt and body rate", problem);
 
+    problem = line(), problem.within(usual()), problem.pieces = 6;
+    all.emplace("limits, six pieces", problem);
+    problem.pieces = 0, problem.degree = 5;
+    all.emplace("limits, degree 5", problem);
+    problem = rectangle(), problem.within(usual()), problem.degree = 9, problem.widths = {0.4, 0.4, 0.4, 0.4};
+    all.emplace("limits, degree 9, in a tube", problem);
+
     problem = minsnap::Problem(2), problem.points = {0, 0, 5, 0, 5, 3}, problem.within(usual());
     all.emplace("limits in the plane", problem);
     return all;
@@ -175,6 +182,10 @@ void rotors() {
     EXPECT(planner.certify(problem, plan.curve).kept == 0 && std::string(planner.message()) == "the curve exceeds a limit");
     const minsnap::Plan slower = planner.plan(problem);
     EXPECT(slower.status == MINSNAP_DONE && slower.curve.duration() > plan.curve.duration());
+    vehicle.drag[0] = 0.3;
+    EXPECT(planner.certify(problem, slower.curve).kept == 0);
+    const minsnap::Plan dragged = planner.plan(problem);
+    EXPECT(dragged.status == MINSNAP_DONE && planner.certify(problem, dragged.curve).kept == 1);
 }
 
 // A search that is ended gives the best curve there is, or none, and says so.

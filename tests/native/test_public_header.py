@@ -12,6 +12,7 @@ from c_structs import structs_of
 
 import minsnap
 from minsnap.basics.version import __version__
+from minsnap.limits.vehicle_use import medium_of
 from minsnap.native import library
 from minsnap.native.build import INCLUDE
 from minsnap.native.library import core
@@ -57,6 +58,9 @@ PLANS = {
     "limits in boxes": (LINE, {"limits": USUAL, "corridor": BOXES}),
     "thrust and tilt": (RECTANGLE, {"limits": minsnap.Limits(**LIFTED)}),
     "thrust, tilt and body rate": (RECTANGLE, {"limits": minsnap.Limits(**LIFTED, body_rate=3.0)}),
+    "limits, six pieces": (LINE, {"limits": USUAL, "pieces": 6}),
+    "limits, degree 5": (LINE, {"limits": USUAL, "degree": 5}),
+    "limits, degree 9, in a tube": (RECTANGLE, {"limits": USUAL, "degree": 9, "corridor": 0.4}),
     "limits in the plane": ([(0, 0), (5, 0), (5, 3)], {"limits": USUAL}),
 }
 """The plans of tests/cpp/plans.cpp, as Python asks for them."""
@@ -90,15 +94,23 @@ def array(values):
     return np.ascontiguousarray(values, dtype=np.float64)
 
 
-@pytest.mark.parametrize("name", ["crazyflie", "dji_f330"])
-def test_the_certificate_of_python_confirms_what_rotors_keep(name):
+@pytest.mark.parametrize(
+    ("name", "further"),
+    [("crazyflie", None), ("dji_f330", None), ("dji_f330", {"tilt": 0.5, "max_thrust": 1.4, "body_rate": 2.5})],
+)
+def test_the_certificate_of_python_confirms_what_rotors_keep(name, further):
+    """With further limits in the vehicle's drag, too."""
     structs, native = structs_of(HEADER), core().library
     made = {kind: structs[f"minsnap_{kind}"](size=ctypes.sizeof(structs[f"minsnap_{kind}"])) for kind in KINDS}
-    vehicle = replace(named_vehicle(name), drag=BodyDrag())
+    vehicle = named_vehicle(name)
+    vehicle = vehicle if further else replace(vehicle, drag=BodyDrag())
     body = made["vehicle"]
     body.mass, body.reserve, (body.least, body.most) = vehicle.mass, 0.1, vehicle.rotor_thrust_limits
     body.inertia[:], body.mixer[:] = vehicle.inertia.reshape(-1), vehicle.inverse_mixer.reshape(-1)
+    body.drag[:] = medium_of(vehicle).values[1:]
     made["limits"].vehicle, made["limits"].jerk = ctypes.addressof(body), 60.0
+    for limit, value in (further or {}).items():
+        setattr(made["limits"], limit, value)
     points, planner, problem, curve = array(LINE), ctypes.c_void_p(), made["problem"], made["curve"]
     problem.dim, problem.waypoints, problem.points = 3, len(LINE), points.ctypes.data
     problem.limits = ctypes.addressof(made["limits"])
@@ -109,7 +121,8 @@ def test_the_certificate_of_python_confirms_what_rotors_keep(name):
     controls = np.array((ctypes.c_double * (24 * count)).from_address(curve.points)).reshape(-1, 8, 3)
     native.minsnap_close(planner)
     flown = minsnap.Trajectory(controls, durations, pieces=curve.pieces)
-    limits = minsnap.Limits.of(vehicle, 0.1, jerk=60.0)
+    assert bool(further) == any(body.drag)
+    limits = minsnap.Limits.of(vehicle, 0.1, jerk=60.0, **further or {})
     assert minsnap.certify(flown, LINE, limits=limits).ok
     assert flown.duration < 1.2 * minsnap.plan(LINE, limits=limits).duration
 

@@ -9,6 +9,7 @@ import minsnap
 from minsnap.errors import CorridorError, InfeasibleError, InputError, IntervalError, TimingError, WaypointError
 from minsnap.native import library, plan_batches
 from minsnap.native.library import core
+from minsnap.planning import problem_rows
 
 NATIVE = library.core().library is not None
 
@@ -294,6 +295,42 @@ def test_blocks_change_no_bit(monkeypatch):
     assert (parts.control_points == whole.control_points).all() and (parts.breaks == whole.breaks).all()
     for name in ("durations", "waypoints", "corridor"):
         assert np.array_equal(getattr(parts.gradients, name), getattr(whole.gradients, name))
+
+
+LIMITS = (
+    minsnap.Limits(speed=2.0, acceleration=3.0),
+    minsnap.Limits(speed=3.0, acceleration=4.0, jerk=30.0, snap=300.0),
+    minsnap.Limits(acceleration=2.0, jerk=20.0),
+)
+
+
+@pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")
+@pytest.mark.parametrize("corridor", [None, 0.3])
+def test_plain_plans_within_limits_are_made_together_with_the_bits_of_plan(corridor, monkeypatch):
+    rng = np.random.default_rng(11)
+    points = [np.cumsum(rng.normal(size=(n, 3)), axis=0) for n in (2, 3, 5, 4, 3)]
+    limits, told, alone = [LIMITS[i % 3] for i in range(5)], [], []
+    own = problem_rows.plan
+    monkeypatch.setattr(problem_rows, "plan", lambda *asked, **others: alone.append(asked) or own(*asked, **others))
+    many = minsnap.plan_many(points, corridor=corridor, limits=limits, progress=lambda *done: told.append(done))
+    assert many.errors == (None,) * 5 and told[-1] == (5, 5) and not alone
+    for curve, place, limit in zip(many, points, limits, strict=True):
+        other = minsnap.plan(place, corridor=corridor, limits=limit)
+        assert same(curve, other) and curve.pieces == other.pieces
+        assert curve.report.cost == other.report.cost and curve.report.notes == other.report.notes
+    once = minsnap.plan_many(points, corridor=corridor, limits=limits, threads=1)
+    assert (once.control_points == many.control_points).all()
+
+
+@pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")
+def test_what_is_not_plain_within_limits_is_planned_and_refused_by_itself():
+    line, fast = [(0, 0, 1), (4, 1, 1.5), (7, -1, 2)], minsnap.Limits(speed=3.0, acceleration=4.0)
+    asked = [line, [(0, 0, 1), (0, 0, 1)], [(0, 0, 1), (np.nan, 0, 1)], line, line]
+    limits = [fast, fast, fast, minsnap.Limits(speed=3.0, yaw_rate=1.0), minsnap.Limits(max_thrust=1.5)]
+    many = minsnap.plan_many(asked, limits=limits, corridor=[None, None, None, 0.5, minsnap.RoundTube(0.5)])
+    assert [type(error) for error in many.errors] == [type(None), WaypointError, WaypointError, type(None), type(None)]
+    for index, corridor in ((0, None), (3, 0.5), (4, minsnap.RoundTube(0.5))):
+        assert same(many[index], minsnap.plan(line, corridor=corridor, limits=limits[index]))
 
 
 @pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")

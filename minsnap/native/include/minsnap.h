@@ -21,7 +21,7 @@
 #include <string.h>
 
 #define MINSNAP_VERSION "0.2.0"
-#define MINSNAP_ABI 21 /* of the library's entry points; raised with ABI of library.py whenever one changes its arguments or its meaning */
+#define MINSNAP_ABI 22 /* of the library's entry points; raised with ABI of library.py whenever one changes its arguments or its meaning */
 
 #ifdef __cplusplus
 extern "C" {
@@ -42,7 +42,7 @@ enum {
     MINSNAP_SPENT = 9        /* time, work or the caller ended the search: the best curve so far is there where it has pieces */
 };
 
-/* A quadrotor whose rotors keep their range of thrust, at a constant heading and without drag. Body axes forward, left, up. */
+/* A quadrotor whose rotors keep their range of thrust, at a constant heading. Body axes forward, left, up. */
 typedef struct minsnap_vehicle {
     int64_t size;       /* sizeof(minsnap_vehicle), as minsnap_vehicle_new sets it */
     double mass;        /* [kg] */
@@ -51,43 +51,44 @@ typedef struct minsnap_vehicle {
     double least, most; /* thrust of a rotor [N] */
     double reserve;     /* share of its room around hover that is left to feedback, at least 0 and below 1 */
     double yaw;         /* heading [rad] */
+    double drag[4];     /* per mass: a, b of (a + b |v|) v [1/s], [1/m], and how much both are more along the thrust; zero is none */
 } minsnap_vehicle;
 
 /* Limits that a curve keeps at every instant; zero is no limit. The last four need three coordinates. */
 typedef struct minsnap_limits {
-    int64_t size;                             /* sizeof(minsnap_limits), as minsnap_limits_new sets it */
-    double speed, acceleration, jerk, snap;   /* greatest Euclidean norms [m/s], [m/s^2], [m/s^3], [m/s^4] */
-    double max_thrust, min_thrust;            /* thrust over weight, above and below 1 */
-    double tilt;                              /* largest angle between thrust and the vertical, below pi/2 [rad] */
-    double body_rate;                         /* roll and pitch rate together [rad/s] */
-    double gravity;                           /* [m/s^2]; 9.80665 unless given */
-    const minsnap_vehicle *vehicle;           /* whose rotors keep their range, and with them the sum of thrusts; or null */
+    int64_t size;                           /* sizeof(minsnap_limits), as minsnap_limits_new sets it */
+    double speed, acceleration, jerk, snap; /* greatest Euclidean norms [m/s], [m/s^2], [m/s^3], [m/s^4] */
+    double max_thrust, min_thrust;          /* thrust over weight, above and below 1 */
+    double tilt;                            /* largest angle between thrust and the vertical, below pi/2 [rad] */
+    double body_rate;                       /* roll and pitch rate together [rad/s] */
+    double gravity;                         /* [m/s^2]; 9.80665 unless given */
+    const minsnap_vehicle *vehicle;         /* whose rotors keep their range, and with them the sum of thrusts; or null */
 } minsnap_limits;
 
 /* What is asked for. With durations, or a total time, the curve costs least: the integral of the squared k-th derivative, for degree 2k - 1. With
  * neither, it is the quickest that is found within the limits. Walls hold at every instant, all of them together. */
 typedef struct minsnap_problem {
-    int64_t size;      /* sizeof(minsnap_problem), as minsnap_problem_new sets it */
-    int64_t dim;       /* coordinates: 1, 2 or 3 */
-    int64_t waypoints; /* at least 2 */
-    int64_t degree;    /* 3, 5, 7, 9 or 11; 7 unless given, and within limits */
-    int64_t pieces;    /* polynomials of each leg; 0 leaves it to the search within limits, and is 1 elsewhere; without walls and limits it is always 1 */
-    int64_t closed;    /* 1 for a lap, whose last waypoint is the first, and whose state there is chosen; else 0 */
-    const double *points;    /* (waypoints, dim) [m] */
-    const double *durations; /* (waypoints - 1,) [s], or null */
-    double total_time;       /* of all legs [s], or 0 */
-    const minsnap_limits *limits; /* or null */
-    const double *widths;         /* (waypoints - 1,) half-widths of a tube around each leg [m], infinite where a leg has none; or null */
-    const double *box_lower;      /* (waypoints - 1, dim) corners of a box for each leg [m], infinite where there is no wall; or null */
-    const double *box_upper;      /* (waypoints - 1, dim) */
-    int64_t planes;               /* half-spaces normal . r <= bound, each on one leg: those of a leg are its polytope */
-    const int64_t *plane_leg;     /* (planes,) from 0 */
-    const double *plane_normal;   /* (planes, dim) of any length but zero */
-    const double *plane_bound;    /* (planes,) [m] for a normal of length 1 */
-    const double *radii;          /* (waypoints,) balls around waypoints through which the curve may pass [m], 0 at both ends; or null */
-    const double *start;          /* (k - 1, dim) derivatives 1 ... k - 1 at the start [m/s^order]; null at rest */
-    const double *end;            /* (k - 1, dim) the same at the end */
-    double seconds;               /* after which a search ends with the best curve so far [s]; 0 for as much work as a problem is worth */
+    int64_t size;         /* sizeof(minsnap_problem), as minsnap_problem_new sets it */
+    int64_t dim;          /* coordinates: 1, 2 or 3 */
+    int64_t waypoints;    /* at least 2 */
+    int64_t degree;       /* 3, 5, 7, 9 or 11; 7 unless given, and within limits in fewer than three coordinates */
+    int64_t pieces;       /* polynomials of each leg; 0 leaves it to the search within limits, and is 1 elsewhere, as it is without walls */
+    int64_t closed;       /* 1 for a lap, whose last waypoint is the first, and whose state there is chosen; else 0 */
+    const double *points; /* (waypoints, dim) [m] */
+    const double *durations;        /* (waypoints - 1,) [s], or null */
+    double total_time;              /* of all legs [s], or 0 */
+    const minsnap_limits *limits;   /* or null */
+    const double *widths;           /* (waypoints - 1,) half-widths of a tube around each leg [m], infinite where a leg has none; or null */
+    const double *box_lower;        /* (waypoints - 1, dim) corners of a box for each leg [m], infinite where there is no wall; or null */
+    const double *box_upper;        /* (waypoints - 1, dim) */
+    int64_t planes;                 /* half-spaces normal . r <= bound, each on one leg: those of a leg are its polytope */
+    const int64_t *plane_leg;       /* (planes,) from 0 */
+    const double *plane_normal;     /* (planes, dim) of any length but zero */
+    const double *plane_bound;      /* (planes,) [m] for a normal of length 1 */
+    const double *radii;            /* (waypoints,) balls around waypoints through which the curve may pass [m], 0 at both ends; or null */
+    const double *start;            /* (k - 1, dim) derivatives 1 ... k - 1 at the start [m/s^order]; null at rest */
+    const double *end;              /* (k - 1, dim) the same at the end */
+    double seconds;                 /* after which a search ends with the best curve so far [s]; 0 for as much work as a problem is worth */
     int64_t (*stop)(void *context); /* asked during a search, which ends where it returns other than 0; or null */
     void *context;                  /* for stop */
 } minsnap_problem;
@@ -108,13 +109,13 @@ typedef struct minsnap_curve {
 
 /* What is proved of a curve over all time, rounding included. */
 typedef struct minsnap_certificate {
-    int64_t size;       /* sizeof(minsnap_certificate), as minsnap_certificate_new sets it */
-    int64_t kept;       /* 1 where all that the problem asks for is kept, else 0 */
-    int64_t continuity; /* derivatives that agree on both sides of every inner knot, degree where all do */
-    double waypoints;   /* largest distance from a waypoint, beyond its ball [m] */
-    double margin;      /* the distance to the walls is nowhere less [m]; negative outside, infinite without walls */
+    int64_t size;                           /* sizeof(minsnap_certificate), as minsnap_certificate_new sets it */
+    int64_t kept;                           /* 1 where all that the problem asks for is kept, else 0 */
+    int64_t continuity;                     /* derivatives that agree on both sides of every inner knot, degree where all do */
+    double waypoints;                       /* largest distance from a waypoint, beyond its ball [m] */
+    double margin;                          /* the distance to the walls is nowhere less [m]; negative outside, infinite without walls */
     double speed, acceleration, jerk, snap; /* norms that are never exceeded [m/s], [m/s^2], [m/s^3], [m/s^4] */
-    double thrust, least_thrust;            /* greatest and least thrust over weight; of three coordinates, else 0 */
+    double thrust, least_thrust;            /* greatest and least thrust over weight, without drag; of three coordinates, else 0 */
     double tilt;                            /* largest angle between thrust and the vertical [rad]; the same */
     double body_rate;                       /* largest roll and pitch rate together [rad/s], infinite where thrust vanishes; the same */
 } minsnap_certificate;
@@ -185,8 +186,8 @@ MINSNAP_API minsnap_status minsnap_replan(minsnap_planner *planner, const minsna
 
 /* Come to rest from the state that a curve flown has at an instant, within the walls of the leg that is flown, or of that and the next one, and
  * within limits: the shortest of a family of polynomials that is proved to. The first waypoint of the problem is the one that was passed last. */
-MINSNAP_API minsnap_status minsnap_brake(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown, double instant,
-                                         minsnap_curve *curve);
+MINSNAP_API minsnap_status minsnap_brake(minsnap_planner *planner, const minsnap_problem *problem, const minsnap_curve *flown,
+                                         double instant, minsnap_curve *curve);
 
 /* A time that every flight of a problem within limits takes at least, whatever its curve, rounded down [s]. Speed, acceleration, thrust and tilt
  * bound it; other limits and the walls are left out. */

@@ -11,6 +11,7 @@
 #include "fleet/joint_question.hpp"
 #include "fleet/questions.hpp"
 #include "maps/questions.hpp"
+#include "planner/border.hpp"
 #include "polynomials/evaluate.hpp"
 
 namespace minsnap {
@@ -369,6 +370,19 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(CostateSearch, splits),
     MINSNAP_FIELD(CostateSearch, rate_splits),
     MINSNAP_FIELD(CostateSearch, iterations),
+    MINSNAP_FIELD(PlansRecord, count),
+    MINSNAP_FIELD(PlansRecord, dim),
+    MINSNAP_FIELD(PlansRecord, threads),
+    MINSNAP_FIELD(PlansRecord, pieces),
+    MINSNAP_FIELD(PlansRecord, most),
+    MINSNAP_FIELD(PlansRecord, points),
+    MINSNAP_FIELD(PlansRecord, offsets),
+    MINSNAP_FIELD(PlansRecord, limits),
+    MINSNAP_FIELD(PlansRecord, widths),
+    MINSNAP_FIELD(PlansRecord, curves),
+    MINSNAP_FIELD(PlansRecord, durations),
+    MINSNAP_FIELD(PlansRecord, found),
+    MINSNAP_FIELD(PlansRecord, statuses),
 };
 
 #undef MINSNAP_FIELD

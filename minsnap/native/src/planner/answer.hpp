@@ -77,11 +77,11 @@ inline CurveView view(const CurveMemory &curve) {
 // Proved norms of the derivatives 1 ... 4 and, if wanted, of what the thrust does.
 Status measure(const CurveView &curve, double gravity, bool thrust, Reached &reached);
 
-// The share of the most used limit; 1 is fully used. Infinite where it cannot be measured.
+// The share of the most used limit, of those on derivatives alone with drag; 1 is fully used. Infinite where it cannot be measured.
 double largest_use(const CurveView &curve, const Bounds &bounds);
 
-// Whether bounds prove that no rotor leaves its room, less a share of hover; where there is a vehicle.
-bool rotors_kept(const CurveView &curve, const Bounds &bounds, double share = 0.0);
+// Whether bounds prove that no rotor leaves its room, less a share of hover, and with drag that thrust, tilt and body rate keep theirs.
+bool vehicle_kept(const CurveView &curve, const Bounds &bounds, double share = 0.0);
 
 // A proved bound of the excess over walls on positions [m], negative inside; infinite where there is no proof.
 double wall_excess(const CurveView &curve, const WallSets &walls);

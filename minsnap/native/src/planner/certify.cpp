@@ -70,15 +70,27 @@ bool same_times(const CurveView &curve, const Course &course) {
     return course.total == 0.0 || std::fabs(total - course.total) <= exact * course.total;
 }
 
-// Bounds of the rotors' thrusts on parts of a curve, which are divided until they are inside.
-class RotorProof {
+double square(double value) { return value * value; }
+
+// Bounds of the rotors' thrusts, and with drag of thrust, tilt and body rate, on parts of a curve, which are divided until they are inside.
+class VehicleProof {
 public:
-    RotorProof(const CurveView &curve, const Bounds &bounds, double share)
+    VehicleProof(const CurveView &curve, const Bounds &bounds, double share)
         : curve_(curve), heading_{std::cos(bounds.vehicle->yaw), std::sin(bounds.vehicle->yaw), 0.0, 0.0},
-          medium_{bounds.gravity, 0.0, 0.0, 0.0, 0.0},
-          most_((1.0 + kept) * (bounds.hover() + bounds.room_above()) - share * bounds.hover()),
-          least_((1.0 - kept) * (bounds.hover() - bounds.room_below()) + share * bounds.hover()) {
-        record_.parts = 1, record_.count = curve.degree, record_.mass = bounds.vehicle->mass, record_.medium = medium_;
+          most_{infinite,
+                infinite,
+                infinite,
+                infinite,
+                (1.0 + kept) * (bounds.hover() + bounds.room_above()) - share * bounds.hover(),
+                -((1.0 - kept) * (bounds.hover() - bounds.room_below()) + share * bounds.hover())} {
+        if (bounds.drags()) {
+            const double more = 1.0 + kept - share;
+            most_[0] = more * bounds.gravity * bounds.most_thrust;
+            if (bounds.least_thrust > 0.0) most_[1] = -bounds.gravity * bounds.least_thrust / more;
+            if (bounds.tilt < infinite) most_[2] = square(more * std::tan(bounds.tilt));
+            most_[3] = square(more * bounds.body_rate);
+        }
+        record_.parts = 1, record_.count = curve.degree, record_.mass = bounds.vehicle->mass, record_.medium = bounds.medium;
         record_.inertia = bounds.vehicle->inertia, record_.mixer = bounds.vehicle->mixer, record_.points = motion_, record_.half = &half_;
         record_.yaw = heading_, record_.bounds = found_;
     }
@@ -101,7 +113,9 @@ private:
             make_motion(points, duration);
             half_ = 0.5 * duration;
             if (minsnap_vehicle_bounds(&record_) != 0) return false;
-            if (found_[4] <= most_ && -found_[5] >= least_) return true;
+            bool all = true;
+            for (int k = 0; k < 6; ++k) all = all && found_[k] <= most_[k];
+            if (all) return true;
         }
         if (depth == deepest) return false;
         double left[3 * most_points], right[3 * most_points];
@@ -136,8 +150,8 @@ private:
     }
 
     const CurveView curve_;
-    const double heading_[4], medium_[5], most_, least_;
-    double motion_[4 * 3 * most_points], half_ = 0.0, found_[6];
+    const double heading_[4];
+    double most_[6], motion_[4 * 3 * most_points], half_ = 0.0, found_[6];
     VehicleRecord record_ = {};
 };
 
@@ -170,7 +184,7 @@ double largest_use(const CurveView &curve, const Bounds &bounds) {
     if (measure(curve, bounds.gravity, bounds.lifts(), reached) != Status::done) return infinite;
     double used = 0.0;
     for (int k = 0; k < 4; ++k) used = std::max(used, reached.norm[k] / bounds.norm[k]);
-    if (!bounds.lifts()) return used;
+    if (!bounds.lifts() || bounds.drags()) return used;
     used = std::max({used, reached.thrust / bounds.most_thrust, reached.body_rate / bounds.body_rate});
     if (bounds.tilt < infinite) used = std::max(used, reached.tilt / bounds.tilt);
     if (bounds.least_thrust > 0.0)
@@ -178,8 +192,8 @@ double largest_use(const CurveView &curve, const Bounds &bounds) {
     return used == used ? used : infinite;
 }
 
-bool rotors_kept(const CurveView &curve, const Bounds &bounds, double share) {
-    return bounds.vehicle == nullptr || RotorProof(curve, bounds, share).holds();
+bool vehicle_kept(const CurveView &curve, const Bounds &bounds, double share) {
+    return bounds.vehicle == nullptr || VehicleProof(curve, bounds, share).holds();
 }
 
 double wall_excess(const CurveView &curve, const WallSets &walls) {
@@ -240,8 +254,8 @@ Status certify(const CurveView &curve, const Course &course, minsnap_certificate
                         : !same_state(curve, course)   ? "does not begin and end in the states that were asked for"
                         : !same_times(curve, course)   ? "has other times than were asked for"
                         : excess > 0.0                 ? "leaves its walls"
-                        : !(used <= 1.0 + kept) || (course.limited && !rotors_kept(curve, course.bounds)) ? "exceeds a limit"
-                                                                                                          : nullptr;
+                        : !(used <= 1.0 + kept) || (course.limited && !vehicle_kept(curve, course.bounds)) ? "exceeds a limit"
+                                                                                                           : nullptr;
     proved.kept = wrong == nullptr;
     if (wrong != nullptr) says(Status::done, "the curve %s", wrong);
     return Status::done;

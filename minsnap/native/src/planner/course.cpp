@@ -102,6 +102,7 @@ Status Course::take_limits(const minsnap_problem &given, Says &says) {
                         kind.value, kind.above, kind.below);
         *kind.to = kind.value;
     }
+    bounds.medium[0] = bounds.gravity;
     if (limits.vehicle != nullptr)
         if (const Status status = take_vehicle(limits, says); status != Status::done) return status;
     if (!bounds.any()) return says(Status::bad_number, "the limits are empty: set at least one");
@@ -118,9 +119,13 @@ Status Course::take_vehicle(const minsnap_limits &given, Says &says) {
                     "the vehicle has size %lld and this library's has %lld: make it by minsnap_vehicle_new of the same version",
                     Long(vehicle.size), Long(sizeof(minsnap_vehicle)));
     bounds.vehicle = given.vehicle;
+    std::copy(vehicle.drag, vehicle.drag + 4, bounds.medium + 1);
     if (!positive(vehicle.mass)) return says(Status::bad_number, "the mass is %g kg: it must be positive", vehicle.mass);
     if (!finite(vehicle.inertia, 9) || !finite(vehicle.mixer, 16) || !finite(&vehicle.yaw, 1))
         return says(Status::bad_number, "the vehicle has an inertia, a mixer or a yaw that is not finite");
+    if (!finite(vehicle.drag, 4) || !(vehicle.drag[0] >= 0.0 && vehicle.drag[1] >= 0.0))
+        return says(Status::bad_number, "the drag of the vehicle is %g and %g: it must be zero or positive, and finite", vehicle.drag[0],
+                    vehicle.drag[1]);
     for (int axis = 0; axis < 3; ++axis)
         if (!positive(vehicle.inertia[4 * axis]))
             return says(Status::bad_number, "the inertia about axis %d is %g kg m^2: it must be positive", axis, vehicle.inertia[4 * axis]);
@@ -147,7 +152,8 @@ Status Course::take_times(const minsnap_problem &given, Says &says) {
         if (!(durations[leg] >= shortest_duration && durations[leg] <= longest_duration))
             return says(Status::bad_number, "the duration of leg %lld is %g s: it must be positive, at most %g", Long(leg), durations[leg],
                         longest_duration);
-    if (limited && half != 4) return says(Status::unsupported, "within limits the degree is 7, and not %d", 2 * half - 1);
+    if (limited && half != 4 && dim != 3)
+        return says(Status::unsupported, "within limits the degree of fewer than three coordinates is 7, and not %d", 2 * half - 1);
     return Status::done;
 }
 

@@ -23,11 +23,14 @@ constexpr double earth = 9.80665;                                              /
 struct Bounds {
     double norm[4] = {infinite, infinite, infinite, infinite};  // speed, acceleration, jerk, snap
     double most_thrust = infinite, least_thrust = 0.0, tilt = infinite, body_rate = infinite, gravity = earth;
+    double medium[5] = {earth, 0.0, 0.0, 0.0, 0.0};  // gravity and drag, as VehicleRecord
     const minsnap_vehicle *vehicle = nullptr;
 
+    bool drags() const { return medium[1] != 0.0 || medium[2] != 0.0 || medium[3] != 0.0 || medium[4] != 0.0; }
     bool turns() const { return body_rate < infinite || vehicle != nullptr; }  // whether slower flight may turn faster, in free fall
     bool lifts() const { return most_thrust < infinite || least_thrust > 0.0 || tilt < infinite || turns(); }
     bool any() const { return lifts() || norm[0] < infinite || norm[1] < infinite || norm[2] < infinite || norm[3] < infinite; }
+    double reached(int order, double body_rate) const;  // greatest derivative that a motion in any direction may have; infinite where free
     double hover() const { return 0.25 * vehicle->mass * gravity; }  // of a rotor [N]
     double room_above() const { return (1.0 - vehicle->reserve) * (vehicle->most - hover()); }
     double room_below() const { return (1.0 - vehicle->reserve) * (hover() - vehicle->least); }

@@ -3,18 +3,12 @@
 #include <new>
 
 #include "basics/export.hpp"
-#include "planner/answer.hpp"
 #include "planner/given.hpp"
+#include "planner/planner.hpp"
 #include "planner/time_bound.hpp"
 #include "planner/shortest_plan.hpp"
 #include "polynomials/enclosure.hpp"
 #include "polynomials/evaluate.hpp"
-
-struct minsnap_planner {
-    minsnap::Says says;
-    minsnap::Course course;
-    minsnap::CurveMemory told, next;  // the curve that was given last, and the one that is made
-};
 
 namespace minsnap {
 namespace {
@@ -91,13 +85,14 @@ Status go_on(minsnap_planner &planner, const minsnap_problem *problem, const min
     if (!(instant >= 0.0 && instant <= last))
         return says(Status::bad_number, "the plan goes on at %g s, and the curve flown lasts from 0 to %g s", instant, last);
     if (problem->limits == nullptr || problem->closed != 0) return says(Status::unsupported, "a plan goes on within limits, and is no lap");
-    if (problem->dim != flown->dim || (problem->degree != 0 && problem->degree != 7) || flown->degree < 3)
-        return says(Status::bad_size, "the curve flown has %lld coordinates and degree %lld, and the problem %lld and 7", Long(flown->dim),
-                    Long(flown->degree), Long(problem->dim));
-    double state[4 * 3];
+    const std::int64_t degree = problem->degree == 0 ? 7 : problem->degree;
+    if (problem->dim != flown->dim || flown->degree < degree / 2)
+        return says(Status::bad_size, "the curve flown has %lld coordinates and degree %lld, and the problem %lld and %lld",
+                    Long(flown->dim), Long(flown->degree), Long(problem->dim), Long(degree));
+    double state[6 * 3];
     const PiecewiseCurve whole = {flown->points,           flown->durations, flown->breaks, pieces, std::int32_t(flown->degree),
                                   std::int32_t(flown->dim)};
-    for (int order = 0; order < 4 && status == Status::done; ++order)
+    for (int order = 0; order < 6 && 2 * order < degree && status == Status::done; ++order)
         status = evaluate_curve(whole, order, &instant, 1, state + order * flown->dim);
     if (status != Status::done) return says(status, "the curve flown has no state at %g s", instant);
     return planner.course.take(problem, says, state);

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "arithmetic/double_double.hpp"
 #include "chain/unconstrained.hpp"
 #include "polynomials/evaluate.hpp"
 #include "shortest_time/instant_limits.hpp"
@@ -27,6 +28,7 @@ struct PlanSettings {
     static constexpr double softer = 2.0, slower = 1.3;  // factor on the body rate of a first search, and on the time of its curve
     static constexpr double reserves[] = {5e-4, 3e-3, 0.02,
                                           0.1,  0.2,  0.5};             // by which durations are lengthened until a plan for them succeeds
+    static constexpr double proof_margin = 1e-4;                        // share of limits with drag that is left to their proof
     static constexpr double rotor_margin = 1e-4;                        // share of hover that is left to the proof of rotors
     static constexpr double slower_whole = 1.4, slower_divided = 1.05;  // factor on the time of a plan whose legs are divided
     static constexpr double hastened = 0.9;                             // least factor on time at which limits of rotors are touched
@@ -41,6 +43,7 @@ struct PlanSettings {
     static constexpr double row_work = 6e-5, block_work = 5e-6;  // milliseconds of a processor, about
     static constexpr double vanishing = 1e-6;                    // share of the longest total below which nothing limits the time
     static constexpr double idle = 0.8;                          // factor on time below which nothing limits it
+    static constexpr double close = 0.2, straight = 0.9;         // legs are close together below that share of the way to stop; its cosine
     static constexpr double on_limit = 0.999;                    // use of a state that leaves no room
     static constexpr double briefest = 0.15;                     // time that stopping takes at least [s]
     static constexpr double kept = 1e-9;                         // how far above 1 a use may be
@@ -54,6 +57,16 @@ using P = PlanSettings;
 
 // Largest derivatives of the profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval.
 constexpr double peaks[4] = {2.1875, 7.5132, 52.5, 840.0};
+
+constexpr int most_points = 12;  // of a polynomial
+
+// Whether a number divides another, and no larger divisor of that, but itself, is divided by it.
+bool most_of(std::int64_t one, std::int64_t all) {
+    if (all % one != 0) return false;
+    for (std::int64_t more = 2 * one; more < all; more += one)
+        if (all % more == 0) return false;
+    return true;
+}
 
 double grained(double factor) { return std::ceil(factor * P::grain) / P::grain; }
 
@@ -70,15 +83,34 @@ std::int64_t poll(void *context) {
 
 }  // namespace
 
-// Greatest derivative of an order that a motion in any direction may reach; infinite where free.
-double ShortestPlan::norm(int order, double body_rate) const {
-    const Bounds &bounds = course_.bounds;
-    double least = bounds.norm[order - 1];
-    if (order == 2 && bounds.most_thrust < infinite) least = std::min(least, (bounds.most_thrust - 1.0) * bounds.gravity);
-    if (order == 2 && bounds.least_thrust > 0.0) least = std::min(least, (1.0 - bounds.least_thrust) * bounds.gravity);
-    if (order == 2 && bounds.tilt < infinite) least = std::min(least, bounds.gravity * std::sin(bounds.tilt));
-    if (order == 3 && body_rate < infinite) least = std::min(least, 0.5 * bounds.gravity * body_rate);
+double Bounds::reached(int order, double rate) const {
+    double least = norm[order - 1];
+    if (order == 2 && most_thrust < infinite) least = std::min(least, (most_thrust - 1.0) * gravity);
+    if (order == 2 && least_thrust > 0.0) least = std::min(least, (1.0 - least_thrust) * gravity);
+    if (order == 2 && tilt < infinite) least = std::min(least, gravity * std::sin(tilt));
+    if (order == 3 && rate < infinite) least = std::min(least, 0.5 * gravity * rate);
     return least;
+}
+
+bool misled(const Course &course) {
+    const int dim = course.dim;
+    bool moves[2] = {false, false};
+    for (int end = 0; end < 2; ++end)
+        for (int j = dim; j < course.half * dim; ++j) moves[end] = moves[end] || course.state(end * course.legs)[j] != 0.0;
+    if (course.closed) return false;
+    if (moves[0] && moves[1]) return true;
+    const double speed = course.bounds.reached(1, infinite), acceleration = course.bounds.reached(2, infinite);
+    if (!(acceleration < infinite)) return false;
+    const double fastest = std::min(speed, std::sqrt(acceleration * summed(course.lengths.data(), course.legs)));
+    const double stop = fastest * fastest / (2.0 * acceleration);
+    for (std::int64_t leg = 0; leg + 1 < course.legs; ++leg) {
+        double product = 0.0;
+        for (int d = 0; d < dim; ++d)
+            product += (course.point(leg + 1)[d] - course.point(leg)[d]) * (course.point(leg + 2)[d] - course.point(leg + 1)[d]);
+        const double one = course.lengths[std::size_t(leg)], other = course.lengths[std::size_t(leg + 1)];
+        if (product > P::straight * one * other && std::min(one, other) < P::close * stop) return true;
+    }
+    return false;
 }
 
 void ShortestPlan::make_question() {
@@ -125,6 +157,7 @@ bool ShortestPlan::make_limits(bool all, WallSets &sets) {
     };
     for (int k = 0; k < 4; ++k)
         if (bounds.norm[k] < infinite && !add(dim, k + 1, bounds.norm[k], bounds.norm[k], 0.0, 0.0)) return false;
+    if (bounds.drags() && !all) return true;
     const double g = bounds.gravity;
     const bool bounded = bounds.most_thrust < infinite || bounds.norm[1] < infinite;
     if (bounds.most_thrust < infinite && !add(3, 2, bounds.most_thrust * g, bounds.most_thrust * g, -g, 0.0)) return false;
@@ -150,7 +183,7 @@ bool ShortestPlan::stop_and_go(Buffer<double> &durations) const {
         double longest = 0.0;
         const double length = lengths_[std::size_t(leg)];
         for (int order = 1; order <= 4; ++order)
-            if (const double most = norm(order, course_.bounds.body_rate); most < infinite)
+            if (const double most = course_.bounds.reached(order, course_.bounds.body_rate); most < infinite)
                 longest = std::max(longest, std::pow(peaks[order - 1] * length / most, 1.0 / order));
         durations[std::size_t(leg)] = longest > 0.0 ? longest : 1e-3 + length;
     }
@@ -165,15 +198,9 @@ Status ShortestPlan::run(CurveMemory &curve) {
     make_question();
     if (!make_sets())
         return says_(Status::no_memory, "there is no memory for the walls of %lld legs", static_cast<long long>(course_.legs));
-    per_leg_ = course_.pieces;
-    Status status = solve(curve);
+    const Status status = of_pieces(course_.pieces, curve);
     if (status == Status::no_memory)
         return says_(status, "there is no memory for a search of %lld legs", static_cast<long long>(course_.legs));
-    if (status != Status::done && several() && !end_.over()) {
-        per_leg_ = 1;
-        status = solve(curve);
-    }
-    if (status != Status::done && !end_.over()) status = improved(curve);
     if (status == Status::done) return end_.ended ? says_(Status::spent, "the search was ended: this is the best curve so far") : status;
     if (course_.still && resting(curve))
         return end_.ended ? says_(Status::spent, "the search was ended: this curve rests at every waypoint") : Status::done;
@@ -187,11 +214,62 @@ Status ShortestPlan::run(CurveMemory &curve) {
                  course_.walls.count() > 0 ? " and the walls" : "", course_.walls.count() > 0 ? ", or widen the corridor" : "");
 }
 
+// A flight of so many polynomials a leg, or one of fewer, divided, where that is shorter: every flight of fewer is one of more.
+Status ShortestPlan::of_pieces(std::int64_t pieces, CurveMemory &curve) {
+    asked_ = per_leg_ = pieces;
+    searched_.legs = 0, longest_ = 0.0;
+    Status status = solve(curve);
+    if (status != Status::done && status != Status::no_memory && pieces != 1 && !end_.over()) {
+        per_leg_ = 1;
+        status = solve(curve);
+    }
+    if (status == Status::no_memory) return status;
+    if (status != Status::done && !end_.over()) status = improved(curve);
+    CurveMemory whole, divided;
+    for (std::int64_t fewer = 1; fewer < pieces && !end_.ended; ++fewer) {
+        if (!most_of(fewer, pieces) || of_pieces(fewer, whole) != Status::done || !cut(whole, pieces, divided)) continue;
+        if (status == Status::done && !(divided.total() < curve.total())) continue;
+        curve.swap(divided);
+        status = Status::done;
+    }
+    return status;
+}
+
+// Divide the polynomials of a curve by de Casteljau's algorithm in double-double arithmetic, so that each control point is rounded once. More samples
+// may find it barely too fast.
+bool ShortestPlan::cut(const CurveMemory &whole, std::int64_t pieces, CurveMemory &curve) {
+    const std::int64_t parts = pieces / whole.pieces, size = 2 * course_.half;
+    if (parts * whole.pieces != pieces || !curve.allocate(course_, pieces)) return false;
+    const int dim = course_.dim;
+    for (std::int64_t i = 0; i < whole.all(); ++i)
+        for (int d = 0; d < dim; ++d) {
+            DoubleDouble rest[most_points], right[most_points];
+            for (std::int64_t j = 0; j < size; ++j) rest[j] = whole.points[std::size_t((i * size + j) * dim + d)];
+            for (std::int64_t part = 0; part < parts; ++part) {
+                const bool last = part + 1 == parts;
+                const DoubleDouble s = DoubleDouble(1.0) / DoubleDouble(double(parts - part));
+                for (std::int64_t j = 0; j < size; ++j) {
+                    curve.points[std::size_t(((i * parts + part) * size + j) * dim + d)] = to_double(rest[last ? j : 0]);
+                    if (last) continue;
+                    right[size - 1 - j] = rest[size - 1 - j];
+                    for (std::int64_t k = 0; k + 1 < size - j; ++k) rest[k] += s * (rest[k + 1] - rest[k]);
+                }
+                if (!last) std::copy(right, right + size, rest);
+            }
+        }
+    for (std::int64_t i = 0; i < curve.all(); ++i)
+        curve.durations[std::size_t(i)] = whole.durations[std::size_t(i / parts)] / double(parts);
+    if (!inside(curve)) return false;
+    for (const double slower : {1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4})
+        if (keeps(curve, slower)) return curve.slow(slower), true;
+    return false;
+}
+
 // Whether the state at the start uses nearly all of a limit.
 bool ShortestPlan::on_limit() const {
     const Bounds &bounds = course_.bounds;
     double used = 0.0, thrust = 0.0;
-    for (int order = 1; order < course_.half; ++order) {
+    for (int order = 1; order < std::min(course_.half, 5); ++order) {
         double square = 0.0;
         for (int d = 0; d < course_.dim; ++d) {
             const double value = course_.state(0)[order * course_.dim + d];
@@ -329,22 +407,34 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     std::int64_t pieces = question.guess == nullptr ? 1 : question.guess->pieces;
     for (std::int64_t k = 0; k < divisions; ++k) pieces *= parts[k];
     if (!curve.allocate(course_, pieces) || !knots_.allocate(std::size_t((legs * pieces + 1) * state))) return Status::no_memory;
-    const double norms[4] = {norm(1, question.body_rate), norm(2, question.body_rate), norm(3, question.body_rate),
-                             norm(4, question.body_rate)};
-    const double turning[6] = {course_.bounds.gravity, 0.0, 0.0, 0.0, 0.0, question.body_rate};
-    MomentaryLimit momentary[2];
+    const double norms[4] = {course_.bounds.reached(1, question.body_rate), course_.bounds.reached(2, question.body_rate),
+                             course_.bounds.reached(3, question.body_rate), course_.bounds.reached(4, question.body_rate)};
+    const Bounds &known = course_.bounds;
+    const double share = known.drags() ? 1.0 - P::proof_margin : 1.0;
+    double turning[4][6];
+    MomentaryLimit momentary[5];
     std::int64_t limits = 0;
-    if (course_.bounds.body_rate < infinite) momentary[limits++] = {std::int64_t(LimitKind::body_rate), turning};
+    auto limit = [&](bool given, LimitKind kind, double value) {
+        if (!given) return;
+        std::copy(known.medium, known.medium + 5, turning[limits]);
+        turning[limits][5] = value;
+        momentary[limits] = {std::int64_t(kind), turning[limits]};
+        ++limits;
+    };
+    limit(known.drags() && known.least_thrust > 0.0, LimitKind::least_thrust, known.least_thrust / share);
+    limit(known.drags() && known.most_thrust < infinite, LimitKind::most_thrust, known.most_thrust * share);
+    limit(known.drags() && known.tilt < infinite, LimitKind::tilt, std::tan(known.tilt * share));
+    limit(known.body_rate < infinite, LimitKind::body_rate, question.body_rate * share);
     double rotors[5 + 3 + 2 + 9 + 16 + 1];
     if (course_.bounds.vehicle != nullptr) {
         const Bounds &bounds = course_.bounds;
         const minsnap_vehicle &vehicle = *bounds.vehicle;
         const double hover = bounds.hover(), kept = P::rotor_margin * hover;
-        const double first[10] = {bounds.gravity,
-                                  0.0,
-                                  0.0,
-                                  0.0,
-                                  0.0,
+        const double first[10] = {bounds.medium[0],
+                                  bounds.medium[1],
+                                  bounds.medium[2],
+                                  bounds.medium[3],
+                                  bounds.medium[4],
                                   vehicle.mass,
                                   hover - (bounds.room_below() - kept),
                                   hover + (bounds.room_above() - kept),
@@ -380,7 +470,7 @@ Status ShortestPlan::search(const Question &question, CurveMemory &curve) {
     if (status == Status::spent && answer_.work > asked.worth) end_.ended = true;
     if (status != Status::done && status != Status::spent && status != Status::no_progress) return status;
     curve.pieces = answer_.pieces;
-    if (!question.rough && per_leg_ == course_.pieces && !searched_.copy(curve)) return Status::no_memory;
+    if (!question.rough && per_leg_ == asked_ && !searched_.copy(curve)) return Status::no_memory;
     if (curve.total() < P::vanishing * longest_) return found_none_ = true, Status::no_progress;
     return kept_ ? Status::done : Status::no_progress;
 }
@@ -450,18 +540,18 @@ void ShortestPlan::hasten(CurveMemory &curve) {
 // By how much of its room a rotor goes beyond it at most, up to a factor of two; 0 where all are kept, infinite where it is far.
 double ShortestPlan::rotor_excess(const CurveMemory &curve) const {
     const Bounds &bounds = course_.bounds;
-    if (rotors_kept(view(curve), bounds)) return 0.0;
+    if (vehicle_kept(view(curve), bounds)) return 0.0;
     const double room = std::min(bounds.room_above(), bounds.room_below()) / bounds.hover();
     for (double share = P::rotor_margin; share <= P::seen * room; share *= 2.0)
-        if (rotors_kept(view(curve), bounds, -share)) return share / room;
+        if (vehicle_kept(view(curve), bounds, -share)) return share / room;
     return infinite;
 }
 
 bool ShortestPlan::keeps(const CurveMemory &curve, double factor) {
-    if (factor == 1.0) return largest_use(view(curve), course_.bounds) <= 1.0 + P::kept && rotors_kept(view(curve), course_.bounds);
+    if (factor == 1.0) return largest_use(view(curve), course_.bounds) <= 1.0 + P::kept && vehicle_kept(view(curve), course_.bounds);
     if (!scaled_.copy(curve)) return false;
     scaled_.slow(factor);
-    return largest_use(view(scaled_), course_.bounds) <= 1.0 + P::kept && rotors_kept(view(scaled_), course_.bounds);
+    return largest_use(view(scaled_), course_.bounds) <= 1.0 + P::kept && vehicle_kept(view(scaled_), course_.bounds);
 }
 
 // The factor on time at which the most used limit is just reached, none exceeded; infinite where there is none.
@@ -551,7 +641,7 @@ Status ShortestPlan::brake(CurveMemory &curve) {
     const Bounds &bounds = course_.bounds;
     const int dim = course_.dim, half = course_.half;
     const std::int64_t legs = std::min<std::int64_t>(course_.legs, 2), count = 2 * half * dim;
-    double waypoints[3 * 3], caps[2], moving = 0.0, acceleration = norm(2, bounds.body_rate);
+    double waypoints[3 * 3], caps[2], moving = 0.0, acceleration = course_.bounds.reached(2, bounds.body_rate);
     for (std::int64_t i = 0; i <= legs; ++i) std::copy(course_.state(i), course_.state(i) + dim, waypoints + i * dim);
     for (int order = 1; order <= 2; ++order) {
         double square = 0.0;

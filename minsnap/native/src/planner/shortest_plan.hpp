@@ -28,6 +28,10 @@ struct SearchEnd {
     }
 };
 
+// Whether a search that begins with rest at every waypoint may end at a flight that is far too long: between two states in motion there are quick
+// flights and slow ones, which turn back, and none between; and waypoints close to each other on a straight way are passed slowly once they are.
+bool misled(const Course &course);
+
 class ShortestPlan {
 public:
     ShortestPlan(const Course &course, SearchEnd &end, Says &says) : course_(course), end_(end), says_(says), given_(course, unsaid_) {}
@@ -58,7 +62,8 @@ private:
     bool make_sets();
     bool make_limits(bool all, WallSets &sets);
     bool stop_and_go(Buffer<double> &durations) const;
-    double norm(int order, double body_rate) const;
+    Status of_pieces(std::int64_t pieces, CurveMemory &curve);
+    bool cut(const CurveMemory &whole, std::int64_t pieces, CurveMemory &curve);
     Status solve(CurveMemory &curve);
     bool on_limit() const;
     Status certified(Question question, CurveMemory &curve);
@@ -79,8 +84,6 @@ private:
     bool keeps(const CurveMemory &curve, double factor = 1.0);
     bool slowed(CurveMemory &curve);
     bool resting(CurveMemory &curve);
-    bool several() const { return course_.pieces != 1; }
-
     const Course &course_;
     SearchEnd &end_;
     Says &says_;
@@ -89,7 +92,7 @@ private:
     WallSets sets_, limits_;
     Question question_;
     bool moving_ = false, found_none_ = false;
-    std::int64_t per_leg_ = 0;  // pieces asked for in this attempt; 0 for those that the search chooses
+    std::int64_t asked_ = 0, per_leg_ = 0;  // pieces of a leg that are asked for, and in this attempt; 0 for those that the search chooses
     ShortestAnswer answer_ = {};
     bool stopped_ = false, kept_ = false;
     double work_ = 0.0, longest_ = 0.0;

@@ -69,11 +69,11 @@ private:
         double height = infinite;
         if (bounds.norm[0] < infinite) velocities_[fast_++] = {course_.dim, 0.0, bounds.norm[0], 0.0, 0.0};
         if (bounds.norm[1] < infinite) accelerations_[own_++] = {course_.dim, 0.0, bounds.norm[1], 0.0, 0.0}, height = bounds.norm[1] + g;
-        if (bounds.most_thrust < infinite) {
+        if (bounds.most_thrust < infinite && !bounds.drags()) {
             const double most = bounds.most_thrust * g * B::beside;
             accelerations_[own_++] = {3, -g, most, 0.0, 0.0}, height = std::min(height, most);
         }
-        if (bounds.tilt < infinite && height < infinite)
+        if (bounds.tilt < infinite && height < infinite && !bounds.drags())
             accelerations_[own_++] = {3, -g, 0.0, std::tan(bounds.tilt) * B::beside, height * B::beside};
     }
 
