@@ -15,7 +15,7 @@ from minsnap.basics.deadline import Deadline
 from minsnap.basics.messages import shown
 from minsnap.errors import LimitError, MinsnapError, SolverError, TimingError
 from minsnap.optimisation.optimum import GaveUpError, InfeasibleRowsError
-from minsnap.optimisation.solve import Effort, solve
+from minsnap.optimisation.solve import Effort, solve, solve_by_reference
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.trajectory.report import Progress, Step
@@ -206,8 +206,10 @@ def solved_or_explained(
         return refused
     if task.deadline.solves > effort.value:
         last = attempted(solve, task, durations, task.samples, effort=Effort.LAST)
-        return refused if isinstance(last, InfeasibleRowsError) else last
-    return refused
+        if not isinstance(last, InfeasibleRowsError):
+            return last
+    whole = attempted(solve_by_reference, task, durations, str(solved))
+    return refused if isinstance(whole, InfeasibleRowsError) else whole
 
 
 def _or_explained(solved: SolvedTask | Unsolved, task: Task, durations: FloatArray) -> SolvedTask | MinsnapError:
