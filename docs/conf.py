@@ -18,6 +18,7 @@ extensions = [
     "mathml",
     "example_pages",
     "command_pages",
+    "room_pages",
 ]
 templates_path = ["_templates"]
 exclude_patterns = ["_build"]

@@ -1,6 +1,8 @@
 """The rooms of docs/architecture.rst: every import goes to a room above, and names are not used twice."""
 
 import ast
+import importlib
+import re
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -8,6 +10,9 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "minsnap"
+FIRST_APPLICATION = "plot"
+"""The first room of the table that is an application, as all below are."""
+
 TABLE = ".. the order of imports\n\n::\n\n"
 
 
@@ -56,6 +61,28 @@ def arrows_back(package: Path, order: list[str]) -> set[tuple[str, str]]:
     }
 
 
+def inner_names(package: Path, applications: list[str]) -> set[tuple[str, str]]:
+    """Return what applications import of rooms that are none, besides the names of these rooms' stubs.
+
+    Every name is one that a user can import: ``from minsnap.files import read_any``, not from a module of the room.
+    """
+    found = set()
+    for module, path in modules(package).items():
+        if room_of(module) in applications:
+            for node in ast.walk(ast.parse(path.read_text())):
+                if isinstance(node, ast.ImportFrom) and room_of(f"{node.module}.") not in ("", *applications):
+                    found |= {(module, f"{node.module}.{alias.name}") for alias in node.names}
+                elif isinstance(node, ast.Import):
+                    found |= {(module, alias.name) for alias in node.names if alias.name.startswith(f"{package.name}.")}
+    public = {
+        ".".join((*stub.parent.relative_to(package.parent).parts, name))
+        for stub in package.rglob("__init__.pyi")
+        for name in re.findall(r" as (\w+)$", stub.read_text(), flags=re.MULTILINE)
+    }
+    mine = {(module, name) for module, name in found if name.startswith(f"{package.name}.")}
+    return {(module, name) for module, name in mine if name not in public}
+
+
 def circle(package: Path) -> list[str]:
     """Return modules that import each other in a circle, or nothing."""
     known = modules(package)
@@ -82,6 +109,15 @@ def test_the_table_names_every_room_once():
 @pytest.mark.slow
 def test_every_import_goes_to_a_room_above():
     assert arrows_back(PACKAGE, table()) == set()
+
+
+@pytest.mark.slow
+def test_applications_import_only_what_users_can_import():
+    """Rooms of one module have no stub: all of ``errors``, and what the certificate and the tube name in the table."""
+    rooms = table()
+    whole = ("minsnap.basics.", "minsnap.errors.", "minsnap.certificate.", "minsnap.vehicle_tube.")
+    found = inner_names(PACKAGE, rooms[rooms.index(FIRST_APPLICATION) :])
+    assert {pair for pair in found if not pair[1].startswith(whole) and pair[1] != "minsnap.errors"} == set()
 
 
 @pytest.mark.slow
@@ -152,3 +188,39 @@ def test_every_way_of_importing_is_seen(tmp_path, code):
     assert circle(house) == []
     (house / "upper" / "first.py").write_text("from house.lower.first import work\n")
     assert set(circle(house)) == {"house.lower.first", "house.upper.first"}
+
+
+@pytest.mark.parametrize("code", WAYS)
+def test_what_an_application_takes_from_inside_a_room_is_seen(tmp_path, code):
+    house = tmp_path / "house"
+    for room, text in (("lower", code), ("upper", "x = 1\n")):
+        (house / room).mkdir(parents=True)
+        (house / room / "__init__.py").touch()
+        (house / room / "first.py").write_text(text)
+    (house / "__init__.py").touch()
+    assert [name for _, name in inner_names(house, ["lower"])] != []
+    (house / "upper" / "__init__.pyi").write_text("from .first import x as x\n")
+    (house / "lower" / "first.py").write_text("from house.upper import x\n")
+    assert inner_names(house, ["lower"]) == set() == inner_names(house, ["upper"])
+
+
+def test_no_public_name_is_also_that_of_a_module_beside_it():
+    """Whichever is imported last would be what ``from minsnap.files import formats`` gives."""
+    twice = [
+        f"{stub.parent.name}.{name}"
+        for stub in PACKAGE.rglob("__init__.pyi")
+        for home, name in re.findall(r"^from (\S+) import \w+ as (\w+)$", stub.read_text(), flags=re.MULTILINE)
+        if home != "." and ((stub.parent / name).is_dir() or (stub.parent / f"{name}.py").exists())
+    ]
+    assert twice == []
+
+
+def test_every_public_name_of_a_room_says_what_it_is(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    room_pages = importlib.import_module("room_pages")
+    told = [
+        (room, name, room_pages.sentence(name, module))
+        for room, stub in room_pages.rooms().items()
+        for name, module in room_pages.exported(stub)
+    ]
+    assert len(told) > 200 and [(room, name) for room, name, text in told if not text.endswith((".", ":"))] == []

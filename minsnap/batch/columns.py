@@ -16,7 +16,7 @@ from minsnap.basics.version import __version__
 from minsnap.batch.dataset_rows import PROVED, REQUESTED, Row
 from minsnap.batch.spec import LIMITS, pyarrow_parquet
 from minsnap.errors import InputError
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Trajectory
 
 COLUMNS: Mapping[str, str] = {
     **dict.fromkeys(("problem", "seed"), "int64"),

@@ -13,16 +13,13 @@ from minsnap.basics.arrays import BoolArray, FloatArray, IntArray, lengths_of, n
 from minsnap.basics.checks import is_number
 from minsnap.batch.spec import DRAWN, LIMITS, Range, Spec, draws_of, read_cells, seed_of
 from minsnap.certificate import certify
-from minsnap.corridors.boxes import Boxes
-from minsnap.corridors.gates import Gate, center_of
-from minsnap.corridors.occupancy_grid import GridCorridor, boxes_along, grown
+from minsnap.corridors import Boxes, Gate, GridCorridor, center_of, corridor_from_grid, free_cells
 from minsnap.errors import CorridorError, InfeasibleError, InputError, MinsnapError, UnprovedError
-from minsnap.files.request_yaml import limits_of
-from minsnap.limits.limits import Limits
-from minsnap.planning.planner import plan
-from minsnap.planning.request import PlanRequest
-from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle.quadrotor import named_vehicle
+from minsnap.files import limits_of
+from minsnap.limits import Limits
+from minsnap.planning import PlanRequest, plan
+from minsnap.trajectory import Trajectory
+from minsnap.vehicle import named_vehicle
 
 
 @dataclass(frozen=True)
@@ -67,18 +64,16 @@ def boxes(shape: Mapping[str, float], dim: int, rng: np.random.Generator) -> Gri
         If no map has a way through, or a map has too many cells.
     """
     cell = shape["cell"]
-    size: FloatArray = np.array([cell] * dim, dtype=np.float64)
     sides = np.array([shape["extent"], shape["extent"], shape["height"]][:dim])
     cells = np.maximum(np.ceil(sides / cell), 2).astype(np.intp)
     if cells.prod() > DRAWING.cells:
         raise CorridorError(f"a map of {int(cells.prod())} cells is too large: take larger cells, or a smaller extent")
     for _ in range(DRAWING.attempts):
-        free = ~grown(blocks(cells, shape["occupied"], rng), shape["clearance"], size)
+        taken = blocks(cells, shape["occupied"], rng)
+        free = free_cells(taken, cell, shape["clearance"])
         way = shortest_way(free, rng)
         if len(way) > 1:
-            return boxes_along(
-                free, size, np.zeros(dim), np.asarray((way + 0.5) * cell, dtype=np.float64), shape["clearance"]
-            )
+            return corridor_from_grid(taken, cell, (way + 0.5) * cell, clearance=shape["clearance"])
     raise CorridorError(
         f"none of {DRAWING.attempts} random maps has a way through it: lower occupied, or the clearance"
     )

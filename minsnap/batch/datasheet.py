@@ -13,7 +13,7 @@ from minsnap.batch.columns import BINS, UNITS, Tally, planned_curves
 from minsnap.batch.folder import DATASHEET, Shard, made_with, shard_name
 from minsnap.batch.spec import Spec
 from minsnap.plot.style import Axes
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Trajectory
 
 DRAWN = ("duration", "cost", "max_speed", "max_acceleration")
 """Columns whose histograms are drawn."""

@@ -19,7 +19,7 @@ from minsnap.batch.columns import Tally, parquet_writer, schema
 from minsnap.batch.solving import solving
 from minsnap.batch.spec import Spec, pyarrow_parquet
 from minsnap.errors import BatchError, FileError
-from minsnap.native.library import core
+from minsnap.native import core
 
 SPEC, MANIFEST, DATASHEET, DIGESTS = "_spec.json", "_manifest.json", "_datasheet", "_sha256"
 DATA = "[!._]*.parquet"

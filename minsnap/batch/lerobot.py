@@ -21,7 +21,7 @@ from minsnap.batch.columns import planned_curves
 from minsnap.batch.folder import SPEC, refuse_mixed
 from minsnap.batch.spec import pyarrow_parquet
 from minsnap.errors import FileError
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Trajectory
 
 TASK = "fly through the waypoints"
 """What every episode is labelled with."""

@@ -22,7 +22,7 @@ from minsnap.batch.columns import record_batch
 from minsnap.batch.dataset_rows import Row, planned_row
 from minsnap.batch.spec import Spec
 from minsnap.certificate import certify
-from minsnap.planning.planner import plan
+from minsnap.planning import plan
 
 ALARMS = tuple(getattr(signal, name) for name in ("SIGPROF", "SIGALRM") if hasattr(signal, name))
 """What ends the process of a problem that takes too long; none where the system has no alarms."""

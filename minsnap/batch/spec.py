@@ -21,7 +21,7 @@ from minsnap.basics.optional_packages import optional
 from minsnap.basics.schema import NUMBER, TEXT, WHOLE, Form, Key, either, from_to, mapping, several, word
 from minsnap.basics.storage.text import FileName, check_regular, check_size, digest_of, load_yaml, reading
 from minsnap.errors import FileError
-from minsnap.files.request_yaml import FURTHER, LIMIT_KEYS, PRESET
+from minsnap.files import FURTHER, LIMIT_KEYS, PRESET
 
 DRAWN = ("corridor", "waypoint_tolerance", "total_time", "time_weight")
 """Fields of a request that a batch may draw, in the order in which it does."""

@@ -76,7 +76,7 @@ def _root(
     """
     if version:
         from minsnap.basics.version import __version__
-        from minsnap.native.library import describe
+        from minsnap.native import describe
 
         print(f"minsnap {__version__}\n{describe()}")
         raise typer.Exit(0)

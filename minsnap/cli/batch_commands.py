@@ -198,7 +198,7 @@ def _measured(seconds: float) -> Iterator[tuple[str, Any]]:
     import numpy as np
 
     import minsnap
-    from minsnap.native.library import describe
+    from minsnap.native import describe
 
     yield "core", f"{describe()}, {os.cpu_count()} processors"
     draw = np.random.default_rng(0)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import minsnap.flight
     from minsnap.flight.mavlink.explored_stream import Exploration, Exploring
     from minsnap.flight.mavlink.offboard import Orders
-    from minsnap.replanning.memory import Change
+    from minsnap.replanning import Change
 
 _INTERVAL = 0.2  # of the bar, and of looking whether the flight is over [s]
 _WIDTH = 30

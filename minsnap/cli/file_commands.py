@@ -16,11 +16,10 @@ from minsnap.cli.output import as_json, on_terminal
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.files.consistency import AxisFigures, ConsistencyReport, Membership
-    from minsnap.files.plan_file import PlanFile
-    from minsnap.fleet.fleet_certificate import FleetCertificate
-    from minsnap.paths.missions.course_check import CourseCheck
-    from minsnap.vehicle.loop import Loop
+    from minsnap.files import AxisFigures, ConsistencyReport, Membership, PlanFile
+    from minsnap.fleet import FleetCertificate
+    from minsnap.paths.missions import CourseCheck
+    from minsnap.vehicle import Loop
 
 LISTED = 10
 """Pairs that are shown."""
@@ -61,10 +60,7 @@ def check(
     Exit status 1 if the check fails.
     """
     from minsnap.cli.kept import course_figures, course_lines, kept_figures, kept_lines, tube_figures, tube_lines
-    from minsnap.files.consistency import check_samples
-    from minsnap.files.convert import read_to_check, resolution_of, torn
-    from minsnap.files.frames import map_samples
-    from minsnap.files.setpoint_csv import frame_of, origin_of
+    from minsnap.files import check_samples, frame_of, map_samples, origin_of, read_to_check, resolution_of, torn
     from minsnap.shows.fleet_files import is_fleet
 
     loop = options.loop_of(tracking, wind)
@@ -109,9 +105,8 @@ def check(
 
 def _against(course: Path, file: Path, frame: str | None, samples: minsnap.Samples | None) -> CourseCheck:
     """Hold the flight of a file, or of samples that were read with names of columns, against a course."""
-    from minsnap.files.convert import read_any, resolution_of
-    from minsnap.paths.missions.course import read_course
-    from minsnap.paths.missions.course_check import check_course
+    from minsnap.files import read_any, resolution_of
+    from minsnap.paths.missions import check_course, read_course
 
     content = read_any(file, frame) if samples is None else samples
     return check_course(content, read_course(course), resolution_of(file))
@@ -119,7 +114,7 @@ def _against(course: Path, file: Path, frame: str | None, samples: minsnap.Sampl
 
 def _plan(file: Path, exact: bool) -> PlanFile | None:
     """Return the plan of a file of polynomials, None of another."""
-    from minsnap.files.formats.polynomials import is_polynomials, read_polynomials
+    from minsnap.files.formats import is_polynomials, read_polynomials
 
     if is_polynomials(file):
         return read_polynomials(file)
@@ -142,7 +137,7 @@ def membership(samples: minsnap.Samples, waypoints: Path | None, corridor: str |
     """Return how samples keep a corridor around the legs of a file, None where none is given."""
     if waypoints is None:
         return None
-    from minsnap.files.consistency import check_membership
+    from minsnap.files import check_membership
 
     return check_membership(samples, minsnap.read_waypoints(waypoints).points, options.parse_corridor(corridor))
 
@@ -302,7 +297,7 @@ def plot(
 
     A plan in .json or .yaml is drawn with the waypoints, gates, corridor, obstacles and limits that its file holds.
     """
-    from minsnap.files.convert import read_samples
+    from minsnap.files import read_samples
     from minsnap.plot.animation import ENDINGS, animate_fleet, animate_path, check_animation_name
     from minsnap.plot.figures import check_figure_name, plot_overview, save_figure
     from minsnap.shows.fleet_files import is_fleet, read_fleet
@@ -361,7 +356,7 @@ def convert(
     A trajectory is sampled at --rate for a format of samples. Samples keep their instants; for a format of polynomials
     they are fitted to 1 mm, or with --tolerance by least squares with as few polynomials as it allows.
     """
-    from minsnap.files.convert import RATE, format_of, formats, read_any, write_any
+    from minsnap.files import RATE, file_formats, format_of, read_any, write_any
 
     chosen = format_of(target, to)
     chosen.check_frame(frame)
@@ -382,5 +377,5 @@ def convert(
     how: dict[str, Any] = {"clobber": not no_clobber, "tolerance": near, "rest": ends == "rest"}
     how |= {"origin": origin, "within": within}
     name, lost = write_any(content, target, to, RATE if rate is None else rate, frame, **how)
-    print(f"{target}: {name}, frame {formats()[name].frame or frame}{f'; {lost}' if lost else ''}")
+    print(f"{target}: {name}, frame {file_formats()[name].frame or frame}{f'; {lost}' if lost else ''}")
     return 0

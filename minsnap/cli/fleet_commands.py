@@ -23,8 +23,8 @@ from minsnap.cli.output import on_terminal
 from minsnap.errors import FileError, InputError
 
 if TYPE_CHECKING:
-    from minsnap.files.formats.skybrush import Lights
-    from minsnap.fleet.fleet_certificate import FleetCertificate
+    from minsnap.files.formats import Lights
+    from minsnap.fleet import FleetCertificate
     from minsnap.shows.failures import Failures
     from minsnap.shows.returns import Returns
     from minsnap.shows.safety_report import SafetyReport

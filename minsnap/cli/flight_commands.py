@@ -163,7 +163,7 @@ def fly_fleet(
 
 def _say_unproved(fleet: minsnap.Fleet, settings: StreamOptions, told: Callable[[str], None]) -> None:
     """Say what of the flight of a fleet is not proved apart."""
-    from minsnap.fleet.approach import nearest_from_above
+    from minsnap.fleet import nearest_from_above
 
     if settings.relative:
         told("each vehicle counts from its own place: the fleet is apart if they stand as their paths begin")

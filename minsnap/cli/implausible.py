@@ -13,7 +13,7 @@ import numpy as np
 
 import minsnap
 from minsnap.basics.arrays import GRAVITY
-from minsnap.corridors.given_waypoints import in_degrees
+from minsnap.corridors import in_degrees
 from minsnap.errors import MagnitudeError
 
 MOST_ACCELERATION = 100.0 * GRAVITY

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.basics.limit_kinds import KIND
-from minsnap.corridors.knot_regions import GatePassage
+from minsnap.corridors import GatePassage
 
 if TYPE_CHECKING:
-    from minsnap.files.flown_margins import FlownMargins
-    from minsnap.files.plan_file import PlanFile
-    from minsnap.fleet.fleet_tube import FleetTube
-    from minsnap.paths.missions.course_check import CourseCheck
+    from minsnap.files import FlownMargins, PlanFile
+    from minsnap.fleet import FleetTube
+    from minsnap.paths.missions import CourseCheck
     from minsnap.vehicle_tube import VehicleTube
 
 Lines = list[tuple[str, str]]

@@ -9,7 +9,7 @@ from typing import Any
 import minsnap
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import InputError
-from minsnap.trajectory.leg_uses import Sensitivity
+from minsnap.trajectory import Sensitivity
 
 
 def figures_of_legs(
@@ -22,7 +22,7 @@ def figures_of_legs(
     InputError
         If the path is a shape, which has no legs.
     """
-    from minsnap.limits.uses_over_time import legs_within
+    from minsnap.limits import legs_within
 
     if not isinstance(path, minsnap.Trajectory):
         raise InputError("--legs is for plans through waypoints: a shape has no legs; leave it out")

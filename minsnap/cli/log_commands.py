@@ -17,7 +17,7 @@ from minsnap.cli.output import as_json, check_figure
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.files.flights import BagTopics
+    from minsnap.files import BagTopics
     from minsnap.flight.tracking.flown_tube import FlownTube
     from minsnap.flight.tracking.log_comparison import ComparedFlight
 
@@ -40,9 +40,7 @@ class Matching:
 
     def compared(self, reference: Path, paths: list[Path]) -> dict[str, ComparedFlight]:
         """Read and compare all files; damage in a log is reported on standard error."""
-        from minsnap.files.bags.bag_storage import is_bag
-        from minsnap.files.convert import frame_for, read_samples
-        from minsnap.files.flights import is_flight, load_reference
+        from minsnap.files import frame_for, is_bag, is_flight, load_reference, read_samples
 
         sent, flights_by_name = self.sent or [], {}
         topics = self._topics()
@@ -64,7 +62,7 @@ class Matching:
         return flights_by_name
 
     def _topics(self) -> BagTopics:
-        from minsnap.files.flights import BagTopics
+        from minsnap.files import BagTopics
 
         return BagTopics(self.topic, self.setpoints)
 
@@ -82,8 +80,7 @@ class Matching:
         self, wanted: minsnap.Samples, sent: minsnap.Samples | None, path: Path, reference: Path
     ) -> list[ComparedFlight]:
         """Return the flights of a file: those of a log at its own setpoints, the only one of a table of samples."""
-        from minsnap.files.bags.bag_storage import is_bag
-        from minsnap.files.flights import USUAL_TOPICS, load_flight, load_log
+        from minsnap.files import USUAL_TOPICS, is_bag, load_flight, load_log
         from minsnap.flight.tracking.comparison import moved
         from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
 
@@ -129,7 +126,7 @@ def compare(
     a flight left its tube.
     """
     from minsnap.basics.checks import check_positive
-    from minsnap.files.formats.polynomials import is_polynomials, read_polynomials
+    from minsnap.files.formats import is_polynomials, read_polynomials
     from minsnap.flight.tracking.flown_tube import hold_in_tube
     from minsnap.flight.tracking.tracking_plot import plot_comparison, write_flight_page
 

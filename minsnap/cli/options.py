@@ -15,10 +15,9 @@ from minsnap.basics.limit_kinds import KINDS
 from minsnap.errors import InputError, LimitError, MagnitudeWarning
 
 if TYPE_CHECKING:
-    from minsnap.corridors.keep_out import Avoided
+    from minsnap.corridors import Avoided
     from minsnap.flight.simulation.flight_inputs import Wind
-    from minsnap.vehicle.loop import Loop
-    from minsnap.vehicle.quadrotor import Quadrotor
+    from minsnap.vehicle import Loop, Quadrotor
 
 Triple = tuple[float, float, float]
 
@@ -28,7 +27,7 @@ READABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet, .ulg, .bin, .mcap 
 WRITABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet, .npy; missions: .plan, .waypoints, .kml, .kmz"
 FORMATS = "setpoints, crazyflie, crazyflie-compressed, mav, polynomials, multidof, px4, skybrush, npz, parquet, "
 FORMATS += "qgroundcontrol, ardupilot, kml, dji or litchi"
-"""As :func:`minsnap.files.convert.formats` has them, which is too slow to import for a help."""
+"""As :func:`minsnap.files.file_formats` has them, which is too slow to import for a help."""
 
 Output = Annotated[
     Path | None,
@@ -88,7 +87,7 @@ def vehicle_of(name: str) -> Quadrotor:
     InputError
         If it is neither.
     """
-    from minsnap.vehicle.quadrotor import SHORT_NAMES, VEHICLES, Quadrotor, named_vehicle
+    from minsnap.vehicle import SHORT_NAMES, VEHICLES, Quadrotor, named_vehicle
 
     preset = SHORT_NAMES.get(name, name)
     if preset in VEHICLES:
@@ -158,7 +157,7 @@ def loop_of(name: str | None, wind: float) -> Loop | None:
         if wind:
             raise InputError(f"--wind {wind:g} is of a vehicle in its loop: give --tracking px4 or another with it")
         return None
-    from minsnap.vehicle.loop import loop_of as named
+    from minsnap.vehicle import loop_of as named
 
     return named(name)
 
@@ -196,7 +195,7 @@ def taken_off(text: str | None) -> list[str]:
     InputError
         If one of them holds only where it is named.
     """
-    from minsnap.limits.ordinary import ORDINARY
+    from minsnap.limits import ORDINARY
 
     known = (*ORDINARY, "altitude")
     names = [] if text is None else text.split(",")
@@ -257,7 +256,7 @@ def parse_length(option: str, text: str) -> float:
 
 def parse_named(text: str | None) -> dict[str, str] | None:
     """Return the names of columns that ``--columns`` gives, or None."""
-    from minsnap.files.sample_columns import parse_columns
+    from minsnap.files import parse_columns
 
     return None if text is None else parse_columns(text)
 
@@ -267,7 +266,7 @@ def avoided(texts: list[str] | None, fence: Path | None) -> list[Avoided] | None
     listed = parse_avoid(texts)
     if fence is None:
         return listed
-    from minsnap.files.fences import read_fence
+    from minsnap.files import read_fence
 
     return [*(listed or ()), *read_fence(fence)]
 
@@ -280,7 +279,7 @@ def parse_avoid(texts: list[str] | None) -> list[Avoided] | None:
     InputError
         If a text is not three or five numbers with commas.
     """
-    from minsnap.corridors.keep_out import named_obstacle
+    from minsnap.corridors import named_obstacle
 
     return [named_obstacle("cylinder", parse_numbers("--avoid", text)) for text in texts or ()] or None
 
@@ -317,7 +316,7 @@ def parse_pieces(text: str | None) -> int | str | None:
 
 def check_mission(written: Any, origin: Sequence[float] | None, within: float | None) -> None:
     """Raise InputError for a mission without an origin, or a distance of what is no mission, before it is planned."""
-    from minsnap.files.convert import ORIGIN
+    from minsnap.files import ORIGIN
 
     geodetic = written is not None and written.geodetic
     if geodetic and origin is None:

@@ -21,11 +21,10 @@ from minsnap.errors import FileError, InputError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from minsnap.corridors.keep_out import Avoided
-    from minsnap.files.convert import Format
-    from minsnap.files.plan_file import PassedStop
-    from minsnap.trajectory.leg_uses import Sensitivity
-    from minsnap.vehicle.loop import Loop
+    from minsnap.corridors import Avoided
+    from minsnap.files import Format, PassedStop
+    from minsnap.trajectory import Sensitivity
+    from minsnap.vehicle import Loop
 
 _LINES = (
     ("duration", "duration", "{:.6g} s"),
@@ -120,8 +119,8 @@ def nearest_place(path: minsnap.Path, distance: float, instant: float | None, ob
 def as_text(figures: Mapping[str, Any]) -> str:
     """Return the figures that are not None, one per line."""
     from minsnap.cli.kept import passage_text
-    from minsnap.corridors.knot_regions import GatePassage
-    from minsnap.trajectory.report import Utilisation
+    from minsnap.corridors import GatePassage
+    from minsnap.trajectory import Utilisation
 
     limits = [Utilisation(**used).fact for used in figures["limits"]]
     if limits:
@@ -164,7 +163,7 @@ def as_json(figures: Mapping[str, Any]) -> str:
 
 def _of_plan(path: minsnap.Trajectory) -> dict[str, Any]:
     """Return the figures that a shape does not have."""
-    from minsnap.trajectory.report import cost_unit
+    from minsnap.trajectory import cost_unit
 
     speed = sum(float(part) ** 2 for part in path(0.0, 1)) ** 0.5
     start = f"flying, at {speed:.4g} m/s: a vehicle has to reach it first" if speed > STANDING else None
@@ -241,8 +240,8 @@ class Destination:
     lead: options.Lead = 0.0
 
     def __post_init__(self) -> None:
-        from minsnap.files.frames import get_frame
-        from minsnap.trajectory.path import sample_times
+        from minsnap.files import get_frame
+        from minsnap.trajectory import sample_times
 
         get_frame(self.frame)
         sample_times(1.0, self.rate)
@@ -282,7 +281,7 @@ class Destination:
             return None
         if self.output.suffix.lower() == ".csv" and self.format in (None, "setpoints"):
             return None
-        from minsnap.files.convert import format_of
+        from minsnap.files import format_of
 
         return format_of(self.output, self.format)
 
@@ -360,7 +359,7 @@ class Destination:
         self, path: minsnap.Path, facts: dict[str, Any], origin: Sequence[float] | None, within: float | None
     ) -> list[str | None]:
         """Write the path; return a sentence on data that its format cannot hold, and the file written beside it."""
-        from minsnap.files.setpoint_csv import csv_lines, in_space, noted_beside
+        from minsnap.files import csv_lines, in_space, noted_beside
 
         assert self.output is not None
         source: minsnap.Path | minsnap.Samples = path
@@ -375,7 +374,7 @@ class Destination:
             minsnap.write_csv(source, self.output, self.rate, self.frame, clobber=not self.no_clobber, origin=origin)
             beside = noted_beside(self.output)
         else:
-            from minsnap.files.convert import write_any
+            from minsnap.files import write_any
 
             how: dict[str, Any] = {"clobber": not self.no_clobber, "facts": facts}
             how |= {"origin": origin, "within": within}
@@ -388,7 +387,7 @@ def _passed(path: minsnap.Path, gates: Mapping[int, minsnap.Gate] | None) -> dic
     """Return when, how fast and how far from its edges each gate is passed; nothing without gates."""
     if not gates:
         return {}
-    from minsnap.corridors.knot_regions import gate_passages
+    from minsnap.corridors import gate_passages
 
     return {"gates": [asdict(passed) for passed in gate_passages(cast("minsnap.Trajectory", path), gates)]}
 

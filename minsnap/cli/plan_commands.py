@@ -22,9 +22,9 @@ from minsnap.cli.planning import Planning, TimingOptions, standing
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
-    from minsnap.paths.missions.mission import Mission
-    from minsnap.planning.request import PlanRequest
-    from minsnap.vehicle.loop import Loop
+    from minsnap.paths.missions import Mission
+    from minsnap.planning import PlanRequest
+    from minsnap.vehicle import Loop
 
 QUICK = 1000.0
 """Longest search for a lap after which laps from a standing start are searched for, too [ms]."""
@@ -60,15 +60,16 @@ class GroundOptions:
             return request
         import numpy as np
 
-        from minsnap.paths.routes.terrain import read_terrain
-        from minsnap.paths.routes.terrain_walls import BESIDE, terrain_walls
+        from minsnap.paths.routes import BESIDE, build_terrain_walls, read_terrain
 
         if request.room is not None or len(request.waypoints[0]) != 3:
             what = "a room of its own" if request.room is not None else "no altitudes"
             raise InputError(f"{file} has {what}: --terrain is for waypoints x,y,z without a room")
         beside = BESIDE if request.corridor is None else min(BESIDE, *request.corridor)
         points = np.array(request.waypoints, dtype=np.float64)
-        return replace(request, room=terrain_walls(read_terrain(self.terrain), points, self.above, self.below, beside))
+        return replace(
+            request, room=build_terrain_walls(read_terrain(self.terrain), points, self.above, self.below, beside)
+        )
 
 
 @command()
@@ -97,8 +98,8 @@ def plan(
     The limits of the file also hold for another time. A plan in .json or .yaml is not planned again: it is certified
     again, with its corridor and limits.
     """
-    from minsnap.files.formats.polynomials import is_polynomials
-    from minsnap.files.request_yaml import read_request, vehicle_files
+    from minsnap.files import read_request, vehicle_files
+    from minsnap.files.formats import is_polynomials
 
     refuse_source(destination.output, file)
     if is_polynomials(file):
@@ -148,8 +149,7 @@ def plan(
 
 def _in_frame(request: PlanRequest, file: Path, frame: str | None) -> PlanRequest:
     """Return a request in ENU whose file has other axes; one below ground throughout has to say which."""
-    from minsnap.files.geodetic_missions import is_mission
-    from minsnap.files.request_yaml import in_enu
+    from minsnap.files import in_enu, is_mission
 
     heights = [point[2] for point in request.waypoints if len(point) == 3]
     if frame is None and heights and max(heights) <= 0.0 and min(heights) < 0.0:
@@ -164,7 +164,7 @@ def _in_frame(request: PlanRequest, file: Path, frame: str | None) -> PlanReques
 
 def _of_mission(file: Path, origin: options.Triple | None) -> dict[str, Any]:
     """Return the origin of the waypoints of a mission, and a note on what they leave out; nothing of another file."""
-    from minsnap.files.geodetic_missions import is_mission, read_mission
+    from minsnap.files import is_mission, read_mission
 
     if not is_mission(file):
         return {} if origin is None else {"origin": origin}
@@ -174,7 +174,7 @@ def _of_mission(file: Path, origin: options.Triple | None) -> dict[str, Any]:
 
 def _without_speeds(file: Path, origin: options.Triple | None, known: dict[str, Any]) -> dict[str, Any]:
     """Return the note on a mission, with one on the speeds of its legs, which no course has."""
-    from minsnap.files.geodetic_missions import is_mission, read_mission
+    from minsnap.files import is_mission, read_mission
 
     if not is_mission(file) or read_mission(file, origin).speeds is None:
         return {}
@@ -188,8 +188,8 @@ def _course(
 ) -> minsnap.Course | None:
     """Return the course: that of a file, or waypoints with laps, take-off or landing; None without these."""
     from minsnap.basics.storage.text import load_yaml
-    from minsnap.files.request_yaml import is_request
-    from minsnap.paths.missions.course import is_course, read_course
+    from minsnap.files import is_request
+    from minsnap.paths.missions import is_course, read_course
 
     wanted = laps is not None or takeoff or land
     described = is_course(file, wanted)
@@ -203,7 +203,7 @@ def _course(
 
 
 def _deliver_again(file: Path, planning: Planning, destination: Destination, closed: bool, **place: Any) -> None:
-    from minsnap.files.formats.polynomials import read_polynomials
+    from minsnap.files.formats import read_polynomials
 
     if planning != Planning() or closed:
         raise InputError(f"{file} is a plan already: leave out the options of planning, or plan through its waypoints")
@@ -254,7 +254,7 @@ def _timed(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> Plan
 
     Times are in place of times, and limits of limits, alone or with the times: its own limits hold for other times.
     """
-    from minsnap.limits.ordinary import completed
+    from minsnap.limits import completed
 
     own: dict[str, Any] = {"durations": None, "total_time": None, "time_weight": None} if searched else {}
     own |= {"limits": (), "rotors": None} if "limits" in chosen else {}
@@ -280,7 +280,7 @@ def fly_course(
     course: minsnap.Course, planning: Planning, destination: Destination, note: str = "", **how: Any
 ) -> None:
     """Plan a course and deliver it, with a note and what else is known of it."""
-    from minsnap.planning.request import plan_arguments
+    from minsnap.planning import plan_arguments
 
     if planning.no_limit == "altitude":
         planning.refuse_idle()
@@ -328,8 +328,8 @@ def _in_loop(mission: Mission, tracking: Loop | None = None, wind: float = 0.0) 
 
 def _other_vehicle(mission: Mission, destination: Destination) -> str:
     """Return a note where the feed-forward is of another vehicle than the one that the course is flown by, else ""."""
-    from minsnap.limits.limits import VehicleLimits
-    from minsnap.vehicle.quadrotor import description_of
+    from minsnap.limits import VehicleLimits
+    from minsnap.vehicle import description_of
 
     if destination.vehicle is None or not isinstance(mission.limits, VehicleLimits):
         return ""
@@ -419,9 +419,8 @@ def route(
     The path keeps a distance from all occupied cells. Without --time and limits, the time is the shortest found within
     3 m/s, 6 m/s^2 and 30 m/s^3. Exit status 1 if no way is wide enough.
     """
-    from minsnap.paths.routes.map_server import files_of
-    from minsnap.paths.routes.plan_route import plan_through
-    from minsnap.planning.request import plan_arguments
+    from minsnap.paths.routes import files_of, plan_through
+    from minsnap.planning import plan_arguments
 
     for written in (destination.output, destination.plot):
         refuse_source(written, *files_of(map_file))
@@ -442,7 +441,7 @@ def _source(file: Path, transpose: bool) -> Any:
         return file
     if file.suffix.lower() != ".npy":
         raise InputError(f"--transpose is for arrays: {file} says which axis is which")
-    from minsnap.paths.routes.cell_values import read_array
+    from minsnap.paths.routes import read_array
 
     cells = read_array(file)
     return cells.swapaxes(0, 1) if cells.ndim > 1 else cells

@@ -40,7 +40,7 @@ class LimitOptions(LimitFields):
         chosen = options.limit_values(self)
         if not chosen and self.no_limit is None:
             return None
-        from minsnap.limits.ordinary import completed
+        from minsnap.limits import completed
 
         if getattr(self, "time", None) is not None:
             if self.no_limit is not None:
@@ -64,7 +64,7 @@ class LimitOptions(LimitFields):
         """Raise InputError where ``--no-limit`` takes off nothing; ``altitudes`` are limited here or not."""
         if self.no_limit is None:
             return
-        from minsnap.limits.ordinary import completed
+        from minsnap.limits import completed
 
         if altitudes and "altitude" in options.taken_off(self.no_limit):
             return
@@ -84,7 +84,7 @@ class LimitOptions(LimitFields):
         chosen = self.limits
         if own is None or chosen is None:
             return chosen
-        from minsnap.limits.ordinary import ORDINARY
+        from minsnap.limits import ORDINARY
 
         named, off = options.limit_values(self), options.taken_off(self.no_limit)
         own = replace(own, leg_speeds=()) if "speed" in named else own
@@ -133,7 +133,7 @@ class TimingOptions(LimitOptions, Span):
         """The limits of the options, or the ordinary ones where neither limits nor a time are set."""
         if self.limits is not None or self.time is not None or self.time_weight is not None:
             return self.limits
-        from minsnap.limits.ordinary import ordinary_limits
+        from minsnap.limits import ordinary_limits
 
         return ordinary_limits()
 
@@ -142,7 +142,7 @@ class TimingOptions(LimitOptions, Span):
         timed = self.time is not None or (self.time_weight is not None and self.limits is None)
         if timed or "altitude" in options.taken_off(self.no_limit) or len(points[0]) != 3:
             return {}
-        from minsnap.limits.ordinary import ordinary_room
+        from minsnap.limits import ordinary_room
 
         return {"room": ordinary_room(points)}
 

@@ -33,7 +33,7 @@ def rect(
     The corridor is around the sides. Without --time and limits, the time is the shortest found within 3 m/s, 6
     m/s^2 and 30 m/s^3.
     """
-    from minsnap.planning.request import plan_arguments
+    from minsnap.planning import plan_arguments
 
     planning.refuse_idle()
     place: dict[str, Any] = {"altitude": altitude, "start_corner": start_corner, "center": center}
@@ -56,7 +56,7 @@ def line(
 
     Without --time and limits, the time is the shortest found within 3 m/s, 6 m/s^2 and 30 m/s^3.
     """
-    from minsnap.planning.request import plan_arguments
+    from minsnap.planning import plan_arguments
 
     timing.refuse_idle(altitudes=True)
     arguments = timing.arguments()
@@ -78,7 +78,7 @@ def circle(
     start_angle: StartAngle = 0.0,
 ) -> None:
     """Trace a circle, from rest to rest unless the ramp is 0."""
-    from minsnap.paths.shapes import circle as trace
+    from minsnap.paths import circle as trace
 
     destination.deliver(trace(radius, start_angle=radians(start_angle), **turning.arguments()), limits=turning.limits)
 

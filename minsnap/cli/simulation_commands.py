@@ -79,9 +79,8 @@ def simulate(
     Of a plan in .json or .yaml that holds a corridor, obstacles or gates it says by how much the vehicle stayed inside.
     """
     from minsnap.cli.kept import flown_lines
-    from minsnap.files.convert import read_any
-    from minsnap.files.flown_margins import flown_margins
-    from minsnap.files.formats.polynomials import is_polynomials, read_polynomials
+    from minsnap.files import find_flown_margins, read_any
+    from minsnap.files.formats import is_polynomials, read_polynomials
     from minsnap.flight.tracking.log_comparison import flight_figures
 
     files.check(file)
@@ -101,12 +100,12 @@ def simulate(
         progress=shown,
     )
     if files.log is not None:
-        from minsnap.files.autopilot_logs import write_ulog
+        from minsnap.files import write_ulog
 
         write_ulog(minsnap.flight.simulated_log(craft, flight, path, seed=simulated.seed), files.log)
     around = {} if stored is None else {name: part for name, part in stored.drawn.items() if name != "tolerance"}
     figures = flight_figures(flight, craft) | files.write(flight, shown, around)
-    flown = None if stored is None else flown_margins(stored, flight.samples)
+    flown = None if stored is None else find_flown_margins(stored, flight.samples)
     if json:
         print(as_json(figures | ({} if flown is None else flown.figures())))
     else:

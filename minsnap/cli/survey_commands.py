@@ -15,7 +15,7 @@ from minsnap.cli.planning import LimitOptions
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.paths.surveys import Survey
+    from minsnap.paths import Survey
 
 Facade = tuple[float, float]
 
@@ -50,8 +50,8 @@ def survey(
     Lines are exactly straight and at exactly their speed. Turns are within 3 m/s, or the speed of the lines, 6 m/s^2
     and 30 m/s^3 unless limits are named, and stay beyond the ends of the lines.
     """
-    from minsnap.paths.routes.terrain import read_terrain
-    from minsnap.paths.surveys import SURVEY
+    from minsnap.paths import SURVEY
+    from minsnap.paths.routes import read_terrain
 
     limits.refuse_idle()
     if (facade is None) == (height is None):
@@ -91,13 +91,12 @@ def survey(
 
 def _corners(file: Path, origin: options.Triple | None) -> tuple[Any, Any]:
     """Return the corners in a file, shape (n, 2), and the origin that they are about, if it is known."""
-    from minsnap.files.geodetic_missions import is_mission, read_mission
+    from minsnap.files import is_mission, read_mission
 
     if file.suffix.lower() in (".kml", ".kmz"):
         import numpy as np
 
-        from minsnap.files.geodesy import local_positions
-        from minsnap.files.kml_missions import read_outline
+        from minsnap.files import local_positions, read_outline
 
         places = read_outline(file)
         home = (*places[0].tolist(), 0.0) if origin is None else origin
@@ -118,7 +117,7 @@ def _highest(found: Survey, file: Path) -> float:
     """
     import numpy as np
 
-    from minsnap.paths.routes.terrain import read_terrain
+    from minsnap.paths.routes import read_terrain
 
     terrain = read_terrain(file)
     points = found.trajectory.control_points[..., :2].reshape(-1, 2)

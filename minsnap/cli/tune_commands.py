@@ -39,7 +39,7 @@ class Learning:
 
     def bounds(self) -> minsnap.Limits | None:
         """Return the limits of the file, if one is given."""
-        from minsnap.files.request_yaml import read_limits
+        from minsnap.files import read_limits
 
         return None if self.limits is None else read_limits(self.limits)
 
@@ -68,7 +68,7 @@ def tune(
     Learning ends where a flight is no better than the one before. In simulation three flights reduced the error by 83
     to 94 %.
     """
-    from minsnap.files.setpoint_csv import frame_of, read_csv
+    from minsnap.files import frame_of, read_csv
     from minsnap.flight.tracking.tuning import LearningSettings, learn_from, tune_in_flight
 
     if (flight is None) == (connect is None):
@@ -116,7 +116,7 @@ def _finish(flown: list[TunedFlight], sent: list[Path], output: Path, axes: str,
 
     The note on what was sent in a flight by hand tells of the flight before.
     """
-    from minsnap.files.setpoint_csv import learned_of, note_frame, read_csv, write_csv
+    from minsnap.files import learned_of, note_frame, read_csv, write_csv
     from minsnap.flight.tracking.tuning import helped
 
     missed, files = [each.missed for each in flown], list(sent)

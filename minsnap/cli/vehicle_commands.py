@@ -22,10 +22,10 @@ from minsnap.errors import FleetError, LinkError
 from minsnap.flight.mavlink.vehicle_messages import TEXTS, get_autopilot, read_events
 
 if TYPE_CHECKING:
-    from minsnap.fleet.approach import FleetApproach
+    from minsnap.fleet import FleetApproach
     from minsnap.flight.mavlink.preflight import Finding
     from minsnap.shows.crazyswarm_folder import Robot
-    from minsnap.vehicle.quadrotor import Quadrotor
+    from minsnap.vehicle import Quadrotor
 
 
 @command()
@@ -45,7 +45,7 @@ def preflight(
     Prints what does not fit the flight, and why. Writes no parameter but those of --set. Exit status 1 if something
     does not fit.
     """
-    from minsnap.files.setpoint_csv import frame_of, read_csv
+    from minsnap.files import frame_of, read_csv
     from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.parameters import Parameters
     from minsnap.flight.mavlink.preflight import check_vehicle
@@ -117,8 +117,8 @@ def limits(
     """
     from minsnap.flight.mavlink.link import Clock, open_link
     from minsnap.flight.mavlink.parameters import PARAMETERS, Parameters, autopilot_limits
-    from minsnap.limits.ordinary import written_in_file
-    from minsnap.vehicle.autopilot_gains import AUTOPILOTS, loop_parameters
+    from minsnap.limits import written_in_file
+    from minsnap.vehicle import AUTOPILOTS, loop_parameters
 
     given, clock = minsnap.flight.FeedForward(drag, None if vehicle is None else vehicle_of(vehicle)), Clock()
     with closing(open_link(connect, clock)) as link:

@@ -257,7 +257,14 @@ def warn_magnitude(points: FloatArray) -> None:
 
 
 def in_degrees(points: FloatArray) -> str | None:
-    """Return a sentence where waypoints (n, dim) look like latitudes and longitudes, else None."""
+    """Return a sentence where waypoints (n, dim) look like latitudes and longitudes, else None.
+
+    Raises
+    ------
+    WaypointError
+        If they are malformed.
+    """
+    points = check_waypoints(points)
     first, second = points[0].tolist(), points[1].tolist()
     if points.shape[1] < 2 or not _beside(first, second):
         return None

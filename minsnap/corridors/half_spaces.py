@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, IntArray, ReadOnly, bounded, set_fields
+from minsnap.basics.arrays import SMALLEST, ArrayLike, FloatArray, IntArray, ReadOnly, bounded, numbers, set_fields
 from minsnap.basics.checks import check_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.corridors.boxes import as_numbers, axis_name, check_dim, check_legs
@@ -101,7 +101,17 @@ def half_space_rows(normal: Any, offset: Any, what: str) -> tuple[FloatArray, Fl
 
 
 def of_unit_length(normal: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the same half-spaces with normals of unit length."""
+    """Return the same half-spaces (m, dim), (m,) with normals of unit length.
+
+    Raises
+    ------
+    CorridorError
+        If they are malformed.
+    """
+    rows, ends = numbers(normal, copy=False), numbers(offset, copy=False)
+    if rows is None or ends is None or rows.ndim != 2 or ends.shape != rows.shape[:1]:
+        raise CorridorError(f"half-spaces are {shown(normal)}, {shown(offset)}: give arrays (m, dim) and (m,)")
+    normal, offset = rows, ends
     lengths = np.sqrt((normal * normal).sum(axis=1))
     return normal / lengths[:, None], offset / lengths
 

@@ -171,13 +171,8 @@ def corridor_from_grid(
     CorridorError
         If an argument is malformed, or the path leaves the grid or meets a cell that is not free.
     """
-    taken = _as_grid(occupancy)
-    shapes, give = ((), (1,), (taken.ndim,)), f"one finite number, or {taken.ndim} [m]"
-    size = check_array("the resolution", resolution, shapes, give, CorridorError) + np.zeros(taken.ndim)
-    start = 0.0 if origin is None else origin
-    corner = check_array("the origin", start, shapes, give, CorridorError) + np.zeros(taken.ndim)
-    if not (size > 0.0).all():
-        raise CorridorError(f"the resolution is {shown(resolution)}: a cell has a positive side [m]")
+    taken, size = _cells(occupancy, resolution)
+    corner = _by_axis("the origin", 0.0 if origin is None else origin, taken.ndim)
     points = check_waypoints(path)
     if points.shape[1] != taken.ndim:
         raise CorridorError(f"the path has {points.shape[1]} coordinates and the grid {taken.ndim} axes")
@@ -185,6 +180,37 @@ def corridor_from_grid(
     endless = isinstance(largest, float) and largest == np.inf
     side = np.inf if endless else check_positive("the longest side", largest, "m", CorridorError)
     return boxes_along(~grown(taken, margin, size), size, corner, points, margin, side)
+
+
+def free_cells(occupancy: ArrayLike, resolution: ArrayLike, clearance: float = 0.0) -> BoolArray:
+    """Return which cells are free and everywhere at least a clearance from those that are not.
+
+    Parameters
+    ----------
+    occupancy, resolution, clearance
+        As :func:`corridor_from_grid` takes them.
+
+    Raises
+    ------
+    CorridorError
+        If an argument is malformed.
+    """
+    taken, size = _cells(occupancy, resolution)
+    return ~grown(taken, check_distance("the clearance", clearance, CorridorError), size)
+
+
+def _cells(occupancy: ArrayLike, resolution: ArrayLike) -> tuple[BoolArray, FloatArray]:
+    """Return which cells are not free, and the sides of a cell, shape (dim,) [m]."""
+    taken = _as_grid(occupancy)
+    size = _by_axis("the resolution", resolution, taken.ndim)
+    if not (size > 0.0).all():
+        raise CorridorError(f"the resolution is {shown(resolution)}: a cell has a positive side [m]")
+    return taken, size
+
+
+def _by_axis(what: str, value: ArrayLike, dim: int) -> FloatArray:
+    shapes, give = ((), (1,), (dim,)), f"one finite number, or {dim} [m]"
+    return check_array(what, value, shapes, give, CorridorError) + np.zeros(dim)
 
 
 def boxes_along(

@@ -31,6 +31,7 @@ RATE = 20.0
 """Samples a second of a trajectory where a format or a command wants samples [Hz]."""
 
 ORIGIN = "give the origin, latitude and longitude [degrees] and altitude [m] of (0, 0, 0) (--origin LAT LON ALT)"
+"""What to give where a file has latitudes and longitudes."""
 
 TORN = 1e-3
 """Step between two pieces that is no rounding [m]."""
@@ -101,9 +102,9 @@ class Format:
 
 
 @cache
-def formats() -> dict[str, Format]:
+def file_formats() -> dict[str, Format]:
     """Return every format by name: those of setpoints and logs, and of each module of ``minsnap.files.formats``."""
-    from minsnap.files import formats as folder
+    import minsnap.files.formats as folder
 
     names = [f"{folder.__name__}.{module.name}" for module in pkgutil.iter_modules(folder.__path__)]
     modules = map(importlib.import_module, ("minsnap.files.setpoint_csv", "minsnap.files.flights", *names))
@@ -181,13 +182,13 @@ def frame_for(path: FileName, frame: str | None) -> str | None:
 def _reader(path: FileName) -> Format:
     """Return the format of a file that is there."""
     ending = Path(path).suffix.lower()
-    able = [entry for entry in formats().values() if ending in entry.reads]
+    able = [entry for entry in file_formats().values() if ending in entry.reads]
     if not able:
         if Path(path).is_dir():
             raise FileError(f"{path} is a folder, and no file of a path: name one that is in it")
         if not ending and not Path(path).exists():
             raise FileError(f"{path} cannot be read: there is no such file or folder")
-        known = dict.fromkeys(ending for entry in formats().values() for ending in entry.reads)
+        known = dict.fromkeys(ending for entry in file_formats().values() for ending in entry.reads)
         raise FileError(f"{path} cannot be read by its ending: it must be one of {', '.join(known)}")
     able.sort(key=lambda entry: entry.recognises is None)
     return next((entry for entry in able if entry.recognises is None or entry.recognises(path)), able[-1])
@@ -236,7 +237,7 @@ def write_any(
     path : str or path
         Destination.
     to : str or None
-        A name of :func:`formats`; None goes by the ending.
+        A name of :func:`file_formats`; None goes by the ending.
     rate : float
         Samples per second of a path [Hz].
     frame : str
@@ -305,7 +306,7 @@ def format_of(path: FileName, to: str | None = None) -> Format:
     FileError
         If there is none, or the ending is that of another format.
     """
-    able = {name: entry for name, entry in formats().items() if entry.write is not None}
+    able = {name: entry for name, entry in file_formats().items() if entry.write is not None}
     if to is not None and not (isinstance(to, str) and to in able):
         raise FileError(f"no format is called {shown(to)}: choose one of {', '.join(able)}")
     ending = Path(path).suffix.lower()

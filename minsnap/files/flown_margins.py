@@ -53,7 +53,7 @@ class FlownMargins:
         return named | {"gates": [asdict(passed) for passed in self.gates], "stayed_inside": self.stayed_inside}
 
 
-def flown_margins(plan: PlanFile, flight: Samples) -> FlownMargins:
+def find_flown_margins(plan: PlanFile, flight: Samples) -> FlownMargins:
     """Return how a flight along a plan, on its clock, kept corridor, obstacles and gates.
 
     Parameters

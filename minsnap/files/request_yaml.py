@@ -39,6 +39,7 @@ from minsnap.planning.request import RESERVE, Opening, PlanRequest
 from minsnap.vehicle.quadrotor import SHORT_NAMES, VEHICLES, Quadrotor, named_vehicle, vehicle_from
 
 PRESET = word(*VEHICLES, short=SHORT_NAMES)
+"""How a file names a preset of a vehicle."""
 
 DESCRIBED = Form(
     "its fields by name, or a YAML file that does, or one of " + ", ".join(VEHICLES),
@@ -85,6 +86,7 @@ LIMITS = mapping(
     LIMIT_KEYS | HOW | {"rotors": Key(ROTORS, "keep the thrust of each rotor within its range")},
     "a mapping of limits by name, such as {speed: 3}",
 )
+"""How a file says limits: those of ``LIMIT_KEYS``, and how they are kept."""
 
 
 def complete(content: Mapping[str, Any]) -> dict[str, Any]:

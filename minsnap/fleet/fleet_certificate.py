@@ -18,9 +18,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray
+from minsnap.basics.arrays import ArrayLike, FloatArray, IntArray, numbers
 from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_threads
+from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes, Room, as_room
 from minsnap.corridors.keep_out import Obstacle, as_simple
@@ -99,7 +100,17 @@ def room_margins(fleet: Fleet, room: Any) -> FloatArray:
 
 
 def extent_of(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the proved least and greatest value of each coordinate over pieces (k, degree + 1, dim), shape (dim,)."""
+    """Return the proved least and greatest value of each coordinate over pieces (k, degree + 1, dim), shape (dim,).
+
+    Raises
+    ------
+    FleetError
+        If the control points are malformed.
+    """
+    held = numbers(points, copy=False)
+    if held is None or held.ndim != 3:
+        raise FleetError(f"the control points are {shown(points)}: give an array (k, degree + 1, dim) [m]")
+    points = held
     return _least(points), -_least(-points)
 
 

@@ -18,7 +18,7 @@ WIDER = 3e-3
 """By how much places beside each other are further apart than they must be [m]: they are in whole millimetres."""
 
 
-def standing_places(fleet: Fleet) -> FloatArray:
+def find_standing_places(fleet: Fleet) -> FloatArray:
     """Return where vehicles are to stand, shape (vehicles, 3) [m]: below their starts, or beside what is taken there.
 
     Those whose starts are lower choose first. Places are apart by the separation without its downwash.

@@ -18,13 +18,12 @@ from minsnap.basics.optional_packages import optional
 from minsnap.basics.storage.table import read_table
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError, InputError, LinkError
-from minsnap.files.frames import get_frame, map_quaternions, map_vectors, map_yaw
-from minsnap.files.setpoint_csv import COLUMNS
+from minsnap.files import COLUMNS, get_frame, map_quaternions, map_vectors, map_yaw
 from minsnap.flight.mavlink._transports import bind_udp
 from minsnap.flight.mavlink.link import Clock, Link, Schedule
 from minsnap.flight.mavlink.setpoints import vehicle_frame
 from minsnap.flight.mavlink.vehicle_messages import Message, load_dialect
-from minsnap.trajectory.heading import wrap
+from minsnap.trajectory import wrap
 
 Quaternion = tuple[float, float, float, float]
 QUATERNION = ("qw", "qx", "qy", "qz")

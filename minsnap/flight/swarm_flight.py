@@ -14,9 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.errors import FleetError, FlightError, LinkError
-from minsnap.fleet.approach import LANDS, TAKES_OFF, FleetApproach, WayMove, WayStage, WayTimes, approach_of
-from minsnap.fleet.common_clock import Fleet
-from minsnap.fleet.fleet_certificate import certify_fleet
+from minsnap.fleet import (
+    LANDS,
+    TAKES_OFF,
+    Fleet,
+    FleetApproach,
+    WayMove,
+    WayStage,
+    WayTimes,
+    approach_of,
+    certify_fleet,
+)
 from minsnap.flight.crazyflie_log import FleetWatch
 from minsnap.flight.crtp_link import CrtpLink, act_on_each
 from minsnap.flight.high_level import GO_TO, LAND, TAKE_OFF, Volleys, command, start_group

@@ -11,13 +11,12 @@ import numpy as np
 
 from minsnap.basics.interrupts import ended_in_order
 from minsnap.errors import FileError, FleetError, FlightError
-from minsnap.files.formats.bezier_segments import distance_bounds
-from minsnap.files.formats.crazyflie import MAX_PIECES, compressed, crazyflie_rows, curve_of_bytes, curve_of_rows
-from minsnap.fleet.common_clock import Fleet
+from minsnap.files.formats import MAX_PIECES, compressed, crazyflie_rows, curve_of_bytes, curve_of_rows, distance_bounds
+from minsnap.fleet import Fleet
 from minsnap.flight.crtp_link import CrtpLink, act_on_each, ask, open_link
 from minsnap.flight.high_level import GROUP, SLOT, command
 from minsnap.flight.swarm_flight import FlightTimes, Place, Say, fly_swarm
-from minsnap.trajectory.trajectory import Trajectory, widest_step
+from minsnap.trajectory import Trajectory, widest_step
 
 MEMORY_PORT, INFO, READ, WRITE = 4, 0, 1, 2
 TRAJECTORIES = 0x12

@@ -18,12 +18,11 @@ from minsnap.basics.progress import progress_line
 from minsnap.basics.storage.atomic import check_destination, write_file
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError, InputError, TimingError
-from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet import Fleet
 from minsnap.plot.fleet_figures import VIEWS, legend_above, near_pairs, plot_fleet
 from minsnap.plot.geometry import check_view, fitting_size, plot_path, view_coordinates
 from minsnap.plot.style import AXIS_STYLES, PATH_COLOUR, Axes
-from minsnap.trajectory.path import Path
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory import Path, Samples
 
 ENDINGS = (".gif", ".mp4", ".webm")
 

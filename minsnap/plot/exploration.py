@@ -12,7 +12,7 @@ from minsnap.basics.checks import check_positive
 from minsnap.basics.progress import progress_line
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError, TimingError
-from minsnap.paths.routes.explorer import SeenSoFar
+from minsnap.paths.routes import SeenSoFar
 from minsnap.plot.animation import Picture, check_animation_name, write_film
 from minsnap.plot.geometry import fitting_size
 from minsnap.plot.style import PATH_COLOUR, Axes, styled

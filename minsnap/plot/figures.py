@@ -14,16 +14,14 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write, write_file
 from minsnap.basics.storage.text import FileName
-from minsnap.corridors.keep_out import Avoided
+from minsnap.corridors import Avoided
 from minsnap.errors import FileError, InputError
-from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.uses_over_time import utilisation_curves
+from minsnap.limits import Limits, VehicleLimits, utilisation_curves
 from minsnap.plot import profiles
 from minsnap.plot.geometry import FLATTEST, Corridor, Waypoints, check_view, plot_path, view_coordinates
 from minsnap.plot.obstacles import drawn_places
 from minsnap.plot.style import Figure, dense_samples, styled
-from minsnap.trajectory.path import Path
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory import Path, Samples
 
 FORMATS: dict[str, dict[str, None]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 """Endings of figures, with the metadata left out so that equal figures are equal files."""

@@ -8,10 +8,9 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.checks import check_kind
-from minsnap.corridors.keep_out import Avoided
+from minsnap.corridors import Avoided
 from minsnap.errors import FleetError
-from minsnap.fleet.common_clock import Fleet, Separation
-from minsnap.fleet.fleet_certificate import FleetCertificate
+from minsnap.fleet import Fleet, FleetCertificate, Separation
 from minsnap.plot.obstacles import draw_obstacles
 from minsnap.plot.style import Axes, new_axes, styled
 

@@ -11,19 +11,13 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import check_waypoints
 from minsnap.basics.messages import shown
-from minsnap.corridors.constraint import Walls, walls_of
-from minsnap.corridors.gates import Ball, Gate
-from minsnap.corridors.given_waypoints import without_gates
-from minsnap.corridors.half_spaces import of_unit_length
-from minsnap.corridors.keep_out import Avoided
-from minsnap.corridors.tubes import as_constraints
+from minsnap.corridors import Avoided, Ball, Gate, Walls, as_constraints, of_unit_length, walls_of, without_gates
 from minsnap.errors import CorridorError, InputError
-from minsnap.native.half_space_sets import bounding_boxes, inner_balls
+from minsnap.native import bounding_boxes, inner_balls
 from minsnap.plot import style
 from minsnap.plot.obstacles import draw_obstacles
 from minsnap.plot.style import Axes
-from minsnap.trajectory.path import Path
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory import Path, Samples
 
 Waypoints = Any
 """What :func:`minsnap.plan` takes: points (n, dim), with gates among them or not."""

@@ -10,11 +10,9 @@ from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray
 from minsnap.basics.checks import check_kind
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import InputError
-from minsnap.limits.limits import Limits
-from minsnap.limits.uses_over_time import uses_at
+from minsnap.limits import Limits, uses_at
 from minsnap.plot import style
-from minsnap.trajectory.leg_uses import BINDING
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import BINDING, Trajectory
 
 MOST_NUMBERED = 30
 """Legs up to which they are numbered."""

@@ -9,9 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.keep_out import Avoided, Cuboid, Obstacle, standing_at
-from minsnap.corridors.moving import Moving
-from minsnap.corridors.prism import Prism
+from minsnap.corridors import Avoided, Cuboid, Moving, Obstacle, Prism, standing_at
 
 CIRCLE, HEIGHTS = 65, 17
 """Points of a circle, and of a meridian."""

@@ -8,13 +8,10 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray
-from minsnap.corridors.gates import Ball
-from minsnap.corridors.keep_out import Avoided
-from minsnap.corridors.way_around import Kept
-from minsnap.paths.missions.mission import Mission
-from minsnap.paths.routes.grid_map import GridMap
-from minsnap.paths.routes.plan_route import Route
-from minsnap.paths.surveys import Survey
+from minsnap.corridors import Avoided, Ball, Kept
+from minsnap.paths import Survey
+from minsnap.paths.missions import Mission
+from minsnap.paths.routes import GridMap, Route
 from minsnap.plot.figures import plot_overview
 from minsnap.plot.obstacles import Numbered, draw_obstacles
 from minsnap.plot.style import LIMIT_COLOUR, Axes, Figure, dense_samples, legend_beside, styled

@@ -12,14 +12,11 @@ from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray
 from minsnap.basics.checks import check_able
 from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.errors import InputError
-from minsnap.limits.limits import Limits
-from minsnap.limits.uses_over_time import utilisation_curves
+from minsnap.limits import Limits, utilisation_curves
 from minsnap.plot import style
 from minsnap.plot.geometry import plot_path
 from minsnap.plot.style import Axes, Figure
-from minsnap.trajectory.path import Path
-from minsnap.trajectory.samples import Samples
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Path, Samples, Trajectory
 from minsnap.vehicle import Quadrotor, flatness_of
 
 LIMIT_NAMES = {kind.order: kind.name for kind in KINDS if kind.measure == "norm"}

@@ -12,8 +12,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_able
-from minsnap.trajectory.path import Path
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory import Path, Samples
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes

@@ -10,9 +10,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FleetError
 from minsnap.shows.timeline import Stage
-from minsnap.trajectory.heading import wrap
-from minsnap.trajectory.planned_heading import PlannedHeading
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import PlannedHeading, Trajectory, wrap
 
 STEEPEST = 35.0 / 16.0
 """Largest slope of a rise from 0 to 1 in a unit of time, of degree 7 and at rest at both ends."""

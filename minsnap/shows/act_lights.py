@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.files.formats.skybrush import Lights
+from minsnap.files.formats import Lights
 
 WHITE, BLACK = np.full(3, 255.0), np.zeros(3)
 

@@ -9,12 +9,11 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
-from minsnap.fleet.common_clock import Separation
-from minsnap.fleet.fleet_certificate import certify_fleet, extent_of
+from minsnap.fleet import Separation, certify_fleet, extent_of
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.frame_animation import Animation
 from minsnap.shows.moves import Move, moved
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Trajectory
 
 Curves = list[Trajectory]
 """Of one move, in the order of the points of its act; none where it takes no time."""

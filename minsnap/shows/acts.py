@@ -12,10 +12,8 @@ from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import LONGEST
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
-from minsnap.fleet.common_clock import Separation
-from minsnap.fleet.fleet_task import table_of
-from minsnap.limits.limits import Limits
-from minsnap.limits.ordinary import ORDINARY
+from minsnap.fleet import Separation, table_of
+from minsnap.limits import ORDINARY, Limits
 from minsnap.shows.act_lights import Colour, LightChange
 from minsnap.shows.climb_turns import ClimbTurns, turns_of
 from minsnap.shows.energy import PowerModel

@@ -13,10 +13,10 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.errors import FleetError
-from minsnap.fleet.common_clock import Separation
-from minsnap.limits.limits import Limits
-from minsnap.planning.planner import plan
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.fleet import Separation
+from minsnap.limits import Limits
+from minsnap.planning import plan
+from minsnap.trajectory import Trajectory
 
 SLACK = 1e-3
 """Share of a height by which vehicles are farther apart than they must be: instants are found between samples."""

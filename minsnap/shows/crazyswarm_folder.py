@@ -11,18 +11,18 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.text import FileName, load_yaml, reading
 from minsnap.errors import FileError
-from minsnap.files.formats.crazyflie import MAX_PIECES
-from minsnap.fleet.approach import (
+from minsnap.files.formats import MAX_PIECES
+from minsnap.fleet import (
     GOES,
     LANDS,
     TAKES_OFF,
+    Fleet,
     FleetApproach,
     WayStage,
     WayTimes,
     approach_of,
+    find_standing_places,
 )
-from minsnap.fleet.common_clock import Fleet
-from minsnap.fleet.standing_places import standing_places
 
 MOST_ADDRESSES = 255
 """Vehicles that an address can tell apart."""
@@ -88,8 +88,8 @@ def _place(position: list[float] | None) -> tuple[float, float, float] | None:
 
 
 def places_of(fleet: Fleet, robots: list[Robot]) -> FloatArray:
-    """Return where vehicles stand, (vehicles, 3) [m]: as their file says, else as ``standing_places``."""
-    places = standing_places(fleet)
+    """Return where vehicles stand, (vehicles, 3) [m]: as their file says, else as ``find_standing_places``."""
+    places = find_standing_places(fleet)
     for number, robot in enumerate(robots[: len(fleet)]):
         if robot.place is not None:
             places[number] = robot.place
@@ -111,7 +111,7 @@ def crazyswarm_files(fleet: Fleet) -> tuple[dict[str, str], tuple[str, ...]]:
     """
     if len(fleet) > MOST_ADDRESSES:
         raise FileError(f"{len(fleet)} vehicles: one radio network of crazyswarm2 tells {MOST_ADDRESSES} apart")
-    places = standing_places(fleet)
+    places = find_standing_places(fleet)
     approach = approach_of(fleet, places)
     aside = np.flatnonzero(np.linalg.norm(places[:, :2] - fleet(0.0)[:, :2], axis=1) > ASIDE)
     robots = ""

@@ -21,9 +21,9 @@ from minsnap.basics.storage.atomic import make_folder, write_file
 from minsnap.basics.storage.table import number_row, read_cells
 from minsnap.basics.storage.text import FileName, reading
 from minsnap.errors import FileError
-from minsnap.files.formats.skybrush import Lights
-from minsnap.files.sample_columns import read_columns
-from minsnap.fleet.common_clock import Fleet
+from minsnap.files import read_columns
+from minsnap.files.formats import Lights
+from minsnap.fleet import Fleet
 from minsnap.shows.skyc import STAMP, lamps_of
 
 HEADER = "Time_msec,x_m,y_m,z_m,Red,Green,Blue"

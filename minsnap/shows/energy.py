@@ -13,8 +13,8 @@ import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.errors import FleetError
-from minsnap.fleet.common_clock import Fleet
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.fleet import Fleet
+from minsnap.trajectory import Trajectory
 
 AIR = 1.225
 """Density of air at sea level and 15 degrees [kg/m^3]."""

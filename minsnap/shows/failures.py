@@ -14,7 +14,7 @@ from math import ceil
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray, IntArray
-from minsnap.fleet.common_clock import Fleet, Separation
+from minsnap.fleet import Fleet, Separation
 
 STEPS = (0.2, 0.02)
 """Time between instants, for all pairs and for those that it decides [s]."""

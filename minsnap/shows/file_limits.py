@@ -13,16 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.boxes import Room
-from minsnap.files.formats.bezier_segments import STEP_TIME, velocity_steps
-from minsnap.files.formats.crazyflie import compressed, curve_of_bytes
-from minsnap.files.formats.cubic_segments import cubic_segments
-from minsnap.fleet.common_clock import Fleet, Separation
-from minsnap.fleet.fleet_certificate import FleetCertificate, FleetUse, certify_fleet, fleet_use
-from minsnap.fleet.time_search import stretch_of
-from minsnap.limits.limits import Limits
-from minsnap.limits.utilisation import used_at
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.corridors import Room
+from minsnap.files.formats import STEP_TIME, as_cubic_segments, compressed, curve_of_bytes, velocity_steps
+from minsnap.fleet import Fleet, FleetCertificate, FleetUse, Separation, certify_fleet, fleet_use, stretch_of
+from minsnap.limits import Limits, used_at
+from minsnap.trajectory import Trajectory
 
 ROUNDED_KINDS = ("skyb", "skyc", "traj")
 """Formats of fleets whose curves are not those of the plan."""
@@ -52,7 +47,7 @@ SLOWING = SlowingSettings()
 
 def played(curve: Trajectory, kind: str) -> Trajectory:
     """Return the curve that the reader of a file of a rounded kind plays; a FileError says what no file holds."""
-    return curve_of_bytes(compressed(curve)) if kind == "traj" else cubic_segments(curve).trajectory()
+    return curve_of_bytes(compressed(curve)) if kind == "traj" else as_cubic_segments(curve).trajectory()
 
 
 def certify_files(

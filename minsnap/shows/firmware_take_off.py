@@ -12,8 +12,8 @@ from math import inf, sqrt
 
 import numpy as np
 
-from minsnap.polynomials.bernstein import basis
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.polynomials import basis
+from minsnap.trajectory import Trajectory
 
 ASCENT = 2.5
 """Height above its start from which a vehicle flies the curve [m]."""

@@ -18,20 +18,15 @@ import numpy as np
 from minsnap.basics.storage.atomic import check_destination, make_folder, write_file
 from minsnap.basics.storage.text import FileName, digest_of, read_text, reading
 from minsnap.errors import FileError
-from minsnap.files.convert import frame_for, read_any
-from minsnap.files.formats import crazyflie, skybrush
-from minsnap.files.formats.cubic_segments import cubic_segments
-from minsnap.files.formats.pieces import through
-from minsnap.files.formats.yaw_setpoints import YawSetpoints
-from minsnap.fleet.common_clock import Fleet, Separation
+from minsnap.files import frame_for, read_any
+from minsnap.files.formats import YawSetpoints, as_cubic_segments, crazyflie, skybrush, through
+from minsnap.fleet import Fleet, Separation
 from minsnap.shows.crazyswarm_folder import crazyswarm_files, refuse_long
 from minsnap.shows.csv_show import by_numbers, read_frames
 from minsnap.shows.returns import Returns
 from minsnap.shows.site import ShowOrigin
 from minsnap.shows.skyc import Lamp, ShowSheet, lamps_of, read_skyc, write_skyc
-from minsnap.trajectory.instants import SHORTEST_PIECE
-from minsnap.trajectory.samples import Samples
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import SHORTEST_PIECE, Samples, Trajectory
 
 MARK, MANIFEST = "minsnap fleet", "manifest.json"
 ENDINGS = (".csv", ".skyb", ".traj", ".json", ".npz")
@@ -46,7 +41,7 @@ def _make_csv(most: int | None) -> Maker:
 
 
 def _make_skyb(curve: Trajectory, lamp: Lamp, returns: bytes) -> tuple[bytes, float]:
-    segments = cubic_segments(curve)
+    segments = as_cubic_segments(curve)
     return skybrush.skybrush_bytes(segments, lamp, YawSetpoints.of(curve), returns), segments.distance
 
 

@@ -15,7 +15,7 @@ from minsnap.basics.checks import check_number, check_positive
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FleetError
-from minsnap.fleet.common_clock import Separation
+from minsnap.fleet import Separation
 from minsnap.shows.letters import letter_lines
 from minsnap.shows.meshes import read_triangles, spread
 from minsnap.shows.svg_lines import read_lines

@@ -16,14 +16,12 @@ from minsnap.basics.cached import cached_property
 from minsnap.basics.checks import check_positive
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError, MinsnapError
-from minsnap.files.formats.skybrush import Lights
-from minsnap.files.sample_fit import fit_samples
-from minsnap.fleet.common_clock import Separation
-from minsnap.fleet.fleet_certificate import certify_fleet
-from minsnap.fleet.time_search import stretch_of
-from minsnap.limits.limits import Limits
+from minsnap.files import fit_samples
+from minsnap.files.formats import Lights
+from minsnap.fleet import Separation, certify_fleet, stretch_of
+from minsnap.limits import Limits
 from minsnap.shows.csv_show import Frames, faded
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Trajectory
 
 TOLERANCE = 0.02
 """How far curves may be from the frames unless an animation says another [m]."""

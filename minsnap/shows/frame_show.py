@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from minsnap.basics.storage.text import FileName, name_as_text
-from minsnap.files.formats.skybrush import Lights
-from minsnap.fleet.common_clock import Fleet, Separation
-from minsnap.limits.limits import Limits
+from minsnap.files.formats import Lights
+from minsnap.fleet import Fleet, Separation
+from minsnap.limits import Limits
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.csv_show import read_frames
 from minsnap.shows.frame_animation import TOLERANCE, Animation
 from minsnap.shows.show import FlownShow
 from minsnap.shows.timeline import Stage
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Trajectory
 
 
 def is_frames(path: FileName) -> bool:

@@ -12,8 +12,8 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
-from minsnap.fleet.fleet_task import table_of, trapezoid
-from minsnap.limits.limits import Limits
+from minsnap.fleet import table_of, trapezoid
+from minsnap.limits import Limits
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.moves import Move
 

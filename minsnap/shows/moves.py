@@ -15,11 +15,10 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import LONGEST, point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
-from minsnap.fleet.fleet_certificate import certify_fleet
-from minsnap.fleet.time_search import slowed
-from minsnap.limits.limits import Limits
-from minsnap.planning.planner import plan
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.fleet import certify_fleet, slowed
+from minsnap.limits import Limits
+from minsnap.planning import plan
+from minsnap.trajectory import Trajectory
 
 PIECE = pi / 24.0
 """Angle of a piece: cosine and sine are then met to 2e-10."""

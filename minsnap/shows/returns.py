@@ -20,14 +20,11 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import EXACT
-from minsnap.files.formats.return_entries import ReturnEntry, return_bytes
-from minsnap.fleet.assignment import assign
-from minsnap.fleet.common_clock import Fleet, Separation
-from minsnap.fleet.fleet_task import table_of
-from minsnap.limits.limits import Limits
-from minsnap.limits.ordinary import ORDINARY
-from minsnap.native.fleet_border import FleetArrays, NearPairs, near_pairs
-from minsnap.polynomials.bernstein import elevate
+from minsnap.files.formats import ReturnEntry, return_bytes
+from minsnap.fleet import Fleet, Separation, assign, table_of
+from minsnap.limits import ORDINARY, Limits
+from minsnap.native import FleetArrays, NearPairs, near_pairs
+from minsnap.polynomials import elevate
 from minsnap.shows.formations import spacing_of
 
 

@@ -13,10 +13,9 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import point_text
 from minsnap.basics.storage.text import FileName, digest_of
 from minsnap.basics.tolerances import EXACT
-from minsnap.files.formats.bezier_segments import STEP_TIME
-from minsnap.fleet.common_clock import Separation
-from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet, extent_of
-from minsnap.limits.limits import Limits
+from minsnap.files.formats import STEP_TIME
+from minsnap.fleet import FleetCertificate, Separation, certify_fleet, extent_of
+from minsnap.limits import Limits
 from minsnap.plot.fleet_figures import plot_fleet, plot_homes, plot_separation
 from minsnap.plot.pages import Drawing, Note, Part, Signature, Table, Verdict, write_parts
 from minsnap.shows.energy import PowerModel, aloft

@@ -17,10 +17,8 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FleetError
-from minsnap.files.formats.cubic_segments import worst_distance
-from minsnap.files.formats.skybrush import Lights
-from minsnap.fleet.assignment import assign
-from minsnap.fleet.common_clock import Fleet, Separation
+from minsnap.files.formats import Lights, worst_distance
+from minsnap.fleet import Fleet, Separation, assign
 from minsnap.shows.act_headings import Turned, with_headings
 from minsnap.shows.act_lights import Shown, lights_of_acts
 from minsnap.shows.act_moves import check_moves, curves_of_moves, of_vehicles, reach_of
@@ -32,7 +30,7 @@ from minsnap.shows.show_course import SKYBRUSH, ShowCourse, Told
 from minsnap.shows.site import Fence
 from minsnap.shows.skyc import ShowSheet
 from minsnap.shows.timeline import GivenTime, Stage
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Trajectory
 
 __all__ = ["SKYBRUSH", "Act", "FlownShow", "Show", "fly"]
 

@@ -21,19 +21,17 @@ from minsnap.basics.storage.atomic import atomic_write, make_folder
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import FileName, reading
 from minsnap.basics.tolerances import EXACT
-from minsnap.corridors.boxes import Room
+from minsnap.corridors import Room
 from minsnap.errors import FileError, MinsnapError, TimingError, UnprovedError
-from minsnap.fleet.common_clock import Fleet
-from minsnap.fleet.fleet_certificate import certify_fleet
-from minsnap.fleet.fleet_planner import plan_fleet
-from minsnap.limits.limits import Limits
+from minsnap.fleet import Fleet, certify_fleet, plan_fleet
+from minsnap.limits import Limits
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.climb_turns import backwards
 from minsnap.shows.crazyswarm_folder import refuse_long
 from minsnap.shows.file_limits import ROUNDED_KINDS, SLOWING, played, stretches
 from minsnap.shows.firmware_take_off import late_by
 from minsnap.shows.timeline import UNTIMED, GivenTime, PlannedFlight, Stage, delayed, stages_of, timed
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Trajectory
 
 SKYBRUSH = ("skyb", "skyc")
 """Formats whose reader takes off by a rule of its own."""

@@ -21,7 +21,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import make_folder, write_file
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError
-from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet import Fleet
 from minsnap.shows.csv_show import sampled, write_csv_show
 from minsnap.shows.skyc import STAMP, Lamp, ShowSheet
 

@@ -14,9 +14,8 @@ from minsnap.basics.messages import shown
 from minsnap.basics.schema import BOX, FLAG, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.basics.storage.text import FileName, load_yaml, reading
 from minsnap.errors import FileError
-from minsnap.files.request_yaml import LIMITS, limits_of
-from minsnap.files.waypoints import read_waypoints
-from minsnap.fleet.common_clock import Separation
+from minsnap.files import LIMITS, limits_of, read_waypoints
+from minsnap.fleet import Separation
 from minsnap.shows.act_lights import Colour, Gradient, LightChange
 from minsnap.shows.acts import Act, Show
 from minsnap.shows.csv_show import read_frames

@@ -15,11 +15,10 @@ from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.table import LooseColumns, read_loose_table
 from minsnap.basics.storage.text import FileName
-from minsnap.corridors.keep_out import Cylinder
+from minsnap.corridors import Cylinder
 from minsnap.errors import FileError, FleetError
-from minsnap.files.geodesy import geodetic_positions, local_positions
-from minsnap.fleet.common_clock import Fleet
-from minsnap.fleet.fleet_certificate import extent_of
+from minsnap.files import geodetic_positions, local_positions
+from minsnap.fleet import Fleet, extent_of
 
 FAR = 5000.0
 """Distance from the origin from which a surveyed place is taken for a mistake [m]."""

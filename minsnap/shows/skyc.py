@@ -22,15 +22,13 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write, make_folder
 from minsnap.basics.storage.text import FileName, reading
 from minsnap.errors import FileError
-from minsnap.files.formats import skybrush
-from minsnap.files.formats.cubic_segments import CubicSegments, cubic_segments
-from minsnap.files.formats.yaw_setpoints import YawSetpoints
-from minsnap.fleet.common_clock import Fleet
-from minsnap.limits.limits import Limits
-from minsnap.polynomials.bernstein import elevate
+from minsnap.files.formats import CubicSegments, YawSetpoints, as_cubic_segments, skybrush
+from minsnap.fleet import Fleet
+from minsnap.limits import Limits
+from minsnap.polynomials import elevate
 from minsnap.shows.returns import Returns
 from minsnap.shows.site import ShowOrigin
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Trajectory
 
 Lamp = skybrush.Lights | None
 
@@ -181,7 +179,7 @@ def _level_plan(returns: Returns | None, vehicle: int) -> dict[str, Any]:
 def _segments(fleet: Fleet, vehicle: int) -> CubicSegments:
     """Return the cubics of a vehicle; a FileError says of which it is."""
     try:
-        segments = cubic_segments(fleet[vehicle])
+        segments = as_cubic_segments(fleet[vehicle])
         skybrush.check_size(segments)
     except FileError as error:
         error.args = (f"{fleet.name(vehicle)}: {error}",)

@@ -12,7 +12,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.text import FileName, read_text, reading
 from minsnap.errors import FileError
-from minsnap.polynomials.bernstein import basis
+from minsnap.polynomials import basis
 
 STEPS = 32
 """Straight parts of one curve."""

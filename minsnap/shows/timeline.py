@@ -10,7 +10,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Trajectory
 
 
 @dataclass(frozen=True)

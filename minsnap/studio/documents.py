@@ -19,20 +19,15 @@ import numpy as np
 from minsnap.basics.arrays import GRAVITY
 from minsnap.basics.storage.atomic import refuse_source
 from minsnap.basics.storage.text import FileName
-from minsnap.corridors.boxes import Boxes, Room
-from minsnap.corridors.constraint import Constraint
-from minsnap.corridors.keep_out import named_obstacles
-from minsnap.corridors.tubes import Tube, as_constraints
+from minsnap.corridors import Boxes, Constraint, Room, Tube, as_constraints, named_obstacles
 from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, WaypointError, YawError
-from minsnap.files.convert import RATE, write_any
-from minsnap.files.request_yaml import besides_rotors, read_request, write_request
-from minsnap.limits.limits import Limits, VehicleLimits, check_one_speed
-from minsnap.limits.ordinary import completed
-from minsnap.paths.missions.course import Course, is_course, read_course
-from minsnap.planning.request import Opening, PlanRequest
+from minsnap.files import RATE, besides_rotors, read_request, write_any, write_request
+from minsnap.limits import Limits, VehicleLimits, check_one_speed, completed
+from minsnap.paths.missions import Course, is_course, read_course
+from minsnap.planning import Opening, PlanRequest
 from minsnap.studio.workbench import BenchState, PlannedScene
-from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle.quadrotor import VEHICLES, preset_of
+from minsnap.trajectory import Trajectory
+from minsnap.vehicle import VEHICLES, preset_of
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}")
 """Names of files: letters, digits, blanks, dots, dashes; no separators, no leading dot."""
@@ -161,7 +156,7 @@ EXPORTS = {
 
 def kind_of(path: FileName) -> str:
     """Return which of :data:`EXPORTS` a file that can be opened is; empty where it is another one."""
-    from minsnap.files.formats.polynomials import is_polynomials
+    from minsnap.files.formats import is_polynomials
 
     if is_polynomials(path):
         return "plan (JSON)"
@@ -190,7 +185,7 @@ def open_scene(path: FileName) -> PlanRequest:
     InputError
         If it is a plan with walls, limits or a heading that a scene cannot hold.
     """
-    from minsnap.files.formats.polynomials import is_polynomials
+    from minsnap.files.formats import is_polynomials
 
     if Path(path).suffix.lower() not in ENDINGS:
         raise FileError(f"{Path(path).name} cannot be opened by its ending: it must be one of {', '.join(ENDINGS)}")
@@ -291,7 +286,7 @@ def _of_course(course: Course) -> PlanRequest:
 
 
 def _of_plan(path: FileName) -> PlanRequest:
-    from minsnap.files.formats.polynomials import read_polynomials
+    from minsnap.files.formats import read_polynomials
 
     stored = read_polynomials(path)
     scene = scene_of(stored.trajectory, stored.waypoints, stored.corridor, stored.limits)

@@ -13,18 +13,18 @@ import numpy as np
 from minsnap.basics.checks import DEGREES
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import FileError
-from minsnap.files.frames import FRAMES
+from minsnap.files import FRAMES
 from minsnap.flight.simulation.controllers import GeometricController
 from minsnap.flight.simulation.simulated_flight import Flight, simulate
-from minsnap.limits.ordinary import completed
-from minsnap.planning.request import RESERVE, Opening, PlanRequest
+from minsnap.limits import completed
+from minsnap.planning import RESERVE, Opening, PlanRequest
 from minsnap.studio import edits
 from minsnap.studio.page_inputs import InputRows, Inputs, follow, sentence, table, when_changed, when_clicked
 from minsnap.studio.path_view import GateView, PathView, WaypointView
 from minsnap.studio.wall_view import NO_FACES, WallView
 from minsnap.studio.workbench import BenchState, Present
-from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle.quadrotor import VEHICLES, named_vehicle
+from minsnap.trajectory import Trajectory
+from minsnap.vehicle import VEHICLES, named_vehicle
 
 HEADINGS = ("fixed", "per waypoint", "velocity", "tilt", "free")
 """Ways to give the heading."""

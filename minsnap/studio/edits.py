@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.gates import Gate
+from minsnap.corridors import Gate
 from minsnap.errors import InputError, WaypointError
-from minsnap.planning.request import Box, Opening, PlanRequest, Point
+from minsnap.planning import Box, Opening, PlanRequest, Point
 
 _Made = Callable[[Any], Sequence[Any]]
 

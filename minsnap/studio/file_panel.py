@@ -10,15 +10,15 @@ from typing import Any
 
 from minsnap.basics.limit_kinds import KIND
 from minsnap.certificate import Certificate
-from minsnap.files.request_yaml import request_text
-from minsnap.planning.request import PLAIN, PlanRequest
+from minsnap.files import request_text
+from minsnap.planning import PLAIN, PlanRequest
 from minsnap.studio.documents import ENDINGS, EXPORTS, WorkingFolder, open_upload, save_as
 from minsnap.studio.ground_view import ENDINGS as OBSTACLE_ENDINGS
 from minsnap.studio.ground_view import PICTURES, Obstacles, floor, read_obstacles
 from minsnap.studio.obstacle_view import CLEARANCE
 from minsnap.studio.page_inputs import Editor, copyable, precise, sentence, table, when_changed, when_clicked
 from minsnap.studio.workbench import BenchState, Present
-from minsnap.trajectory.report import cost_unit
+from minsnap.trajectory import cost_unit
 
 END = "END_OF_REQUEST"
 """The line that ends the text of the request in a shell."""

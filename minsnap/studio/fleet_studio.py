@@ -9,9 +9,8 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.errors import FleetError
-from minsnap.files.formats.skybrush import Lights
-from minsnap.fleet.common_clock import Fleet
-from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
+from minsnap.files.formats import Lights
+from minsnap.fleet import Fleet, FleetCertificate, certify_fleet
 from minsnap.plot.fleet_figures import INSTANTS, least_distances, near_pairs
 from minsnap.studio.browser_page import LOOPBACK, PORT, Page, Player, several
 from minsnap.studio.ground_view import BY_DAY, BY_NIGHT, GroundView

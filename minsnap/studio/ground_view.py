@@ -12,10 +12,8 @@ from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, NDArray, Rea
 from minsnap.basics.storage.table import read_archive
 from minsnap.basics.storage.text import FileName, check_size, reading
 from minsnap.errors import FileError, InputError
-from minsnap.files.frames import get_frame
-from minsnap.files.waypoints import read_waypoints
-from minsnap.paths.routes.grid_map import GridMap
-from minsnap.paths.routes.map_server import read_map_entries
+from minsnap.files import get_frame, read_waypoints
+from minsnap.paths.routes import GridMap, read_map_entries
 from minsnap.studio.wall_view import box_surface
 
 MOST_CELLS = 200_000

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.planning.request import PlanRequest
+from minsnap.planning import PlanRequest
 from minsnap.plot.obstacles import faces_of
 from minsnap.studio.ground_view import Obstacles
 from minsnap.studio.page_inputs import Change

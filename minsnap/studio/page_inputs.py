@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from minsnap.planning.request import PlanRequest
+from minsnap.planning import PlanRequest
 
 Change = Callable[[PlanRequest], PlanRequest]
 """Returns the document after an edit."""

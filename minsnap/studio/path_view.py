@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.gates import Gate
+from minsnap.corridors import Gate
 from minsnap.errors import MinsnapError
 from minsnap.studio.edits import move_waypoint, reshape_gate
 from minsnap.studio.page_inputs import Change, DragHandles, Editor, when_dragged
 from minsnap.studio.plan_drawing import VehiclePose, coloured_path, pieces_of
 from minsnap.studio.workbench import BenchState
-from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.trajectory import Trajectory
+from minsnap.vehicle import Quadrotor
 
 GHOST = (173, 181, 189)
 FLIGHT = (230, 73, 20)

@@ -11,12 +11,10 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray
 from minsnap.basics.limit_kinds import KIND, Kind
-from minsnap.limits.measures import MEASURES, Motion
-from minsnap.planning.request import PlanRequest
-from minsnap.trajectory.medium import Medium
-from minsnap.trajectory.path import Path
-from minsnap.vehicle.dynamics import flatness_of
-from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.limits import MEASURES, Motion
+from minsnap.planning import PlanRequest
+from minsnap.trajectory import Medium, Path
+from minsnap.vehicle import Quadrotor, flatness_of
 
 PIECES = 320
 """Straight pieces that a path is drawn with."""

@@ -16,10 +16,10 @@ import numpy as np
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.storage.text import FileName
 from minsnap.certificate import certify
-from minsnap.corridors.keep_out import Avoided, as_obstacles, named_obstacles
+from minsnap.corridors import Avoided, as_obstacles, named_obstacles
 from minsnap.errors import InputError
-from minsnap.fleet.common_clock import Fleet
-from minsnap.planning.request import PlanRequest
+from minsnap.fleet import Fleet
+from minsnap.planning import PlanRequest
 from minsnap.studio.browser_page import LOOPBACK, PORT, Page, Player, several
 from minsnap.studio.documents import WorkingFolder, scene_of
 from minsnap.studio.edit_panels import DRAWN, CorridorPanel, RoutePanel, TimePanel, VehiclePanel
@@ -32,8 +32,8 @@ from minsnap.studio.path_view import GateView, PathView, VehicleView, WaypointVi
 from minsnap.studio.plan_drawing import Charts, pose_at, profiles_of, speed_legend
 from minsnap.studio.wall_view import WallView
 from minsnap.studio.workbench import BenchState, PlannedScene, Workbench
-from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle.quadrotor import named_vehicle
+from minsnap.trajectory import Trajectory
+from minsnap.vehicle import named_vehicle
 
 
 class Studio(Page):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.planning.request import Box, PlanRequest
+from minsnap.planning import Box, PlanRequest
 from minsnap.plot.geometry import leg_bodies
 from minsnap.studio.edits import ROOM, change_box, move_face, named_boxes
 from minsnap.studio.page_inputs import Change, DragHandles, Editor

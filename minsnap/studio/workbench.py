@@ -19,12 +19,10 @@ from minsnap.basics.checks import check_waypoints
 from minsnap.basics.limit_kinds import KIND
 from minsnap.certificate import Certificate, certify
 from minsnap.errors import MinsnapError
-from minsnap.limits.limits import Limits
-from minsnap.planning.planner import plan
-from minsnap.planning.request import PlanRequest
+from minsnap.limits import Limits
+from minsnap.planning import PlanRequest, plan
 from minsnap.studio.edits import straight_durations
-from minsnap.trajectory.report import Step
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory import Step, Trajectory
 
 STRETCHES = 6
 """Attempts at slowing a quick plan down until its limits hold."""

@@ -23,8 +23,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY as GRAVITY
-from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, owned
-from minsnap.errors import InputError
+from minsnap.basics.arrays import ArrayLike, BoolArray, FloatArray, IntArray, numbers, owned
+from minsnap.basics.messages import shown
+from minsnap.errors import InputError, VehicleError
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.tilt_heading import FREE_FALL
 
@@ -239,10 +240,24 @@ def quaternions(rotation: FloatArray) -> FloatArray:
 
 
 def rotations(quaternion: FloatArray) -> FloatArray:
-    """Return the rotation matrices of quaternions (m, 4), shape (m, 3, 3)."""
+    """Return the rotation matrices of quaternions (m, 4), shape (m, 3, 3).
+
+    Raises
+    ------
+    VehicleError
+        If they are malformed.
+    """
+    quaternion = _quaternions(quaternion)
     from scipy.spatial.transform import Rotation
 
     return np.asarray(Rotation.from_quat(np.roll(quaternion, -1, axis=-1)).as_matrix())
+
+
+def _quaternions(values: ArrayLike) -> FloatArray:
+    quaternion = numbers(values, copy=False)
+    if quaternion is None or quaternion.ndim != 2 or quaternion.shape[1] != 4:
+        raise VehicleError(f"the attitudes are {shown(values)}: give quaternions (w, x, y, z), shape (m, 4)")
+    return quaternion
 
 
 def continuous(quaternion: FloatArray) -> FloatArray:
@@ -254,8 +269,14 @@ def continuous(quaternion: FloatArray) -> FloatArray:
 
 
 def headings(quaternion: FloatArray) -> FloatArray:
-    """Return the continuous yaw angle of attitudes, shape (m,) [rad]: the heading of the forward axis."""
-    w, x, y, z = quaternion.T
+    """Return the continuous yaw of attitudes (m, 4), shape (m,) [rad]: the heading of the forward axis.
+
+    Raises
+    ------
+    VehicleError
+        If they are malformed.
+    """
+    w, x, y, z = _quaternions(quaternion).T
     return np.unwrap(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))
 
 

@@ -115,11 +115,24 @@ AUTOPILOTS = {
 
 
 def loop_parameters(autopilot: str) -> list[str]:
-    """Return the names of all parameters from which the loop of an autopilot is read."""
-    known = AUTOPILOTS[autopilot]
+    """Return the names of all parameters from which the loop of an autopilot is read.
+
+    Raises
+    ------
+    VehicleError
+        If the autopilot is another.
+    """
+    known = _known(autopilot)
     pairs = [each for both in known.gains.values() for each in both]
     single = [known.attitude, known.hover, known.most, known.least, known.tilt, *known.speeds.values()]
     return [name for each in (*pairs, *single) for name in each.names]
+
+
+def _known(autopilot: Any) -> LoopSource:
+    known = AUTOPILOTS.get(autopilot) if isinstance(autopilot, str) else None
+    if known is None:
+        raise VehicleError(f"the autopilot is {shown(autopilot)}: give px4 or ardupilot")
+    return known
 
 
 def gains_of(autopilot: Any, parameters: Any) -> dict[str, Any]:
@@ -130,9 +143,7 @@ def gains_of(autopilot: Any, parameters: Any) -> dict[str, Any]:
     VehicleError
         If the autopilot is another, a parameter no number, or the throttle does not hover.
     """
-    known = AUTOPILOTS.get(autopilot) if isinstance(autopilot, str) else None
-    if known is None:
-        raise VehicleError(f"the autopilot is {shown(autopilot)}: give px4 or ardupilot")
+    known = _known(autopilot)
     given = _numbers(parameters)
     if "ANGLE_MAX" in given:  # before 4.7, in hundredths
         given.setdefault("ATC_ANGLE_MAX", 0.01 * given["ANGLE_MAX"])

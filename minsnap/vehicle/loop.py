@@ -22,7 +22,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, numbers, plain, set_fields
 from minsnap.basics.cached import cached_property
-from minsnap.basics.checks import check_number, check_switch
+from minsnap.basics.checks import check_kind, check_number, check_switch
 from minsnap.basics.messages import shown
 from minsnap.basics.schema import ANY, FLAG, NUMBER, Key, mapping
 from minsnap.basics.storage.text import FileName, load_yaml
@@ -411,6 +411,7 @@ def loop_of(name: str) -> Loop:
     VehicleError
         If it is neither.
     """
+    check_kind("the loop", name, str, "px4, ardupilot, or the name of a YAML file")
     if name in ("px4", "ardupilot"):
         return Loop.px4() if name == "px4" else Loop.ardupilot()
     if not FilePath(name).suffix and not FilePath(name).exists():

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, OwnsArrays, owned
+from minsnap.basics.checks import check_kind, check_number
 from minsnap.errors import FitError
 from minsnap.vehicle.drag import Range, warn_outside
 
@@ -80,7 +81,7 @@ def fit_torque_coefficient(speed: ArrayLike, torque: ArrayLike) -> CoefficientFi
 
 
 def _fit_square(name: str, speed: ArrayLike, values: ArrayLike) -> CoefficientFit:
-    speeds, measured = columns(name, {"speed": speed, "value": values}, least=2).values()
+    speeds, measured = fit_columns(name, {"speed": speed, "value": values}, least=2).values()
     squares = speeds**2
     if not squares.any():
         raise FitError(f"{name}: every speed is 0, so the coefficient cannot be determined")
@@ -92,7 +93,7 @@ def _fit_square(name: str, speed: ArrayLike, values: ArrayLike) -> CoefficientFi
     return CoefficientFit(name, value, error, explained(measured, residuals), residuals, span)
 
 
-def columns(name: str, table: dict[str, ArrayLike], least: int) -> dict[str, FloatArray]:
+def fit_columns(name: str, table: dict[str, ArrayLike], least: int) -> dict[str, FloatArray]:
     """Return equally long finite columns as arrays of shape (m,), or raise FitError.
 
     Parameters
@@ -104,6 +105,8 @@ def columns(name: str, table: dict[str, ArrayLike], least: int) -> dict[str, Flo
     least : int
         Fewest points that determine the fit and its uncertainty.
     """
+    check_kind("the table", table, dict, "a dict of columns")
+    check_number("the fewest points", least, 1, 1e9, "give a whole number", FitError, whole=True)
     arrays = {key: owned(value).reshape(-1) for key, value in table.items()}
     lengths = {key: len(array) for key, array in arrays.items()}
     if len(set(lengths.values())) > 1:

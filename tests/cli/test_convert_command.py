@@ -8,7 +8,7 @@ from ulog_bytes import fields, ulog
 
 import minsnap
 from minsnap.cli import options
-from minsnap.files.convert import formats
+from minsnap.files.convert import file_formats
 from minsnap.plot.animation import ENDINGS
 
 
@@ -65,7 +65,7 @@ def test_a_damaged_log_is_converted_as_far_as_it_goes(call, tmp_path):
 
 def test_the_help_names_every_format(call):
     """The texts are written out, for the table is slow to import: they lacked formats, and named some wrongly."""
-    table = formats().values()
+    table = file_formats().values()
     read, written = ({*re.findall(r"\.\w+", text)} for text in (options.READABLE, options.WRITABLE))
     assert read == {ending for known in table for ending in known.reads} - {".yml"}
     assert written == {ending for known in table if known.write for ending in known.endings} - {".yml"}

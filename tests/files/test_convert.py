@@ -8,7 +8,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError, FrameError
-from minsnap.files.convert import formats, read_any, write_any
+from minsnap.files.convert import file_formats, read_any, write_any
 from minsnap.files.formats.pieces import refit
 from minsnap.files.formats.tables import to_dataframe
 from minsnap.trajectory.heading import wrap
@@ -97,7 +97,7 @@ def test_all_of_samples_that_a_format_does_not_hold_is_named(tmp_path, name):
     plain = PLAN.sample(20.0)
     given = replace(plain, t=plain.t + 2.0, feed_forward=0.5 * plain.velocity, lead=0.1)
     lost = write_any(given, tmp_path / ALL[name], name)[1] or ""
-    words = [NAMED.get(field, field) for field in formats()[name].leaves_out]
+    words = [NAMED.get(field, field) for field in file_formats()[name].leaves_out]
     assert f"left out: {', '.join(words)}" in lost if words else lost == ""
     if name in ("setpoints", "parquet", "npz"):
         back = read_any(tmp_path / ALL[name])

@@ -12,7 +12,7 @@ import minsnap
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.text import LARGEST_YAML, load_yaml
 from minsnap.errors import FileError, TimingError
-from minsnap.files.convert import formats, read_any, write_any
+from minsnap.files.convert import file_formats, read_any, write_any
 from minsnap.files.formats.tables import read_npz, write_npz
 
 PATH = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1)], [2.0, 1.5], yaw=[0.0, 0.5, 0.0])
@@ -174,7 +174,7 @@ def test_a_full_disk_names_the_file_that_was_asked_for(tmp_path):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="Linux has it")
-@pytest.mark.parametrize("to", sorted(name for name, entry in formats().items() if entry.write))
+@pytest.mark.parametrize("to", sorted(name for name, entry in file_formats().items() if entry.write))
 def test_every_format_says_that_a_device_is_full_and_is_written_into_a_pipe(tmp_path, to):
     path = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1)], [2.0, 1.5])
     with pytest.raises(FileError, match="/dev/full cannot be written: No space left"):

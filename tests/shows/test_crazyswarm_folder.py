@@ -15,7 +15,7 @@ import minsnap
 from minsnap.cli.app import main
 from minsnap.errors import FleetError
 from minsnap.fleet.approach import approach_of
-from minsnap.fleet.standing_places import standing_places
+from minsnap.fleet.standing_places import find_standing_places
 from minsnap.flight.swarm_upload import upload_of
 from minsnap.shows.fleet_files import read_fleet, write_fleet
 
@@ -167,7 +167,7 @@ def test_places_on_the_ground_are_apart_below_any_formation(rows):
     """An upright wall and a cube: where a place is taken, the next free one beside it."""
     grid = np.stack(np.meshgrid(np.arange(3) * 0.5, np.arange(rows) * 0.5, 0.5 + np.arange(3) * 0.7), -1).reshape(-1, 3)
     fleet = minsnap.Fleet([minsnap.plan([at, at + (0, 0, 0.1)], [2.0]) for at in grid], None, SEPARATION)
-    places = standing_places(fleet)
+    places = find_standing_places(fleet)
     gaps = np.linalg.norm(places[:, None] - places, axis=2)[np.triu_indices(len(places), 1)]
     assert gaps.min() >= 0.3 and not places[:, 2].any()
     low = np.flatnonzero(grid[:, 2] == 0.5)

@@ -104,7 +104,7 @@ class CubicSegments(ReadOnly):
         return Trajectory(points * (self.scale / 1e3), np.diff(self.breaks) / 1e3)
 
 
-def cubic_segments(trajectory: Trajectory, tolerance: float = CUBIC.tolerance) -> CubicSegments:
+def as_cubic_segments(trajectory: Trajectory, tolerance: float = CUBIC.tolerance) -> CubicSegments:
     """Return a curve as cubics.
 
     Parameters

@@ -28,7 +28,7 @@ from minsnap.basics.storage.text import FileName, read_bytes, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.convert import Format
 from minsnap.files.formats.bezier_segments import packed, unpacked
-from minsnap.files.formats.cubic_segments import CUBIC, CubicSegments, cubic_segments, scale_of
+from minsnap.files.formats.cubic_segments import CUBIC, CubicSegments, as_cubic_segments, scale_of
 from minsnap.files.formats.pieces import polynomials_of
 from minsnap.files.formats.yaw_setpoints import YawSetpoints
 from minsnap.polynomials.bernstein import differentiate
@@ -269,7 +269,7 @@ def write_skybrush(
 ) -> CubicSegments:
     """Write a trajectory or a shape in one atomic step, and return what was written; raises as ``cubic_segments``."""
     curve = polynomials_of(trajectory)[0]
-    segments = cubic_segments(curve)
+    segments = as_cubic_segments(curve)
     write_file(path, skybrush_bytes(segments, lights, YawSetpoints.of(curve)), clobber=clobber)
     return segments
 

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 
 from minsnap.certificate import certify
 from minsnap.errors import FlightError, TimingError
-from minsnap.limits.limits import Limits
-from minsnap.replanning.memory import Change
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.limits import Limits
+from minsnap.replanning import Change
+from minsnap.trajectory import Trajectory
 
 BUDGETS = (0.2, 0.5, 1.0)
 """Times from a question to its splice that are tried in turn [s]."""

@@ -20,15 +20,14 @@ from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import check_positive, is_number
 from minsnap.basics.deadline import Clock
 from minsnap.basics.messages import finite, shown
-from minsnap.corridors.gates import Gate
+from minsnap.corridors import Gate
 from minsnap.errors import FlightError, InputError, MinsnapError
 from minsnap.flight.mavlink.changed_flight import BUDGETS, ChangeableFlight, ChangedFlight
-from minsnap.limits.limits import Limits
-from minsnap.paths.missions.course import Course
-from minsnap.paths.routes.explorer import Explorer
-from minsnap.replanning.memory import Change
-from minsnap.trajectory.heading import ConstantHeading
-from minsnap.trajectory.trajectory import Trajectory, made, rest_of
+from minsnap.limits import Limits
+from minsnap.paths.missions import Course
+from minsnap.paths.routes import Explorer
+from minsnap.replanning import Change
+from minsnap.trajectory import ConstantHeading, Trajectory, made, rest_of
 
 HANDED_OVER = 0.08
 """What of the time of an answer is left for handing it over [s]: a setpoint's slot and a half."""

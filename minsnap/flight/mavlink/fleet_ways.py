@@ -12,8 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.fleet.common_clock import Separation
-from minsnap.fleet.straight_ways import Meeting, nearest_of_ways
+from minsnap.fleet import Meeting, Separation, nearest_of_ways
 from minsnap.flight.mavlink.setpoints import SetpointTable
 from minsnap.flight.mavlink.vehicle_messages import Vector
 

@@ -15,7 +15,7 @@ from minsnap.flight.mavlink.sequence import Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import FIELDS, Setpoint, Setpoints
 from minsnap.flight.mavlink.stream_options import Phase, StreamOptions, StreamStatus
 from minsnap.flight.mavlink.vehicle_messages import Message, VehicleState, text_of
-from minsnap.trajectory.samples import column_names
+from minsnap.trajectory import column_names
 
 MOTION = tuple(column for field in FIELDS for column in column_names(field))
 COLUMNS = ("time", "kind", "index", *MOTION, "type_mask", "lateness", "armed", "custom_mode", "text")

@@ -19,14 +19,10 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.basics.messages import finite, shown
 from minsnap.basics.storage.text import FileName
-from minsnap.corridors.boxes import Room
-from minsnap.corridors.gates import Gate, center_of
-from minsnap.corridors.knot_regions import gate_passages
+from minsnap.corridors import Gate, Room, center_of, gate_passages
 from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
-from minsnap.files.consistency import ConsistencyReport, check_samples
-from minsnap.files.frames import map_samples
-from minsnap.files.setpoint_csv import frame_of, in_space
-from minsnap.fleet.common_clock import Separation
+from minsnap.files import ConsistencyReport, check_samples, frame_of, in_space, map_samples
+from minsnap.fleet import Separation
 from minsnap.flight.mavlink.changed_flight import BUDGETS, ChangeableFlight, ChangedFlight
 from minsnap.flight.mavlink.fleet_ways import judge_of_ways
 from minsnap.flight.mavlink.link import Clock, CommonFlight, Link, open_link
@@ -35,13 +31,10 @@ from minsnap.flight.mavlink.sender import undisturbed
 from minsnap.flight.mavlink.setpoints import SetpointTable, tabulate
 from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
 from minsnap.flight.mavlink.streaming import Streamer
-from minsnap.limits.limits import Limits
-from minsnap.paths.missions.course import stop_of
-from minsnap.replanning.memory import Change
-from minsnap.replanning.replanner import Replanner
-from minsnap.trajectory.path import Path
-from minsnap.trajectory.samples import Samples
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.limits import Limits
+from minsnap.paths.missions import stop_of
+from minsnap.replanning import Change, Replanner
+from minsnap.trajectory import Path, Samples, Trajectory
 
 
 def stream(
@@ -129,7 +122,7 @@ def sampled(source: Samples | Path | FileName, options: StreamOptions) -> tuple[
     rate = 20.0 if options.rate is None else options.rate
     if isinstance(source, (Samples, Path)):
         return source.sample(rate), options.frame or "enu"
-    from minsnap.files.convert import frame_for, read_samples
+    from minsnap.files import frame_for, read_samples
 
     own = frame_for(source, options.frame)  # of other formats it is the vehicle's alone
     return read_samples(source, own, rate), frame_of(source, options.frame) or "enu"

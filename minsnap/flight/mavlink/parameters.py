@@ -18,8 +18,7 @@ from minsnap.basics.checks import check_number
 from minsnap.errors import LinkError
 from minsnap.flight.mavlink.link import Clock, Link
 from minsnap.flight.mavlink.vehicle_messages import PX4, Message, load_dialect
-from minsnap.limits.limits import Limits
-from minsnap.limits.ordinary import ORDINARY
+from minsnap.limits import ORDINARY, Limits
 
 _REAL32 = 9  # MAV_PARAM_TYPE_REAL32
 _FORMATS = {1: "B", 2: "b", 3: "H", 4: "h", 5: "I", 6: "i"}  # MAV_PARAM_TYPE of integers, up to INT32

@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from minsnap.basics.arrays import GRAVITY, FloatArray
-from minsnap.files.frames import map_vectors
-from minsnap.files.geodesy import local_positions
+from minsnap.files import local_positions, map_vectors
 from minsnap.flight.mavlink.estimates import ESTIMATORS, estimate_faults
 from minsnap.flight.mavlink.link import Clock, Link
 from minsnap.flight.mavlink.parameters import Parameter, Parameters, meaning_of
@@ -33,7 +32,7 @@ from minsnap.flight.mavlink.vehicle_messages import (
     command,
     rate_request,
 )
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory import Samples
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from minsnap.flight.mavlink.link import Clock, Link, Schedule
+from minsnap.flight.mavlink.native_sender import MOST_AHEAD, NativeSender
 from minsnap.flight.mavlink.sequence import SetpointStep
 from minsnap.flight.mavlink.vehicle_messages import Message, load_dialect
-from minsnap.native.setpoint_sender import MOST_AHEAD, NativeSender
 
 
 @dataclass(frozen=True)

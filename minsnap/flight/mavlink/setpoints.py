@@ -22,15 +22,12 @@ from minsnap.basics.arrays import FloatArray, OwnsArrays, interpolated
 from minsnap.basics.checks import check_number
 from minsnap.basics.messages import shown
 from minsnap.errors import FlightError, InputError, TimingError
-from minsnap.files.frames import get_frame, map_samples, map_vectors
+from minsnap.files import get_frame, map_samples, map_vectors
 from minsnap.flight.mavlink.link import check_setpoint_rate
 from minsnap.flight.mavlink.vehicle_messages import Message, Vector, VehicleState, load_dialect
 from minsnap.flight.simulation.flight_inputs import drag_feed_forward
-from minsnap.trajectory.heading import wrap
-from minsnap.trajectory.path import sample_times
-from minsnap.trajectory.samples import Samples
-from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.trajectory import Samples, Trajectory, sample_times, wrap
+from minsnap.vehicle import Quadrotor
 
 
 @dataclass(frozen=True)

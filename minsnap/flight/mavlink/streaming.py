@@ -19,8 +19,8 @@ from minsnap.flight.mavlink.setpoints import ChangingTable, SetpointTable, setpo
 from minsnap.flight.mavlink.start_gate import begins_on_ground
 from minsnap.flight.mavlink.stream_options import STREAM, Phase, StreamOptions, StreamReport
 from minsnap.flight.mavlink.vehicle_messages import Autopilot, Message, VehicleState, get_autopilot, rate_request
-from minsnap.replanning.memory import Change
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.replanning import Change
+from minsnap.trajectory import Trajectory
 
 
 class Streamer:

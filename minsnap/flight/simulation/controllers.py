@@ -16,8 +16,7 @@ from minsnap.basics.arrays import ArrayLike, set_fields
 from minsnap.basics.checks import check_array, check_positive, check_switch
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
-from minsnap.vehicle.dynamics import body_axes
-from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.vehicle import Quadrotor, body_axes
 
 Vector = tuple[float, float, float]
 Axes = tuple[Vector, Vector, Vector]

@@ -18,12 +18,8 @@ from minsnap.basics.messages import shown
 from minsnap.errors import InputError, TimingError
 from minsnap.flight.simulation.controllers import Estimate, Reference, Vector, vector
 from minsnap.flight.tracking.comparison import check_samples, position_at
-from minsnap.trajectory.path import Path
-from minsnap.trajectory.samples import Samples
-from minsnap.vehicle.attitude import spatial
-from minsnap.vehicle.drag import BodyDrag, Drag
-from minsnap.vehicle.dynamics import FlatStates, flat_states
-from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.trajectory import Path, Samples
+from minsnap.vehicle import BodyDrag, Drag, FlatStates, Quadrotor, flat_states, spatial
 
 
 def reference_states(vehicle: Quadrotor, reference: Samples, drag: Drag | None) -> FlatStates:

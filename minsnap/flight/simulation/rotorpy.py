@@ -16,13 +16,11 @@ from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.checks import check_kind
 from minsnap.errors import VehicleError
 from minsnap.flight.simulation.flight_inputs import drag_feed_forward
-from minsnap.trajectory.samples import Samples
-from minsnap.vehicle.attitude import spatial
-from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, SumOfDrags
-from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.trajectory import Samples
+from minsnap.vehicle import BodyDrag, Drag, Quadrotor, RotorSpeedDrag, SumOfDrags, spatial
 
 if TYPE_CHECKING:
-    from minsnap.trajectory.path import Path
+    from minsnap.trajectory import Path
 
 ROTOR_ORDER = (0, 3, 2, 1)
 """Which of the one's rotors each of the other's is, either way."""

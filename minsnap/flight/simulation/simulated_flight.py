@@ -25,12 +25,8 @@ from minsnap.flight.simulation.flight_inputs import (
     check_steps,
     tabulate,
 )
-from minsnap.trajectory.path import Path, sample_times
-from minsnap.trajectory.samples import Samples
-from minsnap.vehicle.attitude import headings, spatial
-from minsnap.vehicle.drag import Drag
-from minsnap.vehicle.dynamics import FlatStates, RigidBody, flatness_of
-from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.trajectory import Path, Samples, sample_times
+from minsnap.vehicle import Drag, FlatStates, Quadrotor, RigidBody, flatness_of, headings, spatial
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,8 +21,19 @@ from minsnap.basics.storage.table import read_table
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FitError, VehicleError
 from minsnap.plot.style import AXIS_STYLES, Axes, new_axes
-from minsnap.vehicle.drag import RPM, BodyDrag, Range, Surface, SurfaceDrag, linear_rotor_drag
-from minsnap.vehicle.rotor_fit import CoefficientFit, columns, explained, fit_thrust_coefficient, fit_torque_coefficient
+from minsnap.vehicle import (
+    RPM,
+    BodyDrag,
+    CoefficientFit,
+    Range,
+    Surface,
+    SurfaceDrag,
+    explained,
+    fit_columns,
+    fit_thrust_coefficient,
+    fit_torque_coefficient,
+    linear_rotor_drag,
+)
 
 _TUNNEL = {"pitch_deg": (-20.0, 20.0), "velocity": (7.0, 28.0)}
 
@@ -182,7 +193,7 @@ def drag_columns(table: Table, name: str, variables: tuple[str, ...], least: int
     missing = [key for key in wanted if key not in held]
     if missing:
         raise FitError(f"{name} needs the columns {', '.join(wanted)}: {', '.join(missing)} is missing")
-    return columns(name, {key: held[key] for key in wanted}, least)
+    return fit_columns(name, {key: held[key] for key in wanted}, least)
 
 
 def least_squares(name: str, design: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

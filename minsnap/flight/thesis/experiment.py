@@ -27,11 +27,8 @@ from minsnap.flight.thesis.drag_fits import consistent_parasitic_drag, published
 from minsnap.flight.tracking.comparison import Comparison, compare
 from minsnap.flight.tracking.tracking_plot import plot_tracking
 from minsnap.plot.style import Figure
-from minsnap.trajectory.path import Path
-from minsnap.trajectory.samples import Samples
-from minsnap.vehicle.drag import Drag
-from minsnap.vehicle.dynamics import check_rotor_limits
-from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.trajectory import Path, Samples
+from minsnap.vehicle import Drag, Quadrotor, check_rotor_limits
 
 HOVER = 5.0
 """Hover at the start of the course before the trigger [s]."""
@@ -102,7 +99,7 @@ def course(name: str, repetitions: int = 10, *, literal: bool = True, rate: floa
 
 def _flown(name: str, repetitions: int, literal: bool, rate: float) -> Samples:
     """Return the samples of the repetitions."""
-    from minsnap.paths.shapes import circle, line, rectangle
+    from minsnap.paths import circle, line, rectangle
 
     if name == "circle" and not literal:
         return circle(3.0, period=6.0, laps=repetitions, ramp=min(math.pi / 2.0, math.pi * repetitions)).sample(rate)
@@ -371,7 +368,7 @@ def write_flights(experiment: Experiment, folder: FileName) -> list[FilePath]:
     folder : str or path
         Made if it is not there.
     """
-    from minsnap.files.setpoint_csv import write_csv
+    from minsnap.files import write_csv
 
     home, name = make_folder(folder), experiment.course.name
     written = {home / f"{name}_reference.csv": experiment.course.samples}

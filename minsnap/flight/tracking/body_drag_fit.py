@@ -21,10 +21,9 @@ import numpy as np
 from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray, OwnsArrays, interpolated
 from minsnap.basics.storage.text import FileName, check_size
 from minsnap.errors import FileError, FitError
-from minsnap.files.flight_log import FlightLog, InertialLog
-from minsnap.files.flights import read_log
-from minsnap.trajectory.samples import Samples, between_gaps, gap_remarks, in_gaps
-from minsnap.vehicle.attitude import rotations
+from minsnap.files import FlightLog, InertialLog, read_log
+from minsnap.trajectory import Samples, between_gaps, gap_remarks, in_gaps
+from minsnap.vehicle import rotations
 
 
 @dataclass(frozen=True)

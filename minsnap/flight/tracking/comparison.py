@@ -17,8 +17,7 @@ from minsnap.basics.checks import SIZE, check_kind, check_number, check_switch, 
 from minsnap.basics.messages import aligned, shown
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import InputError
-from minsnap.trajectory.path import MOST_SAMPLES
-from minsnap.trajectory.samples import Samples, axis_names, gap_remarks, gaps, in_gaps
+from minsnap.trajectory import MOST_SAMPLES, Samples, axis_names, gap_remarks, gaps, in_gaps
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, interpolated
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FitError
-from minsnap.files.flight_log import FlightLog
+from minsnap.files import FlightLog
 from minsnap.flight.simulation.controllers import CascadeController
 from minsnap.flight.tracking.body_drag_fit import (
     AXES,
@@ -38,9 +38,8 @@ from minsnap.flight.tracking.body_drag_fit import (
     read_flight_log,
 )
 from minsnap.flight.tracking.comparison import estimate_delay, jump_remarks, position_at
-from minsnap.trajectory.samples import Samples, between_gaps, gap_remarks, in_gaps
-from minsnap.vehicle.drag import BodyDrag
-from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.trajectory import Samples, between_gaps, gap_remarks, in_gaps
+from minsnap.vehicle import BodyDrag, Quadrotor
 
 
 @dataclass(frozen=True)

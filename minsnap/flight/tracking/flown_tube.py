@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, OwnsArrays
-from minsnap.files.formats.pieces import through
+from minsnap.files.formats import through
 from minsnap.flight.tracking.comparison import position_at
 from minsnap.flight.tracking.log_comparison import ComparedFlight
-from minsnap.vehicle.loop import Loop
+from minsnap.vehicle import Loop
 from minsnap.vehicle_tube import VehicleTube, check_tracking, vehicle_tube
 
 

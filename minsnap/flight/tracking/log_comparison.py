@@ -16,15 +16,13 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, OwnsArrays
 from minsnap.basics.checks import check_kind, check_number, check_seed
 from minsnap.errors import InputError
-from minsnap.files.flight_log import FlightLog, InertialLog
+from minsnap.files import FlightLog, InertialLog
 from minsnap.flight.simulation.flight_inputs import drag_in_body, tabulate
 from minsnap.flight.simulation.simulated_flight import STEP, Flight
 from minsnap.flight.tracking.comparison import MAX_DELAY, Comparison, compare, jump_remarks, position_at
 from minsnap.flight.tracking.own_takeoff import joins_at
-from minsnap.trajectory.path import Path
-from minsnap.trajectory.samples import Samples
-from minsnap.vehicle.attitude import rotations
-from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.trajectory import Path, Samples
+from minsnap.vehicle import Quadrotor, rotations
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,8 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.limit_kinds import KIND
-from minsnap.limits.limits import Limits
-from minsnap.limits.measures import MEASURES, Motion
-from minsnap.limits.ordinary import ORDINARY
-from minsnap.trajectory.samples import Samples
+from minsnap.limits import MEASURES, ORDINARY, Limits, Motion
+from minsnap.trajectory import Samples
 
 ROOM = {1: 1.25, 2: 1.5, 3: 1.5}
 """Setpoints may ask for so many times what the plan does of a derivative.

@@ -10,11 +10,9 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray
 from minsnap.basics.storage.text import FileName
-from minsnap.corridors.given_waypoints import without_gates
-from minsnap.corridors.keep_out import Avoided
+from minsnap.corridors import Avoided, without_gates
 from minsnap.errors import InputError, MinsnapError
-from minsnap.files.flown_margins import flown_margins
-from minsnap.files.plan_file import PlanFile
+from minsnap.files import PlanFile, find_flown_margins
 from minsnap.flight.tracking.comparison import position_at
 from minsnap.flight.tracking.flight_fit import FELT, FlightFit, fit_flight, told
 from minsnap.flight.tracking.flown_tube import FlownTube
@@ -22,7 +20,7 @@ from minsnap.flight.tracking.log_comparison import ComparedFlight
 from minsnap.plot.figures import picture, table, verdict, write_page
 from minsnap.plot.geometry import draw_surroundings, finish_place, view_coordinates
 from minsnap.plot.style import AXIS_STYLES, Axes, Figure, coordinate_name, legend_beside, styled, unit_of
-from minsnap.trajectory.samples import Samples, gaps
+from minsnap.trajectory import Samples, gaps
 
 Pairs = Mapping[str, tuple[Samples, Samples]]
 """What was to be flown and what was, by the name of the flight."""
@@ -409,7 +407,7 @@ def gate_table(plan: PlanFile, flights: Mapping[str, ComparedFlight]) -> str:
     """Return when, how late and how far from its edges each flight crossed each gate; nothing without gates."""
     rows = []
     columns = ["gate", "planned at [s]", "from its edge [m]"]
-    flown = {name: flown_margins(plan, one.flight).gates for name, one in flights.items()}
+    flown = {name: find_flown_margins(plan, one.flight).gates for name, one in flights.items()}
     for index, planned in enumerate(plan.passages):
         cells = [str(planned.gate), f"{planned.instant:.2f}", f"{planned.clearance:.3f}"]
         for name, one in flights.items():

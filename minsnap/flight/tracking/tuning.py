@@ -25,13 +25,13 @@ from minsnap.basics.arrays import interpolated
 from minsnap.basics.checks import check_positive
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import InputError
-from minsnap.files.flights import load_log
+from minsnap.files import load_log
 from minsnap.flight.tracking.bounded_spline import bounded_spline
 from minsnap.flight.tracking.comparison import compare, jump_remarks, position_at
 from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
 from minsnap.flight.tracking.setpoint_limits import setpoint_limits, within_ball
-from minsnap.limits.limits import Limits
-from minsnap.trajectory.samples import Samples, in_gaps
+from minsnap.limits import Limits
+from minsnap.trajectory import Samples, in_gaps
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,9 @@
 from .course import Course as Course
 from .course import Stop as Stop
+from .course import is_course as is_course
 from .course import read_course as read_course
+from .course import stop_of as stop_of
+from .course_check import CourseCheck as CourseCheck
+from .course_check import check_course as check_course
 from .mission import Mission as Mission
 from .mission import plan_mission as plan_mission

@@ -1,9 +1,14 @@
+from .cell_values import read_array as read_array
 from .explorer import Explorer as Explorer
 from .explorer import SeenSoFar as SeenSoFar
 from .grid_map import GridMap as GridMap
 from .map_files import read_map as read_map
+from .map_server import files_of as files_of
+from .map_server import read_map_entries as read_map_entries
 from .plan_route import Route as Route
 from .plan_route import plan_through as plan_through
 from .surroundings import corridor as corridor
 from .terrain import Terrain as Terrain
 from .terrain import read_terrain as read_terrain
+from .terrain_walls import BESIDE as BESIDE
+from .terrain_walls import build_terrain_walls as build_terrain_walls

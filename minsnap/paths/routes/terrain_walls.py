@@ -7,6 +7,7 @@ from math import sqrt
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_kind, check_waypoints
 from minsnap.corridors.half_spaces import Polytopes
 from minsnap.errors import WaypointError
 from minsnap.paths.routes.terrain import Terrain
@@ -15,7 +16,7 @@ BESIDE = 20.0
 """How far to the sides a leg may lead, and past its ends, unless a corridor is narrower [m]."""
 
 
-def terrain_walls(
+def build_terrain_walls(
     ground: Terrain, points: FloatArray, above: float, below: float | None = None, beside: float = BESIDE
 ) -> Polytopes:
     """Return a polytope around each leg whose points all have a height above the ground, vertically.
@@ -41,6 +42,8 @@ def terrain_walls(
     WaypointError
         If a leg leads where the ground is not known, or is too low or too high above it; says where.
     """
+    check_kind("the ground", ground, Terrain, "what read_terrain returns")
+    points = check_waypoints(points)
     legs = zip(points[:-1], points[1:], strict=True)
     return Polytopes([_leg_walls(ground, leg, a, b, above, below, beside) for leg, (a, b) in enumerate(legs)])
 

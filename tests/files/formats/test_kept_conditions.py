@@ -8,7 +8,7 @@ import pytest
 import minsnap
 from minsnap import Ball, Cuboid, Cylinder, Ellipsoid, Gate, Limits
 from minsnap.errors import FileError
-from minsnap.files.flown_margins import flown_margins
+from minsnap.files.flown_margins import find_flown_margins
 from minsnap.files.formats.polynomials import read_polynomials, write_polynomials
 from minsnap.files.plan_file import PassedStop
 
@@ -114,16 +114,16 @@ def test_an_obstacle_without_a_description_is_refused(write):
 def test_what_a_flight_kept_is_that_of_its_samples(write, plan):
     stored = write(corridor=1.0)
     flight = plan.sample(500.0)
-    kept = flown_margins(stored, flight)
+    kept = find_flown_margins(stored, flight)
     proved = stored.proof.corridor_margin  # of each leg to its ends, where a sample counts to the better of two
     assert kept.stayed_inside and proved - 1e-9 <= kept.corridor.margin <= proved + 0.05
     assert kept.obstacle.value == pytest.approx(stored.proof.obstacle_margin, abs=1e-2)
     assert kept.gates[0].clearance == pytest.approx(stored.passages[0].clearance, abs=1e-3)
-    aside = flown_margins(stored, minsnap.Samples(flight.t, flight.position + [0.0, 1.2, 0.0]))
+    aside = find_flown_margins(stored, minsnap.Samples(flight.t, flight.position + [0.0, 1.2, 0.0]))
     assert aside.stayed_inside is False and aside.gates[0].clearance < 0.0 and aside.corridor.margin < 0.0
-    short = flown_margins(stored, flight[: len(flight) // 8])
+    short = find_flown_margins(stored, flight[: len(flight) // 8])
     assert short.gates[0].clearance < -0.5
-    assert flown_margins(write(gates={}, avoid=None), flight).stayed_inside is None
+    assert find_flown_margins(write(gates={}, avoid=None), flight).stayed_inside is None
 
 
 def test_a_stop_is_missed_by_its_distance_outside_of_its_ball_or_box():

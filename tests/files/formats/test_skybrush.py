@@ -10,7 +10,7 @@ from minsnap.errors import FileError
 from minsnap.files.consistency import check_samples
 from minsnap.files.convert import read_samples, resolution_of
 from minsnap.files.formats.bezier_segments import packed, unpacked
-from minsnap.files.formats.cubic_segments import CUBIC, cubic_segments, worst_distance
+from minsnap.files.formats.cubic_segments import CUBIC, as_cubic_segments, worst_distance
 from minsnap.files.formats.skybrush import (
     Lights,
     checksum,
@@ -39,7 +39,7 @@ def remainder(content):
 def test_bytes_are_those_of_the_format():
     up = np.linspace((1.0, 0.0, 0.0), (1.0, 0.0, 3.0), 4)
     along = np.array([(1.0, 0.0, 3.0), (1.5, 0.0, 3.0), (2.0, 0.0, 3.0), (2.0, 0.0, 3.0)])
-    content = skybrush_bytes(cubic_segments(Trajectory(np.stack([up, along]), [2.0, 1.5])))
+    content = skybrush_bytes(as_cubic_segments(Trajectory(np.stack([up, along]), [2.0, 1.5])))
     body = struct.pack("<B4h", 1, 1000, 0, 0, 0) + struct.pack("<BHh", 1 << 4, 2000, 3000)
     body += struct.pack("<BH3h", 2, 1500, 1500, 2000, 2000)
     blocks = struct.pack("<BH", 1, len(body)) + body + struct.pack("<BHB", 2, 1, 0)
@@ -69,22 +69,22 @@ def test_what_is_read_is_within_the_proved_distance(tmp_path, far, scale):
 
 def test_a_finer_tolerance_takes_more_segments():
     path = minsnap.plan(CORNERS, [2.0, 1.5, 2.0])
-    coarse, fine = cubic_segments(path, 0.05), cubic_segments(path, 0.0005)
+    coarse, fine = as_cubic_segments(path, 0.05), as_cubic_segments(path, 0.0005)
     assert len(coarse.points) < len(fine.points) and fine.distance < coarse.distance
 
 
 def test_long_holds_are_split_at_a_minute():
     still = Trajectory(np.tile((1.0, 2.0, 3.0), (1, 8, 1)), [150.0])
-    assert np.diff(cubic_segments(still).breaks).max() <= 60_000
+    assert np.diff(as_cubic_segments(still).breaks).max() <= 60_000
 
 
 def test_a_show_that_is_too_long_says_how_much_fits():
     corners = np.random.default_rng(3).uniform(-3, 3, (900, 3))
     long = minsnap.plan(corners, np.full(899, 1.2))
     with pytest.raises(FileError, match=r"more than a block holds: the first \d+\.\d s of 1078\.8 s fit"):
-        skybrush_bytes(cubic_segments(long, 1e-4))
+        skybrush_bytes(as_cubic_segments(long, 1e-4))
     with pytest.raises(FileError, match="5000 m from the origin, and a show holds 4161 m"):
-        cubic_segments(minsnap.plan([(0, 0, 0), (5000, 0, 0)], [1000.0]))
+        as_cubic_segments(minsnap.plan([(0, 0, 0), (5000, 0, 0)], [1000.0]))
 
 
 def test_the_worst_distance_is_of_what_a_show_holds():

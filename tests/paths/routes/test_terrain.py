@@ -7,7 +7,7 @@ from scipy.interpolate import RegularGridInterpolator
 import minsnap
 from minsnap.errors import FileError, WaypointError
 from minsnap.paths.routes.terrain import Terrain, read_terrain
-from minsnap.paths.routes.terrain_walls import terrain_walls
+from minsnap.paths.routes.terrain_walls import build_terrain_walls
 
 HEAD = "ncols 3\nnrows 2\nxllcorner -5\nyllcorner 0.5\ncellsize 10\nNODATA_value -9999\n"
 
@@ -41,7 +41,7 @@ def test_every_point_of_a_polytope_has_its_height(seed):
     ground, random = hills(seed), np.random.default_rng(seed)
     level = surface(ground)
     points = np.column_stack((random.uniform([10, 80], [480, 550], (4, 2)), random.uniform(90, 130, 4)))
-    walls = terrain_walls(ground, points, 30.0, 220.0)
+    walls = build_terrain_walls(ground, points, 30.0, 220.0)
     touched = 0
     for (a, b), (rows, ends) in zip(zip(points[:-1], points[1:], strict=True), walls.half_spaces, strict=True):
         places = np.linspace(a, b, 200)[:, None] + np.append(
@@ -58,7 +58,7 @@ def test_every_point_of_a_polytope_has_its_height(seed):
 def test_a_plan_is_certified_above_the_ground():
     ground = hills(9)
     points = [(20.0, 100.0, 70.0), (250.0, 300.0, 75.0), (450.0, 200.0, 70.0)]
-    walls = terrain_walls(ground, np.array(points), 30.0)
+    walls = build_terrain_walls(ground, np.array(points), 30.0)
     curve = minsnap.plan(points, corridor=walls, total_time=60.0)
     assert minsnap.certify(curve, corridor=walls).ok
     flown = curve(np.linspace(0.0, 60.0, 4000))
@@ -67,7 +67,7 @@ def test_a_plan_is_certified_above_the_ground():
 
 def test_a_vertical_leg_has_walls_too():
     ground, points = hills(2), np.array([(200.0, 300.0, 90.0), (200.0, 300.0, 140.0)])
-    ((rows, ends),) = terrain_walls(ground, points, 30.0, 200.0).half_spaces
+    ((rows, ends),) = build_terrain_walls(ground, points, 30.0, 200.0).half_spaces
     assert (points @ rows.T < ends).all()
     beside = np.array([(200.0, 300.0), (215.0, 290.0)])
     for height in (29.999, 200.001):
@@ -86,15 +86,15 @@ def test_a_vertical_leg_has_walls_too():
 )
 def test_a_leg_that_cannot_be_is_refused(points, heights, message):
     with pytest.raises(WaypointError, match=message):
-        terrain_walls(hills(1), np.array(points, dtype=float), *heights)
+        build_terrain_walls(hills(1), np.array(points, dtype=float), *heights)
 
 
 def test_unknown_ground_is_refused_where_a_leg_passes_it():
     ground = hills(3)
     ground.heights[20, 20] = np.nan
     with pytest.raises(WaypointError, match=r"leg 0 leads over ground of unknown height, such as at \(150, 220\) m"):
-        terrain_walls(ground, np.array([(100.0, 230.0, 90.0), (300.0, 230.0, 90.0)]), 30.0)
-    assert len(terrain_walls(ground, np.array([(100.0, 300.0, 90.0), (300.0, 300.0, 90.0)]), 30.0)) == 1
+        build_terrain_walls(ground, np.array([(100.0, 230.0, 90.0), (300.0, 230.0, 90.0)]), 30.0)
+    assert len(build_terrain_walls(ground, np.array([(100.0, 300.0, 90.0), (300.0, 300.0, 90.0)]), 30.0)) == 1
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.native.library import Entry, address
+from minsnap.native import Entry, address
 
 LONGEST = 280
 """Bytes of the longest message, a MAVLink 2 message without signature."""

@@ -8,8 +8,8 @@ import tty
 import pytest
 from pymavlink.dialects.v20 import common
 
+from minsnap.flight.mavlink.native_sender import LONGEST, NativeSender
 from minsnap.native.library import core, using
-from minsnap.native.setpoint_sender import LONGEST, NativeSender
 
 pytestmark = pytest.mark.skipif(core().library is None, reason="the native core is not in use")
 

@@ -1,0 +1,14 @@
+from .limits import Limits as Limits
+from .limits import VehicleLimits as VehicleLimits
+from .limits import check_one_speed as check_one_speed
+from .measures import MEASURES as MEASURES
+from .measures import Motion as Motion
+from .ordinary import ORDINARY as ORDINARY
+from .ordinary import completed as completed
+from .ordinary import ordinary_limits as ordinary_limits
+from .ordinary import ordinary_room as ordinary_room
+from .ordinary import written_in_file as written_in_file
+from .uses_over_time import legs_within as legs_within
+from .uses_over_time import uses_at as uses_at
+from .uses_over_time import utilisation_curves as utilisation_curves
+from .utilisation import used_at as used_at

@@ -1,0 +1,10 @@
+from . import build as build
+from .fleet_border import FleetArrays as FleetArrays
+from .fleet_border import NearPairs as NearPairs
+from .fleet_border import near_pairs as near_pairs
+from .half_space_sets import bounding_boxes as bounding_boxes
+from .half_space_sets import inner_balls as inner_balls
+from .library import Entry as Entry
+from .library import address as address
+from .library import core as core
+from .library import describe as describe

@@ -1,0 +1,2 @@
+from .bernstein import basis as basis
+from .bernstein import elevate as elevate
