@@ -15,7 +15,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PINS)
 
 unexport PYTHONDONTWRITEBYTECODE # without compiled files every process of a test would compile the library anew
 
-.PHONY: help demo page embedded cpp test check test-python test-kernels test-interpreter test-install lint docs figures wheels bench clang mutate sanitize clean
+.PHONY: help demo page embedded cpp test check test-library test-python test-kernels test-interpreter test-install lint docs figures wheels bench clang mutate sanitize clean
 
 help: ## these lines
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | while IFS="$$(printf '\t')" read -r name text; do printf '%-21s %s\n' "make $$name" "$$text"; done
@@ -34,6 +34,12 @@ test: $(VENV)/developing ## every test, example and page of documentation, warni
 check: $(VENV)/developing ## the fast part of the tests, within a minute
 	$(CORE)
 	$(QUIET) $(PYTEST) $(PARALLEL) -m "not slow"
+
+# The rooms above `plot` in docs/architecture.rst, without the applications below and without what only these need.
+LIBRARY := basics polynomials native trajectory vehicle corridors limits bounds optimisation durations planning replanning files paths fleet \
+	test_certificate.py test_vehicle_tube.py test_import_order.py
+test-library: $(VENV)/developing ## the quick tests of the library, with all applications hidden
+	PYTHONPATH=tests/helpers $(QUIET) $(PYTEST) $(PARALLEL) -p library_alone -m "not slow" $(addprefix tests/,$(LIBRARY))
 
 test-python: $(VENV)/developing ## the tests of plans once more, by the Python core
 	MINSNAP_CORE=python $(QUIET) $(PYTEST) $(PARALLEL) tests/optimisation tests/trajectory \

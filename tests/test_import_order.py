@@ -6,6 +6,7 @@ import re
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+import library_alone
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -202,6 +203,15 @@ def test_what_an_application_takes_from_inside_a_room_is_seen(tmp_path, code):
     (house / "upper" / "__init__.pyi").write_text("from .first import x as x\n")
     (house / "lower" / "first.py").write_text("from house.upper import x\n")
     assert inner_names(house, ["lower"]) == set() == inner_names(house, ["upper"])
+
+
+def test_the_library_is_tested_without_all_applications():
+    rooms = table()
+    first = rooms.index(FIRST_APPLICATION)
+    assert rooms[first:] == list(library_alone.APPLICATIONS)
+    (tested,) = re.findall(r"^LIBRARY := ((?:.*\\\n)*.*)$", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
+    folders = {name for name in tested.split() if "." not in name} - {"\\"}
+    assert folders == {room for room in rooms[:first] if (ROOT / "tests" / room).is_dir()}
 
 
 def test_no_public_name_is_also_that_of_a_module_beside_it():

@@ -213,12 +213,12 @@ class Deadline:
 
     @property
     def spent(self) -> bool:
-        """Whether so much work is done that what was found is not improved any more."""
+        """Whether so much work is done that a plan that was found is not improved any more."""
         return self.unspent < 0.0
 
     @property
     def late(self) -> bool:
-        """Whether the instant is over."""
+        """Whether the time allowed is over."""
         return self.due < inf and self.clock() > self.due
 
     @property
@@ -257,7 +257,10 @@ class Deadline:
         return not self.late and self.work.done + milliseconds <= self.work.worth
 
     def check(self) -> None:
-        """Raise LateError if the work until the next check would be late, judged by the longest between two so far."""
+        """Raise LateError if the time is over, or will probably be at the next check.
+
+        The next check is taken to be as far away as the longest time between two checks so far.
+        """
         self.require()
         if self.due == inf:
             return

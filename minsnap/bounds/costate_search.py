@@ -60,6 +60,8 @@ def longest_proof(course: PassedCourse, sets: BoundingSets) -> CostateProof | No
     if found is None:
         return None
     proof = _proof(course, sets, found, units.length / units.time**2)
+    # The bound is concave in the costate, whose size the search knows to its tolerance only: a few sizes beside cost
+    # nothing to prove.
     tried = [proof.times(factor) for factor in (1.0, *SETTINGS.factors)]
     return max(tried, key=lambda one: one.seconds()[0])
 
@@ -132,6 +134,8 @@ def _by_places(course: PassedCourse, steps: FloatArray, accelerations: Sets) -> 
 def _by_speed(steps: FloatArray, velocities: Sets, share: FloatArray) -> Begun:
     """Begin with what the speed alone proves; ``share`` (legs,) is that of a leg in which it is reached."""
     squares, most = (steps**2).sum(axis=1), velocities[0].support(steps)
+    # The costate bends while the speed builds up at the ends of a leg and is flat between: four cells within 1.5 times
+    # that share at each end, and two halves between them. Even cells where it takes most of the leg, or no time at all.
     close, even = share[:, None] * np.array([0.0, 0.5, 1.0, 1.5]), np.linspace(0.0, 1.0, SETTINGS.cells + 1)
     graded = np.hstack((close, np.full((len(steps), 1), 0.5), 1.0 - close[:, ::-1]))
     grid = np.where(((share < 0.25) & (share > SETTINGS.least))[:, None], graded, even)
@@ -143,6 +147,8 @@ def _times(steps: FloatArray, accelerations: Sets, velocities: Sets) -> tuple[Fl
     lengths = np.sqrt((steps**2).sum(axis=1))
     along = steps / lengths[:, None]
     acceleration, speed = _along(accelerations, along), _along(velocities, along)
+    # From rest to rest a leg takes L/V where the speed is reached, and of the order of sqrt(L/A) where it is not: the
+    # root of the sum of squares is near the larger of the two. Only the scale of the search depends on it.
     return np.sqrt((lengths / speed) ** 2 + lengths / acceleration), speed / acceleration
 
 

@@ -221,6 +221,8 @@ class TimeSearch:
     def open(self, seed: int, kind: int, bound: float) -> Certified | None:
         """Find first certified curves from a guess, at ever longer times; None if there are none."""
         search = self.search_of(TIMES.coarse)
+        # Long times are easy: vehicles have room to bend around each other. The first that is certified begins the
+        # descent in `shorten`; what was learnt at a time that failed (the multipliers) is of no use at a longer one.
         for opening in TIMES.openings:
             self.nearest = self.attempt(search, self.opening(seed, kind, opening * bound), opening * bound, FIRST)
             if self.nearest.certified is not None or self.stopped():
@@ -240,6 +242,8 @@ class TimeSearch:
             if time >= best.time * (1.0 - 0.2 * end):
                 break
             self.nearest = self.attempt(search, self.at_time(best.curves, time), time, settings)
+            # An attempt may succeed and still gain less than was aimed at, since certifying stretches time until all
+            # limits are kept. The share grows only where most of the aim was gained, and is halved otherwise.
             certified, aim = self.nearest.certified, best.time - time
             gain = best.time - certified.time if certified is not None else 0.0
             if certified is not None and gain > 0.0:

@@ -106,6 +106,8 @@ class Contradiction:
         take away from the contradiction.  Late, LateError is raised.
         """
         multipliers = self.multipliers
+        # Multipliers come from an interior point in doubles, so their sum of rows is not quite free of the curve. One
+        # least-squares step removes most of what is left; a step that does not halve it has reached the doubles' end.
         for alone in (True, False) if self.free.any() else (False,):
             before: Fraction | None = None
             for _ in range(5):
@@ -151,6 +153,8 @@ class Contradiction:
 
         LateError is raised after the deadline: twelve legs of three coordinates take half a second.
         """
+        # Gauss in exact fractions. Each row also carries, at the key (-1, number, 0), of which rows it is the sum. A
+        # row in which no unknown is left says 0 <= side: a contradiction if side < 0, by the multipliers it carries.
         pivots: dict[Unknown, dict[Unknown, Fraction]] = {}
         for number, (row, _) in enumerate(self.rows):
             left = {**row, (-1, number, 0): Fraction(1)}  # with the multipliers of which it is the sum, at no knot
@@ -185,8 +189,11 @@ class Contradiction:
         matrix, free = self.matrix[:, chosen], self.free[chosen]
         right = -np.array([float(left.get(place, 0) * self.largest(place)) for place in self.places])
         weights, sizes = np.abs([float(multipliers[row]) for row in chosen.tolist()]), np.linalg.norm(matrix, axis=0)
+        # A row counts relative to its multiplier, so that small ones stay positive. Multipliers that may have any sign,
+        # of continuity and planes, may be zero now: they are weighed by the size of their row instead.
         weights[free] = (1.0 if alone else (weights * sizes).max()) / np.where(sizes, sizes, 1.0)[free]
         matrix *= weights
+        # One more equation: the steps must not change the sum of the bounds, which is the contradiction itself.
         if side < 0 and not alone:
             bounds = weights * [float(bound) for _, bound in self.rows]
             bounds *= np.abs(matrix).max() / np.abs(bounds).max()
@@ -231,6 +238,8 @@ class Contradiction:
 
     def largest(self, place: Unknown) -> Fraction:
         """Largest value of a free derivative of the curves that are ruled out."""
+        # Derivative q of a polynomial of degree n on [0, T] is at most n!/(n - q)! / T^q times the largest difference
+        # of its control points (Bernstein form). Those beyond a billion legs are not ruled out, nor are they flown.
         knot, slot, _ = place
         order, T = int(self.task.slots.order[slot]), self.durations
         longest = max(float(T[max(knot - 1, 0)]), float(T[min(knot, len(T) - 1)]))

@@ -105,6 +105,8 @@ class _Search:
 
     def _settle(self) -> None:
         """Give up parts that reach no higher than their group, or seem to than their polynomial, rounding left out."""
+        # A part is done when its upper bound is no higher than what its group attains. The second test is for rounding:
+        # where a polynomial is flat at its top, no cut brings bound and value together, but the points already agree.
         bound, seeming = self._hull(), (self.parts.points - 3.0 * self.parts.errors).max(axis=1)
         settled = _as_good(self.values[self.group], bound) | _as_good(self.own[self.row], seeming)
         np.maximum.at(self.bounds, self.group[settled], bound[settled])
@@ -113,6 +115,8 @@ class _Search:
 
     def _attain_ends(self, width: float) -> None:
         """Raise the value of each group, and of each polynomial, to the largest at the ends of its parts."""
+        # The first and last control point of a part are values of the curve, less their rounding: what is found here is
+        # attained, and only ever raised. The hull of all control points bounds the maximum from above.
         lower = below(self.parts.points[:, [0, -1]], self.parts.errors[:, [0, -1]])
         last = lower[:, 1] > lower[:, 0]
         values, where = np.where(last, lower[:, 1], lower[:, 0]), self.low + width * last
@@ -126,6 +130,8 @@ class _Search:
         """Replace the parts by theirs; the matrix's entries are rounded once, and its rows are convex combinations."""
         points, matrix = self.parts.points, subdivision(self.parts.points.shape[1] - 1, PARTS).T
         count = points.shape[1]
+        # A new point is a convex combination of `count` old ones: it inherits their errors in the same shares, and each
+        # of its products and sums, and the matrix's entry, rounds once more. Ends of the old part stay as they are.
         errors = (self.parts.errors + (count + 2) * UNIT * np.abs(points)) @ matrix
         errors = errors.reshape(-1, PARTS, count)
         errors[:, 0, 0], errors[:, -1, -1] = self.parts.errors[:, 0], self.parts.errors[:, -1]
@@ -189,7 +195,10 @@ class CurveParts(NamedTuple):
 
 
 def halved_to_like_sizes(*curves: FloatArray) -> CurveParts:
-    """Halve curves where the first one nearly vanishes, so that rounding of its large values hides no small ones."""
+    """Halve curves until the first one has values of like size on each part.
+
+    Where it nearly vanishes inside a part, the rounding of its large values there would be larger than the small ones.
+    """
     count, done = len(curves[0]), []
     rest = CurveParts([*curves], np.arange(count), np.zeros(count), np.ones(count))
     for halving in range(HALVING.times + 1):
@@ -238,6 +247,8 @@ def largest_ratio(top: FloatArray, bottom: FloatArray, largest: Maximum = maximu
         _, row, where = largest(top - trial * bottom)
         weights = basis(top.shape[1] - 1, np.array([where]))[0]
         p, q = float(weights @ top[row]), float(weights @ bottom[row])
+        # p/q never falls from one trial to the next. Where it no longer rises by more than rounding, the maximum of
+        # p - t q is zero to rounding, and the trial is the largest ratio.
         ratio = p / q if q > 0.0 else np.inf
         if not ratio > trial + 4.0 * np.finfo(np.float64).eps * abs(trial):
             return max(ratio, trial), row, where
