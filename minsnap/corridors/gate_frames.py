@@ -7,31 +7,32 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_distance, check_positive
 from minsnap.basics.tolerances import EXACT
-from minsnap.corridors.gates import Gate
 from minsnap.corridors.prism import Prism
 from minsnap.errors import WaypointError
 
 
-def bars_of(gate: Gate, bar: float, depth: float, clearance: float) -> tuple[Prism, ...]:
-    """Return the bars of a gate, larger by a clearance on all sides; see :meth:`Gate.frame`."""
+def bars_of(
+    center: FloatArray, normal: FloatArray, corners: FloatArray, bar: float, depth: float, clearance: float
+) -> tuple[Prism, ...]:
+    """Return the bars of a gate, larger by a clearance on all sides; see :meth:`minsnap.Gate.frame`."""
     wide = check_positive("the bar of a frame", bar, "m", WaypointError)
     deep = check_positive("the depth of a frame", depth, "m", WaypointError)
     room = check_distance("the clearance of a frame", clearance, WaypointError)
-    sides = np.roll(gate.corners, -1, axis=0) - gate.corners if len(gate.center) == 3 else np.zeros((0, 3))
+    sides = np.roll(corners, -1, axis=0) - corners if len(center) == 3 else np.zeros((0, 3))
     across, up = (sides[0], sides[1]) if len(sides) == 4 else (np.zeros(3), np.zeros(3))
-    upright = abs(gate.normal[-1]) <= EXACT and abs(across[-1]) <= EXACT * np.linalg.norm(across)
-    level = np.linalg.norm(gate.normal[:-1]) <= EXACT
+    upright = abs(normal[-1]) <= EXACT and abs(across[-1]) <= EXACT * np.linalg.norm(across)
+    level = np.linalg.norm(normal[:-1]) <= EXACT
     if len(sides) != 4 or np.linalg.norm(across) == 0.0 or abs(across @ up) > EXACT * (across @ across):
         raise WaypointError("a frame is known of rectangular gates in space: give the obstacles around this one")
     if not (upright or level):
         raise WaypointError("a frame is known of gates that stand upright or lie level: give the obstacles around it")
     half = np.array([np.linalg.norm(across), np.linalg.norm(up)]) / 2.0
-    axes = np.stack([across / (2.0 * half[0]), up / (2.0 * half[1]), gate.normal])
+    axes = np.stack([across / (2.0 * half[0]), up / (2.0 * half[1]), normal])
     inner, outer = half - room, half + wide + room
     thick = deep / 2.0 + room
     (x, y), (u, v) = inner.tolist(), outer.tolist()
     boxes = [((-u, -v), (-x, v)), ((x, -v), (u, v)), ((-u, -v), (u, -y)), ((-u, y), (u, v))]
-    return tuple(_bar(gate.center, axes, (*low, -thick), (*high, thick)) for low, high in boxes)
+    return tuple(_bar(center, axes, (*low, -thick), (*high, thick)) for low, high in boxes)
 
 
 def _bar(center: FloatArray, axes: FloatArray, low: tuple[float, ...], high: tuple[float, ...]) -> Prism:

@@ -231,7 +231,7 @@ class Gate(ReadOnly):
         """
         from minsnap.corridors.gate_frames import bars_of
 
-        return bars_of(self, bar, bar if depth is None else depth, clearance)
+        return bars_of(self.center, self.normal, self.corners, bar, bar if depth is None else depth, clearance)
 
     @classmethod
     def _of(cls, *fields: Any) -> Gate:
