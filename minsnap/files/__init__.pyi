@@ -1,3 +1,7 @@
+from . import USUAL_TOPICS as USUAL_TOPICS
+from . import BagTopics as BagTopics
+from . import is_bag as is_bag
+from . import is_flight as is_flight
 from .autopilot_logs import write_ulog as write_ulog
 from .consistency import AxisFigures as AxisFigures
 from .consistency import ConsistencyReport as ConsistencyReport

@@ -1,3 +1,4 @@
+from . import SURVEY as SURVEY
 from . import missions as missions
 from . import routes as routes
 from . import shapes as shapes

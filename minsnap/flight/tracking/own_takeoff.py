@@ -6,7 +6,7 @@ import numpy as np
 
 from minsnap.flight.mavlink.setpoints import ALLOWED
 from minsnap.flight.mavlink.stream_options import STREAM
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory import Samples
 
 
 def joins_at(reference: Samples) -> float:
