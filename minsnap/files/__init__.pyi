@@ -1,8 +1,5 @@
-from . import USUAL_TOPICS as USUAL_TOPICS
-from . import BagTopics as BagTopics
-from . import is_bag as is_bag
-from . import is_flight as is_flight
 from .autopilot_logs import write_ulog as write_ulog
+from .bags.bag_storage import is_bag as is_bag
 from .consistency import AxisFigures as AxisFigures
 from .consistency import ConsistencyReport as ConsistencyReport
 from .consistency import Membership as Membership
@@ -24,6 +21,9 @@ from .fences import read_fence as read_fence
 from .flight_log import FlightLog as FlightLog
 from .flight_log import InertialLog as InertialLog
 from .flights import ENDINGS as ENDINGS
+from .flights import USUAL_TOPICS as USUAL_TOPICS
+from .flights import BagTopics as BagTopics
+from .flights import is_flight as is_flight
 from .flights import load_flight as load_flight
 from .flights import load_log as load_log
 from .flights import load_reference as load_reference

@@ -104,6 +104,7 @@ class BagTopics:
 
 
 USUAL_TOPICS = BagTopics()
+"""The only topics of their kinds that a bag has."""
 
 
 def load_flight(

@@ -250,7 +250,16 @@ def _add_thrust(table: FloatArray, values: Mapping[str, float], gravity: float) 
 
 
 def trapezoid(way: float, speed: float, acceleration: float) -> float:
-    """Return the least time from rest to rest over a way [s]."""
+    """Return the least time from rest to rest over a way [s].
+
+    Raises
+    ------
+    FleetError
+        If a number is none, or the speed or the acceleration not positive.
+    """
+    real = all(isinstance(one, (int, float)) for one in (way, speed, acceleration))
+    if not real or not min(speed, acceleration) > 0.0:
+        raise FleetError(f"give a way [m], and a speed and an acceleration above 0, not {shown((speed, acceleration))}")
     if acceleration == inf:
         return way / speed
     if speed == inf or way * acceleration < speed * speed:

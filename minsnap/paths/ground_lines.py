@@ -1,8 +1,8 @@
 """Lines of a survey that follow the ground: straight as seen from above, and within a distance of a height over it.
 
 A line is divided into legs whose ends are at the height over the ground. Each leg stays between a floor and a ceiling,
-planes as steep as itself (:func:`minsnap.paths.routes.terrain_walls.terrain_walls`), at every instant; its horizontal
-part is a polynomial of degree 1.
+planes as steep as itself (:func:`minsnap.paths.routes.terrain_walls.build_terrain_walls`), at every instant; its
+horizontal part is a polynomial of degree 1.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from minsnap.certificate import certify
 from minsnap.errors import InfeasibleError, ShapeError, WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.paths.routes.terrain import Terrain
-from minsnap.paths.routes.terrain_walls import terrain_walls
+from minsnap.paths.routes.terrain_walls import build_terrain_walls
 from minsnap.planning.planner import plan
 from minsnap.polynomials.bernstein import subdivision
 from minsnap.trajectory.trajectory import Trajectory
@@ -128,7 +128,7 @@ class GroundLines:
 
     def _walls(self, points: FloatArray, share: float) -> Any:
         room = share * self.within
-        return terrain_walls(self.terrain, points, self.height - room, self.height + room, GROUND.beside)
+        return build_terrain_walls(self.terrain, points, self.height - room, self.height + room, GROUND.beside)
 
     def _ground(self, places: FloatArray) -> FloatArray:
         """Return the height of the ground at places (n, 2), bilinear between those of the grid [m]."""

@@ -58,6 +58,7 @@ class SurveySettings:
 
 
 SURVEY = SurveySettings()
+"""The usual ones."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from html import escape
 
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FileError
-from minsnap.plot.figures import picture, table, verdict, write_page
+from minsnap.plot.figures import picture, table, verdict
 from minsnap.plot.style import Figure
 
 SHORT = 14
@@ -92,13 +92,3 @@ def check_page_name(path: FileName) -> str:
     if suffix not in ENDINGS:
         raise FileError(f"{path} does not end in .html or .pdf: a report is written as one of these")
     return suffix
-
-
-def write_parts(path: FileName, title: str, parts: Sequence[Part], *, clobber: bool = True) -> None:
-    """Write a page, as PDF or HTML by the ending of its name, in one atomic step."""
-    if check_page_name(path) == ".pdf":
-        from minsnap.plot.pdf_pages import write_pdf
-
-        write_pdf(path, title, parts, clobber=clobber)
-    else:
-        write_page(path, title, [part.html() for part in parts], clobber=clobber)

@@ -17,7 +17,8 @@ from minsnap.files.formats import STEP_TIME
 from minsnap.fleet import FleetCertificate, Separation, certify_fleet, extent_of
 from minsnap.limits import Limits
 from minsnap.plot.fleet_figures import plot_fleet, plot_homes, plot_separation
-from minsnap.plot.pages import Drawing, Note, Part, Signature, Table, Verdict, write_parts
+from minsnap.plot.page_files import write_parts
+from minsnap.plot.pages import Drawing, Note, Part, Signature, Table, Verdict
 from minsnap.shows.energy import PowerModel, aloft
 from minsnap.shows.failures import SINKS, Failures
 from minsnap.shows.file_limits import largest_step

@@ -138,7 +138,7 @@ def readers():
     from minsnap.batch.spec import read_spec
     from minsnap.files.convert import read_any
     from minsnap.files.request_yaml import read_request
-    from minsnap.paths.routes.terrain import read_terrain
+    from minsnap.paths.routes import read_terrain
     from minsnap.studio.ground_view import read_obstacles
     from minsnap.vehicle import read_vehicle
 

@@ -10,7 +10,8 @@ import pytest
 import minsnap
 from minsnap.basics.arrays import GRAVITY
 from minsnap.cli.app import main
-from minsnap.plot.pages import Note, Signature, Table, Verdict, write_parts
+from minsnap.plot.page_files import write_parts
+from minsnap.plot.pages import Note, Signature, Table, Verdict
 from minsnap.shows.energy import AIR, PowerModel
 from minsnap.shows.show_yaml import read_show
 

@@ -9,6 +9,6 @@ from .plan_route import Route as Route
 from .plan_route import plan_through as plan_through
 from .surroundings import corridor as corridor
 from .terrain import Terrain as Terrain
-from .terrain import read_terrain as read_terrain
+from .terrain_files import read_terrain as read_terrain
 from .terrain_walls import BESIDE as BESIDE
 from .terrain_walls import build_terrain_walls as build_terrain_walls

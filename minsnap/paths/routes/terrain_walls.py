@@ -6,8 +6,9 @@ from math import sqrt
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import check_kind, check_waypoints
+from minsnap.basics.arrays import FloatArray, numbers
+from minsnap.basics.checks import check_kind
+from minsnap.basics.messages import shown
 from minsnap.corridors.half_spaces import Polytopes
 from minsnap.errors import WaypointError
 from minsnap.paths.routes.terrain import Terrain
@@ -43,7 +44,10 @@ def build_terrain_walls(
         If a leg leads where the ground is not known, or is too low or too high above it; says where.
     """
     check_kind("the ground", ground, Terrain, "what read_terrain returns")
-    points = check_waypoints(points)
+    rows = numbers(points, copy=False)
+    if rows is None or rows.ndim != 2 or rows.shape[1] != 3:
+        raise WaypointError(f"waypoints over the ground are {shown(points)}: give an array (n, 3) [m]")
+    points = rows
     legs = zip(points[:-1], points[1:], strict=True)
     return Polytopes([_leg_walls(ground, leg, a, b, above, below, beside) for leg, (a, b) in enumerate(legs)])
 

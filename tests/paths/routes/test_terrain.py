@@ -6,7 +6,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 import minsnap
 from minsnap.errors import FileError, WaypointError
-from minsnap.paths.routes.terrain import Terrain, read_terrain
+from minsnap.paths.routes import Terrain, read_terrain
 from minsnap.paths.routes.terrain_walls import build_terrain_walls
 
 HEAD = "ncols 3\nnrows 2\nxllcorner -5\nyllcorner 0.5\ncellsize 10\nNODATA_value -9999\n"
