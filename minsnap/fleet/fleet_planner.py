@@ -21,7 +21,7 @@ from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.common_clock import Fleet, FleetReport, Separation, checked_names
 from minsnap.fleet.first_guess import one_curve
 from minsnap.fleet.fleet_certificate import fleet_fault
-from minsnap.fleet.fleet_task import FleetTask, check_task, refuse_meetings, way_of
+from minsnap.fleet.fleet_task import FleetTask, apart_at_knots, check_task, meeting_at, refuse_meetings, way_of
 from minsnap.fleet.time_search import LAST, TIMES, WARM, Certified, TimeSearch, flown, unproved_fleet
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.path import Path
@@ -124,6 +124,7 @@ def plan_fleet(
     _check_time(task, total_time)
     task = task if total_time is None else replace(task, total_time=float(total_time))
     count = _pieces_of(task, pieces)
+    task = apart_at_knots(task, count) if pieces == "auto" else task
     refuse_meetings(task, count)
     workers = check_threads(threads, FleetError)
     given = _headings(task, yaw), checked_names(names, len(task) + len(task.fixed))
@@ -265,8 +266,9 @@ def _knots_that_suit(task: FleetTask, least: int) -> int:
     """Return how many pieces let all vehicles pass their waypoints about when each does alone, and no more."""
     stretches = {}
     for count in range(least, MOST_KNOTS + 1):
-        with suppress(FleetError):  # the holds leave too few pieces, or two pass places too near at one knot
-            refuse_meetings(task, count)
+        with suppress(FleetError):  # the holds leave too few pieces
+            if meeting_at(task, count) is not None:
+                continue
             stretches[count] = task.stretch_of(count) * (1.0 + PIECE_COST * count)
     return min(stretches, key=stretches.__getitem__) if stretches else least
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import cos, inf, sin
 from typing import Any
@@ -67,6 +67,8 @@ class FleetTask:
         Of each vehicle: how long it rests at its waypoints at least [s]; empty for none.
     total_time : float or None
         Of all [s].
+    later : tuple of (int, int)
+        Vehicles and waypoints that are passed a knot later than alone, once for each time that they stand here.
     """
 
     waypoints: tuple[FloatArray, ...]
@@ -79,6 +81,7 @@ class FleetTask:
     corridors: tuple[Boxes | None, ...] = ()
     holds: tuple[FloatArray | None, ...] = ()
     total_time: float | None = None
+    later: tuple[tuple[int, int], ...] = ()
 
     def __len__(self) -> int:
         return len(self.waypoints)
@@ -155,7 +158,8 @@ class FleetTask:
         instants, knots = knot_shares(pieces), [(0, int(np.searchsorted(knot_shares(pieces), holds[0] - 1e-12)))]
         for index in range(1, len(points)):
             least, most = knots[-1][1] + 1, pieces - (len(points) - 1 - index)
-            arrives = min(max(int(np.argmin(np.abs(instants - way[index] - holds[:index].sum()))), least), most)
+            alone = int(np.argmin(np.abs(instants - way[index] - holds[:index].sum())))
+            arrives = min(max(alone + self.later.count((vehicle, index)), least), most)
             leaves = int(np.searchsorted(instants, instants[arrives] + holds[index] - 1e-12))
             knots.append((arrives, leaves))
         last = int(np.searchsorted(instants, 1.0 - holds[-1] + 1e-12, side="right")) - 1
@@ -394,23 +398,43 @@ def _refuse_near(task: FleetTask, points: list[FloatArray], what: str) -> None:
             )
 
 
-def refuse_meetings(task: FleetTask, pieces: int) -> None:
-    """Refuse the first two vehicles whose waypoints are passed at one instant, nearer than their separation."""
+def meeting_at(task: FleetTask, pieces: int) -> tuple[tuple[int, int], tuple[int, int], float] | None:
+    """Return the first two vehicles and waypoints passed at one knot nearer than the separation, and their gap [m]."""
+    if task.separation is None:
+        return None
     passed: dict[int, list[tuple[int, int]]] = {}
     for vehicle in range(len(task)):
         for index, (arrives, leaves) in enumerate(task.knots_of(vehicle, pieces)[1:-1].tolist(), 1):
             for knot in range(arrives, leaves + 1):
                 passed.setdefault(knot, []).append((vehicle, index))
-    if task.separation is None:
-        return
     for meeting in passed.values():
         for (one, i), (two, j) in combinations(meeting, 2):
             gap = task.separation.flat(task.waypoints[one][i] - task.waypoints[two][j])
             away = float(np.sqrt((gap**2).sum()))
             if away < (1.0 - EXACT) * (task.radii[one] + task.radii[two]):
-                text = f"waypoint {i} of vehicle {one} and waypoint {j} of vehicle {two} are passed at one instant"
-                advice = "move one, or give one of the vehicles another waypoint before it"
-                raise FleetError(f"{text}, {away:.4g} m apart: {advice}", pair=(one, two))
+                return (one, i), (two, j), away
+    return None
+
+
+def refuse_meetings(task: FleetTask, pieces: int) -> None:
+    """Refuse the first two vehicles whose waypoints are passed at one instant, nearer than their separation."""
+    meeting = meeting_at(task, pieces)
+    if meeting is not None:
+        (one, i), (two, j), away = meeting
+        text = f"waypoint {i} of vehicle {one} and waypoint {j} of vehicle {two} are passed at one instant"
+        advice = "move one, or give one of the vehicles another waypoint before it"
+        raise FleetError(f"{text}, {away:.4g} m apart: {advice}", pair=(one, two))
+
+
+def apart_at_knots(task: FleetTask, pieces: int) -> FleetTask:
+    """Return the task with waypoints passed a knot later, until no two vehicles are too near at one, if that helps."""
+    tried = task
+    for _ in range(pieces):
+        meeting = meeting_at(tried, pieces)
+        if meeting is None:
+            return tried
+        tried = replace(tried, later=(*tried.later, meeting[1]))
+    return task
 
 
 def _refuse_starts(task: FleetTask) -> None:
