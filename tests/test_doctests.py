@@ -6,6 +6,7 @@ import doctest
 import importlib
 import pkgutil
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,15 @@ import pytest
 import minsnap
 
 ROOT = Path(__file__).parents[1]
-MODULES = [module.name for module in pkgutil.walk_packages(minsnap.__path__, "minsnap.")]
+EXTRAS = {"minsnap.torch": "torch"}
+"""Rooms that are imported with a package beside only."""
+
+MODULES = [module.name for module in pkgutil.walk_packages(minsnap.__path__, "minsnap.", onerror=lambda name: None)]
+MODULES = [
+    name
+    for name in MODULES
+    if all(find_spec(extra) for room, extra in EXTRAS.items() if f"{name}.".startswith(f"{room}."))
+]
 OPTIONS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
 

@@ -118,6 +118,10 @@ class Work:
     known: tuple[tuple[Any, Any], ...] = ()
     remembers: bool = True
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the searches out: they hold memory of the native core."""
+        return {**vars(self), "known": ()}
+
     @property
     def enough(self) -> float:
         """Work from which on what was found is not improved any more."""

@@ -24,7 +24,7 @@ Triple = tuple[float, float, float]
 VEHICLE_HELP = "f330, crazyflie, px4-sih, or a YAML file."
 
 READABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet, .ulg, .bin, .mcap or .db3"
-WRITABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet, .npy; missions: .plan, .waypoints, .kml, .kmz"
+WRITABLE = ".csv, .json, .yaml, .npz, .traj, .skyb, .parquet, .npy, .lua; missions: .plan, .waypoints, .kml, .kmz"
 FORMATS = "setpoints, crazyflie, crazyflie-compressed, mav, polynomials, multidof, px4, skybrush, npz, parquet, "
 FORMATS += "qgroundcontrol, ardupilot, ardupilot-lua, kml, dji or litchi"
 """As :func:`minsnap.files.file_formats` has them, which is too slow to import for a help."""

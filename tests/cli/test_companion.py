@@ -95,7 +95,7 @@ def test_the_end_of_the_process_is_that_of_the_orders_and_is_said(ends, capsys):
 
 def test_an_answer_that_no_datagram_holds_ends_nothing():
     """It used to end the process that reads orders."""
-    lines = OrderLines(None)
+    lines = OrderLines(None, printed=True)
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as orders,
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
@@ -106,7 +106,7 @@ def test_an_answer_that_no_datagram_holds_ends_nothing():
         lines._socket = orders
         for answer in ("x" * 70000, "ok"):
             sender.sendto(b"stop", orders.getsockname())
-            lines.take(lambda line, answer=answer: answer)
+            lines.take(lambda asked, answer=answer: [answer])
         assert sender.recv(100) == b"ok"
 
 
@@ -114,22 +114,22 @@ def test_lines_are_answered_one_by_one_however_they_come(capfd, monkeypatch):
     import os
 
     out, into = os.pipe()
-    lines = OrderLines(None)
+    lines = OrderLines(None, printed=True)
     monkeypatch.setattr(OrderLines, "fileno", lambda self: out)
     os.write(into, b"stop\n\nfin")
-    lines.take(str.upper)
+    lines.take(lambda asked: map(str.upper, asked))
     os.write(into, b"ish")
     os.close(into)
-    lines.take(str.upper)
-    lines.take(str.upper)
+    lines.take(lambda asked: map(str.upper, asked))
+    lines.take(lambda asked: map(str.upper, asked))
     os.close(out)
     assert capfd.readouterr().out.split() == ["STOP", "FINISH"] and lines.over
 
 
 def test_a_port_that_cannot_be_listened_on_is_told():
     for port in ("a:b", "999999", "8.8.8.8:5"):
-        with pytest.raises(InputError, match="cannot listen for orders"):
-            Listening(None, None, None, port).open()
+        with pytest.raises(InputError, match=f"cannot listen on {port}"):
+            Listening(None, None, port=port).open()
 
 
 def test_the_bar_says_phase_time_and_error():

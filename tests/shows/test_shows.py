@@ -196,8 +196,8 @@ def test_a_report_replaces_neither_the_show_nor_its_files(show_file, tmp_path, c
     show_file.write_text(SHOW.partition("  - {name: wheel")[0])
     for page in (show_file, tmp_path / "out" / "traj1.csv", tmp_path / "out" / "manifest.json"):
         assert run("fleet", show_file, "-o", tmp_path / "out", "--report", page) == 2
-        assert f"{page} is the file that is read" in capsys.readouterr().err
-    assert len(read_fleet(tmp_path / "out")) == 6 and len(read_show(show_file).acts) == 1
+        assert f"{page} does not end in .html or .pdf" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists() and len(read_show(show_file).acts) == 1
 
 
 def test_a_flight_that_is_refused_is_named(show_file):

@@ -9,7 +9,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError
-from minsnap.files.convert import formats, write_any
+from minsnap.files.convert import file_formats, write_any
 from minsnap.files.formats.missions import MAKERS, write_mission
 from minsnap.files.geodesy import local_positions
 from minsnap.files.geodetic_missions import read_mission
@@ -70,7 +70,7 @@ def test_what_is_written_is_read_back_where_it_was(tmp_path, name):
     if name != "kml":
         assert mission.speeds == pytest.approx(expected.speeds, rel=0.02)
     assert apart(mission.points, PATH) <= 0.505
-    assert formats()[name].geodetic
+    assert file_formats()[name].geodetic
 
 
 def test_the_first_item_takes_off_and_a_path_to_the_ground_lands(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image, TiffImagePlugin, features
 
 from minsnap.errors import FileError
-from minsnap.paths.routes.terrain import read_terrain
+from minsnap.paths.routes import read_terrain
 
 HEIGHTS = np.round(100.0 * np.sin(np.arange(35 * 23).reshape(35, 23) ** 1.3), 2).astype(np.float32)
 SCALE, TIE = (10.0, 10.0, 0.0), (0.0, 0.0, 0.0, 500000.0, 5400000.0, 0.0)
