@@ -1,6 +1,7 @@
 """Plugin of pytest (``-p library_alone``): the library as it is where its applications are not installed.
 
-What a test imports of an application skips the test, which then is none of the library. What the library imports of one
+What a test, or a script of the repository that it runs, imports of an application skips the test, which then is none
+of the library. What the library imports of one
 is not found, so that the test fails.
 """
 
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-TESTS = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 APPLICATIONS = ("plot", "shows", "flight", "batch", "studio", "cli")
 """The rooms from ``plot`` on in docs/architecture.rst, as ``tests/test_import_order.py`` holds."""
 
@@ -35,7 +36,9 @@ class Hidden(MetaPathFinder):
         ):
             frame = frame.f_back
         asking = "" if frame is None else frame.f_code.co_filename
-        if Path(asking).is_relative_to(TESTS) or (frame is not None and frame.f_code.co_name == DOOR):
+        if (Path(asking).is_relative_to(ROOT) and not Path(asking).is_relative_to(ROOT / "minsnap")) or (
+            frame is not None and frame.f_code.co_name == DOOR
+        ):
             pytest.skip(f"{fullname} is an application", allow_module_level=True)
         raise ModuleNotFoundError(f"No module named {fullname!r}: the library is alone", name=fullname)
 
