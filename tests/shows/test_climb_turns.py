@@ -53,7 +53,7 @@ def test_groups_climb_in_turn_and_are_proved_apart():
 
 def test_leaving_earlier_would_be_too_near():
     show = dense()
-    early = replace(show.turns, below=0.6 * show.turns.below)
+    early = replace(show.turns, below=0.9 * show.turns.below)
     assert not minsnap.certify_fleet(early.climbs(show.home, show.flown_limits), show.separation).ok
 
 

@@ -86,8 +86,8 @@ private:
         return longest > 0.0 ? longest : 1e-3 + length;
     }
 
-    // Length just long enough for the same profile to reach the limit on the speed: what is large on longer legs is so there, not on their average. A
-    // price brings its own smoothness, and limits at instants bind where a curve is rough.
+    // Four times the length just long enough for the same profile to reach the limit on the speed: a leg that is longer mostly cruises, and what is large
+    // on it is so on its ramps, not on its average. A price brings its own smoothness, and limits at instants bind where a curve is rough.
     double cruising() const {
         constexpr double infinite = 1e300;
         if (request_.limits > 0 || request_.price > 0.0 || request_.norms[0] >= infinite) return infinite;
@@ -96,7 +96,7 @@ private:
             if (request_.norms[q - 1] < infinite)
                 duration = std::max(
                     duration, exponential(logarithm(peaks[q - 1] * request_.norms[0] / (peaks[0] * request_.norms[q - 1])) / (q - 1)));
-        return duration > 0.0 ? request_.norms[0] * duration / peaks[0] : infinite;
+        return duration > 0.0 ? 4.0 * request_.norms[0] * duration / peaks[0] : infinite;
     }
 
     void prepare() {
