@@ -193,11 +193,16 @@ def test_the_folder_of_a_show_is_no_file(show_file, tmp_path, capsys):
 
 def test_a_report_replaces_neither_the_show_nor_its_files(show_file, tmp_path, capsys):
     """The page took the place of the show, or of the files that it had proved."""
-    show_file.write_text(SHOW.partition("  - {name: wheel")[0])
-    for page in (show_file, tmp_path / "out" / "traj1.csv", tmp_path / "out" / "manifest.json"):
-        assert run("fleet", show_file, "-o", tmp_path / "out", "--report", page) == 2
-        assert f"{page} does not end in .html or .pdf" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists() and len(read_show(show_file).acts) == 1
+    show = tmp_path / "show.html"
+    show.write_text(SHOW.partition("  - {name: wheel")[0])
+    for page, said in (
+        (show, "is the file that is read"),
+        (tmp_path / "out" / "traj1.csv", "does not end in .html or .pdf"),
+        (tmp_path / "out" / "manifest.json", "does not end in .html or .pdf"),
+    ):
+        assert run("fleet", show, "-o", tmp_path / "out", "--report", page) == 2
+        assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists() and len(read_show(show).acts) == 1
 
 
 def test_a_flight_that_is_refused_is_named(show_file):
