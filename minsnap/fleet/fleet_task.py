@@ -25,6 +25,7 @@ from minsnap.durations.recovery import RECOVERY
 from minsnap.errors import FleetError, InfeasibleError, SolverError, TimingError, WaypointError
 from minsnap.fleet.common_clock import Fleet, Separation, as_separation
 from minsnap.limits.limits import Limits, check_one_speed
+from minsnap.limits.trapezoid import trapezoid_time
 from minsnap.native.joint_fleet import KINDS, ORDERS
 from minsnap.planning.planner import plan
 from minsnap.trajectory.path import Path
@@ -264,11 +265,7 @@ def trapezoid(way: float, speed: float, acceleration: float) -> float:
     real = all(isinstance(one, (int, float)) for one in (way, speed, acceleration))
     if not real or not min(speed, acceleration) > 0.0:
         raise FleetError(f"give a way [m], and a speed and an acceleration above 0, not {shown((speed, acceleration))}")
-    if acceleration == inf:
-        return way / speed
-    if speed == inf or way * acceleration < speed * speed:
-        return float(2.0 * np.sqrt(way / acceleration))
-    return way / speed + speed / acceleration
+    return trapezoid_time(way, speed, acceleration)
 
 
 def limits_of(limits: Any, vehicles: int) -> list[Limits]:

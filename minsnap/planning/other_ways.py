@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from math import sqrt
+from math import inf
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.limits.limits import Limits
+from minsnap.limits.trapezoid import trapezoid_time
 from minsnap.trajectory.trajectory import Trajectory
 
 Search = Callable[[BoolArray], FloatArray | None]
@@ -46,13 +47,9 @@ def least_by_length(way: FloatArray, limits: Limits) -> float:
     steps = np.abs(np.diff(way, axis=0))
     length = float((steps.max(axis=1) if limits.norm == "axis" else np.linalg.norm(steps, axis=1)).sum())
     speed, acceleration = (
-        value if isinstance(value, float | int) else None for value in (limits.speed, limits.acceleration)
+        float(value) if isinstance(value, float | int) else inf for value in (limits.speed, limits.acceleration)
     )
-    if acceleration is None:
-        return 0.0 if speed is None else length / speed
-    if speed is None or length * acceleration < speed**2:
-        return 2.0 * sqrt(length / acceleration)
-    return length / speed + speed / acceleration
+    return trapezoid_time(length, speed, acceleration)
 
 
 def other_ways(
