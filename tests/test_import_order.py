@@ -175,14 +175,19 @@ WAYS = (
 )
 
 
-@pytest.mark.parametrize("code", WAYS)
-def test_every_way_of_importing_is_seen(tmp_path, code):
-    house = tmp_path / "house"
+def built(house: Path, code: str) -> Path:
+    """Return a house of two rooms, of which one has the code."""
     for room, text in (("lower", code), ("upper", "x = 1\n")):
         (house / room).mkdir(parents=True)
         (house / room / "__init__.py").touch()
         (house / room / "first.py").write_text(text)
     (house / "__init__.py").touch()
+    return house
+
+
+@pytest.mark.parametrize("code", WAYS)
+def test_every_way_of_importing_is_seen(tmp_path, code):
+    house = built(tmp_path / "house", code)
     found = {("house.lower.first", "house.upper.first")}
     assert arrows_back(house, ["lower", "upper"]) == found
     assert arrows_back(house, ["upper", "lower"]) == set()
@@ -193,12 +198,7 @@ def test_every_way_of_importing_is_seen(tmp_path, code):
 
 @pytest.mark.parametrize("code", WAYS)
 def test_what_an_application_takes_from_inside_a_room_is_seen(tmp_path, code):
-    house = tmp_path / "house"
-    for room, text in (("lower", code), ("upper", "x = 1\n")):
-        (house / room).mkdir(parents=True)
-        (house / room / "__init__.py").touch()
-        (house / room / "first.py").write_text(text)
-    (house / "__init__.py").touch()
+    house = built(tmp_path / "house", code)
     assert [name for _, name in inner_names(house, ["lower"])] != []
     (house / "upper" / "__init__.pyi").write_text("from .first import x as x\n")
     (house / "lower" / "first.py").write_text("from house.upper import x\n")

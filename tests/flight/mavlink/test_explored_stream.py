@@ -4,11 +4,11 @@ import json
 
 import numpy as np
 import pytest
+from changed_flights import Flown
 
 import minsnap
 from minsnap.errors import InputError
 from minsnap.flight.mavlink.explored_stream import Exploration, Exploring, exploring_course
-from minsnap.flight.mavlink.setpoints import ChangingTable, tabulate
 from minsnap.paths.missions.course import Course, Stop
 
 LIMITS = minsnap.Limits(speed=2.0, acceleration=3.0, jerk=15.0)
@@ -28,30 +28,9 @@ def seen(place, **other):
     return json.dumps({"position": list(place), "points": points.tolist(), "rays": rays.tolist(), **other})
 
 
-class Flown:
-    """A flight whose time a test sets, with the table of a real one, which refuses changes that do not join."""
-
-    def __init__(self, plan):
-        self.table, self.elapsed = ChangingTable(tabulate(plan.sample(20.0)), stays=True), None
-
-    @property
-    def now(self):
-        return None if self.elapsed is None else self.elapsed - self.began
-
-    @property
-    def began(self):
-        return self.table.began
-
-    def change(self, change):
-        chosen = change.trajectory if change.certified else change.stop
-        self.table.exchange(self.table.prepare(chosen, change.splice), self.elapsed)
-        return chosen
-
+class Explored(Flown):
     def stop(self):
         raise AssertionError("an exploration ends by its own stop")
-
-    def finish(self):
-        self.table.stays = False
 
     def place(self, elapsed):
         north, east, down = self.table[round(20.0 * elapsed)].position
@@ -75,7 +54,7 @@ def clock():
 
 @pytest.fixture
 def flight():
-    return Flown(exploring().flown)
+    return Explored(exploring().flown)
 
 
 def exploring(**other):

@@ -5,13 +5,13 @@ from itertools import count
 
 import numpy as np
 import pytest
+from changed_flights import Flown
 from hypothesis import given
 from hypothesis import strategies as st
 
 import minsnap
 from minsnap.errors import FlightError
 from minsnap.flight.mavlink.offboard import Orders
-from minsnap.flight.mavlink.setpoints import ChangingTable, tabulate
 from minsnap.replanning.replanner import Replanner
 
 LIMITS = minsnap.Limits(speed=1.5, acceleration=2.0)
@@ -19,32 +19,6 @@ ROOM = minsnap.Room((-9, -9, 0), (9, 9, 5))
 POINTS = np.array([(0, 0, 1.5), (3, 0, 1.5), (6, 2, 1.5)], dtype=float)
 PLAN = minsnap.plan(POINTS, limits=LIMITS, corridor=ROOM)
 GATE = {"center": [4.0, 1.0, 1.5], "heading_deg": 0, "width": 1.0}
-
-
-class Flown:
-    """A flight whose time a test sets, with the table of a real one, which refuses changes that do not join."""
-
-    def __init__(self, plan):
-        self.table, self.elapsed, self.stops = ChangingTable(tabulate(plan.sample(20.0)), stays=True), None, 0
-
-    @property
-    def now(self):
-        return None if self.elapsed is None else self.elapsed - self.began
-
-    @property
-    def began(self):
-        return self.table.began
-
-    def change(self, change):
-        chosen = change.trajectory if change.certified else change.stop
-        self.table.exchange(self.table.prepare(chosen, change.splice), self.elapsed)
-        return chosen
-
-    def stop(self):
-        self.stops += 1
-
-    def finish(self):
-        self.table.stays = False
 
 
 @pytest.fixture
