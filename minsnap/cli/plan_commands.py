@@ -120,7 +120,9 @@ def plan(
         known |= _without_speeds(file, place, known)
         fly_course(course, planning, destination, **known)
         return
-    read, chosen = _in_frame(read_request(file, place), file, from_frame), _chosen(planning)
+    read = _in_frame(read_request(file, place), file, from_frame)
+    in_loop, chosen = planning.in_loop(read), _chosen(planning)
+    chosen = chosen | in_loop
     chosen.pop("corridor", None)
     timed = read.durations is not None or read.total_time is not None
     chosen = _beside_those_of(read, chosen, planning, timed)
@@ -143,7 +145,7 @@ def plan(
     path = planned(on_terminal(destination.json))
     figures = standing(lambda: planned(closed=False), path) if request.closed and request.durations is None else {}
     how: dict[str, Any] = {"limits": request.bounds, "further": figures, "avoid": request.obstacles}
-    how |= {"gates": request.gates, "tolerance": request.waypoint_tolerance} | known | planning.in_loop
+    how |= {"gates": request.gates, "tolerance": request.waypoint_tolerance} | known | in_loop
     destination.deliver(path, walls, request.places, **how)
 
 
@@ -284,13 +286,13 @@ def fly_course(
 
     if planning.no_limit == "altitude":
         planning.refuse_idle()
-    named = _chosen(planning)
+    in_loop, named = planning.in_loop(course), _chosen(planning)
     refused = [name for name in ("total_time", "time_weight", "split") if name in named]
     if refused:
         option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
         raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
     named = _beside_those_of(course, named, planning)
-    arguments = plan_arguments({"yaw": course.yaw} | named | destination.search)
+    arguments = plan_arguments({"yaw": course.yaw} | named | in_loop | destination.search)
     own = {"limits": "limits", "yaw": "yaw", "tube": "corridor"}
     chosen = {name: arguments.pop(argument, None) for name, argument in own.items()}
     flown = course.changed(**options.present(**chosen))
@@ -299,8 +301,8 @@ def fly_course(
     took = 1e3 * (perf_counter() - began)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
     figures: dict[str, Any] = {"parts": parts, "interrupted": "yes" if mission.interrupted else None}
-    figures |= {} if mission.interrupted or planning.in_loop else _standing(flown, arguments, mission, took)
-    figures |= _in_loop(mission, **planning.in_loop)
+    figures |= {} if mission.interrupted or in_loop else _standing(flown, arguments, mission, took)
+    figures |= _in_loop(mission, **in_loop)
     how |= {"limits": mission.limits, "further": figures, "gates": mission.gates, "avoid": flown.obstacles}
     how |= {"pins": mission.pins, "stops": mission.passed_stops}
     how["note"] = "; ".join(filter(None, (*mission.notes, note, _other_vehicle(mission, destination))))

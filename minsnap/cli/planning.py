@@ -173,13 +173,17 @@ class Planning(TimingOptions):
     continuity: Annotated[int | None, "Derivatives continuous at the waypoints."] = None
     solver: Annotated[str, "auto, or a solver's name: daqp, clarabel, osqp, or another of qpsolvers."] = "auto"
     tracking: options.Tracking = None
-    wind: options.WindChange = 0.0
+    wind: Annotated[float | None, "M/S", "With --tracking: largest change of the wind [m/s]."] = None
 
-    @property
-    def in_loop(self) -> dict[str, Any]:
-        """The control loop of the vehicle and the wind as ``plan`` and ``certify`` take them; nothing without one."""
-        loop = options.loop_of(self.tracking, self.wind)
-        return {} if loop is None else {"tracking": loop, "wind": self.wind}
+    def in_loop(self, said: Any = None) -> dict[str, Any]:
+        """Return the loop of the vehicle and the wind as ``plan`` and ``certify`` take them; nothing without one.
+
+        What the options do not name is that of a request or a course, if it says so.
+        """
+        loop = getattr(said, "tracking", None) if self.tracking is None else None
+        wind = getattr(said, "wind", None) if self.wind is None else self.wind
+        loop = loop or options.loop_of(self.tracking, wind or 0.0)
+        return {} if loop is None else {"tracking": loop, "wind": wind or 0.0}
 
     @property
     def walls(self) -> float | list[float] | None:
@@ -192,7 +196,7 @@ class Planning(TimingOptions):
         chosen = options.present(corridor=self.walls, continuity=self.continuity, avoid=avoided)
         angle = None if self.yaw_at_start is None else radians(self.yaw_at_start)
         chosen |= options.present(yaw_rate=self.yaw_rate, hold_below=self.hold_below, yaw_at_start=angle)
-        return super().arguments() | chosen | self.in_loop | {"degree": self.degree, "solver": self.solver}
+        return super().arguments() | chosen | {"degree": self.degree, "solver": self.solver}
 
 
 @dataclass(frozen=True)

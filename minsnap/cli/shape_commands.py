@@ -37,10 +37,11 @@ def rect(
 
     planning.refuse_idle()
     place: dict[str, Any] = {"altitude": altitude, "start_corner": start_corner, "center": center}
-    arguments = planning.arguments() | {"corridor": planning.walls} | destination.search
+    in_loop = planning.in_loop()
+    arguments = planning.arguments() | {"corridor": planning.walls} | in_loop | destination.search
     path = minsnap.rectangle(width, length, **place, laps=laps, clockwise=clockwise, **plan_arguments(arguments))
     avoided = options.avoided(planning.avoid, planning.fence) or ()
-    destination.deliver(path, planning.walls, limits=planning.held, avoid=avoided, **planning.in_loop)
+    destination.deliver(path, planning.walls, limits=planning.held, avoid=avoided, **in_loop)
 
 
 @command()

@@ -167,6 +167,29 @@ def vehicle_of(content: Any, folder: Path, name: str = "vehicle") -> Quadrotor:
     return vehicle_from({"name": name} | rest)
 
 
+LOOP = Form(
+    "px4, ardupilot, a YAML file of a loop, or its fields by name",
+    lambda value: isinstance(value, (str, dict)),
+    lambda where, value: value,
+    {"type": ["string", "object"]},
+)
+"""A control loop: a preset, a file beside the one that names it, or the fields of a Loop."""
+
+
+def tracking_of(where: str, content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the loop that a file names under ``tracking`` as a field; nothing where it names none.
+
+    Raises
+    ------
+    FileError, VehicleError
+        As :func:`minsnap.vehicle.loop_of`.
+    """
+    from minsnap.vehicle.loop import loop_of
+
+    named = content.get("tracking")
+    return {} if named is None else {"tracking": loop_of(LOOP.read(where, named), where, folder)}
+
+
 WIDTHS = either(NUMBER, several(NUMBER, "one number per leg"))
 
 CORNERS = BOX.then(lambda corners: [number for corner in corners for number in corner])
@@ -218,6 +241,8 @@ FURTHER = {
     "pieces": Key(either(word("auto"), WHOLE), "polynomials per leg"),
     "closed": Key(FLAG, "a lap"),
     "solver": Key(TEXT, "by its qpsolvers name, or auto"),
+    "tracking": Key(LOOP, "of the vehicle, which then keeps what the plan keeps"),
+    "wind": Key(NUMBER, "with tracking: by how much it changes at most [m/s]"),
     **SEARCHED,
     "view": Key(
         mapping({"frame": Key(word(*FRAMES)), "vehicle": Key(PRESET)}, "a mapping of frame and vehicle"),
@@ -236,18 +261,19 @@ POINTS = Key(several(either(POINT, ENTRY), "a list of waypoints"), "[m]", needed
 REQUEST = mapping({"waypoints": POINTS, **PLAIN, **FURTHER}, "a mapping with waypoints")
 """The whole file."""
 
-SHARED = {name: FURTHER[name] for name in ("limits", "closed", "avoid", "degree", "pieces")}
+SHARED = {name: FURTHER[name] for name in ("limits", "closed", "avoid", "degree", "pieces", "tracking", "wind")}
 """Keys that courses have too; theirs of the name ``boxes`` is a mapping."""
 
 
 def vehicle_files(path: FileName) -> tuple[Path, ...]:
-    """Return the files of vehicles that a YAML file names beside it, for its rotors or for its course."""
+    """Return the files that a YAML file names beside it: of vehicles, for its rotors or its course, and of a loop."""
     content = load_yaml(path) if Path(path).suffix.lower() in (".yaml", ".yml") else None
     if not isinstance(content, dict):
         return ()
     limits = content.get("limits")
     rotors = limits.get("rotors") if isinstance(limits, dict) else None
     named = [content.get("vehicle"), rotors.get("vehicle") if isinstance(rotors, dict) else None]
+    named.append(content.get("tracking"))
     return tuple(Path(path).parent / name for name in named if isinstance(name, str))
 
 
@@ -303,7 +329,7 @@ def read_request(path: FileName, origin: Sequence[float] | None = None) -> PlanR
     heading = plain.pop("yaw") if HEADING.fits(plain.get("yaw")) else None
     request = _from_waypoints(waypoints_of(f"{path}", plain))
     request = request if heading is None else replace(request, yaw=HEADING.read("yaw", heading))
-    return _with_further(f"{path}", request, content)
+    return _with_further(f"{path}", request, content, Path(path).parent)
 
 
 def write_request(request: PlanRequest, path: FileName, *, clobber: bool = True) -> None:
@@ -336,7 +362,8 @@ def _described(request: PlanRequest) -> dict[str, Any]:
     gates = [gate._asdict() for gate in request.openings]
     usual = vars(PlanRequest(())) | vars(USUAL) | {"limits": {}, "avoid": [], "openings": [], "view": None}
     usual |= {"degree": None, "pieces": None, "closed": None}
-    own = {"limits": limits, "avoid": avoid, "openings": gates, "view": view}
+    loop = None if request.tracking is None else request.tracking.description()
+    own = {"limits": limits, "avoid": avoid, "openings": gates, "view": view, "tracking": loop}
     values = vars(request) | vars(request.search or USUAL) | own
     return {name: plain(values[name]) for name in ("waypoints", *PLAIN, *FURTHER) if values[name] != usual[name]}
 
@@ -351,11 +378,12 @@ def _from_waypoints(points: Waypoints) -> PlanRequest:
     return PlanRequest(rows, durations, yaw=yaw, limits=tuple(limits.items()))
 
 
-def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any]) -> PlanRequest:
-    """Return the request with the keys of ``FURTHER``, each checked for its form."""
+def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any], folder: Path) -> PlanRequest:
+    """Return the request with the keys of ``FURTHER``, each checked for its form; files it names are in a folder."""
     changes: dict[str, Any] = {
         key: FURTHER[key].form.read(f"{where}: {key}", content[key]) for key in FURTHER if content.get(key) is not None
     }
+    changes |= tracking_of(f"{where}: tracking", changes, folder)
     if "limits" in changes:
         timed = request.durations is not None or "total_time" in changes
         changes |= _limits(f"{where}: limits", changes.pop("limits"), timed)

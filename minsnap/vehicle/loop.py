@@ -329,9 +329,12 @@ class Loop:
         VehicleError
             If it does not describe a loop.
         """
-        content = load_yaml(path)
+        return cls._described(f"{path}", load_yaml(path))
+
+    @classmethod
+    def _described(cls, where: str, content: Any) -> Loop:
         try:
-            values = FILE.read(f"{path}", content)
+            values = FILE.read(where, content)
         except FileError as error:
             raise VehicleError(f"{error}") from None
         kind, known = values.pop("autopilot", None), values.pop("parameters", None)
@@ -339,7 +342,7 @@ class Loop:
             missing = [name for name in ("position_gain", "velocity_gain") if name not in values]
             if missing or known is not None:
                 what = missing[0] if missing else "autopilot"
-                raise VehicleError(f"{path} does not say {what}: a loop has its gains, or autopilot: px4 or ardupilot")
+                raise VehicleError(f"{where} does not say {what}: a loop has its gains, or autopilot: px4 or ardupilot")
             return cls(**values)
         return cls._of(kind, known, values)
 
@@ -403,17 +406,21 @@ FILE = mapping(
 """The whole file."""
 
 
-def loop_of(name: str) -> Loop:
-    """Return the loop that a command names: px4, ardupilot, or a YAML file.
+def loop_of(name: Any, where: str = "--tracking", folder: FilePath = FilePath()) -> Loop:
+    """Return the loop that a command or a file names: px4, ardupilot, a YAML file in a folder, or its fields.
 
     Raises
     ------
+    FileError
+        If a file cannot be read.
     VehicleError
-        If it is neither.
+        If it is none of them.
     """
+    if isinstance(name, Mapping):
+        return Loop._described(where, name)
     check_kind("the loop", name, str, "px4, ardupilot, or the name of a YAML file")
     if name in ("px4", "ardupilot"):
         return Loop.px4() if name == "px4" else Loop.ardupilot()
-    if not FilePath(name).suffix and not FilePath(name).exists():
-        raise VehicleError(f"--tracking is {name!r}: give px4, ardupilot, or a YAML file of a loop")
-    return Loop.from_yaml(name)
+    if not FilePath(name).suffix and not (folder / name).exists():
+        raise VehicleError(f"{where} is {name!r}: give px4, ardupilot, or a YAML file of a loop")
+    return Loop.from_yaml(folder / name)

@@ -70,6 +70,28 @@ def test_a_course_is_planned_in_a_loop_and_checked_in_it(points, run, tmp_path):
     assert "strongest wind" in run("check", tmp_path / "course.json", "--tracking", "px4", "--wind", 0.5).stdout
 
 
+WAYS = {
+    "course": "takeoff: true\n",
+    "plan": "corridor: 1.2\n",
+}
+
+
+@pytest.mark.parametrize("kind", WAYS)
+def test_a_file_says_loop_and_wind_and_options_take_precedence(run, tmp_path, kind):
+    (tmp_path / "mine.yaml").write_text("autopilot: px4\ndrag: 0.2\n")
+    file = tmp_path / "way.yaml"
+    file.write_text("waypoints: [[0, 0, 1], [6, 0, 1], [6, 4, 1]]\ntracking: mine.yaml\nwind: 0.5\n" + WAYS[kind])
+    told = run("plan", file).stdout
+    assert "in a wind that changes by 0.5 m/s" in told
+    by_option = json.loads(run("plan", file, "--wind", 0.25, "--tracking", "ardupilot", "--json").stdout)
+    assert by_option["wind"] == 0.25
+    assert json.loads(run("plan", file, "--json").stdout)["tube"] != by_option["tube"]
+    file.write_text(file.read_text().replace("mine.yaml", "other.yaml"))
+    assert "other.yaml" in run("plan", file, code=2).stderr
+    file.write_text(file.read_text().replace("tracking: other.yaml", ""))
+    assert "give --tracking px4" in run("plan", file, code=2).stderr
+
+
 def test_a_fleet_is_checked_in_its_loops(run, tmp_path):
     lanes = [[(0, y, 1), (6, y, 1)] for y in (0.0, 1.6)]
     fleet = minsnap.plan_fleet(lanes, limits=minsnap.Limits(speed=2.0, acceleration=3.0), separation=0.5)

@@ -27,6 +27,7 @@ REQUESTS = [
     PlanRequest(POINTS, total_time=9.0, limits=(("speed", 8.0),)),
     PlanRequest(POINTS, total_time=9.0, waypoint_tolerance=0.2, solver="clarabel", search=Search(split="distance")),
     PlanRequest(POINTS, search=Search(time_weight=1.0 / 3.0, time_limit=4.0)),
+    PlanRequest(POINTS, limits=(("speed", 3.0),), tracking=minsnap.Loop.px4({"MPC_XY_P": 1.1}, drag=1 / 3), wind=0.7),
 ]
 
 

@@ -155,6 +155,8 @@ class Course:
         Greatest speeds of take-off and landing [m/s]; by default 1 and 0.5.
     avoid : obstacles, or tuple of (name, numbers)
         What the course keeps out of, as :class:`~minsnap.PlanRequest` takes it.
+    tracking, wind : Loop and float, or None
+        The vehicle's loop, which keeps all of it, and the largest change of the wind [m/s].
     """
 
     stops: tuple[Stop, ...]
@@ -175,6 +177,8 @@ class Course:
     avoid: Any = ()
     takeoff_speed: float | None = None
     land_speed: float | None = None
+    tracking: Any = None
+    wind: float | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.stops, (tuple, list)) or not all(isinstance(stop, Stop) for stop in self.stops):
@@ -487,6 +491,7 @@ def _course(where: str, content: Mapping[str, Any], path: Path) -> Course:
     boxes = Boxes(**content["boxes"]) if "boxes" in content else None
     own: dict[str, Any] = {"limits": _limits(path.parent, content), "boxes": boxes}
     own |= {"avoid": (*content.get("avoid", ()), *named_obstacles(bars))} if bars else {}
+    own |= request_yaml.tracking_of(f"{where}: tracking", content, path.parent)
     return Course(tuple(stops), **{"name": path.stem} | values | own)
 
 

@@ -233,24 +233,24 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     ['take-off', 'lap 1', 'lap 2', 'landing']
     """
     check_kind("the course", course, Course, "a Course")
-    course = course.changed(**{name: planning.pop(name) for name in ("degree", "pieces", "avoid") if name in planning})
-    tracking, wind = (planning.pop(name, None) for name in ("tracking", "wind"))
+    own = ("degree", "pieces", "avoid", "tracking", "wind")
+    course = course.changed(**{name: planning.pop(name) for name in own if name in planning})
 
     def planned(course: Course) -> Mission:
         return _freely_headed(course, planning) if is_free(course.yaw) else _planned(course, planning)
 
-    if tracking is None and not wind:
+    if course.tracking is None and not course.wind:
         return planned(course)
-    return _kept_by_the_vehicle(course, tracking, wind, planned)
+    return _kept_by_the_vehicle(course, planned)
 
 
-def _kept_by_the_vehicle(course: Course, loop: Any, wind: Any, planned: Callable[[Course], Mission]) -> Mission:
-    """Plan a course so that the vehicle in its loop keeps it, in a wind that changes by at most ``wind`` [m/s]."""
+def _kept_by_the_vehicle(course: Course, planned: Callable[[Course], Mission]) -> Mission:
+    """Plan a course so that the vehicle in its loop keeps it, in a wind that changes by at most the course's."""
     from minsnap.paths.missions.narrower_course import narrower_course, wider_walls
     from minsnap.planning.in_loop import kept_in_loop, told_in_loop
     from minsnap.vehicle_tube import check_followed, check_tracking
 
-    change = check_tracking(loop, wind)
+    loop, change = course.tracking, check_tracking(course.tracking, course.wind or 0.0)
 
     def less(distance: float, limits: Limits | None) -> tuple[Course, float]:
         return narrower_course(course, distance).changed(limits=limits), distance
