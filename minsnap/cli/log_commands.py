@@ -17,7 +17,7 @@ from minsnap.cli.output import as_json, check_figure
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.files import BagTopics
+    from minsnap.files import BagTopics, FlightLog
     from minsnap.flight.tracking.flown_tube import FlownTube
     from minsnap.flight.tracking.log_comparison import ComparedFlight
 
@@ -34,6 +34,7 @@ class Matching:
     sent: Annotated[list[Path] | None, "FILE", "What was sent for REFERENCE, as tune wrote it; once a flight."] = None
     frame: options.ReadFrame = None
     columns: options.Columns = None
+    join: Annotated[bool, "The flights are parts of one log, or of one vehicle: read them as one."] = False
     flight: Annotated[int | None, "N", "Which flight of a log with several, counted from 1."] = None
     topic: Annotated[str | None, "NAME", "Of a bag with several: the topic of the vehicle's positions."] = None
     setpoints: Annotated[str | None, "NAME", "Of a bag with several: the topic of its setpoints."] = None
@@ -51,6 +52,8 @@ class Matching:
             frame = frame_for(reference, self.frame)
             wanted = load_reference(reference, frame, topics) if is_bag(reference) else read(reference, frame)
             wanted = wanted if self.lead is None else replace(wanted, lead=self.lead)
+            if self.join:
+                return self._of_parts(wanted, sent, paths, reference)
             if sent and len(sent) != len(paths):
                 count = f"{len(sent)} times beside {len(paths)} flights"
                 raise InputError(f"--sent stands {count}: write it once a flight, in their order")
@@ -60,6 +63,26 @@ class Matching:
                 for number, one in enumerate(flights, 1):
                     flights_by_name[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
         return flights_by_name
+
+    def _of_parts(
+        self, wanted: minsnap.Samples, sent: list[Path], paths: list[Path], reference: Path
+    ) -> dict[str, ComparedFlight]:
+        """Return the flights of logs that are read as one."""
+        from minsnap.files import frame_for, joined_logs, load_log, read_samples
+
+        if len(sent) > 1 or len(paths) < 2 or reference in paths:
+            raise InputError("--join reads two or more logs as one: give them after REFERENCE, and --sent once at most")
+        topics = self._topics()
+        logs = [load_log(path, topics) for path in paths]
+        known = [log for log in logs if log is not None]
+        if len(known) < len(logs):
+            raise InputError(f"{paths[logs.index(None)]} is a table of samples: --join reads logs as one")
+        log = joined_logs(known)
+        commanded = read_samples(sent[0], frame_for(sent[0], self.frame)) if sent else None
+        flights = self._chosen(self._in_log(wanted, commanded, log, paths[0]), paths[0])
+        name = f"{_name(paths[0], paths)} and {len(paths) - 1} more"
+        numbered = len(flights) > 1
+        return {name + (f" #{number}" if numbered else ""): one for number, one in enumerate(flights, 1)}
 
     def _topics(self) -> BagTopics:
         from minsnap.files import BagTopics
@@ -81,20 +104,36 @@ class Matching:
     ) -> list[ComparedFlight]:
         """Return the flights of a file: those of a log at its own setpoints, the only one of a table of samples."""
         from minsnap.files import USUAL_TOPICS, is_bag, load_flight, load_log
-        from minsnap.flight.tracking.comparison import moved
-        from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
 
         topics = self._topics() if is_bag(path) else USUAL_TOPICS
         log = None if path == reference else load_log(path, topics)
-        if log is not None and log.reference is not None and log.flight is not None:
+        if log is not None and log.flight is not None and (log.reference is not None or not self.align):
+            return self._in_log(wanted, sent, log, path)
+        return self._aligned(wanted, load_flight(path, self.frame, options.parse_named(self.columns), topics))
+
+    def _in_log(
+        self, wanted: minsnap.Samples, sent: minsnap.Samples | None, log: FlightLog, path: Path
+    ) -> list[ComparedFlight]:
+        """Return the flights of a log, at its own setpoints, or aligned."""
+        from minsnap.flight.tracking.log_comparison import compare_in_log
+
+        if log.flight is None:
+            raise InputError(f"{path} holds no positions: log them")
+        if log.reference is not None:
             planned = None if sent is None else wanted
             return compare_in_log(sent or wanted, log.reference, log.flight, self.max_delay, planned)
-        if log is not None and log.flight is not None and not self.align:
-            raise InputError(
-                f"{path} holds no setpoints, so when the flight began is not known: log them, or give --align, "
-                "which counts the vehicle's delay as part of the clocks' offset"
-            )
-        flight = load_flight(path, self.frame, options.parse_named(self.columns), topics)
+        if self.align:
+            return self._aligned(wanted, log.flight)
+        raise InputError(
+            f"{path} holds no setpoints, so when the flight began is not known: log them, or give --align, "
+            "which counts the vehicle's delay as part of the clocks' offset"
+        )
+
+    def _aligned(self, wanted: minsnap.Samples, flight: minsnap.Samples) -> list[ComparedFlight]:
+        """Return a table of samples as one flight."""
+        from minsnap.flight.tracking.comparison import moved
+        from minsnap.flight.tracking.log_comparison import ComparedFlight
+
         comparison = minsnap.flight.compare(wanted, flight, align=self.align, max_delay=self.max_delay)
         return [ComparedFlight(comparison, wanted, moved(flight, comparison.offset))]
 
@@ -211,7 +250,7 @@ def _kept_in_words(kept: dict[str, Any]) -> list[str]:
 
 @command()
 def fit(
-    file: Annotated[Path, "FILE", "Log of a flight (.ulg, .bin, of stream --log), or a CSV with --form."],
+    files: Annotated[list[Path], "FILE...", "Logs of one vehicle (.ulg, .bin, of stream --log); a CSV with --form."],
     *,
     form: Annotated[
         str | None,
@@ -228,25 +267,28 @@ def fit(
 ) -> None:
     """Fit drag, wind, hover throttle and delay to a flight.
 
-    Or, with --form, rotor coefficients or a drag surface to a table. Values have standard errors. Drag is per mass. -o
+    Several logs are read as one: parts of a flight, or flights in the same wind. Or, with --form, rotor coefficients or
+    a drag surface are fitted to a table. Values have standard errors. Drag is per mass. -o
     writes a vehicle with that drag, which stream, plan and the shapes take as --vehicle.
     """
     if form is not None:
         if output is not None or base is not None or mass is not None:
             raise InputError("--output, --base and --mass are for logs of flights: leave them out with --form")
-        _fit_table(file, form, plot, json)
+        if len(files) > 1:
+            raise InputError(f"--form fits one table, and {len(files)} are given: give one")
+        _fit_table(files[0], form, plot, json)
         return
     options.refuse_unwritten(output, base=base is not None, mass=mass is not None)
     from minsnap.flight.tracking.flight_fit import default_name, fit_flight
     from minsnap.vehicle import read_vehicle
 
-    refuse_source(output, file)
-    refuse_source(plot, file, base)
-    flight_fit = fit_flight(file, lead)
+    refuse_source(output, *files)
+    refuse_source(plot, *files, base)
+    flight_fit = fit_flight(files, lead)
     if plot is not None:
         minsnap.plot.save_figure(minsnap.flight.plot_flight_fit(flight_fit), plot)
     if output is not None:
-        flight_fit.vehicle(None if base is None else read_vehicle(base), mass, default_name(file)).to_yaml(output)
+        flight_fit.vehicle(None if base is None else read_vehicle(base), mass, default_name(files[0])).to_yaml(output)
     print(as_json(flight_fit.as_dict()) if json else flight_fit)
 
 

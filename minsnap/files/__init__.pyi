@@ -20,6 +20,7 @@ from .convert import write_any as write_any
 from .fences import read_fence as read_fence
 from .flight_log import FlightLog as FlightLog
 from .flight_log import InertialLog as InertialLog
+from .flight_log import joined_logs as joined_logs
 from .flights import ENDINGS as ENDINGS
 from .flights import USUAL_TOPICS as USUAL_TOPICS
 from .flights import BagTopics as BagTopics

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
+from typing import Any, TypeVar
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, OwnsArrays
+from minsnap.errors import InputError
 from minsnap.files.frames import FRAMES, map_samples
 from minsnap.trajectory.samples import Samples
 
@@ -139,6 +141,68 @@ class FlightLog:
     start: float
     damage: str | None = None
     inertial: InertialLog | None = None
+
+    @property
+    def end(self) -> float:
+        """Its last instant [s]."""
+        return max((float(part.t[-1]) for part in (self.reference, self.flight) if part is not None), default=0.0)
+
+
+APART = 10.0
+"""Time put between logs whose clocks do not go on from one to the next [s]."""
+
+
+def joined_logs(logs: Sequence[FlightLog]) -> FlightLog:
+    """Return logs as one: parts into which an autopilot split a flight, or several flights of one vehicle.
+
+    Where the times since boot go on from each to the next, in the order of time or as given, they stand on that clock;
+    a log of another boot begins ten seconds after the one before it.
+
+    Parameters
+    ----------
+    logs : sequence of FlightLog
+        One or more.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if not logs:
+        raise InputError("there is no log to join: give one or more")
+    if len(logs) == 1:
+        return logs[0]
+    ordered = sorted(logs, key=lambda log: log.start)
+    ordered = ordered if all(a.start + a.end <= b.start for a, b in pairwise(ordered)) else list(logs)
+    shifts = [0.0]
+    for before, log in pairwise(ordered):
+        last, since = shifts[-1] + before.end, log.start - ordered[0].start
+        shifts.append(since if since >= last else last + APART)
+    parts = [[getattr(log, name) for log in ordered] for name in ("reference", "flight", "inertial")]
+    reference, flight, inertial = (_end_to_end(part, shifts) for part in parts)
+    damage = "; ".join(log.damage for log in ordered if log.damage is not None)
+    return FlightLog(reference, flight, ordered[0].start, damage or None, inertial)
+
+
+Part = TypeVar("Part", Samples, InertialLog)
+
+
+def _end_to_end(parts: Sequence[Part | None], shifts: Sequence[float]) -> Part | None:
+    """Return parts one after the other, each later by its shift, with what all of them have; None without any."""
+    known = [(part, shift) for part, shift in zip(parts, shifts, strict=True) if part is not None]
+    if not known:
+        return None
+    values: dict[str, Any] = {}
+    for name in (entry.name for entry in fields(known[0][0])):
+        each = [(getattr(part, name), shift) for part, shift in known]
+        if all(isinstance(value, np.ndarray) for value, _ in each):
+            later = name == "t" or name.endswith("_t")
+            values[name] = np.concatenate([value + shift if later else value for value, shift in each])
+        elif any(isinstance(value, np.ndarray) for value, _ in each):
+            values[name] = None
+    if values.get("yaw") is not None:
+        values["yaw"] = np.unwrap(values["yaw"])
+    return replace(known[0][0], **values)
 
 
 def flight_log(reference: Samples | None, flight: Samples | None, damage: str | None, frame: str = "ned") -> FlightLog:

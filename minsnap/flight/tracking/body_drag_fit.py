@@ -42,6 +42,8 @@ class DragFitSettings:
         Instants a second at most [Hz].
     moving : float
         A flight begins and ends with this speed [m/s].
+    rest : float
+        What is slower for longer is left out: it may stand on the ground between two flights [s].
     least : float
         Flight that a fit needs at least [s].
     excited : float
@@ -61,6 +63,7 @@ class DragFitSettings:
     few: float = 1.08
     rate: float = 50.0
     moving: float = 0.3
+    rest: float = 5.0
     least: float = 5.0
     excited: float = 0.1
     varied: float = 0.3
@@ -164,6 +167,8 @@ class FlightMotion(OwnsArrays):
     specific_force : ndarray, shape (m, 3)
         In the body, mean over each step [m/s^2].
     throttle : ndarray, shape (m,), or None
+    notes : tuple of str
+        What is left out.
     """
 
     t: FloatArray
@@ -171,6 +176,7 @@ class FlightMotion(OwnsArrays):
     rotation: FloatArray
     specific_force: FloatArray
     throttle: FloatArray | None
+    notes: tuple[str, ...] = ()
 
     @property
     def rate(self) -> float:
@@ -219,6 +225,11 @@ def body_motion(flight: Samples, felt: InertialLog) -> FlightMotion:
     t = first + np.arange(int(max(last - first, 0.0) * rate) + 1) / rate
     logged = [flight.t, felt.attitude_t, felt.force_t, *([] if felt.throttle_t is None else [felt.throttle_t])]
     t = t[~np.any([in_gaps(t, known, 0.5 / rate) for known in logged], axis=0)]
+    notes, rests = gap_remarks(t), _rests(flight)
+    resting = np.any([(t > begin) & (t < end) for begin, end in rests], axis=0) & np.ones(len(t), dtype=bool)
+    if resting.any():
+        notes.append(f"{resting.sum() / rate:.0f} s between flights, in which it hardly moves, are left out")
+    t = t[~resting]
     if len(t) <= FIT.least * rate:
         raise FitError(f"attitude, accelerometer and velocity were logged together for less than {FIT.least:g} s")
     assert flight.velocity is not None
@@ -228,7 +239,16 @@ def body_motion(flight: Samples, felt: InertialLog) -> FlightMotion:
         rotations(interpolated(t, felt.attitude_t, felt.quaternion)),
         _means(t, 1.0 / rate, felt.force_t, felt.specific_force),
         None if felt.throttle is None or felt.throttle_t is None else np.interp(t, felt.throttle_t, felt.throttle),
+        tuple(notes),
     )
+
+
+def _rests(flight: Samples) -> FloatArray:
+    """Return from when to when the vehicle hardly moves for long, shape (m, 2) [s]."""
+    assert flight.velocity is not None
+    moving = flight.t[np.linalg.norm(flight.velocity, axis=1) > FIT.moving]
+    long = np.flatnonzero(np.diff(moving) > FIT.rest)
+    return np.stack([moving[long], moving[long + 1]], axis=1)
 
 
 def _means(t: FloatArray, width: float, known: FloatArray, values: FloatArray) -> FloatArray:
@@ -295,7 +315,7 @@ class BodyDragFit(OwnsArrays):
 
 def fit_drag_of(motion: FlightMotion) -> BodyDragFit:
     """Fit drag per mass, and wind and hover throttle where the flight tells them."""
-    notes = gap_remarks(motion.t)
+    notes = list(motion.notes)
     speeds = _air(motion, np.zeros(2)).std(axis=0)
     excited = speeds >= FIT.excited
     notes += [_unexcited(axis, speeds[k]) for k, axis in enumerate(AXES[:2]) if not excited[k]]

@@ -12,6 +12,7 @@ are given.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -22,7 +23,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, interpolated
 from minsnap.basics.storage.text import FileName
 from minsnap.errors import FitError
-from minsnap.files import FlightLog
+from minsnap.files import FlightLog, joined_logs
 from minsnap.flight.simulation.controllers import CascadeController
 from minsnap.flight.tracking.body_drag_fit import (
     AXES,
@@ -293,8 +294,8 @@ class FlightFit(BodyDragFit):
         }
 
 
-def fit_flight(source: FileName | FlightLog, lead: float | None = None) -> FlightFit:
-    """Fit drag, wind, hover throttle and delay to the log of a flight.
+def fit_flight(source: FileName | FlightLog | Sequence[FileName | FlightLog], lead: float | None = None) -> FlightFit:
+    """Fit drag, wind, hover throttle and delay to the log of a flight, or to several of one vehicle.
 
     With attitude and accelerometer in the log, drag along each axis of the body is fitted to what the accelerometer
     felt (:mod:`minsnap.flight.tracking.body_drag_fit`); without, one horizontal drag to setpoints and velocities, with
@@ -302,8 +303,9 @@ def fit_flight(source: FileName | FlightLog, lead: float | None = None) -> Fligh
 
     Parameters
     ----------
-    source : path or FlightLog
-        A ULog, a dataflash log, or the CSV that ``stream --log`` wrote.
+    source : path or FlightLog, or several
+        A ULog, a dataflash log, or the CSV that ``stream --log`` wrote. Several are read as one
+        (:func:`minsnap.files.joined_logs`): parts of a flight, or flights in the same wind.
     lead : float, optional
         How much earlier than planned the setpoints of the flight were sent [s]; a CSV of ``stream --log`` says it.
 
@@ -318,7 +320,8 @@ def fit_flight(source: FileName | FlightLog, lead: float | None = None) -> Fligh
     FitError
         If the flight is too short, or the log has nothing to fit drag to.
     """
-    log = source if isinstance(source, FlightLog) else read_flight_log(source)
+    sources = source if isinstance(source, Sequence) and not isinstance(source, str) else [source]
+    log = joined_logs([each if isinstance(each, FlightLog) else read_flight_log(each) for each in sources])
     if log.flight is None:
         raise FitError("the log has no positions of the vehicle")
     damage = () if log.damage is None else (log.damage,)
