@@ -89,10 +89,10 @@ def word(*known: str, short: Mapping[str, str] | None = None) -> Form:
 
 
 def several(form: Form, said: str, least: int = 0, most: int | None = None) -> Form:
-    """Return the form of a list with ``least`` to ``most`` entries, read as a tuple."""
+    """Return the form of a list with ``least`` to ``most`` entries, read as a tuple; a tuple is read as well."""
 
     def fits(value: Any) -> bool:
-        return isinstance(value, list) and least <= len(value) and (most is None or len(value) <= most)
+        return isinstance(value, (list, tuple)) and least <= len(value) and (most is None or len(value) <= most)
 
     def made(where: str, value: Sequence[Any]) -> tuple[Any, ...]:
         return tuple(form.read(f"{where} {i}", entry) for i, entry in enumerate(value))

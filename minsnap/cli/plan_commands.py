@@ -256,17 +256,11 @@ def _timed(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> Plan
 
     Times are in place of times, and limits of limits, alone or with the times: its own limits hold for other times.
     """
-    from minsnap.limits import completed
-
     own: dict[str, Any] = {"durations": None, "total_time": None, "time_weight": None} if searched else {}
     own |= {"limits": (), "rotors": None} if "limits" in chosen else {}
     own |= {"time_limit": None} if chosen.get("total_time") is not None else {}
     own |= {"split": "optimal"} if chosen.get("time_weight") is not None else {}
-    timed = request.changed(**own | chosen)
-    priced = timed.search is not None and timed.search.time_weight is not None
-    if priced or timed.durations is not None or timed.total_time is not None or timed.bounds is not None:
-        return timed
-    return replace(timed, limits=tuple(completed({}).items()))
+    return request.changed(**own | chosen).within_ordinary()
 
 
 def course_of(file: Path, origin: options.Triple | None = None) -> minsnap.Course:

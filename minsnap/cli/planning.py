@@ -81,17 +81,13 @@ class LimitOptions(LimitFields):
         timed : bool
             Whether the file has a time, so that the ordinary limits do not hold in it.
         """
-        chosen = self.limits
-        if own is None or chosen is None:
-            return chosen
-        from minsnap.limits import ORDINARY
+        if own is None or self.limits is None:
+            return self.limits
+        from minsnap.limits import ORDINARY, POWER, completed, written_in_file
 
-        named, off = options.limit_values(self), options.taken_off(self.no_limit)
-        own = replace(own, leg_speeds=()) if "speed" in named else own
-        filled = {*(ORDINARY if timed else ()), *(["tilt"] if "acceleration" in off else [])}
-        values: dict[str, Any] = {name: getattr(chosen, name) for name in filled if getattr(own, name) is None}
-        values = {} if own.max_thrust is not None else values
-        return replace(own, **values | {name: None for name in off if name in ORDINARY} | named)
+        said = (own.named() if timed else written_in_file(own.named())) | self._said
+        fields = said if getattr(self, "time", None) is not None else completed(said, (POWER,))
+        return replace(own, **{"leg_speeds": (), **dict.fromkeys(ORDINARY), **fields})
 
 
 def standing(plan: Callable[[], minsnap.Path], path: minsnap.Trajectory) -> dict[str, Any]:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import sqrt
 from pathlib import Path
 from typing import Any
 
 from minsnap.basics.arrays import plain
-from minsnap.basics.limit_kinds import KINDS
 from minsnap.basics.schema import (
     BOX,
     FLAG,
@@ -32,140 +30,10 @@ from minsnap.corridors.keep_out import NAMED
 from minsnap.durations.search_options import USUAL, WORDS
 from minsnap.errors import FileError, FrameError
 from minsnap.files.frames import FRAMES, get_frame, map_vectors, map_yaw
+from minsnap.files.limits_yaml import LIMITS, PRESET, limit_fields
 from minsnap.files.waypoints import COLUMNS, ENTRY, read_waypoints, waypoints_of
-from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.ordinary import POWER, completed, written_in_file
+from minsnap.limits.ordinary import written_in_file
 from minsnap.planning.request import RESERVE, Opening, PlanRequest
-from minsnap.vehicle.quadrotor import SHORT_NAMES, VEHICLES, Quadrotor, named_vehicle, vehicle_from
-
-PRESET = word(*VEHICLES, short=SHORT_NAMES)
-"""How a file names a preset of a vehicle."""
-
-DESCRIBED = Form(
-    "its fields by name, or a YAML file that does, or one of " + ", ".join(VEHICLES),
-    lambda value: isinstance(value, (str, dict)),
-    lambda where, value: value,
-    {"type": ["string", "object"]},
-)
-"""A vehicle: a preset, a file beside the one that names it, the fields of a Quadrotor, or those of ``THRUST``."""
-
-THRUST = mapping(
-    {
-        "mass": Key(NUMBER, "[kg]", needed=True),
-        "max_thrust": Key(NUMBER, "of all rotors together [N]", needed=True),
-        "min_thrust": Key(NUMBER, "the least [N]"),
-        "body_rate": Key(NUMBER, "roll and pitch rate together [rad/s]"),
-        "yaw_rate": Key(NUMBER, "[rad/s]"),
-    },
-    "a mapping of mass, max_thrust and rates",
-)
-"""A vehicle of which no more is known than what it lifts, and how fast it turns."""
-
-ROTORS = mapping(
-    {
-        "vehicle": Key(either(PRESET, DESCRIBED), "whose rotors", needed=True),
-        "reserve": Key(NUMBER, "share of their room that is left to feedback, in [0, 1)"),
-    },
-    "a mapping of vehicle and reserve",
-)
-
-OFF = Form("null, which takes a limit off", lambda value: value is None, lambda where, value: None, {"type": "null"})
-
-SPEED = either(NUMBER, several(NUMBER, "one of each leg", 1), OFF)
-
-LIMIT_KEYS = {
-    kind.name: Key(SPEED if kind.name == "speed" else either(NUMBER, OFF), f"[{kind.typed_unit}]")
-    for kind in KINDS
-    if kind.measure != "rotors"
-}
-"""The limits that are numbers, and the speed of each leg."""
-
-HOW = {"norm": Key(word("euclidean", "axis")), "gravity": Key(NUMBER, "[m/s^2]")}
-
-LIMITS = mapping(
-    LIMIT_KEYS | HOW | {"rotors": Key(ROTORS, "keep the thrust of each rotor within its range")},
-    "a mapping of limits by name, such as {speed: 3}",
-)
-"""How a file says limits: those of ``LIMIT_KEYS``, and how they are kept."""
-
-
-def complete(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return limits that choose the time with the ordinary ones that are neither named nor null."""
-    options = {name: value for name, value in content.items() if name in HOW}
-    return completed({name: value for name, value in content.items() if name not in HOW}, (POWER,)) | options
-
-
-def without_null(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the limits that are not null."""
-    return {name: value for name, value in content.items() if value is not None}
-
-
-def limits_of(where: str, content: Any, folder: Path) -> Limits:
-    """Return exactly the limits that a mapping names, those of a vehicle's rotors among them; its file is in a folder.
-
-    Raises
-    ------
-    FileError
-        If a name is not known, or a value has another form.
-    LimitError, VehicleError
-        If a limit cannot be kept, or a vehicle cannot fly.
-    """
-    values = without_null(LIMITS.read(where, content))
-    rotors = values.pop("rotors", None)
-    if rotors is None:
-        return Limits(**values)
-    return vehicle_limits(where, rotors["vehicle"], folder, {"reserve": rotors.get("reserve", RESERVE)} | values)
-
-
-def vehicle_limits(where: str, vehicle: Any, folder: Path, others: Mapping[str, Any], name: str = "vehicle") -> Limits:
-    """Return the limits of a described vehicle, combined with others; a mapping with ``max_thrust`` has no rotors.
-
-    Raises
-    ------
-    FileError, LimitError, VehicleError
-        As :func:`limits_of`.
-    """
-    if isinstance(vehicle, Mapping) and "max_thrust" in vehicle:
-        return Limits.of_mass(**{**THRUST.read(f"{where}: vehicle", vehicle), **others})
-    return Limits.of(vehicle_of(vehicle, folder, name), **others)
-
-
-def read_limits(path: FileName) -> Limits:
-    """Return exactly the limits that a YAML file names under ``limits``, whatever else it holds.
-
-    Raises
-    ------
-    FileError
-        If it cannot be read, or has none.
-    LimitError, VehicleError
-        As :func:`limits_of`.
-    """
-    content = load_yaml(path)
-    if not isinstance(content, dict) or not content.get("limits"):
-        raise FileError(f"{path} has no limits: give a file as minsnap limits -o writes it")
-    return limits_of(f"{path}: limits", content["limits"], Path(path).parent)
-
-
-def besides_rotors(limits: VehicleLimits) -> dict[str, Any]:
-    """Return the limits that a vehicle's own were combined with, by name."""
-    own = type(limits).of(limits.vehicle, limits.reserve).given()
-    return {name: value for name, value in limits.named().items() if own.get(name) != value}
-
-
-def vehicle_of(content: Any, folder: Path, name: str = "vehicle") -> Quadrotor:
-    """Return the vehicle of a preset, of a file in a folder, or of a mapping of its fields.
-
-    The rotors of a mapping may be described by their least and largest thrust, ``rotor_thrust`` [N].
-    """
-    if isinstance(content, str):
-        preset = content in VEHICLES or content in SHORT_NAMES or not Path(content).suffix
-        return named_vehicle(content) if preset else Quadrotor.from_yaml(folder / content)
-    rest = {key: value for key, value in content.items() if key != "rotor_thrust"}
-    if "rotor_thrust" in content and "thrust_coefficient" in content:
-        least, most = (sqrt(thrust / content["thrust_coefficient"]) for thrust in content["rotor_thrust"])
-        rest |= {"rotor_speed_min": least, "rotor_speed_max": most}
-    return vehicle_from({"name": name} | rest)
-
 
 LOOP = Form(
     "px4, ardupilot, a YAML file of a loop, or its fields by name",
@@ -373,8 +241,7 @@ def _from_waypoints(points: Waypoints) -> PlanRequest:
     durations = None if points.durations is None else tuple(points.durations.tolist())
     yaw, limits = None if points.yaw is None else tuple(points.yaw.tolist()), dict[str, Any]()
     if points.speeds is not None:
-        speeds: Any = tuple(points.speeds.tolist())
-        limits = {"speed": speeds} if durations is not None else completed({"speed": speeds})
+        limits = limit_fields({"speed": tuple(points.speeds.tolist())}, timed=durations is not None)
     return PlanRequest(rows, durations, yaw=yaw, limits=tuple(limits.items()))
 
 
@@ -396,11 +263,10 @@ def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any], 
     return request.changed(**changes.pop("view", {}) | changes)
 
 
-def _limits(where: str, content: dict[str, Any], timed: bool) -> dict[str, Any]:
-    """Return the limits of a request, completed where they choose the time, and whose rotors are kept."""
-    rotors = content.pop("rotors", None)
-    kept = without_null(content) if timed or rotors else complete(content)
-    fields: dict[str, Any] = {"limits": tuple(kept.items())}
+def _limits(where: str, content: Mapping[str, Any], timed: bool) -> dict[str, Any]:
+    """Return the limits of a request, and whose rotors are kept."""
+    fields: dict[str, Any] = {"limits": tuple(limit_fields(content, timed=timed).items())}
+    rotors = content.get("rotors")
     if rotors is None:
         return fields
     preset = PRESET.read(f"{where}: rotors: vehicle", rotors["vehicle"])

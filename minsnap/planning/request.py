@@ -160,6 +160,15 @@ class PlanRequest:
         """
         return replace(self, **grouped({"yaw": self.yaw} | (vars(self.search) if self.search else {}) | named))
 
+    def within_ordinary(self) -> PlanRequest:
+        """Return the request within the limits of ordinary flight, unless a time, a price or a limit is set."""
+        priced = self.search is not None and self.search.time_weight is not None
+        if priced or any(value is not None for value in (self.durations, self.total_time, self.bounds)):
+            return self
+        from minsnap.limits.ordinary import completed
+
+        return replace(self, limits=tuple(completed({}).items()))
+
     @property
     def places(self) -> Any:
         """Waypoints with gates in their places, as ``plan`` and ``certify`` take them.

@@ -22,7 +22,7 @@ from minsnap.basics.storage.text import FileName
 from minsnap.corridors import Boxes, Constraint, Room, Tube, as_constraints, named_obstacles
 from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, WaypointError, YawError
 from minsnap.files import RATE, besides_rotors, read_request, write_any, write_request
-from minsnap.limits import Limits, VehicleLimits, check_one_speed, completed
+from minsnap.limits import Limits, VehicleLimits, check_one_speed
 from minsnap.paths.missions import Course, is_course, read_course
 from minsnap.planning import Opening, PlanRequest
 from minsnap.studio.workbench import BenchState, PlannedScene
@@ -199,15 +199,7 @@ def open_scene(path: FileName) -> PlanRequest:
         raise FileError(f"{Path(path).name} has {len(request.waypoints)} waypoints: the studio shows up to {MOST}")
     if len(request.waypoints[0]) != 3:
         raise WaypointError(f"the waypoints of {Path(path).name} have no z: the studio shows three coordinates")
-    return timed(request)
-
-
-def timed(request: PlanRequest) -> PlanRequest:
-    """Return a request within ordinary limits if nothing else gives its time."""
-    times = request.durations, request.total_time, request.rotors, request.search and request.search.time_weight
-    if request.limits or any(value is not None for value in times):
-        return request
-    return replace(request, limits=tuple(completed({}).items()))
+    return request.within_ordinary()
 
 
 def open_upload(name: str, content: bytes, folder: WorkingFolder) -> PlanRequest:

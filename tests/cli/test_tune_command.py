@@ -15,7 +15,7 @@ from minsnap.cli.flight_commands import FlightOptions
 from minsnap.errors import InputError
 from minsnap.files.autopilot_logs import write_ulog
 from minsnap.files.flight_log import FlightLog
-from minsnap.files.request_yaml import read_limits
+from minsnap.files.limits_yaml import read_limits
 from minsnap.flight import CascadeController, compare, simulate
 from minsnap.flight.mavlink.stream_options import StreamOptions
 from minsnap.flight.tracking.log_comparison import simulated_log

@@ -8,7 +8,7 @@ import pytest
 
 from minsnap.basics.schema import FLAG, NUMBER, WHOLE, Key, either, mapping, several, word
 from minsnap.errors import FileError
-from minsnap.files.request_yaml import LIMITS
+from minsnap.files.limits_yaml import LIMITS
 
 DOCS = Path(__file__).parents[2] / "docs"
 

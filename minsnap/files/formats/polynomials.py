@@ -25,14 +25,13 @@ from minsnap.corridors.named_constraints import CONSTRAINTS
 from minsnap.errors import CorridorError, FileError, InputError
 from minsnap.files.convert import Format
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
+from minsnap.files.limits_yaml import describe_limits, limits_of
 from minsnap.files.plan_file import PassedStop, PlanFile
-from minsnap.files.request_yaml import besides_rotors, limits_of
-from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.limits.limits import Limits
 from minsnap.planning.request import Opening
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import VECTORS
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle.quadrotor import description_of, preset_of
 
 MARK = "minsnap polynomials"
 VERSION = 1
@@ -131,7 +130,7 @@ def _description(plan: PlanFile) -> dict[str, Any]:
         "corridor": _corridor(plan.corridor),
         "avoid": _obstacles(plan.avoid),
         "openings": [Opening.of(i, gate)._asdict() for i, gate in plan.gates.items() if len(gate.center) == 3],
-        "limits": None if limits is None else _limits(limits),
+        "limits": None if limits is None else describe_limits(limits),
         "certificate": {name: getattr(certificate, name) for name in names}
         | {"limits": [asdict(used) for used in certificate.utilisation]}
         | {"gates": [asdict(passed) for passed in plan.passages]},
@@ -263,13 +262,6 @@ def _constraint(content: Any) -> Any:
             f"no constraint is of kind {str(content.get('kind'))[:40]!r}: there are {', '.join(CONSTRAINTS)}"
         )
     return CONSTRAINTS[content["kind"]](**values)
-
-
-def _limits(limits: Limits) -> dict[str, Any]:
-    if not isinstance(limits, VehicleLimits):
-        return {"norm": limits.norm, "gravity": limits.gravity} | limits.named()
-    vehicle = preset_of(limits.vehicle) or description_of(limits.vehicle)
-    return {"norm": limits.norm, "rotors": {"vehicle": vehicle, "reserve": limits.reserve}} | besides_rotors(limits)
 
 
 def is_polynomials(path: FileName) -> bool:

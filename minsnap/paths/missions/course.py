@@ -45,6 +45,7 @@ from minsnap.corridors.keep_out import Avoided, named_obstacles
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import FileError, WaypointError
 from minsnap.files import request_yaml
+from minsnap.files.limits_yaml import DESCRIBED, limits_of
 from minsnap.files.waypoints import has_holds, read_held
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ordinary_limits
@@ -379,7 +380,7 @@ COURSE = mapping(
         **{name: Key(NUMBER, f"of all gates: {key.text}") for name, key in FRAMED.items()},
         "tolerance": Key(NUMBER, "half-width of the boxes around inner waypoints [m]"),
         "yaw": request_yaml.PLAIN["yaw"],
-        "vehicle": Key(request_yaml.DESCRIBED),
+        "vehicle": Key(DESCRIBED),
         "best": Key(ANY, "a remark"),
         "published": Key(ANY, "a remark"),
     },
@@ -544,12 +545,7 @@ def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
 
 
 def _limits(folder: Path, content: Mapping[str, Any]) -> Limits | None:
-    named = content.get("limits", {})
-    if "vehicle" in content:
-        others = {"reserve": 0.0} | request_yaml.without_null(named)
-        return request_yaml.vehicle_limits(
-            "the course", content["vehicle"], folder, others, content.get("name", "vehicle")
-        )
-    if "rotors" in named:
-        return request_yaml.limits_of("limits", named, folder)
-    return Limits(**request_yaml.complete(named)) if named else None
+    named, vehicle = content.get("limits", {}), content.get("vehicle")
+    if vehicle is None:
+        return limits_of("limits", named, folder, timed=False) if named else None
+    return limits_of("limits", named, folder, vehicle=vehicle, name=content.get("name", "vehicle"))
