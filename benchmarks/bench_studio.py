@@ -18,7 +18,7 @@ import viser
 import websockets
 import zstandard
 
-from minsnap.planning.request import PlanRequest
+from minsnap.files.file_request import FileRequest
 from minsnap.studio import Studio
 
 LEGS = 10
@@ -36,13 +36,13 @@ def course() -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in (np.cumsum(steps, axis=0) + [0.0, 0.0, 5.0]).tolist())
 
 
-def scenes() -> dict[str, PlanRequest]:
+def scenes() -> dict[str, FileRequest]:
     points = course()
     tube = (0.3,) * LEGS
     limits = (("speed", 3.0), ("acceleration", 6.0))
     return {
-        "total time, corridor": PlanRequest(points, total_time=30.0, corridor=tube),
-        "limits, corridor": PlanRequest(points, limits=limits, corridor=tube),
+        "total time, corridor": FileRequest(points, total_time=30.0, corridor=tube),
+        "limits, corridor": FileRequest(points, limits=limits, corridor=tube),
     }
 
 

@@ -17,7 +17,7 @@ from minsnap.corridors import Boxes, Gate, GridCorridor, center_of, corridor_fro
 from minsnap.errors import CorridorError, InfeasibleError, InputError, MinsnapError, UnprovedError
 from minsnap.files import limits_of
 from minsnap.limits import Limits
-from minsnap.planning import PlanRequest, plan
+from minsnap.planning import plan, plan_arguments
 from minsnap.trajectory import Trajectory
 from minsnap.vehicle import named_vehicle
 
@@ -255,8 +255,8 @@ def planned_row(spec: Spec, number: int) -> Row:
     try:
         problem = request(spec, number)
         row |= _question(problem)
-        asked = PlanRequest(None).changed(**problem.arguments)
-        row |= _answer(asked, plan(**asked.arguments()))
+        asked = plan_arguments(problem.arguments)
+        row |= _answer(asked, plan(**asked))
     except MinsnapError as error:
         row |= {"status": _status(error), "error": str(error)[: DRAWING.sentence]}
     except Exception as error:
@@ -311,8 +311,8 @@ def _corners(waypoints: Any, dim: int) -> FloatArray | None:
     return np.array([blank if gate is None else gate for gate in gates])
 
 
-def _answer(asked: PlanRequest, curve: Trajectory) -> Row:
-    tolerance = 0.0 if asked.waypoint_tolerance is None else asked.waypoint_tolerance
-    proof = certify(curve, asked.places, asked.walls, asked.bounds, tolerance)
+def _answer(asked: Mapping[str, Any], curve: Trajectory) -> Row:
+    kept = {name: asked[name] for name in ("waypoints", "corridor", "limits") if name in asked}
+    proof = certify(curve, **kept, tolerance=asked.get("waypoint_tolerance", 0.0))
     own = {name: getattr(curve, name) for name in PLANNED} | {name: getattr(proof, name) for name in PROVED}
     return own | {"status": "done", "cost": curve.cost(), "certified": proof.ok}

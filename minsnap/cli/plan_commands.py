@@ -22,6 +22,8 @@ from minsnap.cli.planning import Planning, TimingOptions, standing
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
+    from minsnap.corridors import Constraint
+    from minsnap.files import FileRequest
     from minsnap.paths.missions import Mission
     from minsnap.planning import PlanRequest
     from minsnap.vehicle import Loop
@@ -54,10 +56,10 @@ class GroundOptions:
         if self.terrain is not None:
             raise InputError(f"{file} is {what}: --terrain is for a plan through waypoints")
 
-    def over(self, request: PlanRequest, file: Path) -> PlanRequest:
-        """Return a request whose legs stay above the ground."""
+    def walls(self, request: FileRequest, file: Path) -> list[Constraint]:
+        """Return walls in which the legs of a request stay above the ground; none without terrain."""
         if self.terrain is None or self.above is None:
-            return request
+            return []
         import numpy as np
 
         from minsnap.paths.routes import BESIDE, build_terrain_walls, read_terrain
@@ -67,9 +69,7 @@ class GroundOptions:
             raise InputError(f"{file} has {what}: --terrain is for waypoints x,y,z without a room")
         beside = BESIDE if request.corridor is None else min(BESIDE, *request.corridor)
         points = np.array(request.waypoints, dtype=np.float64)
-        return replace(
-            request, room=build_terrain_walls(read_terrain(self.terrain), points, self.above, self.below, beside)
-        )
+        return [build_terrain_walls(read_terrain(self.terrain), points, self.above, self.below, beside)]
 
 
 @command()
@@ -129,27 +129,27 @@ def plan(
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
     if read.bounds is None:
         planning.refuse_idle(altitudes=read.room is None and len(read.waypoints[0]) == 3)
-    request = ground.over(
-        _with_corridor(_closed(read, file, searched) if closed or read.closed else read, planning), file
-    )
-    if "split" in chosen and not searched and request.total_time is None and not request.limits:
+    read = _with_corridor(_closed(read, file, searched) if closed or read.closed else read, planning)
+    heights = ground.walls(read, file)
+    if "split" in chosen and not searched and read.total_time is None and not read.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
-    request, walls = _timed(request, chosen | {"on_interrupt": "return"}, searched), request.walls
-    timed = request.durations is not None or request.total_time is not None
-    if request.room is None and not (timed or request.boxes) and ("limits" in chosen or read.bounds is None):
-        request = replace(request, **planning.altitudes(request.waypoints))
+    limited = "limits" in chosen or read.bounds is None
+    request = _timed(read, chosen | {"on_interrupt": "return"}, searched).within(*heights)
+    walls, timed = request.corridor, request.durations is not None or request.total_time is not None
+    if limited and not (timed or heights or read.room or read.boxes):
+        request = request.within(*planning.altitudes(read.waypoints))
 
     def planned(progress: bool | None = None, **changes: Any) -> minsnap.Trajectory:
         return minsnap.plan(**request.changed(**changes).arguments(), progress=progress)
 
     path = planned(on_terminal(destination.json))
     figures = standing(lambda: planned(closed=False), path) if request.closed and request.durations is None else {}
-    how: dict[str, Any] = {"limits": request.bounds, "further": figures, "avoid": request.obstacles}
-    how |= {"gates": request.gates, "tolerance": request.waypoint_tolerance} | known | in_loop
-    destination.deliver(path, walls, request.places, **how)
+    how: dict[str, Any] = {"limits": request.limits, "further": figures, "avoid": request.avoid, "gates": read.gates}
+    how |= {"tolerance": request.waypoint_tolerance} | known | in_loop
+    destination.deliver(path, walls, request.waypoints, **how)
 
 
-def _in_frame(request: PlanRequest, file: Path, frame: str | None) -> PlanRequest:
+def _in_frame(request: FileRequest, file: Path, frame: str | None) -> FileRequest:
     """Return a request in ENU whose file has other axes; one below ground throughout has to say which."""
     from minsnap.files import in_enu, is_mission
 
@@ -215,7 +215,7 @@ def _deliver_again(file: Path, planning: Planning, destination: Destination, clo
     destination.deliver(stored.trajectory, stored.corridor, stored.places, **how, **place)
 
 
-def _closed(request: PlanRequest, file: Path, searched: bool) -> PlanRequest:
+def _closed(request: FileRequest, file: Path, searched: bool) -> FileRequest:
     """Return the request of a lap, whose last leg must have a duration if the others have theirs."""
     lap = request.as_lap()
     if lap.durations is None and request.durations is not None and not searched:
@@ -225,7 +225,7 @@ def _closed(request: PlanRequest, file: Path, searched: bool) -> PlanRequest:
     return lap
 
 
-def _with_corridor(request: PlanRequest, planning: Planning) -> PlanRequest:
+def _with_corridor(request: FileRequest, planning: Planning) -> FileRequest:
     """Return the request with the half-widths of the option in place of its own."""
     widths = planning.walls
     if widths is None:
@@ -240,7 +240,7 @@ def _chosen(planning: Planning) -> dict[str, Any]:
 
 
 def _beside_those_of(
-    said: PlanRequest | minsnap.Course, chosen: dict[str, Any], planning: Planning, timed: bool = False
+    said: FileRequest | minsnap.Course, chosen: dict[str, Any], planning: Planning, timed: bool = False
 ) -> dict[str, Any]:
     """Return the chosen arguments, with the limits of a file that no option names, and with its obstacles."""
     own: dict[str, Any] = {}
@@ -251,16 +251,16 @@ def _beside_those_of(
     return chosen | own
 
 
-def _timed(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> PlanRequest:
-    """Return the request with the options in place of its own, and ordinary limits where nothing gives its time.
+def _timed(request: FileRequest, chosen: dict[str, Any], searched: bool) -> PlanRequest:
+    """Return the question with the options in place of the file's own, and ordinary limits where nothing times it.
 
     Times are in place of times, and limits of limits, alone or with the times: its own limits hold for other times.
     """
     own: dict[str, Any] = {"durations": None, "total_time": None, "time_weight": None} if searched else {}
-    own |= {"limits": (), "rotors": None} if "limits" in chosen else {}
     own |= {"time_limit": None} if chosen.get("total_time") is not None else {}
     own |= {"split": "optimal"} if chosen.get("time_weight") is not None else {}
-    return request.changed(**own | chosen).within_ordinary()
+    timed = request if searched else request.within_ordinary()
+    return timed.request().changed(**own | chosen)
 
 
 def course_of(file: Path, origin: options.Triple | None = None) -> minsnap.Course:

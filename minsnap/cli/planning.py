@@ -21,6 +21,7 @@ RECTANGLE_WALLS = 0.3
 
 
 if TYPE_CHECKING:
+    from minsnap.corridors import Room
 
     class LimitFields:
         """An option for each limit of :data:`minsnap.basics.limit_kinds.KINDS`."""
@@ -133,14 +134,15 @@ class TimingOptions(LimitOptions, Span):
 
         return ordinary_limits()
 
-    def altitudes(self, points: Any) -> dict[str, Any]:
-        """Return floor and ceiling of ordinary flight as the argument ``room``, where limits choose the time."""
+    def altitudes(self, points: Any) -> list[Room]:
+        """Return the room between floor and ceiling of ordinary flight, where limits choose the time; else none."""
         timed = self.time is not None or (self.time_weight is not None and self.limits is None)
         if timed or "altitude" in options.taken_off(self.no_limit) or len(points[0]) != 3:
-            return {}
+            return []
+        from minsnap.corridors import Room
         from minsnap.limits import ordinary_room
 
-        return {"room": ordinary_room(points)}
+        return [Room(*ordinary_room(points))]
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that the options name."""

@@ -65,7 +65,7 @@ def line(
         unused = ", ".join(ARGUMENTS[name] for name in given)
         raise TimingError(f"a line at constant speed has nothing to plan: leave out {unused}")
     if not constant_speed:
-        arguments |= destination.search | timing.altitudes([start, goal])
+        arguments |= destination.search | options.present(corridor=timing.altitudes([start, goal]) or None)
     path = minsnap.line(start, goal, constant_speed=constant_speed, **plan_arguments(arguments))
     destination.deliver(path, limits=None if constant_speed else timing.held)
 

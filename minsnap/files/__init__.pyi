@@ -18,6 +18,12 @@ from .convert import resolution_of as resolution_of
 from .convert import torn as torn
 from .convert import write_any as write_any
 from .fences import read_fence as read_fence
+from .file_request import FILE_ONLY as FILE_ONLY
+from .file_request import Box as Box
+from .file_request import FileRequest as FileRequest
+from .file_request import Heading as Heading
+from .file_request import Opening as Opening
+from .file_request import Point as Point
 from .flight_log import FlightLog as FlightLog
 from .flight_log import InertialLog as InertialLog
 from .flight_log import joined_logs as joined_logs
@@ -45,6 +51,7 @@ from .kml_missions import read_outline as read_outline
 from .limits_yaml import LIMIT_KEYS as LIMIT_KEYS
 from .limits_yaml import LIMITS as LIMITS
 from .limits_yaml import PRESET as PRESET
+from .limits_yaml import RESERVE as RESERVE
 from .limits_yaml import besides_rotors as besides_rotors
 from .limits_yaml import limits_of as limits_of
 from .limits_yaml import read_limits as read_limits

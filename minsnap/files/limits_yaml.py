@@ -18,7 +18,6 @@ from minsnap.basics.storage.text import FileName, load_yaml
 from minsnap.errors import FileError
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.ordinary import POWER, completed
-from minsnap.planning.request import RESERVE
 from minsnap.vehicle.quadrotor import (
     SHORT_NAMES,
     VEHICLES,
@@ -28,6 +27,9 @@ from minsnap.vehicle.quadrotor import (
     preset_of,
     vehicle_from,
 )
+
+RESERVE = 0.1
+"""Share of the rotors' room that is left to feedback unless told otherwise."""
 
 PRESET = word(*VEHICLES, short=SHORT_NAMES)
 """How a file names a preset of a vehicle."""

@@ -29,11 +29,12 @@ from minsnap.corridors.given_waypoints import Waypoints
 from minsnap.corridors.keep_out import NAMED
 from minsnap.durations.search_options import USUAL, WORDS
 from minsnap.errors import FileError, FrameError
+from minsnap.files.file_request import FileRequest, Opening
 from minsnap.files.frames import FRAMES, get_frame, map_vectors, map_yaw
-from minsnap.files.limits_yaml import LIMITS, PRESET, limit_fields
+from minsnap.files.limits_yaml import LIMITS, PRESET, RESERVE, limit_fields
 from minsnap.files.waypoints import COLUMNS, ENTRY, read_waypoints, waypoints_of
 from minsnap.limits.ordinary import written_in_file
-from minsnap.planning.request import RESERVE, Opening, PlanRequest
+from minsnap.planning.request import grouped
 
 LOOP = Form(
     "px4, ardupilot, a YAML file of a loop, or its fields by name",
@@ -117,7 +118,7 @@ FURTHER = {
         "axes and vehicle of the studio, which do not change the plan",
     ),
 }
-"""Keys of a request beyond those of a waypoint file: fields of ``PlanRequest``, which batches have too."""
+"""Keys of a request beyond those of a waypoint file: fields of ``FileRequest``, which batches have too."""
 
 PLAIN = {
     "yaw": Key(either(HEADING, several(NUMBER, "one number per waypoint")), "[rad], or velocity, tilt or free"),
@@ -165,7 +166,7 @@ def has_points(waypoints: Any) -> bool:
     return all(set(entry) <= set(COLUMNS) for entry in entries if isinstance(entry, dict))
 
 
-def read_request(path: FileName, origin: Sequence[float] | None = None) -> PlanRequest:
+def read_request(path: FileName, origin: Sequence[float] | None = None) -> FileRequest:
     """Read a waypoint file, or a YAML file that says how to plan through its waypoints, too.
 
     The keys of such a file are those of :data:`REQUEST`; ``limits`` that choose the time are completed by the ordinary
@@ -180,7 +181,7 @@ def read_request(path: FileName, origin: Sequence[float] | None = None) -> PlanR
 
     Returns
     -------
-    PlanRequest
+    FileRequest
         With the waypoints of the file; durations are None where it has none.
 
     Raises
@@ -200,7 +201,7 @@ def read_request(path: FileName, origin: Sequence[float] | None = None) -> PlanR
     return _with_further(f"{path}", request, content, Path(path).parent)
 
 
-def write_request(request: PlanRequest, path: FileName, *, clobber: bool = True) -> None:
+def write_request(request: FileRequest, path: FileName, *, clobber: bool = True) -> None:
     """Write a request as YAML in one atomic step; reading it returns an equal request.
 
     Raises
@@ -211,14 +212,14 @@ def write_request(request: PlanRequest, path: FileName, *, clobber: bool = True)
     write_file(path, request_text(request), clobber=clobber)
 
 
-def request_text(request: PlanRequest) -> str:
+def request_text(request: FileRequest) -> str:
     """Return a request as YAML text; numbers are written so that they read back exactly."""
     import yaml
 
     return str(yaml.safe_dump(_described(request), sort_keys=False, default_flow_style=None, width=120))
 
 
-def _described(request: PlanRequest) -> dict[str, Any]:
+def _described(request: FileRequest) -> dict[str, Any]:
     """Return the keys of a request that differ from their defaults, and what shapes the curve."""
     limits: dict[str, Any] = dict(request.limits)
     if request.rotors is None and request.durations is None and request.total_time is None:
@@ -228,7 +229,7 @@ def _described(request: PlanRequest) -> dict[str, Any]:
     view = {"frame": request.frame} | ({"vehicle": request.vehicle} if request.vehicle else {})
     avoid = [{name: list(numbers)} for name, numbers in request.avoid]
     gates = [gate._asdict() for gate in request.openings]
-    usual = vars(PlanRequest(())) | vars(USUAL) | {"limits": {}, "avoid": [], "openings": [], "view": None}
+    usual = vars(FileRequest(())) | vars(USUAL) | {"limits": {}, "avoid": [], "openings": [], "view": None}
     usual |= {"degree": None, "pieces": None, "closed": None}
     loop = None if request.tracking is None else request.tracking.description()
     own = {"limits": limits, "avoid": avoid, "openings": gates, "view": view, "tracking": loop}
@@ -236,16 +237,16 @@ def _described(request: PlanRequest) -> dict[str, Any]:
     return {name: plain(values[name]) for name in ("waypoints", *PLAIN, *FURTHER) if values[name] != usual[name]}
 
 
-def _from_waypoints(points: Waypoints) -> PlanRequest:
+def _from_waypoints(points: Waypoints) -> FileRequest:
     rows = tuple(tuple(row) for row in points.points.tolist())
     durations = None if points.durations is None else tuple(points.durations.tolist())
     yaw, limits = None if points.yaw is None else tuple(points.yaw.tolist()), dict[str, Any]()
     if points.speeds is not None:
         limits = limit_fields({"speed": tuple(points.speeds.tolist())}, timed=durations is not None)
-    return PlanRequest(rows, durations, yaw=yaw, limits=tuple(limits.items()))
+    return FileRequest(rows, durations, yaw=yaw, limits=tuple(limits.items()))
 
 
-def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any], folder: Path) -> PlanRequest:
+def _with_further(where: str, request: FileRequest, content: Mapping[str, Any], folder: Path) -> FileRequest:
     """Return the request with the keys of ``FURTHER``, each checked for its form; files it names are in a folder."""
     changes: dict[str, Any] = {
         key: FURTHER[key].form.read(f"{where}: {key}", content[key]) for key in FURTHER if content.get(key) is not None
@@ -260,7 +261,7 @@ def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any], 
     elif widths is not None and len(widths) != request.legs and not (changes.get("closed") and ends[0] != ends[1]):
         count = f"{len(widths)} numbers for {request.legs} legs"
         raise FileError(f"{where}: corridor has {count}: give one, or one per leg")
-    return request.changed(**changes.pop("view", {}) | changes)
+    return replace(request, **grouped({"yaw": request.yaw} | changes.pop("view", {}) | changes))
 
 
 def _limits(where: str, content: Mapping[str, Any], timed: bool) -> dict[str, Any]:
@@ -273,7 +274,7 @@ def _limits(where: str, content: Mapping[str, Any], timed: bool) -> dict[str, An
     return fields | {"vehicle": preset, "rotors": rotors.get("reserve", RESERVE)}
 
 
-def in_enu(request: PlanRequest, frame: str) -> PlanRequest:
+def in_enu(request: FileRequest, frame: str) -> FileRequest:
     """Return a request whose waypoints and headings are in the axes of a frame.
 
     Raises

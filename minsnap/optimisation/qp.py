@@ -45,7 +45,7 @@ QUIET = Lock()
 """Held while warnings of solvers are left out: filters of warnings belong to the process, and threads plan at once."""
 
 
-def check_solver(solver: str) -> str:
+def check_solver(solver: Solver) -> Solver:
     """Return the name of an installed solver, or raise UnknownSolverError with the list of installed ones."""
     if solver == "auto":
         return solver

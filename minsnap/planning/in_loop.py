@@ -121,7 +121,7 @@ def narrowed(request: PlanRequest, distance: float) -> PlanRequest:
     elif corridor is not None:
         corridor = [narrower(each, distance) for each in as_constraints(corridor)]
     places = request.waypoints
-    if without_gates(places)[1]:
+    if isinstance(places, Sequence) and without_gates(places)[1]:
         places = [place.within(distance) if isinstance(place, Gate) else place for place in places]
     avoid = tuple(part for each in request.avoid for part in larger(each, distance))
     return replace(request, corridor=corridor, waypoints=places, avoid=avoid)
@@ -160,7 +160,10 @@ def plan_in_loop(request: PlanRequest, planned: Callable[[PlanRequest, tuple[str
         If no plan was found with which the vehicle stays inside.
     """
     asked = replace(request, tracking=None, wind=None)
-    wind, loop = check_tracking(request.tracking, request.wind), request.tracking
+    loop = request.tracking
+    wind = check_tracking(loop, request.wind)
+    if loop is None:
+        return planned(asked, ())
 
     def less(distance: float, limits: Limits | None) -> PlanRequest:
         return replace(narrowed(asked, distance), limits=limits)

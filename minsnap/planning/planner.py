@@ -308,7 +308,8 @@ def _planned(request: PlanRequest, watch: Progress | None, said: tuple[str, ...]
     widths = None if request.corridor is None else numbers(request.corridor)
     passed = without_gates(request.waypoints)[1], tuple(request.avoid or ()), widths
     chosen = request.pieces is None and refine and not request.avoid
-    least = _least_time(request, task, passed[0]) if timing.shortest and not timed.limits_from else None
+    bounded = timing.shortest and not timed.limits_from
+    least = _least_time(request, request.limits, task, passed[0]) if bounded and request.limits else None
     course = _course(task, timing, timed.trajectory) if timing.shortest and not request.avoid else None
     how = _Plan(known, request.limits, request.yaw is None, chosen, *passed, least=least, said=said, course=course)
     return as_plan(timed.trajectory, how)
@@ -347,14 +348,14 @@ def _course(task: Task, timing: Timing, curve: Trajectory) -> TimedCourse | None
     return TimedCourse(replace(task, pieces=curve.pieces, finish=finish), timing, curve)
 
 
-def _least_time(request: PlanRequest, task: Task, gates: Mapping[int, Gate]) -> TimeQuestion:
+def _least_time(request: PlanRequest, limits: Limits, task: Task, gates: Mapping[int, Gate]) -> TimeQuestion:
     """Return the question how long every flight takes at least that keeps what was asked of a plan."""
     from minsnap.bounds.least_time import TimeQuestion, names_of
 
     beside = {"the obstacles": request.avoid, "the pins on the way": request.pins}
     placement = Placement(task.waypoints, task.lower, task.upper, regions=task.regions)
     named = names_of(task.walls) + tuple(name for name, given in beside.items() if given)
-    return TimeQuestion(placement, gates, task.end_velocities, request.limits, named)
+    return TimeQuestion(placement, gates, task.end_velocities, limits, named)
 
 
 def _shown(curve: Plan, watch: Progress | None, on_interrupt: str) -> Plan:
@@ -376,7 +377,7 @@ def _steps_in(on_interrupt: str, line: ProgressLine) -> Progress:
     return lambda step: line.show(None, f"{step.evaluation} plans, {step.total_time:.4g} s{hint}")
 
 
-def _named_solver(solver: str) -> str:
+def _named_solver(solver: Solver) -> Solver:
     """Return the name of a solver that is installed; see ``check_solver``."""
     checks.check_words(solver=solver)
     if solver == "auto":
@@ -388,7 +389,11 @@ def _named_solver(solver: str) -> str:
 
 def task_of(request: PlanRequest) -> Task:
     """Check where the curve passes, with which derivatives, and that both are inside the walls of their legs."""
-    limits = request.bounds
+    limits = request.limits
+    if limits is not None:
+        from minsnap.limits.limits import check_limits
+
+        check_limits(limits)
     corridor, instants = unsampled(request.corridor, limits is not None)
     constraints = as_constraints(corridor)
     knots = as_knots(request.waypoints, request.waypoint_tolerance)
@@ -423,8 +428,21 @@ def task_of(request: PlanRequest) -> Task:
     check_reach(placement, pinned, walls)
     walls = [_off_holds(wall, points, held) for wall in walls] if held else walls
     checks.check_jumps(smoothness, half, pieces == 1 and not refine and not (upper > lower).any())
-    known = pinned, half, smoothness, closed, pieces, walls, request.solver, placement.regions
-    return Task(points, lower, upper, *known, samples=instants, finish=finish)
+    return Task(
+        waypoints=points,
+        lower=lower,
+        upper=upper,
+        pins=pinned,
+        half=half,
+        continuity=smoothness,
+        closed=closed,
+        pieces=pieces,
+        walls=walls,
+        solver=request.solver,
+        regions=placement.regions,
+        samples=instants,
+        finish=finish,
+    )
 
 
 def _off_holds(wall: Walls, points: FloatArray, held: list[int]) -> Walls:

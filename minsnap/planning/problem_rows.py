@@ -169,7 +169,7 @@ class ManyProblems:
         start, end = (None if e is None else dict(zip(names, e[index], strict=True)) for e in self.ends)
         corridor = None if self.corridors is None else self.corridors[index]
         own = {"durations": durations} | {name: values[index] for name, values in self.others.items()}
-        return PlanRequest(points, corridor=corridor, start=start, end=end, degree=2 * self.half - 1, **own)
+        return PlanRequest(waypoints=points, corridor=corridor, start=start, end=end, degree=2 * self.half - 1, **own)
 
     def alone(self, index: int) -> Trajectory | MinsnapError:
         """Plan one problem by itself."""
@@ -217,7 +217,7 @@ class ManyProblems:
         from minsnap.optimisation.solve import solve
 
         request = self.request(index)
-        constraints = as_constraints(request.corridor)
+        constraints = as_constraints(None if self.corridors is None else self.corridors[index])
         if not constraints:
             times, forces = free_slopes(curve.control_points, curve.durations)
             return Slopes(times, np.diff(-forces, axis=0, prepend=0.0, append=0.0), np.zeros(len(times)))

@@ -21,10 +21,9 @@ from minsnap.basics.storage.atomic import refuse_source
 from minsnap.basics.storage.text import FileName
 from minsnap.corridors import Boxes, Constraint, Room, Tube, as_constraints, named_obstacles
 from minsnap.errors import CorridorError, FileError, LimitError, MinsnapError, WaypointError, YawError
-from minsnap.files import RATE, besides_rotors, read_request, write_any, write_request
+from minsnap.files import RATE, FileRequest, Opening, besides_rotors, read_request, write_any, write_request
 from minsnap.limits import Limits, VehicleLimits, check_one_speed
 from minsnap.paths.missions import Course, is_course, read_course
-from minsnap.planning import Opening, PlanRequest
 from minsnap.studio.workbench import BenchState, PlannedScene
 from minsnap.trajectory import Trajectory
 from minsnap.vehicle import VEHICLES, preset_of
@@ -164,13 +163,13 @@ def kind_of(path: FileName) -> str:
     return "request (YAML)" if is_yaml and not is_course(path) else ""
 
 
-def example_scene() -> PlanRequest:
+def example_scene() -> FileRequest:
     """Return the scene of a studio without a file: the rectangle of 8 by 4 m in 12 s, 0.3 m to each side."""
     corners = ((0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0))
-    return PlanRequest(corners, total_time=12.0, corridor=(0.3,) * 4, vehicle="dji_f330")
+    return FileRequest(corners, total_time=12.0, corridor=(0.3,) * 4, vehicle="dji_f330")
 
 
-def open_scene(path: FileName) -> PlanRequest:
+def open_scene(path: FileName) -> FileRequest:
     """Return the scene of a file: a request or waypoints in YAML, waypoints in CSV, or a QGroundControl plan.
 
     A plan that was written as JSON or YAML gives its waypoints, durations, walls, limits and heading. What has no
@@ -202,7 +201,7 @@ def open_scene(path: FileName) -> PlanRequest:
     return request.within_ordinary()
 
 
-def open_upload(name: str, content: bytes, folder: WorkingFolder) -> PlanRequest:
+def open_upload(name: str, content: bytes, folder: WorkingFolder) -> FileRequest:
     """Return the scene of an uploaded file.
 
     Parameters
@@ -253,7 +252,7 @@ def _draw(scene: PlannedScene, path: Path) -> None:
     save_figure(plot_overview(scene.trajectory, limits=request.bounds, **how), path)
 
 
-def _of_course(course: Course) -> PlanRequest:
+def _of_course(course: Course) -> FileRequest:
     """Return the scene of a course: points and gates, tube, limits, lap and heading.
 
     Raises
@@ -271,13 +270,13 @@ def _of_course(course: Course) -> PlanRequest:
     points = tuple(tuple(stop.center.tolist()) for stop in course.stops)
     yaw = tuple(course.yaw) if isinstance(course.yaw, (list, tuple)) else course.yaw
     how = {"degree": course.degree, "pieces": course.pieces, "avoid": course.avoid}
-    scene = PlanRequest(points, openings=openings, yaw=yaw, **how, **bounds_of(course.bounds))
+    scene = FileRequest(points, openings=openings, yaw=yaw, **how, **bounds_of(course.bounds))
     if course.tube is not None:
         scene = replace(scene, corridor=(course.tube,) * scene.legs)
     return scene.as_lap() if course.closed else scene
 
 
-def _of_plan(path: FileName) -> PlanRequest:
+def _of_plan(path: FileName) -> FileRequest:
     from minsnap.files.formats import read_polynomials
 
     stored = read_polynomials(path)
@@ -342,7 +341,7 @@ def _heading(curve: Trajectory) -> float | str | tuple[float, ...] | None:
     raise YawError("a scene has no heading towards a point: its heading is an angle per waypoint, velocity or tilt")
 
 
-def scene_of(curve: Any, waypoints: Any = None, corridor: Any = None, limits: Limits | None = None) -> PlanRequest:
+def scene_of(curve: Any, waypoints: Any = None, corridor: Any = None, limits: Limits | None = None) -> FileRequest:
     """Return the scene of a plan.
 
     Parameters
@@ -369,7 +368,7 @@ def scene_of(curve: Any, waypoints: Any = None, corridor: Any = None, limits: Li
         )
     rows, times = tuple(tuple(row) for row in points.tolist()), tuple(np.diff(curve.leg_breaks).tolist())
     bounds = _walls(as_constraints(corridor), curve.legs) | bounds_of(limits)
-    return PlanRequest(rows, times, degree=curve.degree, pieces=curve.pieces, **bounds)
+    return FileRequest(rows, times, degree=curve.degree, pieces=curve.pieces, **bounds)
 
 
 def _walls(parts: list[Constraint], legs: int) -> dict[str, Any]:

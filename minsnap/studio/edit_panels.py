@@ -13,11 +13,10 @@ import numpy as np
 from minsnap.basics.checks import DEGREES
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import FileError
-from minsnap.files import FRAMES
+from minsnap.files import FRAMES, RESERVE, FileRequest, Opening
 from minsnap.flight.simulation.controllers import GeometricController
 from minsnap.flight.simulation.simulated_flight import Flight, simulate
 from minsnap.limits import completed
-from minsnap.planning import RESERVE, Opening, PlanRequest
 from minsnap.studio import edits
 from minsnap.studio.page_inputs import InputRows, Inputs, follow, sentence, table, when_changed, when_clicked
 from minsnap.studio.path_view import GateView, PathView, WaypointView
@@ -29,7 +28,7 @@ from minsnap.vehicle import VEHICLES, named_vehicle
 HEADINGS = ("fixed", "per waypoint", "velocity", "tilt", "free")
 """Ways to give the heading."""
 
-ORDER: dict[str, tuple[Callable[[PlanRequest, int], PlanRequest], int]] = {
+ORDER: dict[str, tuple[Callable[[FileRequest, int], FileRequest], int]] = {
     "Add": (edits.insert_waypoint, 1),
     "Delete": (edits.delete_waypoint, 0),
     "↑": (partial(edits.move_in_order, step=-1), -1),
@@ -103,42 +102,42 @@ class RoutePanel:
         self._gates.choose(self._index)
         self._inputs.show()
 
-    def _at(self, change: Callable[[PlanRequest, int, Any], PlanRequest]) -> Callable[[PlanRequest, Any], PlanRequest]:
+    def _at(self, change: Callable[[FileRequest, int, Any], FileRequest]) -> Callable[[FileRequest, Any], FileRequest]:
         """Return an edit of the chosen waypoint as one of the request."""
         return lambda request, value: change(request, self._index, value)
 
-    def _opening(self, request: PlanRequest) -> Opening | None:
+    def _opening(self, request: FileRequest) -> Opening | None:
         """Return the gate at the chosen waypoint."""
         return next((gate for gate in request.openings if gate.waypoint == self._index), None)
 
-    def _size_of_gate(self, request: PlanRequest) -> tuple[float, ...] | None:
+    def _size_of_gate(self, request: FileRequest) -> tuple[float, ...] | None:
         gate = self._opening(request)
         return None if gate is None else tuple(edits.size_of(np.array(gate.corners)).round(6).tolist())
 
     def _turn(self, index: int) -> tuple[Any]:
-        def change(request: PlanRequest, angle: float) -> PlanRequest:
+        def change(request: FileRequest, angle: float) -> FileRequest:
             return replace(request, yaw=(*request.turns[:index], radians(angle), *request.turns[index + 1 :]))
 
         return (self._inputs.edits(self._inputs.gui.add_number(f"{index}", 0.0, step=1.0), change, f"heading {index}"),)
 
 
-def _closed(request: PlanRequest, wanted: bool) -> PlanRequest:
+def _closed(request: FileRequest, wanted: bool) -> FileRequest:
     return request.as_lap() if wanted else replace(request, closed=False)
 
 
-def _headed(request: PlanRequest, kind: str) -> PlanRequest:
+def _headed(request: FileRequest, kind: str) -> FileRequest:
     fixed = request.yaw if isinstance(request.yaw, float) else 0.0
     chosen: dict[str, Any] = {"fixed": fixed, "per waypoint": (fixed,) * len(request.waypoints)}
     return replace(request, yaw=chosen.get(kind, kind))
 
 
-def _heading(request: PlanRequest) -> str:
+def _heading(request: FileRequest) -> str:
     if request.turns:
         return HEADINGS[1]
     return request.yaw if isinstance(request.yaw, str) else HEADINGS[0]
 
 
-def _fixed_angle(request: PlanRequest) -> float | None:
+def _fixed_angle(request: FileRequest) -> float | None:
     if _heading(request) != HEADINGS[0]:
         return None
     return round(degrees(request.yaw), 9) if isinstance(request.yaw, float) else 0.0
@@ -182,7 +181,7 @@ class CorridorPanel:
             self._view.choose(kept)
         self._inputs.show(request)
 
-    def _checkbox(self, label: str, walls: str, change: Callable[[PlanRequest, bool], PlanRequest]) -> None:
+    def _checkbox(self, label: str, walls: str, change: Callable[[FileRequest, bool], FileRequest]) -> None:
         box = self._inputs.gui.add_checkbox(label, False)
         self._inputs.bind(box, lambda request: getattr(request, walls) is not None, change)
 
@@ -196,10 +195,10 @@ class CorridorPanel:
         self._view.choose(which)
         self._inputs.show()
 
-    def _corner(self, side: int, request: PlanRequest) -> Any:
+    def _corner(self, side: int, request: FileRequest) -> Any:
         return edits.named_boxes(request).get(self._faces.value, (None, None))[side]
 
-    def _with_corner(self, side: int, request: PlanRequest, value: Any) -> PlanRequest:
+    def _with_corner(self, side: int, request: FileRequest, value: Any) -> FileRequest:
         changed = lambda box: (value, box[1]) if side == 0 else (box[0], value)  # noqa: E731
         return edits.change_box(request, self._faces.value, changed)
 
@@ -267,7 +266,7 @@ class TimePanel:
         self._rows.show(request.durations or ())
         self._inputs.show(request)
 
-    def _timed(self, request: PlanRequest, mode: str) -> PlanRequest:
+    def _timed(self, request: FileRequest, mode: str) -> FileRequest:
         known = self._durations if len(self._durations) == request.legs else edits.straight_durations(request)
         return edits.with_time(request, mode, known, USUAL)
 
@@ -283,14 +282,14 @@ class TimePanel:
         how: dict[str, Any] = {"min": low, "max": high, "step": 0.05, "initial_value": first, "visible": False}
         box, slider = gui.add_checkbox(label, False), gui.add_slider(f"≤ {kind.label}", **how)
 
-        def shown(request: PlanRequest) -> float | None:
+        def shown(request: FileRequest) -> float | None:
             value = dict(request.limits).get(name)
             return None if value is None else round(degrees(value) if kind.degrees else value, 9)
 
-        def change(request: PlanRequest, value: float) -> PlanRequest:
+        def change(request: FileRequest, value: float) -> FileRequest:
             return edits.set_limit(request, name, radians(value) if kind.degrees else value)
 
-        def switch(request: PlanRequest, wanted: bool) -> PlanRequest:
+        def switch(request: FileRequest, wanted: bool) -> FileRequest:
             return change(request, slider.value) if wanted else edits.set_limit(request, name, None)
 
         self._inputs.bind(box, lambda request: shown(request) is not None, switch)
@@ -305,18 +304,18 @@ class TimePanel:
         pieces = gui.add_dropdown("Pieces per leg", ("1", "2", "3", "4", "5", "6", "auto"))
         bind(
             pieces,
-            lambda r: str(r.polynomials),
+            lambda r: str(r.request().polynomials),
             lambda r, text: replace(r, pieces=text if text == "auto" else int(text)),
         )
 
 
-def _with_rotors(request: PlanRequest, wanted: bool) -> PlanRequest:
+def _with_rotors(request: FileRequest, wanted: bool) -> FileRequest:
     if wanted:
         return replace(request, rotors=RESERVE, vehicle=request.vehicle or DRAWN)
     return replace(request, rotors=None, limits=request.limits or tuple(USUAL.items()))
 
 
-def _mode(request: PlanRequest) -> str:
+def _mode(request: FileRequest) -> str:
     if request.durations is not None:
         return MODES[0]
     return MODES[1] if request.total_time is not None else MODES[2]

@@ -11,7 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.corridors import Gate
 from minsnap.errors import InputError, WaypointError
-from minsnap.planning import Box, Opening, PlanRequest, Point
+from minsnap.files import Box, FileRequest, Opening, Point
 
 _Made = Callable[[Any], Sequence[Any]]
 
@@ -34,7 +34,7 @@ ROOM = "room"
 """What the page calls the room, besides ``box 0`` and so on."""
 
 
-def move_waypoint(request: PlanRequest, index: int, position: Sequence[float]) -> PlanRequest:
+def move_waypoint(request: FileRequest, index: int, position: Sequence[float]) -> FileRequest:
     """Return the request with a waypoint at another position [m]; both ends of a closed lap move together."""
     points = list(request.waypoints)
     point = tuple(float(value) for value in position)
@@ -47,7 +47,7 @@ def move_waypoint(request: PlanRequest, index: int, position: Sequence[float]) -
     return _with_corners(moved, ends if joined else (index,), lambda corners: corners + step)
 
 
-def insert_waypoint(request: PlanRequest, index: int) -> PlanRequest:
+def insert_waypoint(request: FileRequest, index: int) -> FileRequest:
     """Return the request with a waypoint in the middle of the leg from waypoint ``index``, or beyond the last one.
 
     Both halves of the leg keep its width and its box, and share its duration.
@@ -66,7 +66,7 @@ def insert_waypoint(request: PlanRequest, index: int) -> PlanRequest:
     return _grown(_with_legs(changed, slice(leg, leg + 1), lambda d: [share * d[0] for share in shares], twice, twice))
 
 
-def delete_waypoint(request: PlanRequest, index: int) -> PlanRequest:
+def delete_waypoint(request: FileRequest, index: int) -> FileRequest:
     """Return the request without a waypoint; its two legs become one, with the smaller width and a box around both.
 
     Raises
@@ -87,7 +87,7 @@ def delete_waypoint(request: PlanRequest, index: int) -> PlanRequest:
     return _with_legs(changed, slice(first, last + 1), lambda d: (sum(d),), lambda w: (min(w),), hull)
 
 
-def move_in_order(request: PlanRequest, index: int, step: int) -> PlanRequest:
+def move_in_order(request: FileRequest, index: int, step: int) -> FileRequest:
     """Return the request with a waypoint exchanged with its neighbour ``step`` away, -1 or 1; legs keep their place."""
     other = index + step
     if not 0 <= other < len(request.waypoints):
@@ -99,7 +99,7 @@ def move_in_order(request: PlanRequest, index: int, step: int) -> PlanRequest:
     return _grown(replace(request, waypoints=points, yaw=yaw, openings=_renumbered(request, order)))
 
 
-def with_gate(request: PlanRequest, index: int, wanted: bool) -> PlanRequest:
+def with_gate(request: FileRequest, index: int, wanted: bool) -> FileRequest:
     """Return the request with a gate of 1 m by 1 m at a waypoint, across the way to it and from it, or without it."""
     others = tuple(gate for gate in request.openings if gate.waypoint != index)
     if not wanted:
@@ -112,13 +112,13 @@ def with_gate(request: PlanRequest, index: int, wanted: bool) -> PlanRequest:
     return replace(request, openings=tuple(sorted((*others, Opening(index, _points(corners), 1)))))
 
 
-def reshape_gate(request: PlanRequest, index: int, matrix: FloatArray) -> PlanRequest:
+def reshape_gate(request: FileRequest, index: int, matrix: FloatArray) -> FileRequest:
     """Return the request with the corners of a gate turned or scaled about its center, by a matrix (3, 3)."""
     center = np.array(request.waypoints[index])
     return _with_corners(request, (index,), lambda corners: center + (corners - center) @ matrix.T)
 
 
-def resize_gate(request: PlanRequest, index: int, size: Sequence[float]) -> PlanRequest:
+def resize_gate(request: FileRequest, index: int, size: Sequence[float]) -> FileRequest:
     """Return the request with another width and height of a gate [m], if it is there."""
     corners = next((np.array(gate.corners) for gate in request.openings if gate.waypoint == index), None)
     if corners is None:
@@ -133,7 +133,7 @@ def size_of(corners: FloatArray) -> FloatArray:
     return np.asarray(np.ptp(corners @ np.stack(axes_of(corners)).T, axis=0))
 
 
-def set_margin(request: PlanRequest, index: int, margin: float) -> PlanRequest:
+def set_margin(request: FileRequest, index: int, margin: float) -> FileRequest:
     """Return the request with another margin of a gate [m]."""
     return _with_gates(request, (index,), lambda gate: gate._replace(margin=float(margin)))
 
@@ -148,24 +148,24 @@ def axes_of(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     return across, np.cross(normal, across)
 
 
-def set_width(request: PlanRequest, leg: int, width: float) -> PlanRequest:
+def set_width(request: FileRequest, leg: int, width: float) -> FileRequest:
     """Return the request with another half-width of one leg [m]."""
     widths = request.corridor or (WIDTH,) * request.legs
     return replace(request, corridor=(*widths[:leg], float(width), *widths[leg + 1 :]))
 
 
-def with_tube(request: PlanRequest, wanted: bool) -> PlanRequest:
+def with_tube(request: FileRequest, wanted: bool) -> FileRequest:
     """Return the request with a tube of 0.3 m around every leg, or without any."""
     return replace(request, corridor=(WIDTH,) * request.legs if wanted else None)
 
 
-def with_boxes(request: PlanRequest, wanted: bool) -> PlanRequest:
+def with_boxes(request: FileRequest, wanted: bool) -> FileRequest:
     """Return the request with a box around every leg, 1 m larger than the leg, or without any."""
     boxes = tuple(_around(request.waypoints[leg : leg + 2]) for leg in range(request.legs))
     return replace(request, boxes=boxes if wanted else None)
 
 
-def with_room(request: PlanRequest, wanted: bool) -> PlanRequest:
+def with_room(request: FileRequest, wanted: bool) -> FileRequest:
     """Return the request with a room around all waypoints, or without any."""
     return replace(request, room=_around(request.waypoints) if wanted else None)
 
@@ -188,13 +188,13 @@ def move_face(box: Box, axis: int, side: int, value: float) -> Box:
     return _plain(corners[0]), _plain(corners[1])
 
 
-def named_boxes(request: PlanRequest) -> dict[str, Box]:
+def named_boxes(request: FileRequest) -> dict[str, Box]:
     """Return the room and the boxes of the legs by what the page calls them."""
     room = {} if request.room is None else {ROOM: request.room}
     return room | {f"box {leg}": box for leg, box in enumerate(request.boxes or ())}
 
 
-def change_box(request: PlanRequest, name: str, change: Callable[[Box], Box]) -> PlanRequest:
+def change_box(request: FileRequest, name: str, change: Callable[[Box], Box]) -> FileRequest:
     """Return the request with the room or a box changed, if it is there."""
     boxes = named_boxes(request)
     if name not in boxes:
@@ -204,12 +204,12 @@ def change_box(request: PlanRequest, name: str, change: Callable[[Box], Box]) ->
     return replace(request, room=room, boxes=None if request.boxes is None else tuple(boxes.values()))
 
 
-def with_time(request: PlanRequest, mode: str, durations: Sequence[float], limits: dict[str, float]) -> PlanRequest:
+def with_time(request: FileRequest, mode: str, durations: Sequence[float], limits: dict[str, float]) -> FileRequest:
     """Return the request timed in another way.
 
     Parameters
     ----------
-    request : PlanRequest
+    request : FileRequest
     mode : {"durations", "total time", "limits"}
         What is given.
     durations : sequence of float
@@ -229,7 +229,7 @@ def with_time(request: PlanRequest, mode: str, durations: Sequence[float], limit
     return replace(request, durations=times, total_time=None, search=search and replace(search, split="optimal"))
 
 
-def set_limit(request: PlanRequest, name: str, value: float | None) -> PlanRequest:
+def set_limit(request: FileRequest, name: str, value: float | None) -> FileRequest:
     """Return the request with another value of a limit, or without it where that is None.
 
     Raises
@@ -245,37 +245,37 @@ def set_limit(request: PlanRequest, name: str, value: float | None) -> PlanReque
     return replace(request, limits=tuple(limits.items()))
 
 
-def set_reserve(request: PlanRequest, share: float) -> PlanRequest:
+def set_reserve(request: FileRequest, share: float) -> FileRequest:
     """Return the request with another share of the rotors' room left to feedback, if their limits are kept."""
     return request if request.rotors is None else replace(request, rotors=float(share))
 
 
-def set_duration(request: PlanRequest, leg: int, seconds: float) -> PlanRequest:
+def set_duration(request: FileRequest, leg: int, seconds: float) -> FileRequest:
     """Return the request with another duration of one leg [s]."""
     times = request.durations or straight_durations(request)
     return replace(request, durations=(*times[:leg], float(seconds), *times[leg + 1 :]), total_time=None)
 
 
-def straight_durations(request: PlanRequest) -> tuple[float, ...]:
+def straight_durations(request: FileRequest) -> tuple[float, ...]:
     """Return durations of the legs at 1 m/s [s]."""
     steps = np.diff(np.array(request.waypoints), axis=0)
     return tuple((np.maximum(np.linalg.norm(steps, axis=1), 0.1) / SPEED).tolist())
 
 
-def _renumbered(request: PlanRequest, order: Sequence[int | None]) -> tuple[Opening, ...]:
+def _renumbered(request: FileRequest, order: Sequence[int | None]) -> tuple[Opening, ...]:
     """Return the gates at the new numbers of their waypoints; those of waypoints that are gone are left out."""
     numbers = [(order[gate.waypoint], gate) for gate in request.openings]
     return tuple(sorted(gate._replace(waypoint=number) for number, gate in numbers if number is not None))
 
 
 def _with_corners(
-    request: PlanRequest, moved: Sequence[int], change: Callable[[FloatArray], FloatArray]
-) -> PlanRequest:
+    request: FileRequest, moved: Sequence[int], change: Callable[[FloatArray], FloatArray]
+) -> FileRequest:
     """Return the request with other corners of the gates at some waypoints."""
     return _with_gates(request, moved, lambda gate: gate._replace(corners=_points(change(np.array(gate.corners)))))
 
 
-def _with_gates(request: PlanRequest, changed: Sequence[int], change: Callable[[Opening], Opening]) -> PlanRequest:
+def _with_gates(request: FileRequest, changed: Sequence[int], change: Callable[[Opening], Opening]) -> FileRequest:
     """Return the request with other gates at some waypoints."""
     gates = (change(gate) if gate.waypoint in changed else gate for gate in request.openings)
     return replace(request, openings=tuple(gates))
@@ -285,7 +285,7 @@ def _points(corners: FloatArray) -> tuple[Point, ...]:
     return tuple(_plain(corner) for corner in corners)
 
 
-def _with_legs(request: PlanRequest, legs: slice, durations: _Made, widths: _Made, boxes: _Made) -> PlanRequest:
+def _with_legs(request: FileRequest, legs: slice, durations: _Made, widths: _Made, boxes: _Made) -> FileRequest:
     """Return the request with other legs in the place of some: their values are made of those of these."""
 
     def spliced(values: Any, made: _Made) -> Any:
@@ -297,7 +297,7 @@ def _with_legs(request: PlanRequest, legs: slice, durations: _Made, widths: _Mad
     )
 
 
-def _grown(request: PlanRequest) -> PlanRequest:
+def _grown(request: FileRequest) -> FileRequest:
     """Return the request with boxes that contain the ends of their legs."""
     if request.boxes is None:
         return request

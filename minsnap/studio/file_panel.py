@@ -10,8 +10,7 @@ from typing import Any
 
 from minsnap.basics.limit_kinds import KIND
 from minsnap.certificate import Certificate
-from minsnap.files import request_text
-from minsnap.planning import PLAIN, PlanRequest
+from minsnap.files import FILE_ONLY, FileRequest, request_text
 from minsnap.studio.documents import ENDINGS, EXPORTS, WorkingFolder, open_upload, save_as
 from minsnap.studio.ground_view import ENDINGS as OBSTACLE_ENDINGS
 from minsnap.studio.ground_view import PICTURES, Obstacles, floor, read_obstacles
@@ -24,14 +23,14 @@ END = "END_OF_REQUEST"
 """The line that ends the text of the request in a shell."""
 
 
-def as_python(request: PlanRequest) -> str:
+def as_python(request: FileRequest) -> str:
     """Return a script that plans a request and leaves it in ``trajectory``; numbers are written exactly."""
     avoided = ", ".join(f"named_obstacle({name!r}, {numbers!r})" for name, numbers in request.avoid)
     own = {"limits": _limits(request), "corridor": _walls(request), "avoid": f"[{avoided}]" if avoided else None}
-    usual = vars(PlanRequest(request.waypoints))
+    usual = vars(FileRequest(request.waypoints))
     values = {n: repr(list(v) if isinstance(v, tuple) else v) for n, v in vars(request).items() if v != usual[n]}
     values |= {"search": f"minsnap.{request.search!r}"} if request.search else {}
-    lines = [f"    {n}={value}," for n, value in (values | own).items() if value is not None and n not in PLAIN]
+    lines = [f"    {n}={value}," for n, value in (values | own).items() if value is not None and n not in FILE_ONLY]
     gates = {index: f"minsnap.Gate.polygon{tuple(gate)!r}" for index, *gate in request.openings}
     points = [f"    {gates.get(i, repr(point))}," for i, point in enumerate(request.waypoints)]
     head = ["import minsnap"] + (["from minsnap.vehicle import Quadrotor"] if request.rotors is not None else [])
@@ -41,14 +40,14 @@ def as_python(request: PlanRequest) -> str:
     )
 
 
-def as_command(request: PlanRequest) -> str:
+def as_command(request: FileRequest) -> str:
     """Return shell commands that write the request to ``setpoints.yaml`` and plan it into ``setpoints.csv``."""
     frame = f" --frame {request.frame}" if request.frame != "enu" else ""
     written = f"cat > setpoints.yaml <<'{END}'\n{request_text(request)}{END}\n"
     return f"{written}minsnap plan setpoints.yaml{frame} -o setpoints.csv\n"
 
 
-def _limits(request: PlanRequest) -> str | None:
+def _limits(request: FileRequest) -> str | None:
     fields = ", ".join(f"{name}={value!r}" for name, value in request.limits)
     if request.rotors is None:
         return f"minsnap.Limits({fields})" if fields else None
@@ -56,7 +55,7 @@ def _limits(request: PlanRequest) -> str | None:
     return f"minsnap.Limits.of({vehicle}{', ' if fields else ''}{fields})"
 
 
-def _walls(request: PlanRequest) -> str | None:
+def _walls(request: FileRequest) -> str | None:
     corridor = _corridor(request)
     if request.room is None:
         return corridor
@@ -64,7 +63,7 @@ def _walls(request: PlanRequest) -> str | None:
     return room if corridor is None else f"[{corridor}, {room}]"
 
 
-def _corridor(request: PlanRequest) -> str | None:
+def _corridor(request: FileRequest) -> str | None:
     widths = request.corridor
     tube = None if widths is None else repr(widths[0] if len(set(widths)) == 1 else list(widths))
     if request.boxes is None:
@@ -74,7 +73,7 @@ def _corridor(request: PlanRequest) -> str | None:
     return boxes if tube is None else f"[minsnap.Tube({list(widths or ())!r}), {boxes}]"
 
 
-def without_obstacles(request: PlanRequest) -> PlanRequest:
+def without_obstacles(request: FileRequest) -> FileRequest:
     """Return a document that keeps out of nothing."""
     return replace(request, avoid=())
 

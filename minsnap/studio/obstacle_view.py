@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.planning import PlanRequest
+from minsnap.files import FileRequest
 from minsnap.plot.obstacles import faces_of
 from minsnap.studio.ground_view import Obstacles
 from minsnap.studio.page_inputs import Change
@@ -37,7 +37,7 @@ def avoiding(found: Obstacles, clearance: float = CLEARANCE) -> Change:
         ("cuboid", (*(low - clearance).tolist(), *(high + clearance).tolist())) for low, high in boxes
     )
 
-    def change(request: PlanRequest) -> PlanRequest:
+    def change(request: FileRequest) -> FileRequest:
         return replace(request, avoid=(*request.avoid, *(each for each in named if each not in request.avoid)))
 
     return change
@@ -136,7 +136,7 @@ class ObstacleView:
             self._mesh = self._scene.add_mesh_simple("/avoided", vertices, faces, **look)
 
 
-def triangles(request: PlanRequest) -> tuple[FloatArray, IntArray]:
+def triangles(request: FileRequest) -> tuple[FloatArray, IntArray]:
     """Return corners and triangles of the obstacles of a document near its waypoints, shapes (n, 3) [m] and (m, 3)."""
     places = np.array(request.waypoints, dtype=np.float64)
     around = np.concatenate((places - 2.0, places + 2.0))

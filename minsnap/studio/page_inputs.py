@@ -9,15 +9,15 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from minsnap.planning import PlanRequest
+from minsnap.files import FileRequest
 
-Change = Callable[[PlanRequest], PlanRequest]
+Change = Callable[[FileRequest], FileRequest]
 """Returns the document after an edit."""
 
-ValueChange = Callable[[PlanRequest, Any], PlanRequest]
+ValueChange = Callable[[FileRequest, Any], FileRequest]
 """The same for the value of an input."""
 
-Shown = Callable[[PlanRequest], Any]
+Shown = Callable[[FileRequest], Any]
 """What an input shows of the document."""
 
 
@@ -213,7 +213,7 @@ class Inputs:
 
     def __init__(self, gui: Any, editor: Editor) -> None:
         self.gui, self.editor = gui, editor
-        self.request: PlanRequest | None = None
+        self.request: FileRequest | None = None
         self._bound: list[tuple[Any, Shown]] = []
 
     def edits(self, handle: Any, change: ValueChange, subject: str = "") -> Any:
@@ -226,7 +226,7 @@ class Inputs:
         self._bound.append((handle, shown))
         return self.edits(handle, change, subject)
 
-    def show(self, request: PlanRequest | None = None) -> None:
+    def show(self, request: FileRequest | None = None) -> None:
         """Give all inputs the values of the document; without one, those of the last one anew."""
         self.request = request = request or self.request
         if request is None:

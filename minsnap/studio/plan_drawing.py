@@ -11,8 +11,8 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike, FloatArray, NDArray
 from minsnap.basics.limit_kinds import KIND, Kind
+from minsnap.files import FileRequest
 from minsnap.limits import MEASURES, Motion
-from minsnap.planning import PlanRequest
 from minsnap.trajectory import Medium, Path
 from minsnap.vehicle import Quadrotor, flatness_of
 
@@ -198,7 +198,7 @@ class Charts:
         self._handles = {title: time_chart(gui, title, of) for title, of in names.items()}
         self._drawn: dict[str, tuple[FloatArray, FloatArray, Bounds]] = {}
 
-    def show(self, profiles: Profiles, request: PlanRequest, vehicle: Quadrotor, now: float) -> None:
+    def show(self, profiles: Profiles, request: FileRequest, vehicle: Quadrotor, now: float) -> None:
         """Draw profiles with their limits, and the cursor at an instant [s]."""
         limits = dict(request.limits)
         limited: dict[str, tuple[float | None, float | None]] = {ROTORS: vehicle.rotor_thrust_limits}

@@ -18,8 +18,8 @@ from minsnap.basics.storage.text import FileName
 from minsnap.certificate import certify
 from minsnap.corridors import Avoided, as_obstacles, named_obstacles
 from minsnap.errors import InputError
+from minsnap.files import FileRequest
 from minsnap.fleet import Fleet
-from minsnap.planning import PlanRequest
 from minsnap.studio.browser_page import LOOPBACK, PORT, Page, Player, several
 from minsnap.studio.documents import WorkingFolder, scene_of
 from minsnap.studio.edit_panels import DRAWN, CorridorPanel, RoutePanel, TimePanel, VehiclePanel
@@ -41,7 +41,7 @@ class Studio(Page):
 
     Parameters
     ----------
-    request : PlanRequest
+    request : FileRequest
         The scene at first.
     folder : str or path
         Where its files are saved.
@@ -57,7 +57,7 @@ class Studio(Page):
 
     def __init__(
         self,
-        request: PlanRequest,
+        request: FileRequest,
         folder: str | WorkingFolder = ".",
         host: str = LOOPBACK,
         port: int = PORT,
@@ -77,7 +77,7 @@ class Studio(Page):
         self._working = Workbench(request, self._show, planned)
 
     @property
-    def request(self) -> PlanRequest:
+    def request(self) -> FileRequest:
         """The scene as it is edited."""
         return self._shown.request
 
@@ -305,14 +305,14 @@ def show(
     seen = cloud(points) if points is not None else None
     seen = grid(occupancy, resolution, origin) if occupancy is not None else seen
     request = request if seen is None else avoiding(seen, clearance)(request)
-    known = {"corridor": request.walls, "limits": request.bounds, "avoid": request.obstacles}
-    planned = PlannedScene(request, traj, certify(traj, waypoints=request.places, **known), True, 0.0)
+    proof = certify(traj, request.places, request.walls, request.bounds, avoid=request.obstacles)
+    planned = PlannedScene(request, traj, proof, True, 0.0)
     studio = Studio(request, os.fspath(folder), host, port, planned, seen)
     _present(studio, browser, block)
     return studio
 
 
-def _scene(request: PlanRequest, yaw: Any, vehicle: str) -> PlanRequest:
+def _scene(request: FileRequest, yaw: Any, vehicle: str) -> FileRequest:
     if vehicle and request.rotors is not None and vehicle != request.vehicle:
         raise InputError(f"the limits are those of {request.vehicle}, not of {vehicle}: give one vehicle")
     request = replace(request, vehicle=vehicle or request.vehicle)

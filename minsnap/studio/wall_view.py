@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.planning import Box, PlanRequest
+from minsnap.files import Box, FileRequest
 from minsnap.plot.geometry import leg_bodies
 from minsnap.studio.edits import ROOM, change_box, move_face, named_boxes
 from minsnap.studio.page_inputs import Change, DragHandles, Editor
@@ -97,7 +97,7 @@ class WallView:
         self._boxes: dict[str, tuple[Any, Any]] = {}
         self._faces = DragHandles(editor, self._face, lambda face, place: (self._moved(face, place), "face"))
         self._chosen = NO_FACES
-        self._request: PlanRequest | None = None
+        self._request: FileRequest | None = None
         self._warning = server.scene.add_label("/plan/refusal", "", visible=False, anchor="bottom-center")
 
     def show(self, state: BenchState) -> None:

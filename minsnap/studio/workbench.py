@@ -19,8 +19,9 @@ from minsnap.basics.checks import check_waypoints
 from minsnap.basics.limit_kinds import KIND
 from minsnap.certificate import Certificate, certify
 from minsnap.errors import MinsnapError
+from minsnap.files import FileRequest
 from minsnap.limits import Limits
-from minsnap.planning import PlanRequest, plan
+from minsnap.planning import plan
 from minsnap.studio.edits import straight_durations
 from minsnap.trajectory import Step, Trajectory
 
@@ -34,7 +35,7 @@ SLACK = 1e-6
 SETTLED = 0.2
 """Seconds without a newer request after which a better plan is searched."""
 
-Refused = Callable[[PlanRequest, MinsnapError], None]
+Refused = Callable[[FileRequest, MinsnapError], None]
 
 
 class Superseded(Exception):  # noqa: N818
@@ -47,7 +48,7 @@ class PlannedScene:
 
     Parameters
     ----------
-    request : PlanRequest
+    request : FileRequest
         The request that was planned.
     trajectory : Trajectory
         Its plan.
@@ -59,7 +60,7 @@ class PlannedScene:
         From the request to this plan.
     """
 
-    request: PlanRequest
+    request: FileRequest
     trajectory: Trajectory
     certificate: Certificate
     final: bool
@@ -67,7 +68,7 @@ class PlannedScene:
 
 
 def planned_in_stages(
-    request: PlanRequest, durations: FloatArray | None, superseded: Callable[[], bool]
+    request: FileRequest, durations: FloatArray | None, superseded: Callable[[], bool]
 ) -> Iterator[PlannedScene]:
     """Plan a request.
 
@@ -77,7 +78,7 @@ def planned_in_stages(
 
     Parameters
     ----------
-    request : PlanRequest
+    request : FileRequest
     durations : ndarray, shape (legs,), or None
         Of the last plan [s].
     superseded : callable
@@ -96,7 +97,7 @@ def planned_in_stages(
         If a newer request has arrived.
     """
     began = perf_counter()
-    arguments = request.arguments()
+    arguments = request.request().arguments()
     if "limits" in arguments and request.durations is None and request.total_time is None:
         quick = _quick_plan(request, arguments, durations)
         shown = None if quick is None else _certified(request, quick, False, began)
@@ -113,13 +114,13 @@ def planned_in_stages(
     yield _certified(request, curve, True, began)
 
 
-def _certified(request: PlanRequest, curve: Trajectory, final: bool, began: float) -> PlannedScene:
+def _certified(request: FileRequest, curve: Trajectory, final: bool, began: float) -> PlannedScene:
     tolerance = 0.0 if request.waypoint_tolerance is None else request.waypoint_tolerance
     certificate = certify(curve, request.places, request.walls, request.bounds, tolerance, avoid=request.obstacles)
     return PlannedScene(request, curve, certificate, final, 1e3 * (perf_counter() - began))
 
 
-def _quick_plan(request: PlanRequest, arguments: dict[str, Any], durations: FloatArray | None) -> Trajectory | None:
+def _quick_plan(request: FileRequest, arguments: dict[str, Any], durations: FloatArray | None) -> Trajectory | None:
     """Plan with fixed durations, stretched as often as the limits need; None if that does not end."""
     known = durations is not None and len(durations) == request.legs
     times = np.array(durations if known else straight_durations(request))
@@ -161,13 +162,13 @@ class PlanWorker:
     def __init__(self, on_plan: OnPlan, refused: Refused) -> None:
         self._on_plan, self._refused = on_plan, refused
         self._changed = threading.Condition()
-        self._waiting: PlanRequest | None = None
+        self._waiting: FileRequest | None = None
         self._durations: FloatArray | None = None
         self._busy = self._closed = False
         self._thread = threading.Thread(target=self._run, name="studio plans", daemon=True)
         self._thread.start()
 
-    def ask(self, request: PlanRequest) -> None:
+    def ask(self, request: FileRequest) -> None:
         """Plan this request next, instead of any other that waits; a search that runs is ended."""
         with self._changed:
             self._waiting = request
@@ -192,7 +193,7 @@ class PlanWorker:
             except Exception:  # of the one that is told of a refusal: the next request is planned all the same
                 traceback.print_exc()
 
-    def _answer(self, request: PlanRequest) -> None:
+    def _answer(self, request: FileRequest) -> None:
         try:
             self._plan(request)
         except Superseded:
@@ -203,7 +204,7 @@ class PlanWorker:
             traceback.print_exc()
             self._refused(request, MinsnapError("planning failed in an unexpected way: the terminal says more"))
 
-    def _next(self) -> PlanRequest | None:
+    def _next(self) -> FileRequest | None:
         with self._changed:
             self._busy = False
             self._changed.notify_all()
@@ -214,7 +215,7 @@ class PlanWorker:
     def _superseded(self) -> bool:
         return self._waiting is not None or self._closed
 
-    def _plan(self, request: PlanRequest) -> None:
+    def _plan(self, request: FileRequest) -> None:
         for planned in planned_in_stages(request, self._durations, self._superseded):
             self._durations = np.diff(planned.trajectory.leg_breaks)
             self._on_plan(planned)
@@ -240,24 +241,24 @@ class EditHistory:
 
     Parameters
     ----------
-    present : PlanRequest
+    present : FileRequest
         The document.
     clock : callable
         Returns seconds.
     """
 
-    present: PlanRequest
+    present: FileRequest
     clock: Callable[[], float] = monotonic
-    past: list[PlanRequest] = field(default_factory=list)
-    future: list[PlanRequest] = field(default_factory=list)
+    past: list[FileRequest] = field(default_factory=list)
+    future: list[FileRequest] = field(default_factory=list)
     _last: tuple[str, float] = ("", 0.0)
 
-    def edit(self, document: PlanRequest, subject: str = "", held: bool = False) -> bool:
+    def edit(self, document: FileRequest, subject: str = "", held: bool = False) -> bool:
         """Replace the document; return whether that can be undone on its own.
 
         Parameters
         ----------
-        document : PlanRequest
+        document : FileRequest
             The new one.
         subject : str
             What was edited, such as ``"waypoint 3"``: one drag of it, or one value typed, is one step. Empty: a step of
@@ -286,7 +287,7 @@ class EditHistory:
         """Go one step forward; return whether there was one."""
         return self._step(self.future, self.past)
 
-    def _step(self, source: list[PlanRequest], target: list[PlanRequest]) -> bool:
+    def _step(self, source: list[FileRequest], target: list[FileRequest]) -> bool:
         if not source:
             return False
         target.append(self.present)
@@ -301,7 +302,7 @@ class BenchState:
 
     Parameters
     ----------
-    request : PlanRequest
+    request : FileRequest
         The document as it is edited.
     planned : PlannedScene or None
         The last good plan; of an earlier document while ``searching`` or where there is a ``refusal``.
@@ -315,7 +316,7 @@ class BenchState:
         The plan before the last edit.
     """
 
-    request: PlanRequest
+    request: FileRequest
     planned: PlannedScene | None = None
     searching: bool = False
     refusal: str = ""
@@ -337,7 +338,7 @@ class Workbench:
 
     Parameters
     ----------
-    request : PlanRequest
+    request : FileRequest
         The first document.
     observer : callable
         Called with the state after every change of it, one call at a time, from any thread.
@@ -345,7 +346,7 @@ class Workbench:
         A plan of the document that is there already.
     """
 
-    def __init__(self, request: PlanRequest, observer: Observer, planned: PlannedScene | None = None) -> None:
+    def __init__(self, request: FileRequest, observer: Observer, planned: PlannedScene | None = None) -> None:
         self.lock = threading.RLock()
         self._history = EditHistory(request)
         self._observer = observer
@@ -363,7 +364,7 @@ class Workbench:
         with self.lock:
             return self._state
 
-    def edit(self, change: Callable[[PlanRequest], PlanRequest], subject: str = "", held: bool = False) -> None:
+    def edit(self, change: Callable[[FileRequest], FileRequest], subject: str = "", held: bool = False) -> None:
         """Change the document and plan it.
 
         Parameters
@@ -425,7 +426,7 @@ class Workbench:
             searching = not planned.final or planned.request != now.request
             self._show(BenchState(now.request, planned, searching, ghost=now.ghost))
 
-    def _refused(self, request: PlanRequest, error: MinsnapError) -> None:
+    def _refused(self, request: FileRequest, error: MinsnapError) -> None:
         with self.lock:
             now = self._state
             if request == now.request:

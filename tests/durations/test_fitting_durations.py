@@ -13,7 +13,7 @@ POINTS = ((0, 0, 0), (4, 0, 0), (4, 1, 0), (4, 6, 1), (3, 6, 1))
 
 
 def task(corridor):
-    return task_of(PlanRequest(POINTS, corridor=corridor, continuity=6))
+    return task_of(PlanRequest(waypoints=POINTS, corridor=corridor, continuity=6))
 
 
 @pytest.mark.parametrize("total", (None, 10.0))

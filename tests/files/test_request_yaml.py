@@ -8,26 +8,26 @@ import pytest
 import minsnap
 from minsnap.durations.search_options import Search
 from minsnap.errors import FileError
+from minsnap.files.file_request import FileRequest
 from minsnap.files.request_yaml import read_request, write_request
 from minsnap.paths.missions.course import read_course
-from minsnap.planning.request import PlanRequest
 
 POINTS = ((0.0, 0.0, 1.0), (4.0, 0.1, 1.0), (4.0, 3.0, 1.0 / 3.0))
 BOXES = (((-1.0, -1.0, 0.0), (5.0, 1.0, 2.0)), ((3.0, -1.0, 0.0), (5.0, 4.0, 2.0)))
 
 REQUESTS = [
-    PlanRequest(POINTS),
-    PlanRequest(POINTS, durations=(4.1, 3.0), yaw=(0.0, 0.1, 0.2), corridor=(0.3, 0.1)),
-    PlanRequest(POINTS, total_time=7.3, yaw="velocity", room=((-9.0, -9.0, 0.0), (9.0, 9.0, 3.0)), degree=9),
-    PlanRequest(POINTS, limits=(("speed", 3.0), ("tilt", 0.5)), rotors=0.2, vehicle="crazyflie", pieces="auto"),
-    PlanRequest(POINTS, total_time=8.0, boxes=BOXES, yaw=0.25, degree=9, continuity=4, pieces=2, frame="ned"),
-    PlanRequest((*POINTS, POINTS[0]), total_time=9.0, closed=True),
-    PlanRequest(POINTS, limits=(("speed", 8.0),)),
-    PlanRequest(POINTS, limits=(("speed", 8.0), ("acceleration", 20.0))),
-    PlanRequest(POINTS, total_time=9.0, limits=(("speed", 8.0),)),
-    PlanRequest(POINTS, total_time=9.0, waypoint_tolerance=0.2, solver="clarabel", search=Search(split="distance")),
-    PlanRequest(POINTS, search=Search(time_weight=1.0 / 3.0, time_limit=4.0)),
-    PlanRequest(POINTS, limits=(("speed", 3.0),), tracking=minsnap.Loop.px4({"MPC_XY_P": 1.1}, drag=1 / 3), wind=0.7),
+    FileRequest(POINTS),
+    FileRequest(POINTS, durations=(4.1, 3.0), yaw=(0.0, 0.1, 0.2), corridor=(0.3, 0.1)),
+    FileRequest(POINTS, total_time=7.3, yaw="velocity", room=((-9.0, -9.0, 0.0), (9.0, 9.0, 3.0)), degree=9),
+    FileRequest(POINTS, limits=(("speed", 3.0), ("tilt", 0.5)), rotors=0.2, vehicle="crazyflie", pieces="auto"),
+    FileRequest(POINTS, total_time=8.0, boxes=BOXES, yaw=0.25, degree=9, continuity=4, pieces=2, frame="ned"),
+    FileRequest((*POINTS, POINTS[0]), total_time=9.0, closed=True),
+    FileRequest(POINTS, limits=(("speed", 8.0),)),
+    FileRequest(POINTS, limits=(("speed", 8.0), ("acceleration", 20.0))),
+    FileRequest(POINTS, total_time=9.0, limits=(("speed", 8.0),)),
+    FileRequest(POINTS, total_time=9.0, waypoint_tolerance=0.2, solver="clarabel", search=Search(split="distance")),
+    FileRequest(POINTS, search=Search(time_weight=1.0 / 3.0, time_limit=4.0)),
+    FileRequest(POINTS, limits=(("speed", 3.0),), tracking=minsnap.Loop.px4({"MPC_XY_P": 1.1}, drag=1 / 3), wind=0.7),
 ]
 
 
@@ -40,7 +40,7 @@ def test_a_request_reads_back_equal(tmp_path, request_):
 def test_waypoint_files_are_requests_too(tmp_path):
     (tmp_path / "a.csv").write_text("x,y,z,duration\n0,0,1,\n4,0,1,2.5\n")
     (tmp_path / "b.yaml").write_text("- [0, 0, 1]\n- [4, 0, 1]\n")
-    assert read_request(tmp_path / "a.csv") == PlanRequest(((0.0, 0.0, 1.0), (4.0, 0.0, 1.0)), (2.5,))
+    assert read_request(tmp_path / "a.csv") == FileRequest(((0.0, 0.0, 1.0), (4.0, 0.0, 1.0)), (2.5,))
     assert read_request(tmp_path / "b.yaml").waypoints == ((0.0, 0.0, 1.0), (4.0, 0.0, 1.0))
 
 
@@ -94,7 +94,7 @@ def test_what_is_malformed_is_refused(tmp_path, line, said):
 
 
 def test_arguments_give_the_plan_that_python_gives():
-    found = minsnap.plan(**REQUESTS[4].arguments())
+    found = minsnap.plan(**REQUESTS[4].request().arguments())
     boxes = minsnap.Boxes([box[0] for box in BOXES], [box[1] for box in BOXES])
     how = {"degree": 9, "continuity": 4, "pieces": 2, "yaw": 0.25}
     same = minsnap.plan(POINTS, total_time=8.0, corridor=boxes, **how)

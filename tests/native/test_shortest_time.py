@@ -18,7 +18,7 @@ CORNERS = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1)], dtype=float)
 
 
 def question(points=CORNERS, limits=None, pieces=1, closed=False):
-    task = task_of(PlanRequest(points, corridor=0.4, closed=closed, pieces=pieces))
+    task = task_of(PlanRequest(waypoints=points, corridor=0.4, closed=closed, pieces=pieces))
     return question_of(task, limits or Limits(speed=3.0, acceleration=6.0), False)
 
 
@@ -50,7 +50,7 @@ def test_flight_times_scale_with_lengths_and_times():
     found = search_shortest(question(), go_on)
     for length, time in ((1e3, 1.0), (1e-3, 1.0), (1.0, 1e2), (1.0, 1e-2)):
         limits = Limits(speed=3.0 * length / time, acceleration=6.0 * length / time**2)
-        task = task_of(PlanRequest(length * CORNERS, corridor=0.4 * length))
+        task = task_of(PlanRequest(waypoints=length * CORNERS, corridor=0.4 * length))
         other = search_shortest(question_of(task, limits, False), go_on)
         assert other.durations.sum() == pytest.approx(time * found.durations.sum(), rel=2e-4)
 

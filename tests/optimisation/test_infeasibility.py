@@ -144,7 +144,7 @@ def test_a_width_is_named_as_one_that_does_only_where_it_does_with_all_that_is_a
 
 def test_walls_that_must_give_way_are_proved_so_for_less_work_than_their_least_slack():
     points = np.array([(0, 0, 1), (4, 0, 1), (4, 3, 1)], float)
-    asked = PlanRequest(points, corridor=0.2)
+    asked = PlanRequest(waypoints=points, corridor=0.2)
     task = task_of(asked).with_walls(minsnap.Limits(speed=2.0, acceleration=3.0).walls(points))
     durations, walls = np.array([1.0, 0.8]), all_walls(task)
     give = Give(np.where(walls.order > 0, 0, -1), walls.order.astype(float), 1)

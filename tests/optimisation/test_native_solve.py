@@ -156,7 +156,7 @@ def test_zigzags_with_free_waypoints_are_planned(tolerance, degree, pieces):
 def test_the_plane_of_a_gate_is_not_taken_for_a_wall_that_a_waypoint_touches():
     points = [(0, 0, 1), minsnap.Gate((2, 0.3, 1.2), (1, 0.5, 0.2), 1.0), (4, 1.5, 1), (6, 0, 1)]
     room = minsnap.Room((-1, -2, 0), (8, 1.5, 3))
-    task = task_of(PlanRequest(points, corridor=room))
+    task = task_of(PlanRequest(waypoints=points, corridor=room))
     assert task.touches.any()
     solved = solve(task, np.array([1.5, 1.3, 1.4]))
     assert solved.optimum.core == "native" and len(solved.optimum.contacts.multiplier)

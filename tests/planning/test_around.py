@@ -131,7 +131,7 @@ def test_files_and_the_command_line_say_what_to_avoid(tmp_path):
     request = read_request(tmp_path / "asked.yaml")
     write_request(request, tmp_path / "again.yaml")
     assert read_request(tmp_path / "again.yaml") == request
-    curve = minsnap.plan(**request.arguments())
+    curve = minsnap.plan(**request.request().arguments())
     assert nearest(curve, request.obstacles) >= -1e-9
     (tmp_path / "asked.csv").write_text("x,y,z\n0,0,1\n6,0,1\n")
     files = [str(tmp_path / name) for name in ("asked.csv", "out.csv")]
@@ -147,7 +147,7 @@ def test_files_and_the_command_line_say_what_to_avoid(tmp_path):
 def test_malformed_obstacles_in_files_are_refused(tmp_path, said):
     (tmp_path / "asked.yaml").write_text(f"waypoints: [[0, 0, 1], [6, 0, 1]]\ntotal_time: 5\navoid: [{said}]\n")
     with pytest.raises(minsnap.InputError):
-        read_request(tmp_path / "asked.yaml").arguments()
+        read_request(tmp_path / "asked.yaml").request().arguments()
 
 
 OFF = {

@@ -86,7 +86,7 @@ def test_files_without_times_are_planned_within_ordinary_limits(tmp_path):
     (tmp_path / "a.csv").write_text("x,y,z\n0,0,1\n3,4,1\n3,4,3\n")
     opened = documents.open_scene(tmp_path / "a.csv")
     assert dict(opened.limits) == {"speed": 3.0, "acceleration": 6.0, "jerk": 30.0}
-    assert opened.durations is None and opened.polynomials == "auto"
+    assert opened.durations is None and opened.request().polynomials == "auto"
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,10 @@ from dataclasses import replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from minsnap.planning.request import PlanRequest
+from minsnap.files.file_request import FileRequest
 from minsnap.studio.workbench import PAUSE, EditHistory
 
-FIRST = PlanRequest(((0.0, 0.0, 1.0), (1.0, 0.0, 1.0)), total_time=1.0)
+FIRST = FileRequest(((0.0, 0.0, 1.0), (1.0, 0.0, 1.0)), total_time=1.0)
 
 
 def lasting(seconds):

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from minsnap.durations.search_options import Search
 from minsnap.errors import InputError, WaypointError
+from minsnap.files.file_request import FileRequest
 from minsnap.planning.planner import plan
-from minsnap.planning.request import PlanRequest
 from minsnap.studio import edits
 
 CORNERS = ((0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0))
 FULL = edits.with_room(
-    edits.with_boxes(PlanRequest(CORNERS, (4.0, 2.0, 4.0), corridor=(0.3, 0.2, 0.1), yaw=(0.0, 0.1, 0.2, 0.3)), True),
+    edits.with_boxes(FileRequest(CORNERS, (4.0, 2.0, 4.0), corridor=(0.3, 0.2, 0.1), yaw=(0.0, 0.1, 0.2, 0.3)), True),
     True,
 )
 
@@ -55,7 +55,7 @@ def test_a_waypoint_that_is_added_halves_its_leg():
     assert request.durations == (4.0, 1.0, 1.0, 4.0)
     assert request.corridor == (0.3, 0.2, 0.2, 0.1)
     assert edits.insert_waypoint(FULL, 3).waypoints[-1] == (-4.0, 4.0, 1.0)
-    assert plan(**request.arguments()).legs == 4
+    assert plan(**request.request().arguments()).legs == 4
 
 
 def test_a_waypoint_that_is_deleted_joins_its_legs():
@@ -65,11 +65,11 @@ def test_a_waypoint_that_is_deleted_joins_its_legs():
     assert edits.delete_waypoint(FULL, 0).durations == (2.0, 4.0)
     assert edits.delete_waypoint(FULL, 3).corridor == (0.3, 0.2)
     with pytest.raises(WaypointError, match="two"):
-        edits.delete_waypoint(PlanRequest(CORNERS[:2]), 0)
+        edits.delete_waypoint(FileRequest(CORNERS[:2]), 0)
 
 
 def test_the_ends_of_a_closed_lap_move_together():
-    lap = PlanRequest((*CORNERS, CORNERS[0]), closed=True)
+    lap = FileRequest((*CORNERS, CORNERS[0]), closed=True)
     moved = edits.move_waypoint(lap, 4, (1.0, 1.0, 1.0))
     assert moved.waypoints[0] == moved.waypoints[4] == (1.0, 1.0, 1.0)
     assert edits.move_waypoint(FULL, 0, (1.0, 1.0, 1.0)).waypoints[1:] == CORNERS[1:]

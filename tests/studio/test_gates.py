@@ -14,7 +14,7 @@ from minsnap.studio import Studio, documents, edits
 from minsnap.studio.file_panel import as_python
 
 POINTS = ((0.0, 0.0, 1.0), (4.0, 0.0, 1.5), (4.0, 4.0, 1.0), (0.0, 4.0, 1.0))
-SCENE = edits.with_gate(documents.PlanRequest(POINTS, total_time=6.0), 1, True)
+SCENE = edits.with_gate(documents.FileRequest(POINTS, total_time=6.0), 1, True)
 
 
 def gate_of(request, index=1):
@@ -25,7 +25,7 @@ def test_a_new_gate_stands_across_the_way_and_is_flown_through():
     gate = gate_of(SCENE)
     assert gate.normal == pytest.approx(np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)) and gate.crossing == 1
     assert np.linalg.norm(np.diff(gate.corners, axis=0), axis=1) == pytest.approx([1.0] * 3)
-    curve = minsnap.plan(**SCENE.arguments())
+    curve = minsnap.plan(**SCENE.request().arguments())
     assert minsnap.certify(curve, waypoints=SCENE.places).ok
     assert abs(curve(curve.leg_breaks[1]) - POINTS[1]).max() > 0.05
     assert edits.with_gate(SCENE, 1, False).openings == ()
@@ -67,10 +67,10 @@ def test_files_and_python_hold_gates_exactly(tmp_path):
     assert read_request(tmp_path / "a.yaml") == documents.open_scene(tmp_path / "a.yaml") == SCENE
     made = {}
     exec(as_python(SCENE), made)  # noqa: S102
-    assert (made["trajectory"].control_points == minsnap.plan(**SCENE.arguments()).control_points).all()
+    assert (made["trajectory"].control_points == minsnap.plan(**SCENE.request().arguments()).control_points).all()
     (tmp_path / "b.yaml").write_text((tmp_path / "a.yaml").read_text().replace("waypoint: 1", "waypoint: 7"))
     with pytest.raises(WaypointError, match="waypoint 7, and they go from 0 to 3"):
-        minsnap.plan(**read_request(tmp_path / "b.yaml").arguments())
+        minsnap.plan(**read_request(tmp_path / "b.yaml").request().arguments())
 
 
 def test_a_course_with_gates_is_opened_and_one_with_more_is_refused(tmp_path):

@@ -7,14 +7,14 @@ import pytest
 
 import minsnap
 from minsnap import Cuboid, Cylinder
-from minsnap.planning.request import PlanRequest
+from minsnap.files.file_request import FileRequest
 from minsnap.studio.documents import open_scene, save_as
 from minsnap.studio.file_panel import as_python, facts, without_obstacles
 from minsnap.studio.ground_view import Obstacles, cloud, grid
 from minsnap.studio.obstacle_view import MOST_BOXES, avoiding, covered, merged, triangles
 from minsnap.studio.workbench import BenchState, planned_in_stages
 
-ACROSS = PlanRequest(((0.0, 0.0, 1.0), (6.0, 0.0, 1.0)), total_time=6.0)
+ACROSS = FileRequest(((0.0, 0.0, 1.0), (6.0, 0.0, 1.0)), total_time=6.0)
 WALL = np.array([(3.0, y, z) for y in np.linspace(-1.0, 0.3, 14) for z in np.linspace(0.0, 2.0, 21)])
 
 
@@ -68,7 +68,7 @@ def test_the_plan_keeps_its_room_from_every_point_that_is_shown():
 
 
 def test_obstacles_of_a_document_are_drawn_saved_and_opened_again(tmp_path):
-    request = PlanRequest(**vars(ACROSS) | {"avoid": (("cylinder", (3.0, 0.2, 0.4)), ("cuboid", (1, 1, 0, 2, 2, 2)))})
+    request = FileRequest(**vars(ACROSS) | {"avoid": (("cylinder", (3.0, 0.2, 0.4)), ("cuboid", (1, 1, 0, 2, 2, 2)))})
     vertices, faces = triangles(request)
     assert vertices[:, 0].min() == pytest.approx(1.0) and vertices[:, 0].max() == pytest.approx(3.4)
     assert faces.max() < len(vertices) and triangles(ACROSS)[1].shape == (0, 3)

@@ -182,7 +182,7 @@ def test_what_cannot_be_done_is_told_beside_its_leg_and_undone(page, studio):
     page.get_by_role("option", name="6", exact=True).click()
     assert eventually(lambda: studio.request.continuity == 6)
     with pytest.raises(minsnap.InfeasibleError) as refused:
-        minsnap.plan(**studio.request.arguments())
+        minsnap.plan(**studio.request.request().arguments())
     sentence = str(refused.value)
     shows(page, sentence[1:])
     assert studio.trajectory is good

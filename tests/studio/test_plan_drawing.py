@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.files.file_request import FileRequest
 from minsnap.native.library import core
-from minsnap.planning.request import PlanRequest
 from minsnap.studio import plan_drawing as drawing
 from minsnap.studio.documents import example_scene
 from minsnap.studio.file_panel import facts
@@ -92,7 +92,7 @@ def test_plots_have_a_column_for_every_series_and_the_limits_of_the_scene(curve)
 @pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")
 def test_the_use_of_limits_is_said_in_their_units():
     limits = (("min_thrust", 0.5), ("speed", 2.0), ("tilt", 0.5))
-    scene = PlanRequest(((0, 0, 1), (4, 0, 1), (4, 3, 2)), limits=limits, rotors=0.1, vehicle="crazyflie")
+    scene = FileRequest(((0, 0, 1), (4, 0, 1), (4, 3, 2)), limits=limits, rotors=0.1, vehicle="crazyflie")
     planned = list(planned_in_stages(scene, None, lambda: False))[-1]
     said = dict(facts(BenchState(scene, planned)))
     rotors = drawing.profiles_of(planned.trajectory, VEHICLE).curves[ROTORS]

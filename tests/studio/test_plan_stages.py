@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 
 import minsnap
-from minsnap.planning.request import PlanRequest
+from minsnap.files.file_request import FileRequest
 from minsnap.studio import workbench
 from minsnap.studio.workbench import planned_in_stages
 
-SCENE = PlanRequest(
+SCENE = FileRequest(
     waypoints=((0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 3.0, 1.0)), corridor=(0.3, 0.3), limits=(("speed", 2.0),)
 )
 

@@ -31,7 +31,7 @@ SCENES = {
 def test_python_gives_the_same_control_points(name):
     names = {}
     exec(compile(as_python(SCENES[name]), name, "exec"), names)
-    same = minsnap.plan(**SCENES[name].arguments())
+    same = minsnap.plan(**SCENES[name].request().arguments())
     assert np.array_equal(names["trajectory"].control_points, same.control_points)
     assert np.array_equal(names["trajectory"].durations, same.durations)
     t = np.linspace(0.0, same.duration, 50)
@@ -58,5 +58,5 @@ def test_the_shell_writes_the_same_setpoints(tmp_path, name):
     program.chmod(0o755)
     text = f'PATH="{tmp_path}:$PATH"\n' + as_command(scene)
     subprocess.run(["sh", "-e", "-c", text], cwd=tmp_path, check=True, capture_output=True)
-    minsnap.write_csv(minsnap.plan(**scene.arguments()), tmp_path / "same.csv", 20.0, scene.frame)
+    minsnap.write_csv(minsnap.plan(**scene.request().arguments()), tmp_path / "same.csv", 20.0, scene.frame)
     assert (tmp_path / "setpoints.csv").read_bytes() == (tmp_path / "same.csv").read_bytes()

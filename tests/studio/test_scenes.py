@@ -31,7 +31,7 @@ def test_every_wall_of_a_scene_gives_the_same_plan_again(curve):
     assert scene.boxes == ((LOWER[0], UPPER[0]), (LOWER[1], UPPER[1]))
     assert scene == scene_of(curve, corridor=[*walls[:2], minsnap.Room(*ROOM)])
     alone = scene_of(curve, corridor=[walls[1], minsnap.Room(*ROOM)])
-    assert np.array_equal(minsnap.plan(**alone.arguments()).control_points, curve.control_points)
+    assert np.array_equal(minsnap.plan(**alone.request().arguments()).control_points, curve.control_points)
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,7 @@ def test_what_cannot_be_done_keeps_the_last_good_plan_and_says_why(watched):
     assert bench.wait(60.0)
     state = bench.state
     with pytest.raises(minsnap.InfeasibleError) as refused:
-        minsnap.plan(**state.request.arguments())
+        minsnap.plan(**state.request.request().arguments())
     assert state.refusal == str(refused.value)
     assert state.leg == refused.value.leg is not None
     assert state.planned is good and not state.searching

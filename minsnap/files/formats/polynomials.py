@@ -24,11 +24,11 @@ from minsnap.corridors.keep_out import Avoided, as_obstacles, name_of, named_obs
 from minsnap.corridors.named_constraints import CONSTRAINTS
 from minsnap.errors import CorridorError, FileError, InputError
 from minsnap.files.convert import Format
+from minsnap.files.file_request import Opening
 from minsnap.files.formats.pieces import headed, polynomials_of, yaw_description
 from minsnap.files.limits_yaml import describe_limits, limits_of
 from minsnap.files.plan_file import PassedStop, PlanFile
 from minsnap.limits.limits import Limits
-from minsnap.planning.request import Opening
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import VECTORS
 from minsnap.trajectory.trajectory import Trajectory

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from math import cos, inf, pi, radians, sin, tan
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -41,7 +41,7 @@ from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate, center_of
 from minsnap.corridors.half_spaces import HalfSpaces
-from minsnap.corridors.keep_out import Avoided, named_obstacles
+from minsnap.corridors.keep_out import Avoided, as_obstacles, named_obstacle, named_obstacles
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import FileError, WaypointError
 from minsnap.files import request_yaml
@@ -53,6 +53,7 @@ from minsnap.paths.missions.foreign_courses import translated
 from minsnap.paths.missions.race_track import translated_track
 from minsnap.planning.request import PlanRequest
 from minsnap.trajectory.look_at import LookAt
+from minsnap.trajectory.planned_heading import Yaw
 from minsnap.trajectory.velocity_heading import Velocity
 
 LEAN = tan(radians(1.0))
@@ -155,7 +156,7 @@ class Course:
     takeoff_speed, land_speed : float or None
         Greatest speeds of take-off and landing [m/s]; by default 1 and 0.5.
     avoid : obstacles, or tuple of (name, numbers)
-        What the course keeps out of, as :class:`~minsnap.PlanRequest` takes it.
+        What the course keeps out of; by names as :func:`~minsnap.corridors.keep_out.named_obstacle` has them.
     tracking, wind : Loop and float, or None
         The vehicle's loop, which keeps all of it, and the largest change of the wind [m/s].
     """
@@ -174,7 +175,7 @@ class Course:
     land: Sequence[float] | bool = False
     name: str = "course"
     degree: int = 7
-    pieces: int | str | None = None
+    pieces: int | Literal["auto"] | None = None
     avoid: Any = ()
     takeoff_speed: float | None = None
     land_speed: float | None = None
@@ -247,16 +248,19 @@ class Course:
     @property
     def obstacles(self) -> tuple[Avoided, ...]:
         """What the course keeps out of."""
-        return PlanRequest((), avoid=self.avoid).obstacles
+        plain = isinstance(self.avoid, tuple) and all(isinstance(each, tuple) for each in self.avoid)
+        return tuple(named_obstacle(*each) for each in self.avoid) if plain else as_obstacles(self.avoid)
 
-    def request(self, *walls: Constraint, **others: Any) -> PlanRequest:
-        """Return the question of a part of the course, within its limits, its boxes, its tube and more walls."""
-        own: list[Constraint] = [self.boxes] if self.boxes else []
-        own += [] if self.tube is None else [Tube(np.array(self.tube))]
-        ruled = isinstance(self.yaw, (str, Velocity, LookAt)) or is_number(self.yaw)
-        yaw = self.yaw if ruled else None  # others are for the whole flight
-        how = {"degree": self.degree, "pieces": self.pieces, "avoid": self.avoid}
-        return PlanRequest(**others, **how, limits=self.bounds, corridor=[*own, *walls] or None, yaw=yaw)
+    @property
+    def walls(self) -> list[Constraint]:
+        """Boxes and tube."""
+        boxes: list[Constraint] = [] if self.boxes is None else [self.boxes]
+        return boxes if self.tube is None else [*boxes, Tube(np.array(self.tube))]
+
+    @property
+    def ruled_yaw(self) -> Yaw:
+        """The heading, where each part of the course can have it: one angle or a rule; others are for all of it."""
+        return self.yaw if isinstance(self.yaw, (str, Velocity, LookAt)) or is_number(self.yaw) else None
 
     def changed(self, **others: Any) -> Course:
         """Return the course with other fields."""
@@ -271,17 +275,39 @@ class Course:
         return lap + (self.laps - 1) * again
 
 
-def section_request(stops: Sequence[Stop], course: Course, closed: bool) -> tuple[PlanRequest, list[int]]:
-    """Return the question of :func:`minsnap.plan` for stops flown without a pause between, and the knot of each stop.
+class Section(NamedTuple):
+    """Stops flown without a pause between.
 
-    Ends of an open section are points: the vehicle rests there. A gate that is passed straight becomes three.
+    Parameters
+    ----------
+    request : PlanRequest
+        How they are planned.
+    places : list
+        Waypoints and gates; a gate that is passed straight is three.
+    walls : list of Constraint
+    knots : list of int
+        Which of the places each stop is.
     """
+
+    request: PlanRequest
+    places: list[FloatArray | Gate]
+    walls: list[Constraint]
+    knots: list[int]
+
+    @property
+    def legs(self) -> int:
+        """Number of legs."""
+        return len(self.places) - 1
+
+
+def section_of(stops: Sequence[Stop], course: Course, closed: bool) -> Section:
+    """Return a section of a course; ends of an open one are points, at which the vehicle rests."""
     if closed and stops[0].straight:
         raise WaypointError("the first gate of a closed lap cannot be passed straight: begin the lap at another one")
-    places: list[Any] = []
+    places: list[FloatArray | Gate] = []
     balls: list[float] = []
     knots: list[int] = []
-    walls: list[Constraint] = []
+    walls = course.walls
     for index, stop in enumerate(stops):
         inner = closed or 0 < index < len(stops) - 1
         if stop.gate is not None and inner and stop.straight:
@@ -297,7 +323,18 @@ def section_request(stops: Sequence[Stop], course: Course, closed: bool) -> tupl
     if closed:
         places[-1] = places[0]
     tolerance = Ball(balls) if any(balls) else course.tolerance or None
-    return course.request(*walls, waypoints=places, closed=closed, waypoint_tolerance=tolerance), knots
+    request = PlanRequest(
+        waypoints=places,
+        closed=closed,
+        waypoint_tolerance=tolerance,
+        degree=course.degree,
+        pieces=course.pieces,
+        avoid=course.obstacles,
+        limits=course.bounds,
+        corridor=walls or None,
+        yaw=course.ruled_yaw,
+    )
+    return Section(request, places, walls, knots)
 
 
 def _straight_passage(knot: int, gate: Gate) -> list[Constraint]:

@@ -29,7 +29,7 @@ from minsnap.limits.compliance import KEPT
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.uses_over_time import utilisation_curves
 from minsnap.limits.utilisation import used_at
-from minsnap.paths.missions.course import Course, Stop, section_request
+from minsnap.paths.missions.course import Course, Stop, section_of
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
@@ -151,20 +151,20 @@ def check_course(content: Trajectory | Samples, course: Course, resolution: floa
     stops = course.sequence()
     if curve.dim != len(stops[0].center):
         raise InputError(f"the flight has {curve.dim} coordinates, and the course {len(stops[0].center)}")
-    request, knots = section_request(stops, course, closed=course.periodic)
-    placement = place(as_knots(request.waypoints, request.waypoint_tolerance), [])
+    section = section_of(stops, course, closed=course.periodic)
+    placement = place(as_knots(section.places, section.request.waypoint_tolerance), [])
     instants = _passed_in_order(curve, placement)
     for knot, whole in ((0, 0.0), (-1, curve.duration)) if course.periodic else ():
         if _outside(placement, knot % len(instants), curve(whole)) <= placement.rounding:
             instants[knot] = whole  # a lap is all of it
-    gates = {knot: each for knot, each in enumerate(request.waypoints) if isinstance(each, Gate)}
+    gates = {knot: each for knot, each in enumerate(section.places) if isinstance(each, Gate)}
     outside = np.array([_outside(placement, knot, curve(t)) for knot, t in enumerate(instants)])
     outside[outside <= placement.rounding] = 0.0
-    passages = tuple(_passages(curve, course, stops, instants, outside, knots, gates))
+    passages = tuple(_passages(curve, course, stops, instants, outside, section.knots, gates))
     used, unknown = _used(content, curve, course.bounds)
     problems = [*_missed(passages, resolution), *_exceeded(used, isinstance(content, Trajectory))]
     problems += [*_wrong_way(curve, placement, instants), *_beside(content, curve, course, stops)]
-    bound = _bound(curve, course, placement, gates, instants, outside, request.corridor)
+    bound = _bound(curve, course, placement, gates, instants, outside, section.walls or None)
     seconds = float(instants[-1] - instants[0])
     return CourseCheck(passages, used, unknown, seconds, bound, tuple(problems))
 

@@ -27,10 +27,11 @@ from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import BUILT_UP, ORDINARY
 from minsnap.limits.uses_over_time import legs_within
-from minsnap.paths.missions.course import Course, Stop, section_request
+from minsnap.paths.missions.course import Course, Section, Stop, section_of
 from minsnap.planning.free_heading import best_headed, headings_for
 from minsnap.planning.near_notes import near_notes
 from minsnap.planning.planner import plan
+from minsnap.planning.request import PlanRequest
 from minsnap.replanning.horizon import grouped
 from minsnap.trajectory.leg_uses import LegUse, Sensitivity
 from minsnap.trajectory.planned_heading import chosen_heading
@@ -367,16 +368,26 @@ def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
     """Plan the course itself."""
     on_ground = course.takeoff is not False or course.land is not False
     if course.boxes is not None:
-        ends = {"start": course.start, "end": course.end}
-        curve, legs = plan(**course.request(waypoints=None, **ends).arguments() | planning), len(course.boxes.lower)
+        request = PlanRequest(
+            waypoints=None,
+            start=course.start,
+            end=course.end,
+            degree=course.degree,
+            pieces=course.pieces,
+            avoid=course.obstacles,
+            limits=course.bounds,
+            corridor=course.walls,
+            yaw=course.ruled_yaw,
+        )
+        curve, legs = plan(**request.arguments() | planning), len(course.boxes.lower)
         places = curve(curve.leg_breaks[:: curve.legs // legs])
         return [_Flown(curve, (("course", 0.0),), _walls([course.boxes], places), legs)]
     if course.periodic and not on_ground:
         around = [*course.stops, course.stops[0]]
-        request, knots = section_request(around, course, closed=True)
-        lap, kept = plan(**request.arguments() | planning), _walls(request.corridor or (), request.waypoints)
-        numbers = _stops_of(request.legs, knots, around, course)
-        return [_Flown(lap, ((f"lap {n}", 0.0),), kept, request.legs, numbers) for n in range(1, course.laps + 1)]
+        section = section_of(around, course, closed=True)
+        lap, kept = plan(**section.request.arguments() | planning), _walls(section.walls, section.places)
+        numbers = _stops_of(section, around, course)
+        return [_Flown(lap, ((f"lap {n}", 0.0),), kept, section.legs, numbers) for n in range(1, course.laps + 1)]
     return _sections(course, planning)
 
 
@@ -429,20 +440,19 @@ def _run(course: Course, stop: Stop, where: Any, side: float, name: str) -> list
 def _section(section: list[tuple[str, Stop]], course: Course, planning: dict[str, Any]) -> _Flown:
     """Plan a section, and name its parts."""
     stops = [stop for _, stop in section]
-    request, knots = section_request(stops, course, closed=False)
-    curve = plan(**request.arguments() | planning)
-    own = request.legs, _stops_of(request.legs, knots, stops, course)
-    flown = _Flown(curve, (), _walls(request.corridor or (), request.waypoints), *own)
-    names = [(name, float(t)) for (name, _), t in zip(section[:-1], flown.passed[knots], strict=False)]
+    part = section_of(stops, course, closed=False)
+    curve = plan(**part.request.arguments() | planning)
+    flown = _Flown(curve, (), _walls(part.walls, part.places), part.legs, _stops_of(part, stops, course))
+    names = [(name, float(t)) for (name, _), t in zip(section[:-1], flown.passed[part.knots], strict=False)]
     kept = [entry for i, entry in enumerate(names) if i == 0 or entry[0] != names[i - 1][0]]
     return replace(flown, names=tuple(kept))
 
 
-def _stops_of(legs: int, knots: list[int], stops: Sequence[Stop], course: Course) -> tuple[int, ...]:
+def _stops_of(section: Section, stops: Sequence[Stop], course: Course) -> tuple[int, ...]:
     """Return the numbers of the stops to which waypoints belong, those beside a straight gate too; -1 for none."""
     numbers = {id(stop): number for number, stop in enumerate(course.stops)}
-    found = dict(zip(knots, (numbers.get(id(stop), -1) for stop in stops), strict=True))
-    beside = ((knot, knot - 1, knot + 1) for knot in range(legs + 1))
+    found = dict(zip(section.knots, (numbers.get(id(stop), -1) for stop in stops), strict=True))
+    beside = ((knot, knot - 1, knot + 1) for knot in range(section.legs + 1))
     return tuple(next((found[near] for near in around if near in found), -1) for around in beside)
 
 
