@@ -85,7 +85,8 @@ CALLS = {
     ),
     "plan_fleet": (
         lambda **asked: minsnap.plan_fleet(
-            **{"waypoints": FLEETS[0], "time_limit": 0.2, "limits": WIDE, "separation": 0.3} | asked
+            **{"waypoints": FLEETS[0], "search": minsnap.Search(time_limit=0.2), "limits": WIDE, "separation": 0.3}
+            | asked
         ),
         {"waypoints": FLEETS, "limits": LIMITS[:3]},
         {

@@ -55,7 +55,10 @@ Called = TypeVar("Called", bound=Callable[..., Any])
 
 
 def explains_names(
-    moved: Mapping[str, str], short_of_memory: Callable[..., Exception] | None = None
+    moved: Mapping[str, str],
+    short_of_memory: Callable[..., Exception] | None = None,
+    positional: int | None = None,
+    last: str = "",
 ) -> Callable[[Called], Called]:
     """Make a function or class answer unknown keywords with a sentence.
 
@@ -65,6 +68,10 @@ def explains_names(
         What to write in place of names that are not parameters, by name.
     short_of_memory : callable, optional
         Returns what is raised in place of a MemoryError, from the same arguments.
+    positional : int, optional
+        How many arguments may stand without their names; of more, each is taken with a warning that it goes.
+    last : str
+        The last version that takes more.
 
     Returns
     -------
@@ -77,13 +84,16 @@ def explains_names(
         target: Callable[..., Any] = vars(called)["__init__"] if isinstance(called, type) else called
         parameters = inspect.signature(target).parameters
         passes_on = any(one.kind is one.VAR_KEYWORD for one in parameters.values())
-        known = frozenset(parameters)
+        known, names = frozenset(parameters), tuple(parameters)
+        most = len(names) if positional is None else positional + isinstance(called, type)
 
         @wraps(target)
         def checked(*args: Any, **kwargs: Any) -> Any:
             for name in kwargs:
                 if name not in known and (name in moved or not passes_on):
                     raise _unknown(called.__name__, name, known, moved)
+            if len(args) > most:
+                args, kwargs = _by_name(called.__name__, names, args, most, kwargs, last)
             try:
                 return target(*args, **kwargs)
             except MemoryError as error:
@@ -97,6 +107,20 @@ def explains_names(
         return cast(Called, checked)
 
     return explained
+
+
+def _by_name(
+    called: str, names: Sequence[str], args: tuple[Any, ...], most: int, kwargs: dict[str, Any], last: str
+) -> tuple[tuple[Any, ...], dict[str, Any]]:
+    """Return arguments with those beyond the first ``most`` by their names, and warn that they are to be named."""
+    named = dict(zip(names[most:], args[most:], strict=False))
+    if len(args) > len(names) or named.keys() & kwargs.keys():
+        return args, kwargs  # which Python refuses
+    from minsnap.basics.warn import warn_deprecated
+
+    first = next(iter(named))
+    warn_deprecated(f"{called} with {first} by its place", f"{first}=, and so for what follows it,", last)
+    return args[:most], kwargs | named
 
 
 def _unknown(called: str, name: str, known: frozenset[str], moved: Mapping[str, str]) -> ArgumentNameError:

@@ -34,7 +34,7 @@ from minsnap.files.frames import FRAMES, get_frame, map_vectors, map_yaw
 from minsnap.files.limits_yaml import LIMITS, PRESET, RESERVE, limit_fields
 from minsnap.files.waypoints import COLUMNS, ENTRY, read_waypoints, waypoints_of
 from minsnap.limits.ordinary import written_in_file
-from minsnap.planning.request import grouped
+from minsnap.planning.request import plan_arguments
 
 LOOP = Form(
     "px4, ardupilot, a YAML file of a loop, or its fields by name",
@@ -261,7 +261,7 @@ def _with_further(where: str, request: FileRequest, content: Mapping[str, Any], 
     elif widths is not None and len(widths) != request.legs and not (changes.get("closed") and ends[0] != ends[1]):
         count = f"{len(widths)} numbers for {request.legs} legs"
         raise FileError(f"{where}: corridor has {count}: give one, or one per leg")
-    return replace(request, **grouped({"yaw": request.yaw} | changes.pop("view", {}) | changes))
+    return replace(request, **plan_arguments({"yaw": request.yaw} | changes.pop("view", {}) | changes))
 
 
 def _limits(where: str, content: Mapping[str, Any], timed: bool) -> dict[str, Any]:

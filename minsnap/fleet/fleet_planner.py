@@ -14,9 +14,12 @@ import numpy as np
 
 from minsnap.basics.arrays import ArrayLike
 from minsnap.basics.checks import check_number, check_seed, check_threads, check_time
+from minsnap.basics.messages import explains_names
 from minsnap.basics.progress import ProgressLine, progress_line
+from minsnap.basics.warn import warn_deprecated
 from minsnap.corridors.boxes import Boxes, Room
 from minsnap.corridors.keep_out import Obstacle
+from minsnap.durations.search_options import USUAL, Search, check_search
 from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.common_clock import Fleet, FleetReport, Separation, checked_names
 from minsnap.fleet.first_guess import one_curve
@@ -37,10 +40,12 @@ PIECE_COST = 0.002
 """Share of the time that one piece more is worth."""
 
 
+@explains_names({"corridor": "corridors=, one for each vehicle, or room="}, positional=3, last="0.3")
 def plan_fleet(
     waypoints: ArrayLike | Sequence[ArrayLike],
     limits: Limits | Sequence[Limits] | None = None,
     separation: Separation | float | None = None,
+    *,
     room: Room | Sequence[ArrayLike] | None = None,
     avoid: Obstacle | Sequence[Obstacle] | None = None,
     total_time: float | None = None,
@@ -56,10 +61,11 @@ def plan_fleet(
     time_limit: float | None = None,
     progress: bool | Told | None = None,
     threads: int | None = None,
+    search: Search | None = None,
 ) -> Fleet:
     """Plan several vehicles that start at one instant and arrive at one instant, apart at every instant.
 
-    The fleet is certified by ``certify_fleet``. Ctrl-C and ``time_limit`` end the search with
+    The fleet is certified by ``certify_fleet``. Ctrl-C and a time limit end the search with
     the best fleet certified so far.
 
     Parameters
@@ -96,12 +102,14 @@ def plan_fleet(
         Share of the shortest time to spend on curves of less snap, such as 0.05.
     seed : int
         Seed of the choice between equal ways. The same seed gives the same bits with any number of threads.
-    time_limit : float, optional
-        Ends the search after this time [s].
     progress : bool or callable, optional
         True for a line on the terminal; or a function of each time reached [s] and its least distance [m].
     threads : int, optional
         By default as many as processors.
+    search : Search, optional
+        ``Search(time_limit=5)`` ends the search after 5 s.
+    time_limit : float, optional
+        The same; it goes (:doc:`upgrading`).
 
     Returns
     -------
@@ -120,7 +128,7 @@ def plan_fleet(
     task = check_task(waypoints, limits, separation, room, avoid, start, fixed, corridors, holds)
     check_seed(seed)
     check_number("polish", polish, 0.0, 10.0, "give a share of the time from 0 to 10, such as 0.05", FleetError)
-    due = inf if time_limit is None else monotonic() + check_time("time_limit", time_limit, TimingError)
+    due = _due(check_search(search), time_limit)
     _check_time(task, total_time)
     task = task if total_time is None else replace(task, total_time=float(total_time))
     count = _pieces_of(task, pieces)
@@ -129,8 +137,19 @@ def plan_fleet(
     workers = check_threads(threads, FleetError)
     given = _headings(task, yaw), checked_names(names, len(task) + len(task.fixed))
     with progress_line(progress, "fleet", _line) as callback:
-        search = TimeSearch(task, count, workers, lambda: monotonic() > due, callback)
-        return _searched(search, partial(_finished, task, search, *given), polish, seed, pieces)
+        joint = TimeSearch(task, count, workers, lambda: monotonic() > due, callback)
+        return _searched(joint, partial(_finished, task, joint, *given), polish, seed, pieces)
+
+
+def _due(search: Search, time_limit: float | None) -> float:
+    """Return when the search ends by the clock [s]."""
+    if time_limit is not None:
+        warn_deprecated("plan_fleet(time_limit=)", "search=Search(time_limit=)", "0.3")
+        search = replace(search, time_limit=time_limit)
+    other = next((name for name in ("split", "time_weight") if getattr(search, name) != getattr(USUAL, name)), None)
+    if other is not None:
+        raise TimingError(f"search has {other}, which is for one vehicle: a fleet takes a time_limit alone")
+    return inf if search.time_limit is None else monotonic() + search.time_limit
 
 
 def _finished(

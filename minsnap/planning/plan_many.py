@@ -15,7 +15,9 @@ from minsnap.basics.checks import check_degree, check_switch, check_threads
 from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.basics.tolerances import GAP
+from minsnap.corridors.boxes import Room, as_room
 from minsnap.corridors.constraint import Constraint
+from minsnap.durations.search_options import Search
 from minsnap.errors import CorridorError, InputError, LimitError, MinsnapError, TimingError, WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.native.plan_batches import ManyChains, ManySlopes, many_gradients, many_optima, many_tubes
@@ -23,6 +25,7 @@ from minsnap.native.quick_look import look_over
 from minsnap.native.status import Status
 from minsnap.optimisation.tube_report import TubeReports
 from minsnap.planning.problem_rows import GRADIENT_GAP, ManyProblems, Pins, ProblemRows, State
+from minsnap.planning.request import with_walls
 from minsnap.trajectory.report import LinearSystem
 from minsnap.trajectory.trajectories import Gradients, Reports, Slopes, Trajectories
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory, report_maker
@@ -44,6 +47,8 @@ def plan_many(
     gradients: bool = False,
     threads: int | None = None,
     progress: Callable[[int, int], None] | bool | None = None,
+    room: Room | Sequence[ArrayLike] | None = None,
+    search: Search | Sequence[Search | None] | None = None,
 ) -> Trajectories:
     """Plan many problems; see ``plan``.
 
@@ -76,6 +81,11 @@ def plan_many(
         Called with the numbers of problems that are planned and of all; True shows a line on standard error where it
         takes long.
 
+    room : Room or pair of corners, optional
+        Room of all legs of all problems, besides the corridors.
+    search : Search or sequence of B of them, optional
+        How durations are searched for, as ``plan`` takes it: a time limit is that of each plan.
+
     Returns
     -------
     Trajectories
@@ -100,10 +110,13 @@ def plan_many(
         ("pins", pins, WaypointError),
         ("total_time", total_time, TimingError),
         ("pieces", divided, InputError),
+        ("search", search, InputError),
     )
     others = {name: batch.each(name, value, error) for name, value, error in known if value is not None}
     others |= {"durations": [None] * len(batch)} if durations is None else {}
     walls = None if corridor is None else batch.each("corridor", corridor, CorridorError)
+    if room is not None:
+        walls = [with_walls(own, *as_room(room)) for own in walls or [None] * len(batch)]
     workers = check_threads(threads, InputError)
     with progress_line(progress, "planning", _problems_in) as watch:
         return _solved(ManyProblems(batch, half, ends, walls, others, workers, began, watch), gradients)

@@ -22,6 +22,7 @@ from minsnap.basics.messages import explains_names
 from minsnap.basics.needed_memory import planned_bytes, short_of_memory
 from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.boxes import Room, as_room
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import (
@@ -65,7 +66,6 @@ logging.getLogger("minsnap").addHandler(logging.NullHandler())  # silent unless 
         "enforce": ENFORCE,
         "time_limit": "search=Search(time_limit=2.0)",
         "on_interrupt": 'search=Search(on_interrupt="return")',
-        "room": "corridor=[0.3, Room(lower, upper)], since a room is a constraint",
         "corridor_method": "corridor=Sampled(0.3, samples=20)",
         "samples": "corridor=Sampled(0.3, samples=20)",
         "certify": "corridor=Sampled(0.3), or certify(trajectory, corridor=0.3)",
@@ -97,6 +97,8 @@ logging.getLogger("minsnap").addHandler(logging.NullHandler())  # silent unless 
         "gates": "each gate among the waypoints, in the order of the flight",
     },
     short_of_memory("this plan", planned_bytes),
+    positional=5,
+    last="0.3",
 )
 def plan(
     waypoints: ArrayLike | Sequence[object] | None,
@@ -104,6 +106,7 @@ def plan(
     total_time: float | None = None,
     limits: Limits | None = None,
     corridor: ArrayLike | Constraint | Sequence[object] | Sampled | None = None,
+    *,
     continuity: int | None = None,
     degree: int = 7,
     yaw: Yaw = None,
@@ -111,7 +114,6 @@ def plan(
     end: Mapping[str, ArrayLike] | None = None,
     closed: bool = False,
     solver: Solver = "auto",
-    *,
     pins: Mapping[int, Mapping[str, ArrayLike]] | None = None,
     pieces: int | Literal["auto"] | None = None,
     waypoint_tolerance: ArrayLike | Ball | None = None,
@@ -120,6 +122,7 @@ def plan(
     avoid: Avoided | Sequence[Avoided] | None = None,
     tracking: Loop | None = None,
     wind: float = 0.0,
+    room: Room | Sequence[ArrayLike] | None = None,
 ) -> Plan:
     r"""Plan the curve through waypoints that minimises the integral of the squared k-th derivative.
 
@@ -186,6 +189,9 @@ def plan(
     wind : float
         With ``tracking``: largest change of the wind from what it is at the start [m/s].
 
+    room : Room or pair of corners, optional
+        Room of all legs, besides the corridor.
+
     Returns
     -------
     Plan
@@ -205,6 +211,10 @@ def plan(
         If there is less memory than the plan takes.
     """
     how = check_search(search)
+    if room is not None:
+        from minsnap.planning.request import with_walls
+
+        corridor = with_walls(corridor, *as_room(room))
     if is_table(waypoints):
         table = read_columns(waypoints)
         waypoints, yaw = table.points, table.yaw if yaw is None else yaw

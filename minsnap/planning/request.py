@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from minsnap.basics.arrays import ArrayLike
 from minsnap.basics.messages import shown
-from minsnap.corridors.boxes import as_room
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball
 from minsnap.corridors.keep_out import Avoided
@@ -81,7 +80,7 @@ class PlanRequest:
         InputError
             If a value is malformed, or turning goes with another yaw than one along the velocity.
         """
-        return replace(self, **grouped({"yaw": self.yaw} | (vars(self.search) if self.search else {}) | named))
+        return replace(self, **plan_arguments({"yaw": self.yaw} | (vars(self.search) if self.search else {}) | named))
 
     def within(self, *walls: Constraint) -> PlanRequest:
         """Return the request with more walls."""
@@ -93,8 +92,8 @@ class PlanRequest:
         return {name: value for name, value in values.items() if value is not None}
 
 
-def grouped(named: Mapping[str, Any]) -> dict[str, Any]:
-    """Return arguments with the options of a search, and the turning of a heading, as ``Search`` and ``Velocity``.
+def plan_arguments(named: Mapping[str, Any]) -> dict[str, Any]:
+    """Return arguments of ``plan`` from flat names: the options of a search and the turning of a heading are grouped.
 
     Raises
     ------
@@ -113,16 +112,11 @@ def grouped(named: Mapping[str, Any]) -> dict[str, Any]:
     return arguments
 
 
-def plan_arguments(named: Mapping[str, Any]) -> dict[str, Any]:
-    """Return arguments of ``plan`` from the flat names of options: as :func:`grouped`, and a ``room`` as a wall."""
-    arguments = grouped(named)
-    walls = as_room(arguments.pop("room", None))
-    return arguments | ({"corridor": with_walls(arguments.get("corridor"), *walls)} if walls else {})
-
-
 def with_walls(corridor: Any, *walls: Any) -> Any:
     """Return a corridor with more walls, as ``plan`` takes it."""
     if not walls:
         return corridor
+    if isinstance(corridor, Sampled):
+        return replace(corridor, corridor=with_walls(corridor.corridor, *walls))
     parts = [*([] if corridor is None else [corridor]), *walls]
     return parts if len(parts) > 1 else parts[0]

@@ -17,8 +17,9 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_distance, check_pieces
 from minsnap.basics.deadline import Clock, Deadline, LateError, Stopwatch, checked_clock
+from minsnap.basics.messages import explains_names
 from minsnap.basics.tolerances import EXACT
-from minsnap.corridors.boxes import as_room
+from minsnap.corridors.boxes import Room, as_room
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.keep_out import Avoided, as_obstacles
 from minsnap.corridors.moving import Moving
@@ -82,6 +83,7 @@ class _Call:
         return not self.avoid or nearest_obstacle(curve, self.avoid).value >= -EXACT
 
 
+@explains_names({"search": "budget= of replan"}, positional=2, last="0.3")
 class Replanner:
     """Replans in flight.
 
@@ -91,8 +93,8 @@ class Replanner:
         Limits of the shortest plan, which is made where neither durations nor a total time are set.
     corridor : float, Constraint or sequence of Constraint, optional
         As for ``plan``; one per leg ahead.
-    room : Room or (lower, upper), optional
-        Room of all legs.
+    room : Room or pair of corners, optional
+        Room of all legs, besides the corridor.
     vehicle : Quadrotor, optional
         Vehicle whose rotor limits are kept too (``Limits.of``).
     yaw : float, "velocity", "tilt", optional
@@ -122,9 +124,9 @@ class Replanner:
         self,
         limits: Limits | None = None,
         corridor: npt.ArrayLike | Constraint | Any = None,
-        room: Any = None,
-        vehicle: Quadrotor | None = None,
         *,
+        room: Room | Sequence[npt.ArrayLike] | None = None,
+        vehicle: Quadrotor | None = None,
         yaw: float | str | None = None,
         recover: float = 0.0,
         clearance: float = 0.0,

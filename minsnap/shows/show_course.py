@@ -181,7 +181,13 @@ class ShowCourse:
     def _planned(self, task: FlightTask, lasts: float | None) -> Fleet:
         show = self.show
         question = partial(
-            plan_fleet, task.ways, task.limits, show.separation.aloft, task.room, seed=show.seed, progress=self.progress
+            plan_fleet,
+            task.ways,
+            task.limits,
+            show.separation.aloft,
+            room=task.room,
+            seed=show.seed,
+            progress=self.progress,
         )
         if task.delays is None:
             return self._fenced(question, total_time=lasts)

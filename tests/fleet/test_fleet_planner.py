@@ -24,7 +24,7 @@ def antipodal(count, radius=2.0):
 
 def test_crossing_vehicles_are_certified_near_the_time_of_one_alone():
     limits, room = minsnap.Limits(speed=1.5, acceleration=3.0), ((-3.0, -3.0, 0.0), (3.0, 3.0, 2.0))
-    fleet = minsnap.plan_fleet(antipodal(6), limits, APART, room)
+    fleet = minsnap.plan_fleet(antipodal(6), limits, APART, room=room)
     alone = minsnap.plan_fleet(antipodal(6)[:1], limits)
     found = minsnap.certify_fleet(fleet, limits=limits, room=room)
     assert found.ok
@@ -118,7 +118,7 @@ def test_obstacles_waypoints_and_moving_starts():
     room = ((-1.0, -3.0, 0.2), (5.0, 4.0, 2.0))
     start = [None, {"velocity": (-0.5, 0.0, 0.0)}, None]
     avoid = [pillar, over, box]
-    fleet = minsnap.plan_fleet(ways, AXIS, APART, room, avoid, start=start)
+    fleet = minsnap.plan_fleet(ways, AXIS, APART, room=room, avoid=avoid, start=start)
     assert minsnap.certify_fleet(fleet, limits=AXIS, room=room, avoid=avoid).ok
     assert fleet[1](0.0, 1) == pytest.approx([-0.5, 0.0, 0.0], abs=1e-12)
     assert np.abs(fleet[0](fleet[0].breaks) - [2.0, 0.0, 1.0]).sum(axis=1).min() <= 1e-12
@@ -187,7 +187,7 @@ def test_a_search_that_is_stopped_returns_the_best_certified():
 
 def test_a_deadline_ends_the_search_with_what_is_certified():
     try:
-        fleet = minsnap.plan_fleet(antipodal(24), AXIS, APART, time_limit=0.3)
+        fleet = minsnap.plan_fleet(antipodal(24), AXIS, APART, search=minsnap.Search(time_limit=0.3))
     except UnprovedError as error:  # on a slow machine
         assert "no fleet was found" in str(error)
     else:
@@ -369,7 +369,7 @@ def test_a_wall_across_the_room_is_named_by_who_is_inside():
     wall = minsnap.Cuboid((-0.2, -4.0, -1.0), (0.2, 4.0, 4.0))
     with pytest.raises(UnprovedError, match=r"in .* s vehicle \d was 0\.\d+ m inside an obstacle"):
         ways = [[(-2.0, y, 1.0), (2.0, y, 1.0)] for y in (-1.0, 1.0)]
-        minsnap.plan_fleet(ways, AXIS, APART, ((-3, -3, 0), (3, 3, 2)), avoid=wall)
+        minsnap.plan_fleet(ways, AXIS, APART, room=((-3, -3, 0), (3, 3, 2)), avoid=wall)
 
 
 def test_edges_of_blocks_are_kept_between_samples():
